@@ -1,0 +1,1 @@
+"""The worker: reader, ring, trigger, recorder, health, live."""

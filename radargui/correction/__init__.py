@@ -1,0 +1,1 @@
+"""Removal of IQ mismatch: published, ellipse, none."""

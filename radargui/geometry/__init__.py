@@ -1,0 +1,1 @@
+"""Path lengths, the matrix T, the exact bistatic solution, mirrored antennas."""

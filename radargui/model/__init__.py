@@ -1,0 +1,1 @@
+"""Values with units, settings, errors: what every other package speaks in."""

@@ -1,0 +1,55 @@
+"""A block: consecutive samples as they arrive, with the absolute index of the first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from radargui.model.arrays import RawArray
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """Samples that were lost.
+
+    Attributes
+    ----------
+    first_index
+        Absolute index of the first lost sample (counting lost ones too).
+    count
+        How many samples of each channel were lost.
+    reason
+        Why, in a few words.
+    """
+
+    first_index: int
+    count: int
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Consecutive samples of all channels.
+
+    Attributes
+    ----------
+    samples
+        Shape (n_channels, n), int16 codes or float64 volts; owned by the block, never reused by its maker.
+    first_index
+        Absolute index of the first sample; time = index / rate.
+    gap
+        Samples lost just before this block, or None.
+    """
+
+    samples: RawArray
+    first_index: int
+    gap: Gap | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of samples of each channel."""
+        return int(self.samples.shape[1])
+
+    @property
+    def end_index(self) -> int:
+        """Absolute index after the last sample."""
+        return self.first_index + self.count

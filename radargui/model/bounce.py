@@ -1,0 +1,72 @@
+"""Bounces and the free fall: what the track says about the sphere and the floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Bounce:
+    """One impact.
+
+    Attributes
+    ----------
+    time_s
+        Instant of impact.
+    speed_before_m_s, speed_after_m_s
+        Speeds along the floor's normal at the instant of impact, positive.
+    e
+        Coefficient of restitution, after / before.
+    u_e
+        Its standard uncertainty.
+    method
+        How the speeds were found.
+    valid
+        False where the signal cannot support the coefficient.
+    """
+
+    time_s: float
+    speed_before_m_s: float
+    speed_after_m_s: float
+    e: float
+    u_e: float
+    method: str
+    valid: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FreeFall:
+    """The first fall checked against the parabola.
+
+    Attributes
+    ----------
+    g_m_s2, u_g_m_s2
+        Acceleration and its standard uncertainty.
+    first_time_s, last_time_s
+        Span of the fit.
+    release_height_m
+        Height at rest before the fall, z of the track.
+    drop_height_m
+        Release height above the height of the first impact.
+    parabola
+        Coefficients of z(t) = a + b (t - first) + c (t - first)^2 in m, m/s, m/s^2.
+    residual_rms_m
+        Root mean square of z against the parabola.
+    """
+
+    g_m_s2: float
+    u_g_m_s2: float
+    first_time_s: float
+    last_time_s: float
+    release_height_m: float
+    drop_height_m: float
+    parabola: tuple[float, float, float]
+    residual_rms_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bounces:
+    """All impacts of a run in time order, and the fall before the first."""
+
+    impacts: tuple[Bounce, ...] = ()
+    free_fall: FreeFall | None = None

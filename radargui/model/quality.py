@@ -1,0 +1,48 @@
+"""How good one receiver's signal was, in figures a person understands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelQuality:
+    """Quality of one IQ pair; None where the signal cannot support the figure.
+
+    Attributes
+    ----------
+    name
+        Receiver, "1" to "4".
+    snr_db
+        10 log10(A^2 / (2 sigma^2)), sigma the noise of one channel.
+    circularity
+        Root mean square of |z| - 1 after correction, in amplitudes.
+    image_rejection_db
+        20 log10 of the line at +f_doppler over the line at -f_doppler of I + iQ after correction.
+    fringes
+        Turns of the phase used.
+    fraction_valid
+        Share of valid samples in the motion segment.
+    fraction_clipped
+        Share of samples at the end of the range.
+    gain_ratio
+        Amplitude of Q over amplitude of I.
+    quadrature_error_deg
+        Departure of Q from 90 degrees after I.
+    verdict
+        good, usable or rejected.
+    reason
+        Why, when not good.
+    """
+
+    name: str
+    snr_db: float | None = None
+    circularity: float | None = None
+    image_rejection_db: float | None = None
+    fringes: float | None = None
+    fraction_valid: float | None = None
+    fraction_clipped: float | None = None
+    gain_ratio: float | None = None
+    quadrature_error_deg: float | None = None
+    verdict: str = "good"
+    reason: str = ""

@@ -1,0 +1,75 @@
+"""A recording: all samples of one run and what is needed to read them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, RawArray
+from radargui.model.block import Gap
+from radargui.model.digitisation import Digitisation
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """Raw samples of one run.
+
+    Attributes
+    ----------
+    name
+        Stem of the file it came from.
+    raw
+        Shape (n_channels, n_samples), int16 codes or float64 volts, without the lost samples.
+    digitisation
+        Channels, rate, scale, skew.
+    gaps
+        Lost samples; a gap's `first_index` counts from the recording's first sample, lost samples included.
+    file_time_s
+        The file's own time of each sample, shape (n_samples,); None where time = index / rate.
+    trigger_index
+        Index of the trigger (t = 0 of the run), or None.
+    started_at
+        ISO 8601 date and time of the first sample with offset from UTC; empty where unknown.
+    """
+
+    name: str
+    raw: RawArray
+    digitisation: Digitisation
+    gaps: tuple[Gap, ...] = ()
+    file_time_s: FloatArray | None = field(default=None, repr=False)
+    trigger_index: int | None = None
+    started_at: str = ""
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples of each channel that were read."""
+        return int(self.raw.shape[1])
+
+    @property
+    def n_receivers(self) -> int:
+        """Number of IQ pairs."""
+        return self.digitisation.n_receivers
+
+    def index(self) -> IntArray:
+        """Return the index of each sample, shape (n_samples,), lost samples counted."""
+        index = np.arange(self.n_samples, dtype=np.intp)
+        for gap in sorted(self.gaps, key=lambda gap: gap.first_index):
+            index[index >= gap.first_index] += gap.count
+        return index
+
+    def time_s(self) -> FloatArray:
+        """Return the time of each sample in s, shape (n_samples,): the file's own, else index / rate."""
+        if self.file_time_s is not None:
+            return self.file_time_s
+        return self.index() / self.digitisation.sample_rate_hz
+
+    def volts(self) -> FloatArray:
+        """Return the samples as volts, shape (n_channels, n_samples)."""
+        return self.digitisation.volts(self.raw)
+
+    def clipped(self) -> BoolArray:
+        """Return where a channel sits at the end of its range, shape (n_channels, n_samples)."""
+        if self.raw.dtype == np.int16:
+            return np.asarray((self.raw <= -32768) | (self.raw >= 32767))
+        return np.zeros(self.raw.shape, dtype=np.bool_)

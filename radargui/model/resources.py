@@ -1,0 +1,28 @@
+"""Where the shipped files are: beside the checkout, inside the installed package, or in a frozen program."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+DEFAULT_SETUP = "default.toml"
+
+
+def resources_folder() -> Path:
+    """Return the folder of shipped resources."""
+    package = Path(__file__).resolve().parent.parent
+    frozen = getattr(sys, "_MEIPASS", None)
+    candidates = [package / "resources", package.parent / "resources"]
+    if frozen:
+        candidates.insert(0, Path(frozen) / "resources")
+    return next((folder for folder in candidates if (folder / "setups").is_dir()), candidates[-1])
+
+
+def shipped_setups() -> tuple[Path, ...]:
+    """Return the ready setup files, by name."""
+    return tuple(sorted((resources_folder() / "setups").glob("*.toml")))
+
+
+def default_setup_path() -> Path:
+    """Return the setup that commands use when none is named."""
+    return resources_folder() / "setups" / DEFAULT_SETUP

@@ -1,0 +1,52 @@
+"""The result of one run: everything the tables, the report and the window show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from radargui.model.bounce import Bounces
+from radargui.model.corrected import CorrectedIQ
+from radargui.model.path import PathLengths
+from radargui.model.recording import Recording
+from radargui.model.segment import Segment
+from radargui.model.setup import Setup
+from radargui.model.track import Track
+
+Status = Literal["ok", "no_motion", "rejected"]
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """What one recording gave under one setup.
+
+    Attributes
+    ----------
+    recording, setup
+        What went in.
+    status, reason
+        ok; no_motion (an answer, not an error); rejected, with the reason.
+    segment
+        The motion and the rest before it; None without motion.
+    corrected, paths, track
+        The values on the way; None where the flow ended before. `track` is None with fewer than 3 receivers.
+    bounces
+        Impacts and first fall.
+    calibration_uncertainty
+        Standard uncertainties that the antennas' and the release position's own uncertainty adds, by name, in the
+        unit that the name ends with; None where the setup gives none.
+    warnings
+        Sentences for the operator.
+    """
+
+    recording: Recording = field(repr=False)
+    setup: Setup = field(repr=False)
+    status: Status
+    reason: str = ""
+    segment: Segment | None = None
+    corrected: CorrectedIQ | None = field(default=None, repr=False)
+    paths: PathLengths | None = field(default=None, repr=False)
+    track: Track | None = field(default=None, repr=False)
+    bounces: Bounces = field(default_factory=Bounces)
+    calibration_uncertainty: dict[str, float] | None = None
+    warnings: tuple[str, ...] = ()

@@ -1,0 +1,63 @@
+"""The whole setup: what the setup file says, validated."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field, model_validator
+
+from radargui.model.daq import Daq, RecordingLimits
+from radargui.model.digitisation import iq_names
+from radargui.model.processing import Processing
+from radargui.model.radar import Floor, Radar, Receiver, Tracer, Transmitter
+from radargui.model.section import Section
+from radargui.model.simulation import Simulation
+
+SCHEMA = 1
+
+
+class Setup(Section):
+    """Geometry of the antennas, tracer, floor, acquisition, simulation and processing."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True)
+
+    schema_version: Annotated[Literal[1], Field(alias="schema")]
+    radar: Radar
+    transmitter: Transmitter
+    receiver: Annotated[tuple[Receiver, ...], Field(min_length=1, max_length=4)]
+    tracer: Tracer = Tracer()
+    floor: Floor = Floor()
+    daq: Daq = Daq()
+    recording: RecordingLimits = RecordingLimits()
+    simulation: Simulation = Simulation()
+    processing: Processing = Processing()
+
+    @model_validator(mode="after")
+    def _channels_match_receivers(self) -> Setup:
+        channels = self.daq.channels
+        if channels is not None and len(channels) != 2 * len(self.receiver):
+            wanted = ", ".join(iq_names(len(self.receiver)))
+            raise ValueError(
+                f"daq.channels names {len(channels)} channels: allowed {2 * len(self.receiver)} "
+                f"for {len(self.receiver)} [[receiver]] ({wanted})"
+            )
+        if channels is not None and len(set(channels)) != len(channels):
+            raise ValueError(f"daq.channels = {list(channels)}: allowed are different channels, one is named twice")
+        return self
+
+    @property
+    def n_receivers(self) -> int:
+        """Number of receivers."""
+        return len(self.receiver)
+
+    @property
+    def channel_names(self) -> tuple[str, ...]:
+        """Canonical names of the voltages: I1, Q1, ..."""
+        return iq_names(self.n_receivers)
+
+    @property
+    def physical_channels(self) -> tuple[str, ...]:
+        """Device channels in the order of `channel_names`."""
+        if self.daq.channels is not None:
+            return self.daq.channels
+        return tuple(f"ai{number}" for number in range(2 * self.n_receivers))

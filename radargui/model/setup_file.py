@@ -1,0 +1,138 @@
+"""The setup file: TOML in, TOML out, the user's comments kept."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from pydantic import ValidationError
+from tomlkit.exceptions import TOMLKitError
+
+from radargui.model.errors import SetupError
+from radargui.model.setup import Setup
+from radargui.model.setup_error import describe
+
+MAXIMUM_BYTES = 1_000_000
+
+
+def parse_setup(text: str, name: str = "setup") -> Setup:
+    """Return the setup that a TOML text describes.
+
+    Raises
+    ------
+    SetupError
+        Not TOML, or a key missing, unknown or out of range; one line names key, value and allowed range.
+    """
+    try:
+        document = tomlkit.parse(text).unwrap()
+    except (TOMLKitError, ValueError, RecursionError) as error:
+        raise SetupError(
+            f"{name} is not TOML: {error}", remedy="Mend that line or start from a shipped setup."
+        ) from None
+    try:
+        return Setup.model_validate(document)
+    except ValidationError as error:
+        raise SetupError(f"{name}: {describe(error, Setup)}") from None
+
+
+def read_setup(path: Path) -> Setup:
+    """Return the setup in a file.
+
+    Raises
+    ------
+    SetupError
+        Unreadable, not TOML, or invalid.
+    """
+    try:
+        if path.stat().st_size > MAXIMUM_BYTES:
+            raise SetupError(f"{path} is larger than a setup file can be", remedy="Give the TOML file of a setup.")
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise SetupError(f"{path}: {error.strerror or error}", remedy="Check the path of the setup file.") from None
+    except UnicodeDecodeError:
+        raise SetupError(f"{path} is not TOML: not UTF-8 text", remedy="Give the TOML file of a setup.") from None
+    return parse_setup(text, str(path))
+
+
+def dump_setup(setup: Setup, original: str = "") -> str:
+    """Return the setup as TOML; where `original` is given its comments and order stay."""
+    document = tomlkit.parse(original) if original else tomlkit.document()
+    _update(document, plain(setup))
+    return tomlkit.dumps(document)
+
+
+def plain(setup: Setup) -> dict[str, Any]:
+    """Return the setup as plain tables: what was set or differs from the default, nothing that is None."""
+    whole = setup.model_dump(by_alias=True, exclude_none=True, mode="json")
+    given = setup.model_dump(by_alias=True, exclude_none=True, exclude_defaults=True, mode="json")
+    explicit = setup.model_dump(by_alias=True, exclude_none=True, exclude_unset=True, mode="json")
+    return {
+        key: whole[key] if key in ("schema", "receiver") else _merged(given.get(key), explicit.get(key))
+        for key in whole
+        if key in given or key in explicit
+    }
+
+
+def _merged(first: Any, second: Any) -> Any:
+    if isinstance(first, dict) and isinstance(second, dict):
+        return {**second, **first}
+    return first if first is not None else second
+
+
+def _update(target: Any, source: dict[str, Any]) -> None:
+    for key in [key for key in target if key not in source]:
+        del target[key]
+    for key, value in source.items():
+        old = target.get(key)
+        if isinstance(value, dict) and hasattr(old, "keys"):
+            _update(old, value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            _update_tables(target, key, value)
+        elif old is None or old.unwrap() != value:
+            target[key] = value
+
+
+def _update_tables(target: Any, key: str, rows: list[dict[str, Any]]) -> None:
+    tables = target.get(key)
+    if not hasattr(tables, "body") and not isinstance(tables, tomlkit.items.AoT):
+        tables = tomlkit.aot()
+        target[key] = tables
+    tables = target[key]
+    while len(tables) > len(rows):
+        del tables[len(tables) - 1]
+    for index, row in enumerate(rows):
+        if index < len(tables):
+            _update(tables[index], row)
+        else:
+            table = tomlkit.table()
+            table.update(row)
+            tables.append(table)
+
+
+def write_setup(setup: Setup, path: Path) -> None:
+    """Write the setup; comments of a file that is there survive, and the file is replaced in one step.
+
+    Raises
+    ------
+    SetupError
+        The folder cannot be written.
+    """
+    try:
+        original = path.read_text(encoding="utf-8") if path.exists() else ""
+        text = dump_setup(setup, original)
+    except (OSError, UnicodeDecodeError, TOMLKitError):
+        text = dump_setup(setup)
+    partial = path.with_name(path.name + ".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with partial.open("w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        raise SetupError(
+            f"{path}: cannot be written: {error.strerror or error}", remedy="Choose another folder."
+        ) from None

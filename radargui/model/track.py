@@ -1,0 +1,32 @@
+"""The track: where the centre of the sphere was."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from radargui.model.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """Position against time.
+
+    Attributes
+    ----------
+    time_s
+        Shape (n_samples,).
+    position_m
+        Centre of the sphere, shape (3, n_samples); NaN where unknown.
+    u_position_m
+        Standard uncertainty, shape (3, n_samples).
+    valid
+        Shape (n_samples,).
+    geometry
+        exact or plane.
+    """
+
+    time_s: FloatArray
+    position_m: FloatArray
+    u_position_m: FloatArray
+    valid: BoolArray
+    geometry: str

@@ -1,0 +1,1 @@
+"""Motion segment, rest, impacts, flights."""

@@ -1,0 +1,1 @@
+"""Samples to results, offline and live."""

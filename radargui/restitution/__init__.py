@@ -1,0 +1,1 @@
+"""Coefficient of restitution with uncertainty, free fall."""

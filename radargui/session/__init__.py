@@ -1,0 +1,1 @@
+"""Sessions: what is kept and found again."""

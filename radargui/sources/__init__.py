@@ -1,0 +1,1 @@
+"""Where samples come from: NI device, simulated scene, replay; one contract."""

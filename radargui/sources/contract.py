@@ -1,0 +1,51 @@
+"""The contract of a source of samples; NI device, simulated scene and replay all keep it."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from radargui.model.block import Block
+from radargui.model.digitisation import Digitisation
+from radargui.model.truth import Truth
+
+
+class Source(Protocol):
+    """A source of samples of all channels.
+
+    * Channel order is that of `Digitisation.channel_names`: I1, Q1, I2, Q2, ...
+    * A block holds int16 codes (volts by `Digitisation.scaling`) or float64 volts, never both in one acquisition.
+    * A block's array belongs to the block: the source makes a new one each time and never writes to it again.
+    * Block size is the source's choice, about `daq.read_interval_s` of samples, at least one sample.
+    * `read` blocks until a block is there, at most about a second, from one thread only.
+    * Lost samples (overflow) are told by the `gap` of the next block; absolute indices count them.
+    * `read` returns None at the end of data, for ever after; a failure raises `SourceError` once what was read
+      before has been returned.
+    * `stop` may be called from any thread, any number of times; a blocked `read` then returns None soon.
+    """
+
+    def open(self) -> Digitisation:
+        """Reserve and configure; return how samples will be digitised (rate and skew as in force).
+
+        Raises
+        ------
+        SourceError
+            The device, file or scene cannot be used; says why and what to do.
+        """
+
+    def start(self) -> None:
+        """Begin to sample; index 0 is the first sample after this call."""
+
+    def read(self) -> Block | None:
+        """Return the next block, or None when there will be no more."""
+
+    def stop(self) -> None:
+        """End sampling; idempotent."""
+
+    def close(self) -> None:
+        """Release everything; idempotent, after `stop`."""
+
+    def backlog(self) -> int:
+        """Return how many samples per channel wait in the driver."""
+
+    def truth(self, first_index: int, count: int) -> Truth | None:
+        """Return what really happened during samples first_index : first_index + count; None but for simulations."""

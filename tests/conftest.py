@@ -1,0 +1,52 @@
+"""What all tests share: headless Qt, the real recordings, no thread left behind."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+os.environ.setdefault("PYQTGRAPH_QT_LIB", "PySide6")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--hardware", action="store_true", help="run the tests that need a real NI device")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--hardware"):
+        return
+    skip = pytest.mark.skip(reason="needs a real NI device: run with --hardware")
+    for item in items:
+        if "hardware" in item.keywords:
+            item.add_marker(skip)
+
+
+@pytest.fixture
+def test_data() -> Path:
+    """Folder of the real recordings."""
+    folder = os.environ.get("RADARGUI_TEST_DATA", "")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("RADARGUI_TEST_DATA is unset: the real recordings are not here")
+    return Path(folder)
+
+
+_LIBRARY_THREADS = ("pytest_timeout", "ThreadPoolExecutor", "grpc", "execnet", "Dummy", "pymain", "asyncio")
+
+
+@pytest.fixture(autouse=True)
+def no_thread_left_running() -> Iterator[None]:
+    """Fail a test that leaves a thread running."""
+    before = set(threading.enumerate())
+    yield
+    left = [thread for thread in threading.enumerate() if thread not in before and thread.is_alive()]
+    left = [thread for thread in left if not thread.name.startswith(_LIBRARY_THREADS)]
+    for thread in left:
+        thread.join(timeout=1.0)
+    left = [thread.name for thread in left if thread.is_alive()]
+    if left:
+        pytest.fail(f"threads left running: {left}")

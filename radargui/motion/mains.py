@@ -1,0 +1,33 @@
+"""Mains pick-up: tells a tracer at rest under a hum from a tracer that moves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray
+
+MAINS_HZ = (50.0, 60.0)
+HARMONICS = 5
+
+
+def without_mains(volts: FloatArray, sample_rate_hz: float, frequency_hz: float) -> FloatArray:
+    """Return the voltages less a straight line and the least-squares sinusoids at the mains and its harmonics.
+
+    Parameters
+    ----------
+    volts
+        Shape (n_channels, n_samples).
+    sample_rate_hz
+        Rate of each channel.
+    frequency_hz
+        Frequency of the mains.
+    """
+    time = np.arange(volts.shape[1]) / sample_rate_hz
+    columns = [np.ones_like(time), time]
+    for order in range(1, HARMONICS + 1):
+        if order * frequency_hz < 0.45 * sample_rate_hz:
+            angle = 2.0 * np.pi * order * frequency_hz * time
+            columns += [np.cos(angle), np.sin(angle)]
+    basis = np.stack(columns, axis=1)
+    coefficients, *_ = np.linalg.lstsq(basis, volts.T, rcond=None)
+    return np.asarray(volts - (basis @ coefficients).T)

@@ -1,0 +1,104 @@
+"""What the uncertainty of antennas and release position adds to the results, carried by finite differences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from radargui.geometry.antennas import place_antennas
+from radargui.model.arrays import FloatArray
+from radargui.model.bounce import Bounces
+from radargui.model.path import PathLengths
+from radargui.model.segment import Segment
+from radargui.model.setup import Setup
+from radargui.model.track import Track
+from radargui.processing.locate import locate
+
+POINTS = 2000
+
+
+def calibration_uncertainty(
+    paths: PathLengths,
+    setup: Setup,
+    segment: Segment,
+    bounces_of: Callable[[Track, Segment, Setup, float], Bounces],
+    sample_rate_hz: float,
+) -> dict[str, float] | None:
+    """Return standard uncertainties of position, first e and g from those of the antennas and the release position.
+
+    Each input that the setup gives an uncertainty for is shifted by it, the track located again and the results'
+    changes added in squares (GUM, 5.1.3).
+
+    Returns
+    -------
+    dict or None
+        `u_position_m` (root mean square over the motion and the axes), `u_e`, `u_g_m_s2`; None where the setup
+        gives no uncertainty.
+    """
+    shifted = list(_shifted(setup))
+    if not shifted:
+        return None
+    size = max(1, (segment.last - segment.first) // POINTS)
+    thin = _thinned(paths, size)
+    inner = Segment(segment.first // size, segment.last // size, segment.rest_first // size, segment.rest_last // size)
+    base = _results(thin, setup, inner, bounces_of, sample_rate_hz / size)
+    squares: dict[str, float] = {}
+    for other in shifted:
+        track, e, g = _results(thin, other, inner, bounces_of, sample_rate_hz / size)
+        moved = (track - base[0])[:, inner.first : inner.last]
+        changes = {"u_position_m": float(np.sqrt(np.nanmean(moved**2))), "u_e": e - base[1], "u_g_m_s2": g - base[2]}
+        for name, change in changes.items():
+            squares[name] = squares.get(name, 0.0) + change**2
+    return {name: float(np.sqrt(value)) for name, value in squares.items() if np.isfinite(value)}
+
+
+def _results(
+    paths: PathLengths,
+    setup: Setup,
+    segment: Segment,
+    bounces_of: Callable[[Track, Segment, Setup, float], Bounces],
+    rate_hz: float,
+) -> tuple[FloatArray, float, float]:
+    track = locate(paths, place_antennas(setup), np.array(setup.tracer.release_position_m), setup.processing.geometry)
+    if track is None:
+        return np.full((3, paths.time_s.size), np.nan), float("nan"), float("nan")
+    bounces = bounces_of(track, segment, setup, rate_hz)
+    e = bounces.impacts[0].e if bounces.impacts else float("nan")
+    g = bounces.free_fall.g_m_s2 if bounces.free_fall else float("nan")
+    return track.position_m, e, g
+
+
+def _thinned(paths: PathLengths, size: int) -> PathLengths:
+    def mean(x: FloatArray) -> FloatArray:
+        count = x.shape[-1] // size
+        return np.asarray(x[..., : count * size].reshape(*x.shape[:-1], count, size).mean(axis=-1))
+
+    valid = mean(paths.valid.astype(np.float64)) == 1.0
+    return PathLengths(mean(paths.time_s), mean(paths.phase_rad), mean(paths.change_m), mean(paths.u_m), valid)
+
+
+def _shifted(setup: Setup) -> list[Setup]:
+    out = []
+    for number, receiver in enumerate(setup.receiver):
+        for key in ("tilt_deg", "azimuth_deg", "distance_m"):
+            u = getattr(receiver, f"u_{key}")
+            if u:
+                other = receiver.model_copy(update={key: getattr(receiver, key) + u})
+                receivers = (*setup.receiver[:number], other, *setup.receiver[number + 1 :])
+                out.append(setup.model_copy(update={"receiver": receivers}))
+    u = setup.transmitter.u_distance_m
+    if u:
+        moved = setup.transmitter.model_copy(update={"distance_m": setup.transmitter.distance_m + u})
+        out.append(setup.model_copy(update={"transmitter": moved}))
+    u = setup.tracer.u_release_m
+    if u:
+        for axis in range(3):
+            place = list(setup.tracer.release_position_m)
+            place[axis] += u
+            out.append(
+                setup.model_copy(
+                    update={"tracer": setup.tracer.model_copy(update={"release_position_m": tuple(place)})}
+                )
+            )
+    return out

@@ -1,0 +1,206 @@
+"""A whole recording to its result: the method, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from radargui.correction.correct import correct
+from radargui.correction.skew import remove_skew
+from radargui.geometry.antennas import place_antennas
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.bounce import Bounces
+from radargui.model.corrected import CorrectedIQ
+from radargui.model.errors import ProcessingError
+from radargui.model.recording import Recording
+from radargui.model.result import RunResult
+from radargui.model.segment import Segment
+from radargui.model.setup import Setup
+from radargui.model.track import Track
+from radargui.motion.segment import find_segment, floor_of_noise, held
+from radargui.processing.calibration_uncertainty import calibration_uncertainty
+from radargui.processing.demodulate import demodulate
+from radargui.processing.locate import LEAST_RECEIVERS, locate
+from radargui.processing.stretch import stretches
+from radargui.restitution.bounces import find_bounces
+
+Progress = Callable[[float], None]
+
+
+def process(recording: Recording, setup: Setup, progress: Progress | None = None) -> RunResult:
+    """Turn the samples of one run into path lengths, track, bounces and g.
+
+    Parameters
+    ----------
+    recording
+        Raw samples; as many IQ pairs as the setup has receivers.
+    setup
+        Geometry, correction, release position.
+    progress
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    RunResult
+        status ok, no_motion or rejected; arrays have one column a stored sample, NaN where unknown.
+
+    Raises
+    ------
+    ProcessingError
+        The recording does not fit the setup, or holds no samples.
+    """
+    _check(recording, setup)
+    tell = progress or (lambda _: None)
+    warnings = _warnings_before(recording, setup)
+    stretch, segment = _stretch_with_motion(recording)
+    if segment is None:
+        return RunResult(
+            recording, setup, "no_motion", "the voltages do not move more than their noise", warnings=tuple(warnings)
+        )
+    tell(0.1)
+
+    volts = recording.volts()[:, stretch]
+    rate_hz = recording.digitisation.sample_rate_hz
+    unusable = recording.clipped()[:, stretch] | ~np.isfinite(volts)
+    volts = held(volts)
+    noise_v = floor_of_noise(volts)
+    volts = remove_skew(volts, rate_hz, recording.digitisation.channel_skew_s)
+    tell(0.2)
+    time_s = recording.time_s()[stretch]
+    method = setup.processing.correction
+    corrected = correct(volts, time_s, rate_hz, segment, noise_v, unusable, method, lambda done: tell(0.2 + 0.5 * done))
+    paths = demodulate(corrected, segment, setup.radar.wavelength_m, setup.radar.phase_sign)
+    tell(0.75)
+    track = locate(paths, place_antennas(setup), np.array(setup.tracer.release_position_m), setup.processing.geometry)
+    tell(0.9)
+
+    rejected = [
+        f"receiver {channel.name}: {channel.reason}" for channel in corrected.channels if channel.verdict == "rejected"
+    ]
+    bounces, calibration = Bounces(), None
+    if track is not None and not rejected:
+        bounces = _bounces_of(track, segment, setup, rate_hz)
+        calibration = calibration_uncertainty(paths, setup, segment, _bounces_of, rate_hz)
+    if stretch != slice(0, recording.n_samples):
+        corrected, segment = _whole(corrected, stretch, recording), _shifted(segment, stretch.start)
+        paths = replace(
+            paths,
+            time_s=recording.time_s(),
+            valid=_spread_mask(paths.valid, stretch, recording.n_samples),
+            **{
+                name: _spread(getattr(paths, name), stretch, recording.n_samples)
+                for name in ("phase_rad", "change_m", "u_m")
+            },
+        )
+        track = _whole_track(track, stretch, recording)
+    warnings += [
+        f"receiver {channel.name} is {channel.verdict}: {channel.reason}"
+        for channel in corrected.channels
+        if channel.verdict == "usable"
+    ]
+    warnings += _warnings_after(segment, setup)
+    return RunResult(
+        recording,
+        setup,
+        status="rejected" if rejected else "ok",
+        reason="; ".join(rejected),
+        segment=segment,
+        corrected=corrected,
+        paths=paths,
+        track=track,
+        bounces=bounces,
+        calibration_uncertainty=calibration,
+        warnings=tuple(warnings),
+    )
+
+
+def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
+    return find_bounces(track, segment, setup.floor.normal, rate_hz)
+
+
+def _check(recording: Recording, setup: Setup) -> None:
+    if recording.n_receivers != setup.n_receivers or len(recording.digitisation.channel_names) % 2:
+        names = ", ".join(recording.digitisation.channel_names)
+        raise ProcessingError(
+            f"{recording.name} has {len(recording.digitisation.channel_names)} channels ({names}), the setup has "
+            f"{setup.n_receivers} receivers, which need {2 * setup.n_receivers}",
+            remedy="Give a setup with as many receivers as the recording has IQ pairs.",
+        )
+    if recording.n_samples == 0:
+        raise ProcessingError(f"{recording.name} holds no samples", reasons=["the recording ended before it began"])
+
+
+def _stretch_with_motion(recording: Recording) -> tuple[slice, Segment | None]:
+    """Return the gapless stretch in which the tracer moves most, and the motion within it."""
+    best: tuple[slice, Segment | None] = (slice(0, recording.n_samples), None)
+    longest = 0
+    volts = recording.volts()
+    for stretch in stretches(recording):
+        segment = find_segment(volts[:, stretch], recording.digitisation.sample_rate_hz)
+        if segment is not None and segment.last - segment.first > longest:
+            best, longest = (stretch, segment), segment.last - segment.first
+    return best
+
+
+def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
+    warnings = []
+    if recording.gaps:
+        lost = sum(gap.count for gap in recording.gaps)
+        warnings.append(
+            f"{lost} samples of each channel were lost in {len(recording.gaps)} gaps: only the stretch "
+            "between gaps with the most motion is used, nothing is computed across a gap"
+        )
+    if setup.n_receivers >= LEAST_RECEIVERS and "release_position_m" not in setup.tracer.model_fields_set:
+        place = ", ".join(f"{x:g}" for x in setup.tracer.release_position_m)
+        warnings.append(f"the setup gives no tracer.release_position_m: ({place}) m is assumed")
+    return warnings
+
+
+def _warnings_after(segment: Segment, setup: Setup) -> list[str]:
+    if segment.has_rest or setup.n_receivers < LEAST_RECEIVERS:
+        return []
+    return ["there is no rest before the motion: the track starts from the release position at the first valid sample"]
+
+
+def _spread(values: FloatArray, stretch: slice, n_samples: int) -> FloatArray:
+    out = np.full((*values.shape[:-1], n_samples), np.nan)
+    out[..., stretch] = values
+    return out
+
+
+def _spread_mask(values: BoolArray, stretch: slice, n_samples: int) -> BoolArray:
+    out = np.zeros((*values.shape[:-1], n_samples), dtype=np.bool_)
+    out[..., stretch] = values
+    return out
+
+
+def _shifted(segment: Segment, by: int) -> Segment:
+    return Segment(segment.first + by, segment.last + by, segment.rest_first + by, segment.rest_last + by)
+
+
+def _whole(corrected: CorrectedIQ, stretch: slice, recording: Recording) -> CorrectedIQ:
+    n = recording.n_samples
+    return replace(
+        corrected,
+        time_s=recording.time_s(),
+        valid=_spread_mask(corrected.valid, stretch, n),
+        steps=(),
+        i=_spread(corrected.i, stretch, n),
+        q=_spread(corrected.q, stretch, n),
+        u_phase_rad=_spread(corrected.u_phase_rad, stretch, n),
+    )
+
+
+def _whole_track(track: Track | None, stretch: slice, recording: Recording) -> Track | None:
+    if track is None:
+        return None
+    n = recording.n_samples
+    return replace(
+        track,
+        time_s=recording.time_s(),
+        valid=_spread_mask(track.valid, stretch, n),
+        position_m=_spread(track.position_m, stretch, n),
+        u_position_m=_spread(track.u_position_m, stretch, n),
+    )

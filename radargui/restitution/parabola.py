@@ -1,0 +1,121 @@
+"""Parabolas through flights, gravity shared or free, with uncertainties that know of correlated residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Parabolas:
+    """h_k(t) = h0_k + v0_k (t - t0_k) - g (t - t0_k)^2 / 2 for flights k = 1 ... n.
+
+    Attributes
+    ----------
+    origin_s
+        t0_k, shape (n_flights,).
+    height_m, speed_m_s
+        h0_k and v0_k, shape (n_flights,).
+    g_m_s2
+        Deceleration along the height, shared.
+    covariance
+        Of (h0_1, v0_1, h0_2, ..., v0_n, g), shape (2 n + 1, 2 n + 1).
+    residual_rms_m
+        Root mean square of the residuals.
+    """
+
+    origin_s: FloatArray
+    height_m: FloatArray
+    speed_m_s: FloatArray
+    g_m_s2: float
+    covariance: FloatArray
+    residual_rms_m: float
+
+    @property
+    def u_g_m_s2(self) -> float:
+        """Standard uncertainty of g."""
+        return float(np.sqrt(self.covariance[-1, -1]))
+
+    def height_at(self, flight: int, time_s: float) -> float:
+        """Return the height of a flight's parabola at an instant."""
+        d = time_s - self.origin_s[flight]
+        return float(self.height_m[flight] + self.speed_m_s[flight] * d - 0.5 * self.g_m_s2 * d * d)
+
+    def speed_at(self, flight: int, time_s: float) -> float:
+        """Return the speed of a flight's parabola at an instant."""
+        return float(self.speed_m_s[flight] - self.g_m_s2 * (time_s - self.origin_s[flight]))
+
+    def height_gradient(self, flight: int, time_s: float) -> FloatArray:
+        """Return d height / d parameters, shape (2 n + 1,)."""
+        d = time_s - self.origin_s[flight]
+        out = np.zeros(self.covariance.shape[0])
+        out[2 * flight], out[2 * flight + 1], out[-1] = 1.0, d, -0.5 * d * d
+        return out
+
+    def speed_gradient(self, flight: int, time_s: float) -> FloatArray:
+        """Return d speed / d parameters, shape (2 n + 1,)."""
+        out = np.zeros(self.covariance.shape[0])
+        out[2 * flight + 1], out[-1] = 1.0, -(time_s - self.origin_s[flight])
+        return out
+
+
+def fit_parabolas(stretches: Sequence[tuple[FloatArray, FloatArray]]) -> Parabolas:
+    """Fit one parabola a flight with g shared, by least squares.
+
+    The covariance is that of white residuals of the observed size, times their correlation length in samples (each
+    flight its own size and length): residuals of a mismatch are waves, not noise.
+
+    Parameters
+    ----------
+    stretches
+        Per flight times in s and heights in m, each of shape (n_samples,), at least four samples.
+    """
+    origin = np.array([float(time.mean()) for time, _ in stretches])
+    n = len(stretches)
+    blocks = []
+    for k, (time, _) in enumerate(stretches):
+        d = time - origin[k]
+        block = np.zeros((time.size, 2 * n + 1))
+        block[:, 2 * k], block[:, 2 * k + 1], block[:, -1] = 1.0, d, -0.5 * d * d
+        blocks.append(block)
+    design = np.concatenate(blocks)
+    heights = np.concatenate([height for _, height in stretches])
+    solution, *_ = np.linalg.lstsq(design, heights, rcond=None)
+    residual = heights - design @ solution
+    inverse = np.linalg.inv(design.T @ design)
+    meat = np.zeros_like(inverse)
+    begin = 0
+    for block in blocks:
+        own = residual[begin : begin + block.shape[0]]
+        begin += block.shape[0]
+        freedom = max(1.0, own.size - 2.0 - 1.0 / n)
+        variance = float(own @ own) / freedom * correlation_length(own)
+        meat += variance * (block.T @ block)
+    covariance = inverse @ meat @ inverse
+    return Parabolas(
+        origin,
+        solution[:-1:2].copy(),
+        solution[1:-1:2].copy(),
+        float(solution[-1]),
+        covariance,
+        float(np.sqrt(np.mean(residual**2))),
+    )
+
+
+def correlation_length(residual: FloatArray) -> float:
+    """Return 1 + 2 sum of the autocorrelation up to its first zero, in samples, at least 1."""
+    if residual.size < 8 or not residual.any():
+        return 1.0
+    size = 1 << int(2 * residual.size - 1).bit_length()
+    spectrum = np.fft.rfft(residual - residual.mean(), size)
+    correlation = np.fft.irfft(np.abs(spectrum) ** 2, size)[: residual.size // 2]
+    if correlation[0] <= 0:
+        return 1.0
+    correlation = correlation / correlation[0]
+    negative = np.flatnonzero(correlation <= 0)
+    end = int(negative[0]) if negative.size else correlation.size
+    return float(max(1.0, 1.0 + 2.0 * correlation[1:end].sum()))

@@ -16,6 +16,7 @@ from radargui.model.segment import Segment
 PROMINENCE = 0.3
 """An extreme stands out of its surroundings by this share of the local swing, or it is noise."""
 LEAST_EXTREMES = 2
+TURN_S = 0.0008
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +127,7 @@ def motion_turns(smoothed_v: FloatArray, sample_rate_hz: float, segment: Segment
     first, last = segment.first, segment.last
     amplitude = 0.5 * np.ptp(smoothed_v[:, first:last], axis=1)
     rate = np.hypot(slope[0] / max(amplitude[0], 1e-300), slope[1] / max(amplitude[1], 1e-300))
-    reach = max(1, round(0.0015 * sample_rate_hz))
+    reach = max(1, round(TURN_S * sample_rate_hz))
     turning = np.zeros(smoothed_v.shape[1], dtype=np.bool_)
     before, after = slope[:, : -2 * reach], slope[:, 2 * reach :]
     reversed_both = (before * after < 0).all(axis=0)

@@ -15,7 +15,7 @@ class Daq(Section):
     """How the NI device digitises the voltages."""
 
     device: Annotated[Text, Field(min_length=1)] = "Dev1"
-    remote: Annotated[Text, Field(pattern=r"^[^\s:/]+:\d{1,5}$")] | None = None
+    remote: Annotated[Text, Field(pattern=r"^[^\s:/]+:\d{1,5}$", description="a text HOST:PORT")] | None = None
     channels: Annotated[tuple[Text, ...], Field(min_length=2, max_length=8)] | None = None
     terminal: Terminal = "differential"
     range_v: Annotated[Real, Field(gt=0.0, le=60.0)] = 5.0

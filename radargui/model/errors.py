@@ -26,7 +26,8 @@ class RadarGuiError(Exception):
 
     def __str__(self) -> str:
         """Return the whole text on one line."""
-        parts = [self.message]
+        ended = self.message.rstrip().endswith((".", ":", "!", "?"))
+        parts = [self.message if ended or not (self.reasons or self.remedy) else f"{self.message}."]
         if self.reasons:
             parts.append("Likely: " + "; or ".join(self.reasons) + ".")
         if self.remedy:

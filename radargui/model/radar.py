@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator
 
-from radargui.model.section import Coordinate, Real, Section, Vector
+from radargui.model.section import Coordinate, ExactWhole, Real, Section, Vector
 
 SPEED_OF_LIGHT_M_S = 299_792_458.0
 
@@ -16,7 +16,7 @@ class Radar(Section):
     """Transmitted wave and the sign of the phase."""
 
     frequency_hz: Annotated[Real, Field(ge=1e8, le=1e12)] = 10.0e9
-    phase_sign: Literal[-1, 1] = 1
+    phase_sign: Annotated[Literal[-1, 1], ExactWhole] = 1
 
     @property
     def wavelength_m(self) -> float:

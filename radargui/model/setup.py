@@ -10,7 +10,7 @@ from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.digitisation import iq_names
 from radargui.model.processing import Processing
 from radargui.model.radar import Floor, Radar, Receiver, Tracer, Transmitter
-from radargui.model.section import Section
+from radargui.model.section import ExactWhole, Section
 from radargui.model.simulation import Simulation
 
 SCHEMA = 1
@@ -21,7 +21,7 @@ class Setup(Section):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True)
 
-    schema_version: Annotated[Literal[1], Field(alias="schema")]
+    schema_version: Annotated[Literal[1], ExactWhole, Field(alias="schema", description="1 in this version")]
     radar: Radar
     transmitter: Transmitter
     receiver: Annotated[tuple[Receiver, ...], Field(min_length=1, max_length=4)]

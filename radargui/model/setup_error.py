@@ -1,155 +1,81 @@
-"""One clear line from what pydantic says: key, value, allowed range."""
+"""One clear line from what pydantic says of a setup: key, value, allowed range."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, get_args
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any
 
-import annotated_types
 from pydantic import BaseModel, ValidationError
+
+from radargui.model.setup_place import Place, find_place
+from radargui.model.toml_text import key_text, value_text
 
 NOT_YET: dict[str, tuple[str, ...]] = {"processing.correction": ("adaptive", "joint")}
 """Values of the contract that this version does not offer yet."""
 
 
 def describe(error: ValidationError, model: type[BaseModel]) -> str:
-    """Return the first fault of a setup as one line that names key, value and allowed range."""
+    """Return the most telling fault of a setup as one line that names key, value and allowed range."""
     faults = error.errors(include_url=False)
-    text = _one(faults[0], model)
-    if len(faults) > 1:
-        text += f" (and {len(faults) - 1} more)"
-    return text
+    places = [tuple(fault["loc"]) for fault in faults]
+    # pydantic counts a bad entry of a list as absent, and then calls the list too short as well
+    faults = [
+        fault
+        for fault, place in zip(faults, places, strict=True)
+        if not (fault["type"] == "too_short" and any(len(p) > len(place) and p[: len(place)] == place for p in places))
+    ]
+    faults.sort(key=_weight)
+    more = len(faults) - 1
+    return _line(faults[0], model) + (f" (and {more} more fault{'s'[: more > 1]})" if more else "")
 
 
-def _one(fault: Any, model: type[BaseModel]) -> str:
-    loc = tuple(part for part in fault["loc"] if not _is_branch(part))
-    key = dotted(loc)
-    kind = fault["type"]
-    value = fault["input"]
+def _weight(fault: Mapping[str, Any]) -> int:
+    """Return the rank of a fault: another schema explains all others, a mistyped key explains a missing one."""
+    if fault["loc"] == ("schema",):
+        return 0
+    return 1 if fault["type"] == "extra_forbidden" else 2
+
+
+def _line(fault: Mapping[str, Any], model: type[BaseModel]) -> str:
+    key, value, kind = dotted(fault["loc"]), fault["input"], fault["type"]
+    place = find_place(model, fault["loc"])
+    allowed = place.allowed() if place else fault["msg"]
+    if place and place.is_list and place.is_table:
+        allowed += f", each headed [[{key}]]"
     if kind == "missing":
-        need = " (1 to 4 are needed)" if key == "receiver" else ""
-        return f"{bracketed(loc)} is missing{need}" if len(loc) == 1 else f"{key} is missing"
+        return f"{_header(fault['loc'], place)} is missing, allowed: {allowed}"
     if kind == "extra_forbidden":
-        known = ", ".join(_keys_beside(loc, model))
-        return f"{key} = {shown(value)}: unknown key; allowed here: {known}"
+        return f"{key} = {value_text(value)}: unknown key{_hint(fault['loc'], model)}"
     if kind == "value_error":
-        text = str(fault["ctx"]["error"]) if "ctx" in fault else fault["msg"]
-        return f"{key} = {shown(value)}: {text}" if key else text
-    if value in NOT_YET.get(key, ()) if isinstance(value, str) else False:
-        return f"{key} = {shown(value)}: not offered by this version yet; allowed: {fault['ctx']['expected']}"
-    if key == "schema":
-        return f"schema = {shown(value)}: this version reads schema 1; allowed: 1"
-    allowed = _allowed(loc, model) or fault["msg"]
-    return f"{key} = {shown(value)}: allowed {allowed}"
+        text = str(fault["ctx"]["error"])
+        return f"{key} = {value_text(value)}, {text}" if key else text
+    if isinstance(value, str) and value in NOT_YET.get(key, ()):
+        return f"{key} = {value_text(value)}: not offered by this version yet, allowed: {allowed}"
+    return f"{key} = {value_text(value)}, allowed: {allowed}"
 
 
-def _is_branch(part: object) -> bool:
-    return isinstance(part, str) and ("[" in part or part in {"float", "int", "str", "bool"})
+def _hint(loc: Sequence[int | str], model: type[BaseModel]) -> str:
+    parent = find_place(model, loc[:-1])
+    known = parent.keys() if parent else []
+    close = get_close_matches(str(loc[-1]), known, n=1)
+    meant = f" (did you mean {close[0]}?)" if close else ""
+    return f"{meant}, allowed here: {', '.join(known)}"
 
 
-def dotted(loc: Sequence[object]) -> str:
+def _header(loc: Sequence[int | str], place: Place | None) -> str:
+    """Return a missing key as it is written in the file, a table with its brackets."""
+    if place is None or not place.is_table or len(loc) != 1:
+        return dotted(loc)
+    return f"[[{loc[0]}]]" if place.is_list else f"[{loc[0]}]"
+
+
+def dotted(loc: Sequence[int | str]) -> str:
     """Return a place as the user knows it: receiver[2].tilt_deg, counted from 1."""
     text = ""
     for part in loc:
         if isinstance(part, int):
             text += f"[{part + 1}]"
         else:
-            text += f".{part}" if text else str(part)
+            text += f".{key_text(part)}" if text else key_text(part)
     return text
-
-
-def bracketed(loc: Sequence[object]) -> str:
-    """Return a table's name as it is written in the file."""
-    name = str(loc[0])
-    if name == "schema":
-        return "schema"
-    return f"[[{name}]]" if name == "receiver" else f"[{name}]"
-
-
-def shown(value: object) -> str:
-    """Return a value short enough for one line."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _annotation_models(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for argument in get_args(annotation) for model in _annotation_models(argument)]
-
-
-def _walk(loc: Sequence[object], model: type[BaseModel]) -> tuple[type[BaseModel], Any]:
-    """Return the innermost model that holds `loc`, and the field there."""
-    here, field = model, None
-    for part in loc:
-        if not isinstance(part, str):
-            continue
-        if field is not None:
-            inner = _annotation_models(field.annotation)
-            if not inner:
-                break
-            here = inner[0]
-        field = next((f for n, f in here.model_fields.items() if part in (n, f.alias)), None)
-        if field is None:
-            break
-    return here, field
-
-
-def _keys_beside(loc: Sequence[object], model: type[BaseModel]) -> list[str]:
-    here, _ = _walk(loc, model)
-    return [field.alias or name for name, field in here.model_fields.items()]
-
-
-def _metadata(annotation: Any) -> list[Any]:
-    found = list(getattr(annotation, "__metadata__", ()))
-    for argument in get_args(annotation):
-        found += _metadata(argument)
-    return found
-
-
-def _allowed(loc: Sequence[object], model: type[BaseModel]) -> str:
-    _, field = _walk(loc, model)
-    if field is None:
-        return ""
-    if any(hasattr(field.annotation, name) for name in ("model_fields",)):
-        return "a table of keys"
-    from typing import Literal, get_origin
-
-    def literals(annotation: Any) -> list[object]:
-        if get_origin(annotation) is Literal:
-            return list(get_args(annotation))
-        return [value for argument in get_args(annotation) for value in literals(argument)]
-
-    values = literals(field.annotation)
-    if values:
-        return ", ".join(str(value) for value in values)
-    low = high = ""
-    for item in [*field.metadata, *_metadata(field.annotation)]:
-        for constraint in getattr(item, "metadata", None) or [item]:
-            match constraint:
-                case annotated_types.Ge(ge=bound):
-                    low = low or f"{bound:g}"
-                case annotated_types.Gt(gt=bound):
-                    low = low or f"above {bound:g}"
-                case annotated_types.Le(le=bound):
-                    high = high or f"{bound:g}"
-                case annotated_types.Lt(lt=bound):
-                    high = high or f"below {bound:g}"
-                case _:
-                    pass
-    kind = _kind(field.annotation)
-    span = f"{low} to {high}" if low and high else (f"{low} or more" if low else (f"up to {high}" if high else ""))
-    return f"{kind} {span}".strip()
-
-
-def _kind(annotation: Any) -> str:
-    text = str(annotation)
-    for word, name in (
-        ("tuple", "a list of"),
-        ("bool", "true or false"),
-        ("int", "a whole number"),
-        ("float", "a number"),
-    ):
-        if word in text:
-            return name
-    return "a text"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -26,15 +27,33 @@ def parse_setup(text: str, name: str = "setup") -> Setup:
         Not TOML, or a key missing, unknown or out of range; one line names key, value and allowed range.
     """
     try:
-        document = tomlkit.parse(text).unwrap()
-    except (TOMLKitError, ValueError, RecursionError) as error:
-        raise SetupError(
-            f"{name} is not TOML: {error}", remedy="Mend that line or start from a shipped setup."
-        ) from None
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise _not_toml(name, str(error)) from None
+    except RecursionError:
+        raise _not_toml(name, "tables or lists nested too deep") from None
+    except ValueError:
+        raise _not_toml(name, "a number has too many digits") from None
+    return validate_setup(document, name)
+
+
+def validate_setup(document: dict[str, Any], name: str = "setup") -> Setup:
+    """Return the setup that plain tables describe.
+
+    Raises
+    ------
+    SetupError
+        A key missing, unknown or out of range; one line names key, value and allowed range.
+    """
     try:
         return Setup.model_validate(document)
     except ValidationError as error:
         raise SetupError(f"{name}: {describe(error, Setup)}") from None
+
+
+def _not_toml(name: str, fault: str) -> SetupError:
+    text = " ".join(fault.split())
+    return SetupError(f"{name} is not TOML: {text}.", remedy="Mend that place or start from a shipped setup.")
 
 
 def read_setup(path: Path) -> Setup:
@@ -48,7 +67,7 @@ def read_setup(path: Path) -> Setup:
     try:
         if path.stat().st_size > MAXIMUM_BYTES:
             raise SetupError(f"{path} is larger than a setup file can be", remedy="Give the TOML file of a setup.")
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise SetupError(f"{path}: {error.strerror or error}", remedy="Check the path of the setup file.") from None
     except UnicodeDecodeError:
@@ -90,8 +109,13 @@ def _update(target: Any, source: dict[str, Any]) -> None:
             _update(old, value)
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             _update_tables(target, key, value)
-        elif old is None or old.unwrap() != value:
+        elif old is None or _unwrapped(old) != value:
             target[key] = value
+
+
+def _unwrapped(item: Any) -> Any:
+    """Return the plain value of an item; the library gives true and false plain already."""
+    return item.unwrap() if hasattr(item, "unwrap") else item
 
 
 def _update_tables(target: Any, key: str, rows: list[dict[str, Any]]) -> None:
@@ -120,7 +144,7 @@ def write_setup(setup: Setup, path: Path) -> None:
         The folder cannot be written.
     """
     try:
-        original = path.read_text(encoding="utf-8") if path.exists() else ""
+        original = path.read_text(encoding="utf-8-sig") if path.exists() else ""
         text = dump_setup(setup, original)
     except (OSError, UnicodeDecodeError, TOMLKitError):
         text = dump_setup(setup)

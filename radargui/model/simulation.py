@@ -2,20 +2,74 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from radargui.model.section import Real, Section, Whole
+from radargui.model.section import Flag, Real, Section, Whole
 
 Scene = Literal["drop", "circle", "pendulum", "bed", "rest"]
 Relative = Annotated[Real, Field(ge=0.0, le=0.5)]
+MismatchKind = Literal[
+    "dc_offset",
+    "gain_error",
+    "quadrature_error",
+    "bias",
+    "amplitude_variation",
+    "drift",
+    "reflection",
+    "mains",
+]
 
 
 class Simulation(Section):
     """Everything the simulated source needs; sizes of mismatch are relative to the amplitude of I.
 
-    `mismatch` sets the size of every kind at once; each kind set beside it overrides it.
+    Attributes
+    ----------
+    scene
+        drop: falls and bounces; bed: falls onto grains and stays; circle; pendulum; rest: nothing moves.
+    seed
+        Draws everything random: hardware and surroundings once, noise, drift and mains anew for each run.
+    rest_s, settle_s
+        How long the sphere rests before and after the motion.
+    drop_height_m
+        Fall from the release to the first impact; left out: down to `floor.height_m`, else 0.26 m.
+    lateral_speed_m_s, lateral_azimuth_deg
+        Drift of a falling sphere; the azimuth is also the direction of the circle's middle and of the swing.
+    bed_depth_m
+        How deep the sphere goes into the grains.
+    circle_radius_m, circle_period_s, circle_tilt_deg
+        A circle that starts at the release, its middle `tilt` below the horizontal.
+    turns
+        Turns of the circle; swings to and fro of the pendulum, rounded to half swings.
+    amplitude_v
+        Of I and Q at the release.
+    beamwidth_deg
+        Full width of each antenna's main lobe at half power; all look at the origin.
+    mismatch
+        Size of every kind of mismatch at once; each kind set beside it overrides it.
+    dc_offset
+        Length of the offset of (I, Q), its direction random.
+    gain_error
+        Amplitude of Q over that of I is 1 + or - up to this.
+    quadrature_error_deg
+        Exactly this for all receivers; left out: + or - up to `mismatch` radians, random.
+    bias
+        Root mean square of an offset of (I, Q) that varies smoothly with position.
+    amplitude_variation
+        Root mean square of the logarithm of an amplitude that varies smoothly with position.
+    drift
+        Root mean square of an offset of (I, Q) that varies slowly with time.
+    reflection
+        Magnitude of the reflection coefficient of the container's bottom.
+    mains, mains_frequency_hz
+        Largest amplitude of a pick-up at this frequency.
+    snr_db, noise
+        White noise, 10 log10(A^2 / (2 sigma^2)) with A = `amplitude_v` and sigma of one channel; false: none.
+    adc_bits
+        Bits of the converter over +-`daq.range_v`; 0: no converter, ideal volts.
     """
 
     scene: Scene = "drop"
@@ -23,6 +77,7 @@ class Simulation(Section):
     rest_s: Annotated[Real, Field(ge=0.0, le=60.0)] = 0.6
     settle_s: Annotated[Real, Field(ge=0.0, le=60.0)] = 0.6
 
+    gravity_m_s2: Annotated[Real, Field(ge=0.1, le=30.0)] = 9.81
     drop_height_m: Annotated[Real, Field(gt=0.0, le=2.0)] | None = None
     restitution: Annotated[Real, Field(ge=0.0, lt=1.0)] = 0.8
     lateral_speed_m_s: Annotated[Real, Field(ge=0.0, le=5.0)] = 0.0
@@ -30,12 +85,13 @@ class Simulation(Section):
     bed_depth_m: Annotated[Real, Field(gt=0.0, le=0.2)] = 0.01
     circle_radius_m: Annotated[Real, Field(gt=0.0, le=0.5)] = 0.08
     circle_period_s: Annotated[Real, Field(gt=0.01, le=60.0)] = 2.0
+    circle_tilt_deg: Annotated[Real, Field(ge=0.0, le=90.0)] = 45.0
     pendulum_length_m: Annotated[Real, Field(gt=0.01, le=10.0)] = 0.5
     pendulum_amplitude_deg: Annotated[Real, Field(gt=0.0, le=80.0)] = 8.0
     turns: Annotated[Real, Field(gt=0.0, le=1000.0)] = 2.0
 
     amplitude_v: Annotated[Real, Field(gt=0.0, le=60.0)] = 1.0
-    beamwidth_deg: Annotated[Real, Field(gt=0.1, le=180.0)] = 15.0
+    beamwidth_deg: Annotated[Real, Field(ge=1.0, le=180.0)] = 15.0
     mismatch: Relative = 0.02
     dc_offset: Relative | None = None
     gain_error: Relative | None = None
@@ -47,11 +103,14 @@ class Simulation(Section):
     mains: Relative | None = None
     mains_frequency_hz: Annotated[Real, Field(ge=10.0, le=400.0)] = 50.0
 
-    snr_db: Annotated[Real, Field(ge=0.0, le=400.0)] | None = 40.0
+    snr_db: Annotated[Real, Field(ge=0.0, le=400.0)] = 40.0
+    noise: Flag = True
     adc_bits: Annotated[Whole, Field(ge=0, le=16)] = 16
-    noise: Annotated[bool, Field(strict=True)] = True
 
-    def size(self, kind: str) -> float:
+    def size(self, kind: MismatchKind) -> float:
         """Return the relative size of one kind of mismatch: its own value, else `mismatch`."""
-        own = getattr(self, kind)
+        if kind == "quadrature_error":
+            own = None if self.quadrature_error_deg is None else math.radians(abs(self.quadrature_error_deg))
+        else:
+            own = getattr(self, kind)
         return self.mismatch if own is None else float(own)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import find_peaks
 
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 STEP_S = 0.0005
 SIDE_S = 0.010
@@ -14,6 +14,9 @@ LEAST_JUMP_M_S = 0.12
 LEAST_SPEED_M_S = 0.03
 SIGMAS = 7.0
 APART_S = 0.013
+WAVES = 3.0
+G_M_S2 = 9.81
+MARGIN = 0.5
 
 
 def find_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArray, sample_rate_hz: float) -> FloatArray:
@@ -55,12 +58,38 @@ def find_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArray, sam
     complete = whole[:-side] & whole[side:]
     sigma = _slope_noise(filled, usable, kernel)
     jump = after - before
-    least = max(LEAST_JUMP_M_S, SIGMAS * np.sqrt(2.0) * sigma)
+    least = max(LEAST_JUMP_M_S, SIGMAS * np.sqrt(2.0) * sigma, WAVES * _waves(jump[complete]))
     falls_then_rises = (before < -LEAST_SPEED_M_S) & (after > max(LEAST_SPEED_M_S, SIGMAS * sigma)) & complete
     candidates = np.where(falls_then_rises, jump, 0.0)
     found, _ = find_peaks(np.pad(candidates, 1), height=least, distance=max(1, round(APART_S / step_s)))
-    centre_s = time_s[0] + (found - 1 + side) * step_s - 0.5 / sample_rate_hz
+    found = _possible(found - 1, before, after, step_s)
+    centre_s = time_s[0] + (found + side) * step_s - 0.5 / sample_rate_hz
     return np.asarray(centre_s, dtype=np.float64)
+
+
+def _possible(found: IntArray, before: FloatArray, after: FloatArray, step_s: float) -> IntArray:
+    """Return the impacts that can follow each other, the hardest first.
+
+    A sphere that leaves the floor at v comes back after 2 v / g, and one that arrives at v has fallen for v / g: an
+    impact much nearer to a harder one is a flaw of the correction.
+    """
+    kept: list[int] = []
+    for index in sorted(found, key=lambda k: before[k] - after[k]):
+        clear = True
+        for other in kept:
+            harder_first = other < index
+            least_s = MARGIN * (2.0 * after[other] if harder_first else -before[other]) / G_M_S2
+            clear = clear and abs(index - other) * step_s >= least_s
+        if clear:
+            kept.append(int(index))
+    return np.asarray(sorted(kept), dtype=np.intp)
+
+
+def _waves(jump_m_s: FloatArray) -> float:
+    """Return the size of the jumps that a mismatch left in the track makes everywhere, not only at impacts."""
+    if jump_m_s.size == 0:
+        return 0.0
+    return float(np.median(np.abs(jump_m_s - np.median(jump_m_s))) / 0.674489750196)
 
 
 def end_slope_kernel(count: int) -> FloatArray:

@@ -18,6 +18,10 @@ NOMINAL_G_M_S2 = 9.81
 METHOD = "parabolas with shared g"
 LARGEST_U_E = 0.1
 """A coefficient less certain than this is told as not valid."""
+LEAST_SAMPLES = 8
+LARGEST_RESIDUAL = 5.0
+LEAST_RESIDUAL_M = 0.2e-3
+"""A flight is no parabola where it misses its own by this, and by five times what the flights of the run do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,17 +85,21 @@ def _rising_speed(heights: _Heights, impact_s: FloatArray) -> float:
 
 
 def _fit(heights: _Heights, flights: tuple[Flight | None, ...]) -> tuple[Parabolas | None, dict[int, int]]:
-    """Fit all flights; return the parabolas and, for each flight that was fitted, its place among them."""
-    stretches: list[tuple[FloatArray, FloatArray]] = []
-    place: dict[int, int] = {}
-    for k, flight in enumerate(flights):
-        if flight is None:
-            continue
-        stretch = heights.within(flight)
-        if stretch[0].size >= 8:
-            place[k] = len(stretches)
-            stretches.append(stretch)
-    return (fit_parabolas(stretches) if stretches else None), place
+    """Fit all flights; return the parabolas and, for each flight that was fitted, its place among them.
+
+    A stretch that is no parabola (an impact missed in it, a lost fringe) would spoil the shared g: it is left out.
+    """
+    stretches = {
+        k: stretch
+        for k, stretch in ((k, heights.within(flight)) for k, flight in enumerate(flights) if flight)
+        if stretch[0].size >= LEAST_SAMPLES
+    }
+    if len(stretches) > 2:
+        alone = {k: fit_parabolas([stretch]).residual_rms_m for k, stretch in stretches.items()}
+        most = max(LARGEST_RESIDUAL * float(np.median(list(alone.values()))), LEAST_RESIDUAL_M)
+        stretches = {k: stretch for k, stretch in stretches.items() if alone[k] <= most}
+    place = {k: n for n, k in enumerate(stretches)}
+    return (fit_parabolas(list(stretches.values())) if stretches else None), place
 
 
 def _meet(fitted: Parabolas, place: dict[int, int], impact_s: FloatArray) -> FloatArray:

@@ -1,0 +1,80 @@
+"""The one place that makes a source of a kind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from radargui.model.errors import SourceError
+from radargui.model.setup import Setup
+from radargui.sources.clock import SYSTEM_CLOCK, Clock
+from radargui.sources.contract import Source
+from radargui.sources.replay import ReplaySource
+from radargui.sources.simulated import SimulatedSource
+
+SourceKind: TypeAlias = Literal["simulated", "ni", "replay"]
+
+
+def make_source(
+    kind: SourceKind,
+    setup: Setup,
+    *,
+    run: int = 0,
+    realtime: bool = True,
+    repeat: bool = False,
+    file: Path | None = None,
+    clock: Clock = SYSTEM_CLOCK,
+) -> Source:
+    """Return a source, not yet open.
+
+    Parameters
+    ----------
+    kind
+        simulated, ni or replay.
+    setup
+        What is acquired.
+    run
+        Number of the run in its session, for the simulated source.
+    realtime
+        For simulation and replay: keep the sampling rate, otherwise as fast as asked.
+    repeat
+        For the simulation: begin again for ever.
+    file
+        What is replayed.
+    clock
+        Paces simulation and replay.
+
+    Raises
+    ------
+    SetupError
+        The simulated scene is impossible.
+    SourceError
+        The kind is unknown, or replay was asked for without a file or with one of another number of channels.
+    FileError
+        The file cannot be read.
+    """
+    match kind:
+        case "simulated":
+            return SimulatedSource(setup, run=run, realtime=realtime, clock=clock, repeat=repeat)
+        case "replay":
+            return _replay(setup, file, realtime=realtime, clock=clock)
+        case "ni":
+            # loads NI's client, which a computer without it must not need
+            from radargui.sources.ni import NiSource
+
+            return NiSource(setup)
+    raise SourceError(f"{kind!r} is no source", remedy="Choose simulated, ni or replay.")
+
+
+def _replay(setup: Setup, file: Path | None, *, realtime: bool, clock: Clock) -> ReplaySource:
+    from radargui.files.reading import read_recording
+
+    if file is None:
+        raise SourceError("No file to replay was named", remedy="Name a recording.")
+    recording = read_recording(file)
+    if recording.n_receivers != setup.n_receivers:
+        raise SourceError(
+            f"{file.name} holds {recording.n_receivers} IQ pairs, the setup has {setup.n_receivers} receivers",
+            remedy="Use the setup that belongs to the recording.",
+        )
+    return ReplaySource(recording, realtime=realtime, clock=clock, block_s=setup.daq.read_interval_s)

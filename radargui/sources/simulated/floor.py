@@ -1,0 +1,69 @@
+"""The simulated floor: the plane that the sphere's centre cannot pass, and the container's bottom below it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray
+from radargui.model.errors import SetupError
+from radargui.model.setup import Setup
+
+DEFAULT_DROP_M = 0.26
+_LEAST_DROP_M = 1e-4
+_LEAST_NORMAL_Z = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class ContactPlane:
+    """The plane n.x = d where the sphere's centre is when it touches.
+
+    Attributes
+    ----------
+    normal
+        Unit vector away from the floor, shape (3,).
+    distance_m
+        d.
+    """
+
+    normal: FloatArray
+    distance_m: float
+
+    def height_m(self, place_m: FloatArray) -> float:
+        """Return how far a place (3,) lies above the plane, along the normal."""
+        return float(self.normal @ place_m) - self.distance_m
+
+
+def contact_plane(setup: Setup) -> ContactPlane:
+    """Return the floor of the simulated scene.
+
+    It passes `simulation.drop_height_m` below the release; where that is left out, through `floor.height_m` on the
+    z axis; where that is left out too, 0.26 m below the release.
+
+    Raises
+    ------
+    SetupError
+        The floor does not face up, or the release does not lie above it.
+    """
+    release = np.array(setup.tracer.release_position_m)
+    normal = np.array(setup.floor.normal)
+    if normal[2] < _LEAST_NORMAL_Z:
+        raise SetupError(
+            f"floor.normal = {[round(float(part), 3) for part in normal]}: the simulated sphere needs a floor that "
+            "faces up",
+            remedy="Point the normal away from the floor, for example [0, 0, 1].",
+        )
+    if setup.simulation.drop_height_m is not None:
+        foot = release - np.array([0.0, 0.0, setup.simulation.drop_height_m])
+    elif setup.floor.height_m is not None:
+        foot = np.array([0.0, 0.0, setup.floor.height_m])
+    else:
+        foot = release - np.array([0.0, 0.0, DEFAULT_DROP_M])
+    plane = ContactPlane(normal, float(normal @ foot))
+    if plane.height_m(release) < _LEAST_DROP_M:
+        raise SetupError(
+            f"The release of the simulated sphere at z = {release[2]:g} m is not above the floor at z = {foot[2]:g} m",
+            remedy="Raise tracer.release_position_m, lower floor.height_m or set simulation.drop_height_m.",
+        )
+    return plane

@@ -1,0 +1,114 @@
+"""The simulated radar: everything from the scene to the samples, in chunks that are always the same."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import path_lengths
+from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.digitisation import Digitisation
+from radargui.model.setup import Setup
+from radargui.model.truth import Truth
+from radargui.sources.simulated.arrays import ComplexArray
+from radargui.sources.simulated.checks import check_clearance
+from radargui.sources.simulated.converter import Converter
+from radargui.sources.simulated.disturbance import Disturbance
+from radargui.sources.simulated.hardware import make_mixer
+from radargui.sources.simulated.noise import WhiteNoise
+from radargui.sources.simulated.reflection import make_waves, reflectors_of
+from radargui.sources.simulated.scene import Scene
+from radargui.sources.simulated.tracer_mismatch import TracerMismatch
+
+CHUNK = 4096
+
+
+class SimulatedRadar:
+    """Samples and truth of one simulated run at any index.
+
+    Samples are computed in chunks of 4096 that begin at multiples of 4096, so that every sample is the same, bit for
+    bit, however a run is read.
+
+    Raises
+    ------
+    SetupError
+        The simulated scene is impossible.
+    """
+
+    def __init__(self, setup: Setup, *, run: int = 0, repeat: bool = False) -> None:
+        simulation = setup.simulation
+        release = np.array(setup.tracer.release_position_m)
+        self._antennas = place_antennas(setup)
+        self.scene = Scene(setup, repeat=repeat)
+        check_clearance(setup, self.scene, self._antennas, reflectors_of(setup))
+        self._rate_hz = setup.daq.rate_hz
+        self._skew_s = setup.daq.channel_skew_s
+        self._sign = setup.radar.phase_sign
+        self._amplitude_v = simulation.amplitude_v
+        self._waves = make_waves(setup, self._antennas)
+        self._mixers = [make_mixer(simulation, receiver) for receiver in range(setup.n_receivers)]
+        self._tracer = [TracerMismatch(simulation, receiver, release) for receiver in range(setup.n_receivers)]
+        self._disturbance = [Disturbance(simulation, channel, run) for channel in range(2 * setup.n_receivers)]
+        self._noise = WhiteNoise(simulation, run)
+        self._converter = Converter(simulation, setup.daq)
+        self.digitisation = Digitisation(
+            channel_names=setup.channel_names,
+            sample_rate_hz=setup.daq.rate_hz,
+            scaling=self._converter.scaling(2 * setup.n_receivers),
+            channel_skew_s=setup.daq.channel_skew_s,
+            device="simulated",
+        )
+        duration_s = self.scene.duration_s
+        self.n_samples = None if duration_s is None else max(round(duration_s * self._rate_hz), 1)
+        self._kept: tuple[int, RawArray] | None = None
+
+    def samples(self, first: int, count: int) -> RawArray:
+        """Return samples first : first + count of all channels, shape (n_channels, count), a new array."""
+        parts: list[RawArray] = []
+        end = first + count
+        for chunk in range(first // CHUNK, (end - 1) // CHUNK + 1):
+            start = chunk * CHUNK
+            parts.append(self._chunk(chunk)[:, max(first - start, 0) : min(end - start, CHUNK)])
+        samples: RawArray = np.concatenate(parts, axis=1)  # type: ignore[assignment]
+        return samples
+
+    def truth(self, first: int, count: int) -> Truth:
+        """Return the exact motion during samples first : first + count, impacts counted from sample first."""
+        first_s = first / self._rate_hz
+        position = self.scene.position_m(np.arange(first, first + count) / self._rate_hz)
+        impacts = self.scene.impacts_s(first_s, (first + count) / self._rate_hz) - first_s
+        return Truth(position, path_lengths(position, self._antennas), impacts)
+
+    def _chunk(self, chunk: int) -> RawArray:
+        if self._kept is None or self._kept[0] != chunk:
+            volts = self._volts(np.arange(chunk * CHUNK, (chunk + 1) * CHUNK) / self._rate_hz)
+            self._noise.add_to(volts, chunk)
+            self._kept = (chunk, self._converter.convert(volts))
+        return self._kept[1]
+
+    def _volts(self, time_s: FloatArray) -> FloatArray:
+        """Return the noiseless volts of all channels, shape (n_channels, n), at the times (n,) of channel 0."""
+        volts = np.empty((self.digitisation.n_channels, time_s.size))
+        position = self._places(time_s)
+        field = self._waves.at_tracer(position)
+        signal: ComplexArray | None = None
+        for channel in range(self.digitisation.n_channels):
+            receiver, is_q = divmod(channel, 2)
+            own_time_s = time_s
+            if self._skew_s and channel:
+                own_time_s = time_s + channel * self._skew_s
+                position = self._places(own_time_s)
+                field = self._waves.at_tracer(position)
+            if self._skew_s or not is_q or signal is None:
+                signal = self._tracer[receiver].applied(self._waves.received(receiver, position, field), position)
+                if self._sign < 0:
+                    signal = signal.conj()
+            mixer = self._mixers[receiver]
+            clean = mixer.q(signal) if is_q else mixer.i(signal)
+            volts[channel] = self._amplitude_v * (clean + self._disturbance[channel].at(own_time_s))
+        return volts
+
+    def _places(self, time_s: FloatArray) -> FloatArray:
+        """Return the positions (3, n), or (3, 1) where the sphere rests all the time: everything is computed once."""
+        position = self.scene.position_m(time_s)
+        return position[:, :1] if (position == position[:, :1]).all() else position

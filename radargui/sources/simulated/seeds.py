@@ -1,0 +1,25 @@
+"""Seeds: one independent stream of random numbers for each part of the simulation."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+
+
+class Stream(IntEnum):
+    """Parts that draw random numbers; switching one off leaves the others as they are."""
+
+    HARDWARE = 1
+    BIAS = 2
+    AMPLITUDE = 3
+    DRIFT = 4
+    REFLECTION = 5
+    MAINS = 6
+    NOISE = 7
+    MAINS_PHASE = 8
+
+
+def generator(seed: int, stream: Stream, *key: int) -> np.random.Generator:
+    """Return the generator of a part; `key` tells run, receiver or chunk."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(int(stream), *key)))

@@ -1,0 +1,89 @@
+"""The static ellipse returns the constants it was made of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from radargui.correction.circle_follower import CircleFollower
+from radargui.correction.ellipse import correct_ellipse, fit_ellipse
+from radargui.correction.phase import unwrap, wrapped_phase
+from radargui.correction.skew import remove_skew
+from radargui.model.errors import ProcessingError
+from radargui.model.segment import Segment
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    gain=st.floats(0.7, 1.4),
+    eps=st.floats(-0.3, 0.3),
+    i0=st.floats(-3, 3),
+    q0=st.floats(-3, 3),
+    amplitude=st.floats(0.001, 4.0),
+    arc=st.floats(4.0, 40.0),
+)
+def test_the_ellipse_gives_back_offset_gain_and_quadrature(
+    gain: float, eps: float, i0: float, q0: float, amplitude: float, arc: float
+) -> None:
+    phase = np.linspace(0.3, 0.3 + arc, 2000)
+    pair = np.stack([i0 + amplitude * np.cos(phase), q0 + gain * amplitude * np.sin(phase + eps)])
+    iq, ellipse = correct_ellipse(pair, Segment(0, 2000, 0, 0))
+    assert ellipse.gain_ratio == pytest.approx(gain, rel=1e-4)
+    assert ellipse.quadrature_error_rad == pytest.approx(eps, abs=1e-4)
+    assert ellipse.amplitude_v == pytest.approx(amplitude, rel=1e-4)
+    assert iq == pytest.approx(np.stack([np.cos(phase), np.sin(phase)]), abs=1e-3)
+
+
+@pytest.mark.parametrize("pair", [np.zeros((2, 500)), np.stack([np.linspace(0, 1, 500), np.linspace(0, 2, 500)])])
+def test_samples_on_no_ellipse_are_refused(pair: np.ndarray) -> None:
+    with pytest.raises(ProcessingError, match="no ellipse"):
+        correct_ellipse(pair, Segment(0, 500, 0, 0))
+
+
+def test_a_short_arc_is_refused() -> None:
+    phase = np.linspace(0, 1.0, 500)
+    with pytest.raises(ProcessingError):
+        correct_ellipse(np.stack([np.cos(phase), np.sin(phase)]), Segment(0, 500, 0, 0))
+
+
+def test_the_conic_under_noise_is_true_within_a_percent() -> None:
+    phase = np.linspace(0, 60, 6000)
+    pair = np.stack([np.cos(phase), 1.1 * np.sin(phase + 0.1)])
+    pair += np.random.default_rng(0).normal(0, 0.03, pair.shape)
+    ellipse = fit_ellipse(pair)
+    assert ellipse.gain_ratio == pytest.approx(1.1, rel=0.01)
+    assert ellipse.quadrature_error_rad == pytest.approx(0.1, abs=0.01)
+
+
+def test_unwrapping_passes_over_unknown_samples() -> None:
+    phase = np.linspace(0, 20, 400)
+    wrapped = wrapped_phase(np.cos(phase), np.sin(phase))[None]
+    wrapped[0, 100:105] = np.nan
+    out = unwrap(wrapped)[0]
+    assert np.isnan(out[100:105]).all()
+    assert np.delete(out, range(100, 105)) == pytest.approx(np.delete(phase, range(100, 105)), abs=1e-9)
+
+
+def test_skew_is_interpolated_away() -> None:
+    rate, skew = 20000.0, 5e-6
+    time = np.arange(4000) / rate
+    late = np.stack([np.cos(2 * np.pi * 300 * (time + k * skew)) for k in range(6)])
+    straight = remove_skew(late, rate, skew)
+    assert straight[:, 5:-5] == pytest.approx(np.cos(2 * np.pi * 300 * time)[None, 5:-5].repeat(6, axis=0), abs=1e-7)
+    assert np.abs(late[5] - late[0]).max() > 0.04
+
+
+def test_the_follower_learns_a_circle_and_its_slow_change() -> None:
+    phase = np.linspace(0, 2 * np.pi * 12, 6000)
+    centre = np.linspace(0.0, 0.1, 6000)
+    pair = np.stack([0.5 + centre + np.cos(phase), -0.3 + 1.1 * np.sin(phase + 0.05)])
+    follower = CircleFollower()
+    assert not follower.start(pair[:, :500])
+    assert follower.start(pair[:, :1200])
+    wrong = []
+    for begin in range(1200, 6000, 80):
+        x, y = follower.follow(pair[:, begin : begin + 80])
+        wrong.append(np.angle(np.exp(1j * (np.arctan2(y, x) - phase[begin : begin + 80]))))
+    assert np.sqrt(np.mean(np.concatenate(wrong) ** 2)) < 0.03

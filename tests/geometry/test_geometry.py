@@ -1,0 +1,117 @@
+"""Path lengths, T, the exact bistatic solution and mirrors against worked truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from radargui.geometry.antennas import Antennas, place_antennas
+from radargui.geometry.bistatic import locate_exact, position_uncertainty
+from radargui.geometry.path_length import path_gradient, path_lengths
+from radargui.geometry.plane_wave import condition_number, locate_plane, t_matrix
+from radargui.geometry.reflectors import mirror
+from radargui.model.resources import default_setup_path
+from radargui.model.setup_file import read_setup
+
+RELEASE = np.array([0.0, 0.0, 0.12])
+coordinate = st.floats(-0.15, 0.15)
+
+
+@pytest.fixture(scope="module")
+def antennas() -> Antennas:
+    return place_antennas(read_setup(default_setup_path()))
+
+
+def test_a_receiver_stands_where_tilt_azimuth_and_distance_say(antennas: Antennas) -> None:
+    assert antennas.transmitter_m == pytest.approx([0.0, 0.0, 0.70])
+    assert antennas.receivers_m[0] == pytest.approx([0.0, 0.70 * np.sin(np.radians(40)), 0.70 * np.cos(np.radians(40))])
+
+
+def test_path_length_is_the_sum_of_two_distances(antennas: Antennas) -> None:
+    p = np.array([0.03, -0.02, 0.05])
+    expected = [np.linalg.norm(p - antennas.transmitter_m) + np.linalg.norm(p - rx) for rx in antennas.receivers_m]
+    assert path_lengths(p[:, None], antennas)[:, 0] == pytest.approx(expected, abs=1e-15)
+
+
+def test_the_gradient_of_a_path_is_its_numerical_derivative(antennas: Antennas) -> None:
+    p, h = np.array([0.03, -0.02, 0.05]), 1e-6
+    steps = h * np.eye(3)
+    numerical = np.stack(
+        [path_lengths((p + d)[:, None], antennas) - path_lengths((p - d)[:, None], antennas) for d in steps], axis=1
+    )[:, :, 0] / (2 * h)
+    assert path_gradient(p[:, None], antennas)[:, :, 0] == pytest.approx(numerical, abs=1e-9)
+
+
+def test_rows_of_t_are_sin_t_cos_a_and_sin_t_sin_a_and_one_plus_cos_t(antennas: Antennas) -> None:
+    tilt, azimuth = np.radians(40.0), np.radians([90.0, 210.0, 330.0])
+    expected = np.stack(
+        [np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.full(3, 1 + np.cos(tilt))], axis=1
+    )
+    assert t_matrix(antennas) == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_path_growing_in_all_receivers_is_a_tracer_going_down(antennas: Antennas) -> None:
+    position = locate_plane(np.full((3, 1), 0.01), antennas, RELEASE)
+    assert position[2, 0] < RELEASE[2]
+    assert position[:2, 0] == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+@settings(max_examples=50, deadline=None)
+@given(x=coordinate, y=coordinate, z=coordinate)
+def test_the_exact_solution_returns_any_place_in_the_field_of_view(x: float, y: float, z: float) -> None:
+    antennas = place_antennas(read_setup(default_setup_path()))
+    p = np.array([[x], [y], [z]])
+    change = path_lengths(p, antennas) - path_lengths(RELEASE[:, None], antennas)
+    assert locate_exact(change, antennas, RELEASE) == pytest.approx(p, abs=1e-10)
+
+
+def test_the_plane_wave_is_wrong_by_millimetres_where_the_exact_solution_is_not(antennas: Antennas) -> None:
+    p = np.zeros((3, 100))
+    p[2] = np.linspace(0.12, -0.13, 100)
+    change = path_lengths(p, antennas) - path_lengths(RELEASE[:, None], antennas)
+    plane = np.sqrt(np.mean((locate_plane(change, antennas, RELEASE) - p)[2] ** 2))
+    assert 0.5e-3 < plane < 20e-3
+    assert locate_exact(change, antennas, RELEASE) == pytest.approx(p, abs=1e-10)
+
+
+def test_four_receivers_are_solved_by_least_squares(antennas: Antennas) -> None:
+    four = Antennas(antennas.transmitter_m, np.concatenate([antennas.receivers_m, [[0.5, 0.1, 0.5]]]))
+    p = np.array([[0.02], [0.03], [-0.05]])
+    change = path_lengths(p, four) - path_lengths(RELEASE[:, None], four)
+    assert locate_exact(change, four, RELEASE) == pytest.approx(p, abs=1e-10)
+
+
+def test_an_unknown_path_gives_an_unknown_position_and_leaves_the_others(antennas: Antennas) -> None:
+    change = np.zeros((3, 3))
+    change[1, 1] = np.nan
+    position = locate_exact(change, antennas, RELEASE)
+    assert np.isnan(position[:, 1]).all()
+    assert position[:, [0, 2]] == pytest.approx(np.stack([RELEASE, RELEASE], axis=1))
+
+
+def test_paths_no_place_can_have_give_an_unknown_position(antennas: Antennas) -> None:
+    assert np.isnan(locate_exact(np.array([[-2.0], [-2.0], [-2.0]]), antennas, RELEASE)).all()
+
+
+def test_uncertainty_of_position_is_the_scatter_of_solutions(antennas: Antennas) -> None:
+    rng = np.random.default_rng(3)
+    p, u = np.array([[0.02], [0.01], [-0.05]]), np.array([[1e-5], [2e-5], [3e-5]])
+    exact = path_lengths(p, antennas) - path_lengths(RELEASE[:, None], antennas)
+    scattered = locate_exact(exact + u * rng.normal(size=(3, 20000)), antennas, RELEASE)
+    assert position_uncertainty(p, u, antennas)[:, 0] == pytest.approx(scattered.std(axis=1), rel=0.03)
+
+
+def test_a_mirrored_point_is_as_far_behind_the_plane() -> None:
+    normal = np.array([0.0, 0.6, 0.8])
+    point = np.array([0.3, -0.2, 0.5])
+    image = mirror(point, normal, -0.1)
+    assert (image + point) @ normal / 2 == pytest.approx(-0.1)
+    assert np.cross(image - point, normal) == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+def test_the_condition_number_grows_when_receivers_stand_together(antennas: Antennas) -> None:
+    near = antennas.receivers_m.copy()
+    near[1] = near[0] + [0.01, 0.0, 0.0]
+    assert condition_number(Antennas(antennas.transmitter_m, near)) > 10 * condition_number(antennas)

@@ -1,0 +1,93 @@
+"""The segment with motion: found, and nothing invented in noise, hum or drift."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.drops import Drop
+
+from radargui.model.arrays import FloatArray
+from radargui.motion.noise import white_noise_v
+from radargui.motion.segment import find_segment, held
+
+RATE = 20000.0
+
+
+def iq_of(height_m: FloatArray, noise: float = 0.005, seed: int = 0) -> FloatArray:
+    phase = -2 * np.pi * 1.77 * height_m / 0.03
+    z = np.stack([np.cos(phase), np.sin(phase)])
+    return np.asarray(z + noise * np.random.default_rng(seed).normal(size=z.shape))
+
+
+def test_white_noise_is_measured_beside_any_smooth_motion() -> None:
+    drop = Drop()
+    noise = white_noise_v(iq_of(drop.height(drop.time_s), 0.01))
+    assert noise == pytest.approx([0.01, 0.01], rel=0.05)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.001, 0.02, 0.1])
+def test_a_drop_moves_from_its_release_to_its_last_bounce(noise: float) -> None:
+    drop = Drop(rate_hz=RATE)
+    segment = find_segment(iq_of(drop.height(drop.time_s), noise), RATE)
+    assert segment is not None
+    assert segment.first / RATE == pytest.approx(drop.rest_s, abs=0.03)
+    assert drop.impact_s[-12] < segment.last / RATE < drop.impact_s[-1] + 0.03
+    assert segment.has_rest
+    assert segment.rest_last / RATE < drop.rest_s
+
+
+def test_noise_alone_is_no_motion() -> None:
+    for seed in range(10):
+        assert find_segment(np.random.default_rng(seed).normal(0.3, 0.01, (6, 20000)), RATE) is None
+
+
+def test_a_hum_of_the_mains_with_harmonics_and_drift_is_no_motion() -> None:
+    rng = np.random.default_rng(1)
+    time = np.arange(40000) / RATE
+    phase = rng.uniform(0, 2 * np.pi, (6, 3))
+    hum = sum(0.1 / k * np.sin(2 * np.pi * 50 * k * time + phase[:, k - 1 : k]) for k in (1, 2, 3))
+    volts = hum + 0.05 * np.sin(2 * np.pi * 0.05 * time) + rng.normal(0, 0.003, (6, 40000))
+    assert find_segment(volts, RATE) is None
+
+
+def test_a_drop_is_found_under_a_hum() -> None:
+    drop = Drop(rate_hz=RATE)
+    volts = iq_of(drop.height(drop.time_s)) + 0.1 * np.sin(2 * np.pi * 50 * drop.time_s)
+    segment = find_segment(volts, RATE)
+    assert segment is not None
+    assert segment.first / RATE == pytest.approx(drop.rest_s, abs=0.04)
+
+
+def test_motion_at_constant_speed_with_the_doppler_of_the_mains_is_motion() -> None:
+    time = np.arange(20000) / RATE
+    turn = 2 * np.pi * 50 * time
+    volts = np.stack([np.cos(turn), np.sin(turn)]) + np.random.default_rng(0).normal(0, 0.005, (2, 20000))
+    segment = find_segment(volts, RATE)
+    assert segment is not None
+    assert (segment.first, segment.last) == (0, 20000)
+    assert not segment.has_rest
+
+
+def test_a_tracer_that_moves_throughout_has_no_rest() -> None:
+    time = np.arange(40000) / RATE
+    segment = find_segment(iq_of(0.1 * np.sin(2 * np.pi * 0.7 * time)), RATE)
+    assert segment is not None
+    assert (segment.first, segment.last) == (0, 40000)
+    assert not segment.has_rest
+
+
+def test_a_spike_is_no_motion() -> None:
+    volts = np.random.default_rng(0).normal(0, 0.005, (6, 20000))
+    volts[2, 10000] = 1.0
+    segment = find_segment(volts, RATE)
+    assert segment is None or segment.last - segment.first < 0.05 * RATE
+
+
+def test_a_record_of_a_few_samples_has_no_motion() -> None:
+    assert find_segment(np.zeros((6, 3)), RATE) is None
+    assert find_segment(np.zeros((2, 400)), RATE) is None
+
+
+def test_samples_that_are_not_numbers_are_held() -> None:
+    x = np.array([[np.nan, 1.0, np.inf, 2.0], [np.nan] * 4])
+    assert held(x) == pytest.approx(np.array([[1.0, 1.0, 1.0, 2.0], [0.0] * 4]))

@@ -1,0 +1,43 @@
+"""The shipped setups are valid and can be simulated."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from radargui.model.resources import shipped_setups
+from radargui.model.setup_file import dump_setup, parse_setup, read_setup
+from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import SimulatedRadar
+
+SETUPS = shipped_setups()
+
+
+def test_setups_are_shipped_for_one_receiver_high_speed_a_bed_and_a_perfect_radar() -> None:
+    names = {path.stem for path in SETUPS}
+    assert {"default", "clean", "granular-bed", "high-speed", "one-receiver"} <= names
+
+
+@pytest.mark.parametrize("path", SETUPS, ids=lambda path: path.stem)
+def test_a_shipped_setup_survives_writing_and_reading(path: Path) -> None:
+    setup = read_setup(path)
+    assert parse_setup(dump_setup(setup, path.read_text(encoding="utf-8"))) == setup
+
+
+@pytest.mark.parametrize("path", SETUPS, ids=lambda path: path.stem)
+def test_a_shipped_setup_simulates_within_the_range_of_its_converter(path: Path) -> None:
+    setup = read_setup(path)
+    radar = SimulatedRadar(setup)
+    assert radar.n_samples is not None
+    volts = radar.digitisation.volts(radar.samples(0, min(radar.n_samples, 60_000)))
+    assert np.isfinite(volts).all()
+    assert 0.5 < np.abs(volts).max() < 0.9 * setup.daq.range_v
+
+
+def test_a_perfect_radar_gives_volts_without_noise() -> None:
+    recording, _ = simulate_recording(read_setup(next(path for path in SETUPS if path.stem == "clean")))
+    assert recording.raw.dtype == np.float64
+    resting = recording.raw[:, :10000]
+    np.testing.assert_array_equal(resting, np.repeat(resting[:, :1], 10000, axis=1))

@@ -1,0 +1,95 @@
+"""The stand-in server as a test uses it: started with a recording, told which faults to make, ended."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+
+import grpc
+from nidaqmx._stubs import nidaqmx_pb2_grpc
+from support.ni_server.devices import StandInDevice, daqpad_6015
+from support.ni_server.faults import Fault
+from support.ni_server.pace import AsFastAsPossible, Pace
+from support.ni_server.service import DaqService
+from support.ni_server.signal import AtEnd, Signal
+from support.ni_server.task import StandInTask
+
+from radargui.model.recording import Recording
+
+
+class NiServer:
+    """A running stand-in server."""
+
+    def __init__(self, recording: Recording, devices: Sequence[StandInDevice], pace: Pace, at_end: AtEnd) -> None:
+        self._service = DaqService(Signal(recording, at_end), tuple(devices), pace)
+        self._workers = ThreadPoolExecutor(max_workers=8)
+        self._server = grpc.server(self._workers)
+        nidaqmx_pb2_grpc.add_NiDAQmxServicer_to_server(self._service, self._server)
+        port = self._server.add_insecure_port("127.0.0.1:0")
+        self._server.start()
+        self.address = f"127.0.0.1:{port}"
+
+    @property
+    def calls(self) -> Counter[str]:
+        """How often each call was made."""
+        return self._service.calls
+
+    @property
+    def tasks(self) -> list[StandInTask]:
+        """Tasks that are not cleared."""
+        return list(self._service.tasks.values())
+
+    def fail(
+        self, rpc: str, code: int, *, after: int = 0, times: int = 1_000_000, samples_read: int | None = None
+    ) -> None:
+        """Let a call fail with an NI-DAQmx error code, after some calls that work, so many times."""
+        with self._service.pace.condition:
+            self._service.faults.add(Fault(rpc, code, after, times, samples_read))
+
+    def remove(self, device: str) -> None:
+        """Pull the cable of a device: NI-DAQmx keeps its name and cannot reach it."""
+        with self._service.pace.condition:
+            self._service.absent.add(device)
+            for task in self._service.tasks.values():
+                task.stop()
+
+    def plug_in(self, device: str) -> None:
+        """Plug a removed device in again."""
+        with self._service.pace.condition:
+            self._service.absent.discard(device)
+
+    def reserve(self, device: str) -> None:
+        """Let another program have a device."""
+        with self._service.pace.condition:
+            self._service.reserved_elsewhere.add(device)
+
+    def kill(self) -> None:
+        """End the server at once, calls under way included; idempotent."""
+        ended = self._server.stop(0)
+        with self._service.pace.condition:
+            for task in self._service.tasks.values():
+                task.stop()
+        ended.wait()
+        self._workers.shutdown(wait=True)
+
+
+@contextmanager
+def serve(
+    recording: Recording,
+    devices: Sequence[StandInDevice] | None = None,
+    *,
+    pace: Pace | None = None,
+    at_end: AtEnd = "hold",
+) -> Iterator[NiServer]:
+    """Serve a recording's samples on the inputs of the devices (default: a DAQPad-6015 named Dev1).
+
+    Codes of an int16 recording are served bit for bit with its own scaling. `pace`: AsFastAsPossible (default),
+    RealTime or ByHand. `at_end`: hold the last sample for ever, repeat the recording, or give no more samples.
+    """
+    server = NiServer(recording, (daqpad_6015(),) if devices is None else devices, pace or AsFastAsPossible(), at_end)
+    try:
+        yield server
+    finally:
+        server.kill()

@@ -1,0 +1,122 @@
+"""An analogue input task of the stand-in driver, with the states and refusals of the real one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from support.ni_server.devices import CONFIGURATIONS, StandInDevice
+from support.ni_server.faults import NiError
+from support.ni_server.pace import Pace
+from support.ni_server.signal import Signal
+
+TIMEOUT, OVERWRITTEN = -200284, -200279
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One virtual channel."""
+
+    name: str
+    device: StandInDevice
+    index: int
+    low_v: float
+    high_v: float
+
+
+class StandInTask:
+    """One task; the caller holds the pace's condition."""
+
+    def __init__(self, name: str, signal: Signal, pace: Pace) -> None:
+        self.name = name
+        self.channels: list[Channel] = []
+        self.committed = False
+        self.running = False
+        self.rate_hz = 1000.0
+        self.buffer = 1000
+        self._signal = signal
+        self._pace = pace
+        self._mark = 0.0
+        self._position = 0
+        self._broken = 0
+
+    @property
+    def device(self) -> StandInDevice:
+        """The device of the task."""
+        if not self.channels:
+            raise NiError(-200478)
+        return self.channels[0].device
+
+    def add_channel(self, device: StandInDevice, index: int, name: str, terminal: int, low: float, high: float) -> None:
+        """Create a voltage channel."""
+        if terminal != -1 and not device.terminals(index) & CONFIGURATIONS[terminal]:
+            raise NiError(-200077)
+        covering = [limits for limits in device.ranges_v if limits[0] <= low and limits[1] >= high]
+        if not covering:
+            raise NiError(-200077)
+        low_v, high_v = min(covering, key=lambda limits: limits[1] - limits[0])
+        self.channels.append(Channel(name, device, index, low_v, high_v))
+
+    def configure(self, rate_hz: float, samples: int) -> None:
+        """Set rate and buffer; the buffer is at least what the driver would choose itself."""
+        self.rate_hz = rate_hz
+        self.buffer = max(samples, 1000 if rate_hz <= 100 else 10_000 if rate_hz <= 10e3 else 100_000)
+
+    def commit(self) -> None:
+        """Reserve the device."""
+        if self.rate_hz > self.device.rate_limit_hz(len(self.channels)) * (1 + 1e-6):
+            raise NiError(-200081)
+        self.rate_hz = self.device.rate_in_force_hz(self.rate_hz)
+        self.committed = True
+
+    def start(self) -> None:
+        """Begin to sample from the first sample of the recording."""
+        self.commit()
+        self._mark = self._pace.start()
+        self._position = 0
+        self._broken = 0
+        self.running = True
+
+    def stop(self) -> None:
+        """End sampling; waiting reads return."""
+        self.running = False
+        self._pace.condition.notify_all()
+
+    def acquired(self) -> int | None:
+        """Return the samples acquired since the start; None: as many as anybody asks for."""
+        count = self._pace.acquired(self._mark, self.rate_hz)
+        length = self._signal.length
+        return count if length is None else length if count is None else min(count, length)
+
+    def available(self) -> int:
+        """Return the samples waiting."""
+        if not self.running:
+            raise NiError(-200983)
+        acquired = self.acquired()
+        return 0 if acquired is None else acquired - self._position
+
+    def coefficients(self, channel: Channel) -> tuple[float, ...]:
+        """Return the scaling of one channel: the recording's own where it has one."""
+        own = self._signal.scaling(channel.index)
+        return own or channel.device.coefficients(channel.index, channel.low_v, channel.high_v)
+
+    def read(self, wanted: int, timeout_s: float, *, codes: bool) -> tuple[np.ndarray, int]:
+        """Return samples (n_channels, n) and the status: 0, or the timeout where n is less than wanted."""
+        if not self.running:
+            raise NiError(-200983, 0)
+        if self._broken:
+            raise NiError(self._broken, 0)
+        self._pace.wait(self._mark, self.rate_hz, self._position + wanted, timeout_s, lambda: not self.running)
+        acquired = self.acquired()
+        if acquired is not None and acquired - self._position > self.buffer:
+            self._broken = OVERWRITTEN
+            raise NiError(OVERWRITTEN, 0)
+        count = wanted if acquired is None else max(0, min(wanted, acquired - self._position))
+        inputs = [channel.index for channel in self.channels]
+        if codes:
+            scaling = [self.coefficients(channel) for channel in self.channels]
+            samples = self._signal.codes(inputs, self._position, count, scaling)
+        else:
+            samples = self._signal.volts(inputs, self._position, count)
+        self._position += count
+        return samples, 0 if count == wanted else TIMEOUT

@@ -1,0 +1,198 @@
+"""The whole chain on simulated runs whose truth is exact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.changed import changed
+
+from radargui.model.block import Gap
+from radargui.model.errors import ProcessingError
+from radargui.model.resources import default_setup_path
+from radargui.model.setup import Setup
+from radargui.model.setup_file import read_setup
+from radargui.processing.offline import process
+from radargui.sources.simulated.recording import simulate_recording
+
+E = 0.8
+PERFECT = {"mismatch": 0.0, "noise": False, "adc_bits": 0}
+
+
+@pytest.fixture(scope="module")
+def setup() -> Setup:
+    """A drop of 27 cm."""
+    return changed(
+        read_setup(default_setup_path()),
+        floor={"height_m": None},
+        daq={"rate_hz": 20000.0},
+        simulation={"drop_height_m": 0.27, "restitution": E},
+    )
+
+
+def test_without_mismatch_the_chain_is_true_to_a_micrometre_and_e_to_a_ten_thousandth(setup: Setup) -> None:
+    perfect = changed(
+        setup,
+        simulation=PERFECT,
+        daq={"channel_skew_s": 0.0},
+        processing={"correction": "none", "geometry": "exact"},
+    )
+    recording, truth = simulate_recording(perfect)
+    result = process(recording, perfect)
+    assert result.status == "ok"
+    assert result.track is not None
+    assert result.track.valid.all()
+    assert np.abs(result.track.position_m - truth.position_m).max() < 1e-6
+    impacts = result.bounces.impacts
+    assert len(impacts) > 10
+    assert np.abs([impact.e - E for impact in impacts[:6]]).max() < 1e-4
+    assert [impact.time_s for impact in impacts[:6]] == pytest.approx(list(truth.impact_time_s[:6]), abs=1e-6)
+    assert result.bounces.free_fall is not None
+    assert result.bounces.free_fall.g_m_s2 == pytest.approx(9.81, abs=1e-4)
+    assert result.bounces.free_fall.drop_height_m == pytest.approx(0.27, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_every_mismatch_at_a_tenth_leaves_the_first_e_within_three_percent(setup: Setup, seed: int) -> None:
+    rough = changed(setup, simulation={"mismatch": 0.1, "seed": seed}, processing={"correction": "published"})
+    recording, truth = simulate_recording(rough)
+    result = process(recording, rough)
+    assert result.status == "ok"
+    first = result.bounces.impacts[0]
+    assert first.time_s == pytest.approx(truth.impact_time_s[0], abs=0.001)
+    assert first.e == pytest.approx(E, rel=0.03)
+    assert abs(first.e - E) < 4 * first.u_e
+    times = np.array([impact.time_s for impact in result.bounces.impacts])
+    assert np.abs(times[:, None] - truth.impact_time_s).min(axis=1).max() < 0.003
+
+
+def test_the_exact_geometry_gives_g_where_the_plane_wave_misses_it_by_percents(setup: Setup) -> None:
+    recording, _ = simulate_recording(setup)
+    g = {}
+    for geometry in ("exact", "plane"):
+        fall = process(recording, changed(setup, processing={"geometry": geometry})).bounces.free_fall
+        assert fall is not None
+        g[geometry] = fall.g_m_s2
+    assert g["exact"] == pytest.approx(9.81, rel=0.002)
+    assert abs(g["plane"] / 9.81 - 1) > 0.01
+
+
+def test_path_lengths_start_at_zero_in_the_mean_at_rest(setup: Setup) -> None:
+    recording, truth = simulate_recording(setup)
+    result = process(recording, setup)
+    assert result.paths is not None
+    assert result.segment is not None
+    rest = slice(result.segment.rest_first, result.segment.rest_last)
+    assert np.abs(result.paths.change_m[:, rest].mean(axis=1)).max() < 1e-9
+    change = truth.path_m - truth.path_m[:, :1]
+    wrong = (result.paths.change_m - change)[:, result.segment.first : result.segment.last]
+    assert np.sqrt(np.mean(wrong**2)) < 0.4e-3
+
+
+def test_an_inverted_phase_sign_is_undone(setup: Setup) -> None:
+    inverted = changed(setup, radar={"phase_sign": -1})
+    recording, _ = simulate_recording(inverted)
+    assert process(recording, inverted).bounces.impacts[0].e == pytest.approx(E, rel=0.01)
+
+
+@pytest.mark.parametrize("scene", ["circle", "bed"])
+def test_smooth_scenes_have_no_bounce(setup: Setup, scene: str) -> None:
+    smooth = changed(setup, simulation={"scene": scene, "mismatch": 0.02})
+    recording, _ = simulate_recording(smooth)
+    result = process(recording, smooth)
+    assert result.status == "ok"
+    assert result.bounces.impacts == ()
+
+
+def test_nothing_moving_is_an_answer(setup: Setup) -> None:
+    still = changed(setup, simulation={"scene": "rest", "mismatch": 0.1})
+    recording, _ = simulate_recording(still)
+    result = process(recording, still)
+    assert result.status == "no_motion"
+    assert result.track is None
+    assert result.bounces.impacts == ()
+
+
+def test_one_receiver_gives_path_lengths_and_no_track(setup: Setup) -> None:
+    single = setup.model_copy(
+        update={"receiver": setup.receiver[:1], "daq": setup.daq.model_copy(update={"channels": ("ai0", "ai1")})}
+    )
+    recording, truth = simulate_recording(single)
+    result = process(recording, single)
+    assert result.status == "ok"
+    assert result.track is None
+    assert result.bounces.impacts == ()
+    assert result.paths is not None
+    fall = np.nanmax(result.paths.change_m[0])
+    assert fall == pytest.approx(float(np.ptp(truth.path_m[0])), abs=2e-3)
+
+
+def test_a_recording_that_does_not_fit_the_setup_is_refused_by_its_channels(setup: Setup) -> None:
+    recording, _ = simulate_recording(setup)
+    with pytest.raises(ProcessingError, match="6 channels"):
+        process(recording, setup.model_copy(update={"receiver": setup.receiver[:2]}))
+
+
+def test_nothing_is_computed_across_a_gap(setup: Setup) -> None:
+    recording, truth = simulate_recording(setup)
+    rate = recording.digitisation.sample_rate_hz
+    first, count = round((truth.impact_time_s[1] - 0.05) * rate), 300
+    raw = np.delete(recording.raw, np.s_[first : first + count], axis=1)
+    result = process(replace(recording, raw=raw, gaps=(Gap(first, count, "test"),)), setup)
+    assert any("were lost" in warning for warning in result.warnings)
+    assert result.track is not None
+    time, known = result.track.time_s, result.track.valid
+    assert time.size == raw.shape[1] == known.size
+    gap_s = first / rate
+    assert known[time < gap_s].all() != known[time > gap_s].all()
+    assert not (known[time < gap_s].any() and known[time > gap_s].any())
+    for impact in result.bounces.impacts:
+        if impact.valid:
+            assert impact.e == pytest.approx(E, rel=0.02)
+            assert np.abs(truth.impact_time_s - impact.time_s).min() < 0.002
+
+
+def test_clipped_samples_are_flagged_and_told(setup: Setup) -> None:
+    clipping = changed(setup, daq={"range_v": 1.0}, simulation={"mismatch": 0.0})
+    recording, _ = simulate_recording(clipping)
+    assert recording.clipped().any()
+    result = process(recording, clipping)
+    assert result.corrected is not None
+    assert not result.corrected.valid.all()
+    assert max(channel.fraction_clipped or 0.0 for channel in result.corrected.channels) > 0
+    assert {channel.verdict for channel in result.corrected.channels} & {"usable", "rejected"}
+
+
+def test_samples_that_are_not_numbers_are_passed_over(setup: Setup) -> None:
+    recording, _ = simulate_recording(setup)
+    volts = recording.volts()
+    volts[0, 5000:5010] = np.nan
+    digitisation = replace(recording.digitisation, scaling=None)
+    result = process(replace(recording, raw=volts, digitisation=digitisation), setup)
+    assert result.track is not None
+    assert not result.track.valid[5000:5010].any()
+    assert result.bounces.impacts[0].e == pytest.approx(E, rel=0.01)
+
+
+def test_uncertainty_of_the_calibration_is_carried_separately(setup: Setup) -> None:
+    recording, _ = simulate_recording(setup)
+    assert process(recording, setup).calibration_uncertainty is None
+    plain = setup.model_dump(by_alias=True)
+    for receiver in plain["receiver"]:
+        receiver["u_tilt_deg"] = 0.5
+    plain["tracer"]["u_release_m"] = 0.003
+    carried = process(recording, Setup.model_validate(plain)).calibration_uncertainty
+    assert carried is not None
+    assert 0.5e-3 < carried["u_position_m"] < 10e-3
+    assert 0 < carried["u_e"] < 0.02
+    assert 0 < carried["u_g_m_s2"] < 0.5
+
+
+def test_a_release_position_that_the_setup_does_not_give_is_told(setup: Setup) -> None:
+    plain = setup.model_dump(by_alias=True, exclude_unset=True)
+    del plain["tracer"]
+    recording, _ = simulate_recording(setup)
+    result = process(recording, Setup.model_validate(plain))
+    assert any("release_position_m" in warning for warning in result.warnings)
+    assert not any("release_position_m" in warning for warning in process(recording, setup).warnings)

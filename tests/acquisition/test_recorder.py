@@ -1,0 +1,237 @@
+"""The recorder writes exactly the samples of the run, those before the trigger included."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.controlled_source import MemoryRun, codes, digitisation
+
+from radargui.acquisition import disk
+from radargui.acquisition import recorder as recorder_module
+from radargui.acquisition.recorder import Recorder
+from radargui.acquisition.state import Ending, RecorderState
+from radargui.model.arrays import RawArray
+from radargui.model.block import Block, Gap
+from radargui.model.daq import RecordingLimits
+from radargui.model.errors import FileError
+from radargui.model.truth import Truth
+
+LIMITS = RecordingLimits(pretrigger_s=0.2, quiet_s=0.15, maximum_s=2.0, wait_s=5.0)
+START = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)
+
+
+def blocks(samples: RawArray, size: int) -> list[Block]:
+    return [Block(samples[:, first : first + size].copy(), first) for first in range(0, samples.shape[1], size)]
+
+
+def armed(run: MemoryRun, limits: RecordingLimits = LIMITS, seconds: float | None = None) -> Recorder:
+    recorder = Recorder(run, limits, seconds=seconds)
+    recorder.prepare(digitisation(), START)
+    return recorder
+
+
+@pytest.mark.parametrize("size", [7, 37, 200, 20000])
+def test_a_run_is_bit_exact_from_before_the_trigger_until_quiet(size: int) -> None:
+    samples = codes(20000, moving=slice(8000, 12000))
+    run = MemoryRun()
+    recorder = armed(run)
+    for block in blocks(samples, size):
+        recorder.push(block)
+    assert recorder.ending is Ending.QUIET
+    assert recorder.trigger_index == run.trigger_index == 2000
+    assert recorder.first_index + 2000 == pytest.approx(8000, abs=250)
+    assert recorder.first_index + recorder.count == pytest.approx(12000 + 1500, abs=400)
+    assert np.array_equal(run.raw, samples[:, recorder.first_index :][:, : recorder.count])
+    assert run.raw.dtype == np.int16
+    assert run.complete is True
+    started = (datetime.fromisoformat(run.started_at) - START).total_seconds()
+    assert started == pytest.approx(recorder.first_index / 10000.0, abs=2e-6)
+
+
+def test_a_recorder_is_armed_then_recording_then_done() -> None:
+    states: list[RecorderState] = []
+    recorder = Recorder(MemoryRun(), LIMITS, on_change=states.append)
+    assert recorder.state is RecorderState.IDLE
+    recorder.prepare(digitisation(), START)
+    for block in blocks(codes(20000, moving=slice(8000, 12000)), 200):
+        recorder.push(block)
+    assert states == [RecorderState.ARMED, RecorderState.RECORDING, RecorderState.DONE]
+
+
+def test_a_run_shorter_than_its_pretrigger_begins_with_the_first_sample() -> None:
+    samples = codes(9000, moving=slice(3000, 5000))
+    limits = RecordingLimits(pretrigger_s=2.0, quiet_s=0.15)
+    run = MemoryRun()
+    recorder = armed(run, limits)
+    for block in blocks(samples, 200):
+        recorder.push(block)
+    assert recorder.trigger_index == pytest.approx(3000, abs=250)
+    assert np.array_equal(run.raw, samples[:, : recorder.count])
+
+
+def test_the_longest_run_counts_from_the_trigger_and_is_exact() -> None:
+    samples = codes(40000, moving=slice(5000, 40000))
+    run = MemoryRun()
+    recorder = armed(run)
+    for block in blocks(samples, 333):
+        recorder.push(block)
+    assert recorder.ending is Ending.MAXIMUM
+    assert recorder.count == 2000 + 20000
+
+
+def test_a_fixed_run_has_exactly_its_length() -> None:
+    samples = codes(5000)
+    run = MemoryRun()
+    recorder = armed(run, seconds=0.25)
+    for block in blocks(samples, 400):
+        recorder.push(block)
+    assert recorder.ending is Ending.SECONDS
+    assert np.array_equal(run.raw, samples[:, :2500])
+    assert run.trigger_index is None
+    assert run.started_at.startswith("2026-11-20T12:00:00.000000")
+
+
+def test_gaps_are_written_with_indices_from_the_first_sample_of_the_run() -> None:
+    samples = codes(20000, moving=slice(8000, 12000))
+    run = MemoryRun()
+    recorder = armed(run)
+    base = 0
+    for block in blocks(samples, 200):
+        if block.first_index == 7600:
+            continue
+        if block.first_index == 7800:
+            block = Block(block.samples, 7800, Gap(7600, 200, "overflow"))
+        if block.first_index == 9000:
+            continue
+        if block.first_index == 9200:
+            block = Block(block.samples, 9200, Gap(9000, 200, "writer too slow"))
+        recorder.push(block)
+        base = recorder.first_index
+    assert base > 0
+    assert run.gaps == [Gap(7600 - base, 200, "overflow"), Gap(9000 - base, 200, "writer too slow")]
+    assert recorder.lost == 400
+    expected = [index for index in range(base, base + recorder.count + 400) if index // 200 not in (38, 45)]
+    assert np.array_equal(run.raw, samples[:, expected])
+
+
+def test_a_run_whose_first_history_sample_was_lost_begins_after_the_gap() -> None:
+    samples = codes(20000, moving=slice(8000, 12000))
+    run = MemoryRun()
+    recorder = armed(run)
+    for block in blocks(samples, 200):
+        if 5000 <= block.first_index < 7000:
+            continue
+        if block.first_index == 7000:
+            block = Block(block.samples, 7000, Gap(5000, 2000, "overflow"))
+        recorder.push(block)
+    assert run.gaps == []
+    assert recorder.trigger_index == pytest.approx(1000, abs=250)
+    assert np.array_equal(run.raw, samples[:, 7000 : 7000 + recorder.count])
+
+
+def test_the_truth_of_exactly_the_recorded_samples_is_kept_without_the_lost_ones() -> None:
+    asked: list[tuple[int, int]] = []
+
+    def truth(first: int, count: int) -> Truth:
+        asked.append((first, count))
+        ramp = np.arange(first, first + count, dtype=np.float64)
+        return Truth(np.stack([ramp] * 3), np.stack([ramp] * 2), np.array([0.1]))
+
+    run = MemoryRun()
+    recorder = Recorder(run, LIMITS, seconds=0.1)
+    recorder.prepare(digitisation(), START, truth)
+    recorder.push(Block(codes(400), 0))
+    recorder.push(Block(codes(700), 500, Gap(400, 100)))
+    assert asked == [(0, 1000)]
+    assert run.truth is not None
+    assert run.truth.position_m.shape == (3, 900)
+    assert run.truth.path_m[0, 399:401].tolist() == [399.0, 500.0]
+
+
+def test_nothing_is_opened_where_nothing_moves() -> None:
+    run = MemoryRun()
+    recorder = armed(run)
+    recorder.push(Block(codes(20000), 0))
+    recorder.finish(Ending.END_OF_DATA)
+    assert recorder.ending is Ending.NO_MOTION
+    assert recorder.ending.without_run
+    assert run.opened == 0
+    assert recorder.path is None
+
+
+def test_waiting_ends_by_itself() -> None:
+    recorder = armed(MemoryRun(), RecordingLimits(wait_s=0.5))
+    for block in blocks(codes(6000), 100):
+        recorder.push(block)
+    assert recorder.ending is Ending.WAITED
+
+
+def test_a_source_that_ends_while_recording_completes_the_run() -> None:
+    run = MemoryRun()
+    recorder = armed(run)
+    samples = codes(9000, moving=slice(6000, 9000))
+    for block in blocks(samples, 100):
+        recorder.push(block)
+    recorder.finish(Ending.END_OF_DATA)
+    recorder.finish(Ending.STOPPED)
+    assert recorder.ending is Ending.END_OF_DATA
+    assert run.complete is True
+    assert np.array_equal(run.raw[:, -1000:], samples[:, -1000:])
+
+
+def test_a_failed_source_leaves_a_file_that_says_it_is_not_complete() -> None:
+    run = MemoryRun()
+    recorder = armed(run, seconds=1.0)
+    recorder.push(Block(codes(1000), 0))
+    recorder.finish(Ending.FAILED)
+    assert run.complete is False
+    assert run.raw.shape[1] == 1000
+
+
+def test_a_failed_write_closes_the_file() -> None:
+    run = MemoryRun()
+    run.error, run.fail_at = FileError("The disk is full"), 1
+    recorder = armed(run, seconds=1.0)
+    recorder.push(Block(codes(1000), 0))
+    with pytest.raises(FileError, match="disk is full"):
+        recorder.push(Block(codes(1000), 1000))
+    recorder.fail()
+    recorder.fail()
+    assert run.complete is False
+    assert recorder.ending is Ending.FAILED
+
+
+def test_a_recorder_that_was_never_prepared_ends_without_a_run() -> None:
+    recorder = Recorder(MemoryRun(), LIMITS)
+    recorder.finish(Ending.FAILED)
+    assert recorder.is_done
+    assert recorder.path is None
+
+
+def test_an_almost_full_disk_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recorder_module, "free_bytes", lambda _: 1000)
+    recorder = Recorder(MemoryRun(), LIMITS, folder=tmp_path)
+    with pytest.raises(FileError, match="MB left"):
+        recorder.prepare(digitisation(), START)
+
+
+def test_a_disk_that_fills_up_stops_the_run_while_the_file_can_be_closed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free = iter([disk.MINIMUM_FREE_BYTES + 1, disk.MINIMUM_FREE_BYTES - 1])
+    monkeypatch.setattr(recorder_module, "free_bytes", lambda _: next(free))
+    run = MemoryRun()
+    recorder = Recorder(run, LIMITS, folder=tmp_path, seconds=10.0)
+    recorder.prepare(digitisation(), START)
+    recorder.push(Block(codes(4000), 0))
+    with pytest.raises(FileError, match="MB left"):
+        recorder.push(Block(codes(4000), 4000))
+    assert run.raw.shape[1] == 8000
+
+
+def test_the_free_space_of_a_folder_that_is_not_there_is_unknown(tmp_path: Path) -> None:
+    assert disk.free_bytes(tmp_path / "nowhere") is None
+    assert (disk.free_bytes(tmp_path) or 0) > 0

@@ -1,0 +1,125 @@
+"""A run starts before the motion and ends when it is quiet, or is a fixed length."""
+
+from __future__ import annotations
+
+import numpy as np
+from support.controlled_source import digitisation
+
+from radargui.acquisition.history import History, cut
+from radargui.acquisition.index_map import IndexMap
+from radargui.acquisition.run_plan import FixedPlan, MotionPlan
+from radargui.acquisition.state import Ending
+from radargui.model.arrays import RawArray
+from radargui.model.block import Block, Gap
+from radargui.model.daq import RecordingLimits
+from radargui.motion.trigger import TriggerState
+
+LIMITS = RecordingLimits(pretrigger_s=0.1, quiet_s=0.2, maximum_s=2.0, wait_s=3.0)
+
+
+class ScriptedTrigger:
+    """Moves while the first channel is 1."""
+
+    def __init__(self) -> None:
+        self._pushed = 0
+        self._since: int | None = None
+        self._quiet: int | None = None
+
+    def push(self, samples: RawArray) -> TriggerState:
+        for value in samples[0]:
+            moving = value == 1
+            if moving and (self._since is None or self._quiet is not None):
+                self._since, self._quiet = self._pushed, None
+            if not moving and self._since is not None and self._quiet is None:
+                self._quiet = self._pushed
+            self._pushed += 1
+        moving = self._since is not None and self._quiet is None
+        return TriggerState(ready=True, moving=moving, since_index=self._since, quiet_since_index=self._quiet)
+
+
+def plan() -> MotionPlan:
+    return MotionPlan(digitisation(1, 1000.0), LIMITS, ScriptedTrigger())
+
+
+def block(first: int, count: int, *, moving: bool = False, gap: Gap | None = None) -> Block:
+    return Block(np.full((2, count), int(moving), dtype=np.int16), first, gap)
+
+
+def test_a_run_starts_the_pretrigger_time_before_the_motion() -> None:
+    a_plan = plan()
+    a_plan.push(block(0, 500))
+    assert a_plan.first_index is None
+    a_plan.push(block(500, 100, moving=True))
+    assert (a_plan.first_index, a_plan.trigger_index, a_plan.last_index) == (400, 500, 2500)
+
+
+def test_a_run_ends_when_it_was_quiet_long_enough_and_not_at_a_short_rest() -> None:
+    a_plan = plan()
+    a_plan.push(block(0, 500))
+    a_plan.push(block(500, 100, moving=True))
+    a_plan.push(block(600, 150))
+    a_plan.push(block(750, 50, moving=True))
+    assert a_plan.ending is Ending.MAXIMUM
+    a_plan.push(block(800, 500))
+    assert a_plan.ending is Ending.QUIET
+    assert a_plan.last_index == 1000
+
+
+def test_a_motion_that_is_over_within_one_block_is_found() -> None:
+    a_plan = plan()
+    samples = np.zeros((2, 1000), dtype=np.int16)
+    samples[:, 300:320] = 1
+    samples[:, 340:360] = 1
+    a_plan.push(Block(samples, 0))
+    assert a_plan.trigger_index == 300
+    assert a_plan.ending is Ending.QUIET
+    assert a_plan.last_index == 560
+
+
+def test_the_trigger_is_at_its_absolute_index_after_a_gap() -> None:
+    a_plan = plan()
+    a_plan.push(block(0, 300))
+    a_plan.push(block(350, 200, gap=Gap(300, 50)))
+    a_plan.push(block(550, 50, moving=True))
+    assert a_plan.trigger_index == 550
+
+
+def test_waiting_ends_after_the_time_allowed() -> None:
+    a_plan = plan()
+    a_plan.push(block(0, 2990))
+    assert a_plan.ending is None
+    a_plan.push(block(2990, 20))
+    assert a_plan.ending is Ending.WAITED
+    assert a_plan.first_index is None
+
+
+def test_a_fixed_run_starts_at_once_and_has_its_length() -> None:
+    fixed = FixedPlan(digitisation(1, 1000.0), 0.25)
+    fixed.push(block(0, 100))
+    assert (fixed.first_index, fixed.last_index, fixed.trigger_index) == (0, 250, None)
+
+
+def test_a_history_forgets_old_blocks_only() -> None:
+    history = History(100)
+    for first in range(0, 500, 50):
+        history.push(block(first, 50))
+    taken = history.take_from(420)
+    assert [(part.first_index, part.count) for part in taken] == [(420, 30), (450, 50)]
+    assert history.take_from(0) == ()
+
+
+def test_a_cut_block_keeps_the_part_of_its_gap_that_lies_inside() -> None:
+    whole = block(100, 50, gap=Gap(80, 20, "overflow"))
+    assert cut(whole, 90, 120).gap == Gap(90, 10, "overflow")
+    assert cut(whole, 90, 120).count == 20
+    assert cut(whole, 110, 150).gap is None
+    assert cut(whole, 0, 60).count == 0
+
+
+def test_indices_count_lost_samples() -> None:
+    index = IndexMap()
+    index.push(0, 100)
+    index.push(150, 100)
+    index.push(250, 10)
+    assert index.absolutes(np.array([0, 99, 100, 205])).tolist() == [0, 99, 150, 255]
+    assert index.pushed == 210

@@ -1,0 +1,92 @@
+"""Any error ends in one clear line on stderr and an exit status of 1 or 2."""
+
+from __future__ import annotations
+
+import io
+import sys
+from pathlib import Path
+
+import pytest
+
+from radargui import __version__
+from radargui.cli.console import make_output_safe
+
+from .conftest import Command
+
+
+def test_the_version_is_told(command: Command) -> None:
+    assert command("--version").out == f"radargui {__version__}\n"
+
+
+def test_help_offers_the_commands_that_work_and_no_others(command: Command) -> None:
+    ended = command("--help")
+    assert ended.status == 0
+    listed = ended.out.partition("Commands:\n")[2].partition("\n\n")[0].splitlines()
+    assert [line.split()[0] for line in listed] == ["record", "process", "report", "devices", "info"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["frobnicate"], "No such command 'frobnicate'"),
+        (["export", "x"], "No such command 'export'"),
+        (["record", "--frobnicate"], "No such option"),
+        (["record", "--source", "radio"], "'radio' is not one of 'simulated', 'ni', 'replay'"),
+        (["record", "--runs", "0"], "--runs"),
+        (["record", "--runs", "many"], "--runs"),
+        (["report"], "Missing argument 'SESSION...'"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_status_2(command: Command, arguments: list[str], text: str) -> None:
+    ended = command(*arguments)
+    assert ended.status == 2
+    assert text in ended.error
+    assert ended.error.endswith("--help.")
+    assert len(ended.err.splitlines()) == 1
+    assert not ended.out
+
+
+def test_an_unexpected_error_is_one_line_that_names_the_log(
+    command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def fail() -> int:
+        raise ZeroDivisionError("division\nby zero")
+
+    monkeypatch.setattr("radargui.cli.info.show_info", fail)
+    ended = command("info")
+    assert ended.status == 1
+    log = tmp_path / "log" / "radargui.log"
+    assert ended.error == f"unexpected ZeroDivisionError: division by zero. The details are in {log}"
+
+
+def test_an_interrupt_is_status_1(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt() -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("radargui.cli.info.show_info", interrupt)
+    ended = command("info")
+    assert ended.status == 1
+    assert ended.error == "interrupted"
+
+
+def test_without_a_display_the_window_says_so(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+        monkeypatch.delenv(name, raising=False)
+    ended = command()
+    assert ended.status == 1
+    assert "There is no display" in ended.error
+
+
+def test_the_window_opens_without_a_command(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radargui.cli.window.open_window", lambda: 0)
+    assert command().status == 0
+
+
+def test_a_console_that_lacks_a_sign_shows_a_replacement(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = io.TextIOWrapper(io.BytesIO(), encoding="cp437")
+    monkeypatch.setattr(sys, "stdout", stream)
+    make_output_safe()
+    stream.write("0.80 ± 0.01 m/s² – ✓")
+    stream.flush()
+    assert stream.buffer.getvalue().decode("cp437") == "0.80 ± 0.01 m/s² ? ?"  # type: ignore[attr-defined]

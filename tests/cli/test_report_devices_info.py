@@ -1,0 +1,83 @@
+"""The short commands: report, devices, info."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from radargui.model.errors import DeviceError
+from radargui.sources.ni.device import NiDevice
+
+from .conftest import Command
+
+PAD = NiDevice(
+    "Dev1",
+    "DAQPad-6015",
+    "01A2B3C4",
+    channels=tuple(f"ai{number}" for number in range(16)),
+    ranges_v=((-0.05, 0.05), (-10.0, 10.0)),
+    max_rate_single_hz=200e3,
+    max_rate_multi_hz=200e3,
+)
+
+
+def test_a_report_names_its_four_files(command: Command, recorded: Path, tmp_path: Path) -> None:
+    ended = command("report", recorded, "--output", tmp_path / "report")
+    assert ended.status == 0
+    paths = [Path(line.removeprefix("Report:").strip()) for line in ended.out.splitlines()]
+    assert [path.suffix for path in paths] == [".pdf", ".html", ".csv", ".json"]
+    assert all(path.parent == tmp_path / "report" and path.stat().st_size for path in paths)
+
+
+def test_what_is_no_session_is_status_1_and_the_others_are_written_each_in_its_folder(
+    command: Command, recorded: Path, tmp_path: Path
+) -> None:
+    empty = tmp_path / "empty-session"
+    empty.mkdir()
+    shutil.copy(recorded / "session.json", empty)
+    ended = command("report", tmp_path / "absent", empty, "--output", tmp_path / "report")
+    assert ended.status == 1
+    assert "is not a session" in ended.error
+    assert (tmp_path / "report" / "empty-session" / "report.pdf").is_file()
+
+
+def test_devices_are_listed_with_what_one_must_know_to_wire_them(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str | None] = []
+
+    def find(remote: str | None) -> tuple[NiDevice, ...]:
+        asked.append(remote)
+        return (PAD,)
+
+    monkeypatch.setattr("radargui.cli.devices.find_devices", find)
+    ended = command("devices", "--remote", "lab-pc:31763")
+    assert ended.status == 0
+    assert asked == ["lab-pc:31763"]
+    for fact in ("Dev1", "DAQPad-6015", "01A2B3C4", "16", "200 kS/s in all", "±10 V", "multiplexed"):
+        assert fact in ended.out
+
+
+def test_no_device_is_an_answer_and_no_driver_an_error(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radargui.cli.devices.find_devices", lambda remote: ())
+    ended = command("devices")
+    assert ended.status == 0
+    assert ended.out.startswith("No NI device at this computer.")
+
+    def fail(remote: str | None) -> tuple[NiDevice, ...]:
+        raise DeviceError("The NI-DAQmx driver is not installed on this computer.")
+
+    monkeypatch.setattr("radargui.cli.devices.find_devices", fail)
+    ended = command("devices")
+    assert ended.status == 1
+    assert ended.error == "The NI-DAQmx driver is not installed on this computer."
+
+
+def test_info_tells_what_a_bug_report_needs(command: Command) -> None:
+    ended = command("info")
+    assert ended.status == 0
+    facts = dict(line.split("  ", 1) for line in ended.out.splitlines())
+    for name in ("RadarGUI", "Python", "numpy", "NI-DAQmx driver", "OpenGL library", "data folder", "log file"):
+        assert facts[name].strip()

@@ -1,0 +1,224 @@
+"""The tables of a run keep the contract that other programs rely on."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.results import drop_result, quiet_result, rejected_result
+
+from radargui import __version__
+from radargui.model.errors import FileError
+from radargui.model.recording import Recording
+from radargui.report.tables import write_tables
+
+TRACK = "time_s,L1_m,L2_m,L3_m,x_m,y_m,z_m,ux_m,uy_m,uz_m,valid"
+BOUNCES = "time_s,speed_before_m_s,speed_after_m_s,e,u_e,method,valid"
+KEYS = [
+    "status",
+    "reason",
+    "version",
+    "setup",
+    "correction_used",
+    "geometry_used",
+    "channels",
+    "free_fall",
+    "calibration_uncertainty",
+    "warnings",
+]
+
+
+def read_csv(path: Path) -> list[list[str]]:
+    return list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
+
+
+def strict_json(path: Path) -> dict[str, object]:
+    def refuse(text: str) -> None:
+        raise AssertionError(f"{text} is not JSON")
+
+    return json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def test_the_track_has_one_row_per_sample_with_the_columns_of_the_contract(tmp_path: Path) -> None:
+    result = drop_result(rate_hz=2000.0)
+    write_tables(result, tmp_path / "new" / "run-0001")
+    path = tmp_path / "new" / "run-0001" / "track.csv"
+    data = path.read_bytes()
+    assert data.startswith((TRACK + "\n").encode())
+    assert b"\r" not in data
+    assert data.endswith(b"\n")
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    assert table.shape == (result.recording.n_samples, 11)
+    assert result.paths is not None
+    assert result.track is not None
+    np.testing.assert_allclose(table[:, 0], np.arange(len(table)) / 2000.0, atol=1e-12)
+    np.testing.assert_allclose(table[:, 1:4], result.paths.change_m.T, atol=0.51e-9)
+    np.testing.assert_allclose(table[:, 4:7], result.track.position_m.T, atol=0.51e-9)
+    np.testing.assert_allclose(table[:, 7:10], result.track.u_position_m.T, atol=1.01e-9)
+    assert set(table[:, 10]) == {1.0}
+    assert sorted(item.name for item in path.parent.iterdir()) == ["bounces.csv", "result.json", "track.csv"]
+
+
+def test_unknown_values_are_nan_and_not_valid(tmp_path: Path) -> None:
+    result = drop_result(rate_hz=1000.0)
+    assert result.track is not None
+    assert result.paths is not None
+    position, change = result.track.position_m.copy(), result.paths.change_m.copy()
+    position[:, 700:], change[1, 700:] = np.nan, np.inf
+    valid = np.arange(position.shape[1]) < 700
+    result = replace(
+        result,
+        track=replace(result.track, position_m=position, valid=valid),
+        paths=replace(result.paths, change_m=change),
+    )
+    write_tables(result, tmp_path)
+    row = read_csv(tmp_path / "track.csv")[701]
+    assert row[2] == "nan"
+    assert row[4:7] == ["nan", "nan", "nan"]
+    assert row[-1] == "0"
+    assert read_csv(tmp_path / "track.csv")[700][-1] == "1"
+
+
+def test_times_are_index_over_rate_to_the_picosecond_or_the_files_own(tmp_path: Path) -> None:
+    result = drop_result(rate_hz=33333.0, seconds=0.6)
+    write_tables(result, tmp_path)
+    times = np.array([float(row[0]) for row in read_csv(tmp_path / "track.csv")[1:]])
+    assert np.abs(times - np.arange(times.size) / 33333.0).max() <= 0.51e-12
+    own = np.cumsum(np.full(result.recording.n_samples, np.pi * 1e-5))
+    write_tables(replace(result, recording=replace(result.recording, file_time_s=own)), tmp_path)
+    times = np.array([float(row[0]) for row in read_csv(tmp_path / "track.csv")[1:]])
+    assert np.abs(times - own).max() <= 0.51e-12
+
+
+def test_one_row_per_impact_with_positive_speeds(tmp_path: Path) -> None:
+    result = drop_result(rate_hz=2000.0)
+    write_tables(result, tmp_path)
+    rows = read_csv(tmp_path / "bounces.csv")
+    assert ",".join(rows[0]) == BOUNCES
+    assert len(rows) == 1 + len(result.bounces.impacts) > 3
+    assert float(rows[1][3]) == pytest.approx(0.8)
+    assert float(rows[1][2]) / float(rows[1][1]) == pytest.approx(float(rows[1][3]), rel=1e-11)
+    assert rows[1][5:] == ["hand", "1"]
+
+
+def test_no_motion_gives_headers_only_and_says_so(tmp_path: Path) -> None:
+    write_tables(quiet_result(), tmp_path)
+    assert (tmp_path / "track.csv").read_text(encoding="utf-8") == TRACK + "\n"
+    assert (tmp_path / "bounces.csv").read_text(encoding="utf-8") == BOUNCES + "\n"
+    document = strict_json(tmp_path / "result.json")
+    assert list(document) == KEYS
+    assert document["status"] == "no_motion"
+    assert document["reason"] == "nothing moves in this recording"
+    for key in ("correction_used", "geometry_used", "channels", "free_fall", "calibration_uncertainty"):
+        assert document[key] is None
+
+
+def test_a_rejected_run_has_its_samples_but_nothing_known_of_them(tmp_path: Path) -> None:
+    write_tables(rejected_result(samples=500), tmp_path)
+    rows = read_csv(tmp_path / "track.csv")
+    assert len(rows) == 501
+    assert rows[250][1:] == ["nan"] * 9 + ["0"]
+    assert strict_json(tmp_path / "result.json")["status"] == "rejected"
+
+
+@pytest.mark.parametrize("n_receivers", [1, 2])
+def test_fewer_than_three_receivers_have_no_position_and_no_bounce(tmp_path: Path, n_receivers: int) -> None:
+    write_tables(drop_result(rate_hz=1000.0, n_receivers=n_receivers), tmp_path)
+    lengths = [f"L{number}_m" for number in range(1, n_receivers + 1)]
+    rows = read_csv(tmp_path / "track.csv")
+    assert rows[0] == ["time_s", *lengths, "valid"]
+    assert len(rows) == 1601
+    assert rows[-1][-1] == "1"
+    assert (tmp_path / "bounces.csv").read_text(encoding="utf-8") == BOUNCES + "\n"
+
+
+def test_the_result_document_says_what_was_used_and_never_nan(tmp_path: Path) -> None:
+    result = drop_result(rate_hz=1000.0)
+    assert result.corrected is not None
+    odd = replace(result.corrected.channels[0], snr_db=math.nan, fringes=math.inf)
+    channels = (odd, *result.corrected.channels[1:])
+    result = replace(result, corrected=replace(result.corrected, channels=channels))
+    write_tables(result, tmp_path)
+    document = strict_json(tmp_path / "result.json")
+    assert list(document) == KEYS
+    assert document["version"] == __version__
+    assert document["correction_used"] == "published"
+    assert document["geometry_used"] == "exact"
+    assert document["free_fall"]["g_m_s2"] == pytest.approx(9.8123)
+    assert document["free_fall"]["u_g_m_s2"] == pytest.approx(0.0034)
+    assert document["setup"]["schema"] == 1
+    assert len(document["setup"]["receiver"]) == 3
+    assert document["channels"][0]["snr_db"] is None
+    assert document["channels"][0]["fringes"] is None
+    assert document["channels"][1]["snr_db"] == pytest.approx(41.3)
+    assert document["reason"] is None
+
+
+def test_lost_samples_keep_their_place_in_time(tmp_path: Path) -> None:
+    from radargui.model.block import Gap
+
+    write_tables(drop_result(rate_hz=1000.0, gap=Gap(900, 30)), tmp_path)
+    rows = read_csv(tmp_path / "track.csv")
+    assert float(rows[900][0]) == pytest.approx(0.899)
+    assert float(rows[901][0]) == pytest.approx(0.930)
+
+
+def test_a_folder_that_cannot_be_written_is_told_in_plain_words(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
+    with pytest.raises(FileError, match="cannot be written"):
+        write_tables(quiet_result(), tmp_path / "file")
+
+
+def test_a_table_that_fails_half_way_leaves_the_old_one(tmp_path: Path) -> None:
+    write_tables(quiet_result(), tmp_path)
+    before = (tmp_path / "track.csv").read_bytes()
+    result = drop_result(rate_hz=1000.0)
+    assert result.paths is not None
+    short = replace(result.paths, change_m=result.paths.change_m[:, :10])
+    with pytest.raises(ValueError, match="dimensions"):
+        write_tables(replace(result, paths=short), tmp_path)
+    assert (tmp_path / "track.csv").read_bytes() == before
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_three_hundred_thousand_rows_take_well_under_two_seconds(tmp_path: Path) -> None:
+    result = drop_result(rate_hz=1000.0)
+    assert result.paths is not None
+    assert result.track is not None
+    times = 188
+
+    def longer(values: np.ndarray) -> np.ndarray:
+        return np.tile(values, times)
+
+    raw = np.zeros((6, result.recording.n_samples * times))
+    result = replace(
+        result,
+        recording=Recording("long", raw, result.recording.digitisation),
+        paths=replace(result.paths, change_m=longer(result.paths.change_m)),
+        track=replace(
+            result.track,
+            position_m=longer(result.track.position_m),
+            u_position_m=longer(result.track.u_position_m),
+            valid=longer(result.track.valid),
+        ),
+    )
+    begin = time.perf_counter()
+    write_tables(result, tmp_path)
+    assert time.perf_counter() - begin < 2.0
+    with (tmp_path / "track.csv").open("rb") as file:
+        assert sum(1 for _ in file) == 1 + raw.shape[1]
+
+
+def test_writing_tables_loads_neither_matplotlib_nor_jinja() -> None:
+    names = ("matplotlib", "jinja2", "PySide6")
+    code = f"import sys, radargui.report.tables; print([name for name in {names} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,25 @@
+"""Setups for quick tests: the shipped one at a low rate, and one receiver that looks at a plate."""
+
+from __future__ import annotations
+
+from radargui.model.resources import default_setup_path
+
+PLATE = """\
+# 9 GHz homodyne radar: one antenna sends and receives, the plate moves on its axis
+schema = 1
+[radar]
+frequency_hz = 9.0e9
+[transmitter]
+distance_m = 2.0
+[[receiver]]
+tilt_deg = 0.0
+azimuth_deg = 0.0
+distance_m = 2.0
+"""
+
+
+def small_setup_text() -> str:
+    """Return the default setup at 4 kHz without multiplexer, with runs that end early."""
+    text = default_setup_path().read_text(encoding="utf-8")
+    text = text.replace("rate_hz = 33333.0", "rate_hz = 4000.0").replace("channel_skew_s = 5.0e-6", "")
+    return f"{text}\n[recording]\nquiet_s = 0.2\nmaximum_s = 4.0\n"

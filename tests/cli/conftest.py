@@ -2,35 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from support.command_line import Command, Ended
 from support.small_setups import small_setup_text
 
 from radargui.cli import log
 from radargui.cli.app import app
 from radargui.cli.guard import guarded
-
-
-@dataclass(frozen=True)
-class Ended:
-    """How a command ended."""
-
-    status: int
-    out: str
-    err: str
-
-    @property
-    def error(self) -> str:
-        """The one line of error on stderr."""
-        lines = [line for line in self.err.splitlines() if line.startswith("error: ")]
-        assert len(lines) == 1, self.err
-        return lines[0].removeprefix("error: ")
-
-
-Command = Callable[..., Ended]
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 from radargui import __version__
 from radargui.cli.console import make_output_safe
 
-from .conftest import Command
+from support.command_line import Command
 
 
 def test_the_version_is_told(command: Command) -> None:

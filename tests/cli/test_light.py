@@ -8,58 +8,41 @@ import sys
 from pathlib import Path
 
 SCRIPT = """
-import sys
+import json, sys
 from radargui.cli.app import app
 from radargui.cli.guard import guarded
-status = guarded(app, sys.argv[2:])
+unwanted, commands = json.loads(sys.argv[1])
+statuses = [guarded(app, command) for command in commands]
 loaded = {name.partition(".")[0] for name in sys.modules}
-found = sorted(loaded & set(sys.argv[1].split(",")))
-print("LOADED", *found)
-print("STATUS", status)
+print(json.dumps([statuses, sorted(loaded & set(unwanted))]))
 """
-QT = "PySide6,shiboken6,pyqtgraph,OpenGL"
+QT = ("PySide6", "shiboken6", "pyqtgraph", "OpenGL")
+HEAVY = (*QT, "numpy", "scipy", "h5py", "matplotlib", "pydantic", "rich", "nidaqmx", "jinja2")
 
 
-def load(unwanted: str, *arguments: object, folder: Path) -> tuple[str, str, int]:
-    """Run a command in a process of its own; return its output, what it loaded of `unwanted`, and its status."""
+def load(unwanted: tuple[str, ...], *commands: list[str], folder: Path) -> tuple[list[int], list[str], str]:
+    """Run commands one after the other in a process of their own.
+
+    Returns their statuses, which of the unwanted modules were loaded in the end, and stderr. `folder` stands for the
+    user's folders.
+    """
     own = {name: str(folder) for name in ("XDG_STATE_HOME", "XDG_CACHE_HOME", "LOCALAPPDATA", "HOME", "USERPROFILE")}
     ended = subprocess.run(
-        [sys.executable, "-c", SCRIPT, unwanted, *map(str, arguments)],
+        [sys.executable, "-c", SCRIPT, json.dumps([unwanted, commands])],
         capture_output=True,
         encoding="utf-8",
         env={**os.environ, **own, "PYTHONIOENCODING": "utf-8"},
         check=True,
         timeout=100,
     )
-    *out, loaded, status = ended.stdout.splitlines()
-    return "\n".join(out) + ended.stderr, loaded.removeprefix("LOADED").strip(), int(status.removeprefix("STATUS "))
+    statuses, loaded = json.loads(ended.stdout.splitlines()[-1])
+    return statuses, loaded, ended.stderr
 
 
-def test_no_headless_command_loads_qt(recorded: Path, tmp_path: Path) -> None:
-    setup = recorded.parents[1] / "small.toml"
-    for arguments in (
-        ["record", "--fast", "--seconds", 0.2, "--setup", setup, "--output", tmp_path / "out"],
-        ["process", recorded / "run-0001.h5", "--output", tmp_path / "tables"],
-        ["report", recorded, "--output", tmp_path / "report"],
-        ["info"],
-    ):
-        output, loaded, status = load(QT, *arguments, folder=tmp_path)
-        assert (loaded, status) == ("", 0), output
-    # without driver this command fails, but it has loaded all that it needs by then
-    _, loaded, _ = load(QT, "devices", "--remote", "localhost:1", folder=tmp_path)
-    assert loaded == ""
-
-
-def test_version_and_help_load_nothing_heavy(tmp_path: Path) -> None:
-    heavy = f"{QT},numpy,scipy,h5py,matplotlib,pydantic,rich,nidaqmx,jinja2"
-    for option in ("--version", "--help"):
-        assert load(heavy, option, folder=tmp_path)[1:] == ("", 0)
-
-
-def test_an_error_stands_in_the_log_with_its_place_in_the_program(tmp_path: Path) -> None:
-    output, _, status = load(QT, "record", "--release", "1,2", folder=tmp_path)
-    assert status == 2
-    assert output.startswith("error: --release")
-    (log,) = tmp_path.rglob("radargui.log")
-    assert "Traceback" in log.read_text(encoding="utf-8")
-    assert "Traceback" not in output
+def test_no_headless_command_loads_qt(setup_file: Path, tmp_path: Path) -> None:
+    sessions, run = tmp_path / "sessions", tmp_path / "sessions" / "one" / "run-0001.h5"
+    record = ["record", "--fast", "--setup", str(setup_file), "--output", str(sessions)]
+    rename = f"next(Path({str(sessions)!r}).iterdir())"
+    del rename
+    statuses, loaded, err = load(QT, record, ["info"], ["devices", "--remote", "localhost:1"], folder=tmp_path)
+    assert (statuses, loaded) == ([0, 0, 1], []), err

@@ -12,7 +12,7 @@ import pytest
 from radargui.files.run_file import read_run, read_run_setup, read_run_truth, read_summary
 from radargui.session.session import Session
 
-from .conftest import Command
+from support.command_line import Command
 
 
 def only_session(folder: Path) -> Session:

@@ -10,7 +10,7 @@ import pytest
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.device import NiDevice
 
-from .conftest import Command
+from support.command_line import Command
 
 PAD = NiDevice(
     "Dev1",

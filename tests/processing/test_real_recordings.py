@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ def strokes(time_s: FloatArray, position_m: FloatArray) -> list[slice]:
     """The runs of samples in which the plate goes one way, at least two seconds long."""
     velocity = np.gradient(np.convolve(position_m, np.ones(101) / 101, "same"), time_s)
     edges = [0, *(np.flatnonzero(np.diff(np.sign(velocity)) != 0) + 1).tolist(), time_s.size]
-    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if time_s[b - 1] - time_s[a] > 2.0]
+    return [slice(a, b) for a, b in itertools.pairwise(edges) if time_s[b - 1] - time_s[a] > 2.0]
 
 
 @pytest.mark.parametrize("correction", ["published", "ellipse"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,7 +40,7 @@ class Drop:
         impact = self.impact_s
         out = np.where(time_s < self.rest_s, self.height_m, self.height_m - 0.5 * G * (time_s - self.rest_s) ** 2)
         speed = np.sqrt(2 * G * self.height_m)
-        for begin, end in zip(impact[:-1], impact[1:], strict=True):
+        for begin, end in itertools.pairwise(impact):
             speed *= self.e
             d = time_s - begin
             out = np.where((time_s >= begin) & (time_s < end), speed * d - 0.5 * G * d * d, out)

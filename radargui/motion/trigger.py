@@ -71,6 +71,7 @@ class MotionTrigger:
         self._noise_v: FloatArray | None = None
         self._early: list[FloatArray] = []
         self._levels: deque[float] = deque(maxlen=max(4, round(MEMORY_S / self._block_s / 8)))
+        self._quiet = 1.0
         self._blocks = 0
         self._above = 0
         self._state = TriggerState(ready=False, moving=False, since_index=None, quiet_since_index=None)
@@ -122,11 +123,12 @@ class MotionTrigger:
         for offset, level in enumerate(levels):
             block = first_block + offset
             state = self._state
-            quiet = self._quiet_level()
+            quiet = self._quiet
             ready = state.ready or len(self._levels) * 8 * self._block_s >= LEARNING_S
             if not state.moving:
                 if block % 8 == 0:
                     self._levels.append(float(level))
+                    self._quiet = quiet = self._quiet_level()
                 self._above = self._above + 1 if ready and level > self._start * quiet else 0
                 if self._above * self._block_s >= CONFIRM_S:
                     begin = max(0, (block - self._above + 1) * self._size)
@@ -139,6 +141,4 @@ class MotionTrigger:
                 self._state = TriggerState(ready, moving=False, since_index=state.since_index, quiet_since_index=begin)
 
     def _quiet_level(self) -> float:
-        if not self._levels:
-            return 1.0
         return max(1.0, float(np.percentile(np.fromiter(self._levels, dtype=np.float64), QUIET_PERCENTILE)))

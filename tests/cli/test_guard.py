@@ -7,11 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from support.command_line import Command
 
 from radargui import __version__
 from radargui.cli.console import make_output_safe
-
-from support.command_line import Command
 
 
 def test_the_version_is_told(command: Command) -> None:

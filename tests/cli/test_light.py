@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -9,26 +10,30 @@ from pathlib import Path
 
 SCRIPT = """
 import json, sys
+from pathlib import Path
 from radargui.cli.app import app
 from radargui.cli.guard import guarded
-unwanted, commands = json.loads(sys.argv[1])
-statuses = [guarded(app, command) for command in commands]
+unwanted, sessions, commands = json.loads(sys.argv[1])
+statuses = []
+for command in commands:
+    newest = str(next(Path(sessions).glob("*"), ""))
+    statuses.append(guarded(app, [argument.replace("SESSION", newest) for argument in command]))
 loaded = {name.partition(".")[0] for name in sys.modules}
 print(json.dumps([statuses, sorted(loaded & set(unwanted))]))
 """
 QT = ("PySide6", "shiboken6", "pyqtgraph", "OpenGL")
-HEAVY = (*QT, "numpy", "scipy", "h5py", "matplotlib", "pydantic", "rich", "nidaqmx", "jinja2")
+HEAVY = (*QT, "numpy", "scipy", "h5py", "matplotlib", "rich", "nidaqmx", "jinja2")
 
 
 def load(unwanted: tuple[str, ...], *commands: list[str], folder: Path) -> tuple[list[int], list[str], str]:
-    """Run commands one after the other in a process of their own.
+    """Run commands one after the other in a process of their own, `folder` standing for the user's folders.
 
-    Returns their statuses, which of the unwanted modules were loaded in the end, and stderr. `folder` stands for the
-    user's folders.
+    SESSION in an argument stands for the session below `folder`/sessions. Returns the statuses, which of the unwanted
+    modules were loaded in the end, and stderr.
     """
     own = {name: str(folder) for name in ("XDG_STATE_HOME", "XDG_CACHE_HOME", "LOCALAPPDATA", "HOME", "USERPROFILE")}
     ended = subprocess.run(
-        [sys.executable, "-c", SCRIPT, json.dumps([unwanted, commands])],
+        [sys.executable, "-c", SCRIPT, json.dumps([unwanted, str(folder / "sessions"), commands])],
         capture_output=True,
         encoding="utf-8",
         env={**os.environ, **own, "PYTHONIOENCODING": "utf-8"},
@@ -40,9 +45,27 @@ def load(unwanted: tuple[str, ...], *commands: list[str], folder: Path) -> tuple
 
 
 def test_no_headless_command_loads_qt(setup_file: Path, tmp_path: Path) -> None:
-    sessions, run = tmp_path / "sessions", tmp_path / "sessions" / "one" / "run-0001.h5"
-    record = ["record", "--fast", "--setup", str(setup_file), "--output", str(sessions)]
-    rename = f"next(Path({str(sessions)!r}).iterdir())"
-    del rename
-    statuses, loaded, err = load(QT, record, ["info"], ["devices", "--remote", "localhost:1"], folder=tmp_path)
-    assert (statuses, loaded) == ([0, 0, 1], []), err
+    statuses, loaded, err = load(
+        QT,
+        ["record", "--fast", "--setup", str(setup_file), "--output", str(tmp_path / "sessions")],
+        ["process", str(Path("SESSION", "run-0001.h5"))],
+        ["report", "SESSION"],
+        ["info"],
+        # nobody answers there, but by then it has loaded all that it needs
+        ["devices", "--remote", "localhost:1"],
+        folder=tmp_path,
+    )
+    assert (statuses, loaded) == ([0, 0, 0, 0, 1], []), err
+
+
+def test_version_and_help_load_nothing_heavy(tmp_path: Path) -> None:
+    assert load(HEAVY, ["--version"], ["--help"], ["record", "--help"], folder=tmp_path)[:2] == ([0, 0, 0], [])
+
+
+def test_an_error_stands_in_the_log_with_its_place_in_the_program(tmp_path: Path) -> None:
+    statuses, _, err = load(QT, ["record", "--release", "1,2"], folder=tmp_path)
+    assert statuses == [2]
+    assert err.startswith("error: --release")
+    assert "Traceback" not in err
+    (log,) = tmp_path.rglob("radargui.log")
+    assert "Traceback" in log.read_text(encoding="utf-8")

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.command_line import Command
 
 from radargui.files.run_file import read_run, read_run_setup, read_run_truth, read_summary
 from radargui.session.session import Session
-
-from support.command_line import Command
 
 
 def only_session(folder: Path) -> Session:

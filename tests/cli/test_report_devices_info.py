@@ -6,11 +6,10 @@ import shutil
 from pathlib import Path
 
 import pytest
+from support.command_line import Command
 
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.device import NiDevice
-
-from support.command_line import Command
 
 PAD = NiDevice(
     "Dev1",

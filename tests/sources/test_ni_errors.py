@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.frozen_wire import wire_to
 from support.ni_samples import code_recording, ni_setup
 from support.ni_server import ByHand, NiServer, digital_only, serve, usb_6356
 
@@ -258,6 +259,19 @@ def test_a_server_killed_during_a_blocked_read_ends_it() -> None:
         killer.start()
         assert "was lost while reading" in told(source.read)
         killer.join()
+        source.close()
+
+
+def test_a_dead_network_ends_a_blocked_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = tuple((name, min(value, 700) if name.endswith("_ms") else value) for name, value in remote._OPTIONS)
+    monkeypatch.setattr(remote, "_OPTIONS", quick)
+    with serve(code_recording(400)) as server, wire_to(server.address) as wire:
+        source = NiSource(ni_setup(wire.address))
+        source.open()
+        source.start()
+        assert source.read() is not None
+        wire.cut()
+        assert "was lost while reading" in told(source.read)
         source.close()
 
 

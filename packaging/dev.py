@@ -1,0 +1,134 @@
+"""One door to the checkout: run, test, lint, bench, lock. Needs Python 3.11 or later and nothing else.
+
+python3 packaging/dev.py run [--headless [--output DIR]]   the window; without a display three simulated drops
+python3 packaging/dev.py test [PYTEST ARGUMENTS]           the whole test suite
+python3 packaging/dev.py lint                              ruff, formatting, types, layers
+python3 packaging/dev.py bench [NAME [ARGUMENTS]]          one benchmark; without a name the list of them
+python3 packaging/dev.py lock [--upgrade]                  the hashed lock anew, after a change of dependencies
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+if sys.version_info < (3, 11):
+    sys.exit(f"RadarGUI needs Python 3.11 or later; this is Python {sys.version.split()[0]} ({sys.executable}).")
+
+import environment
+import locking
+import qt_libraries
+
+ROOT = environment.ROOT
+BENCHMARKS = ROOT / "tests" / "benchmarks"
+
+
+def run(arguments: list[str]) -> int:
+    """Open the window, or do the same job headless where there is no display."""
+    if "--headless" not in arguments and qt_libraries.has_display():
+        qt_libraries.ensure(qt_libraries.WINDOW)
+        python = environment.ensure("run")
+        code = _call([str(python), "-m", "radargui", *arguments])
+        if code < 0:
+            print(
+                "The window could not start. Without a display: python3 packaging/dev.py run --headless",
+                file=sys.stderr,
+            )
+        return abs(code)
+    if "--headless" in arguments:
+        print("Doing the job headless: three simulated drops.", flush=True)
+    else:
+        print("No display here: doing the same job headless, three simulated drops.", flush=True)
+    python = str(environment.ensure("run"))
+    output = [argument for argument in arguments if argument != "--headless"]
+    session, code = _record([python, "-m", "radargui", "record", "--runs", "3", "--fast", *output])
+    return code or _call([python, "-m", "radargui", "report", session])
+
+
+def _record(command: list[str]) -> tuple[str, int]:
+    """Run a recording, pass on what it prints, and return the session folder it names and its status."""
+    session = ""
+    utf8 = {**_environment(), "PYTHONIOENCODING": "utf-8"}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8", env=utf8) as process:
+        for line in process.stdout or ():
+            print(line, end="", flush=True)
+            if line.startswith("Session: "):
+                session = line.removeprefix("Session: ").strip()
+    return session, process.returncode
+
+
+def test(arguments: list[str]) -> int:
+    """Run the test suite on two processes; arguments go to pytest."""
+    qt_libraries.ensure(qt_libraries.OFFSCREEN)
+    python = environment.ensure("dev")
+    alone = any(argument.startswith(("-n", "--pdb", "--numprocesses", "--collect-only")) for argument in arguments)
+    parallel = [] if alone else ["-n", "2"]
+    return _call([str(python), "-m", "pytest", *parallel, *arguments], cwd=ROOT)
+
+
+def lint(arguments: list[str]) -> int:
+    """Check style, formatting, types and layers; all four, whatever the first says."""
+    if arguments:
+        sys.exit("lint takes no arguments")
+    environment.ensure("dev")
+    checks = (["ruff", "check"], ["ruff", "format", "--check"], ["mypy"], ["lint-imports"])
+    failed = []
+    for name, *options in checks:
+        print(f"== {name} {' '.join(options)}".rstrip(), flush=True)
+        if _call([str(environment.tool(name)), *options], cwd=ROOT):
+            failed.append(name)
+    print(f"lint: {', '.join(failed)} failed" if failed else "lint: all good", flush=True)
+    return int(bool(failed))
+
+
+def bench(arguments: list[str]) -> int:
+    """Run one benchmark, or list them."""
+    found = {path.stem: path for path in sorted(BENCHMARKS.glob("*.py")) if not path.stem.startswith("_")}
+    if not arguments or arguments[0] not in found:
+        for name, path in found.items():
+            print(f"{name:20} {path.read_text(encoding='utf-8').partition(chr(10))[0].strip(chr(34))}")
+        if arguments:
+            print(f"There is no benchmark {arguments[0]!r}.", file=sys.stderr)
+        elif not found:
+            print("There is no benchmark yet.")
+        return 2 if arguments else 0
+    python = environment.ensure("dev")
+    return _call([str(python), str(found[arguments[0]]), *arguments[1:]], PYTHONPATH=str(ROOT / "tests"))
+
+
+def lock(arguments: list[str]) -> int:
+    """Write the hashed locks anew; `--upgrade` takes the newest versions instead of those locked now."""
+    environment.ensure("dev")
+    return locking.lock(arguments)
+
+
+def _environment(**extra: str) -> dict[str, str]:
+    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONHOME", "PYTHONPATH")}
+    return {**kept, **extra}
+
+
+def _call(command: list[str], cwd: Path | None = None, **extra: str) -> int:
+    try:
+        return subprocess.run(command, check=False, cwd=cwd, env=_environment(**extra)).returncode
+    except KeyboardInterrupt:
+        return 1
+
+
+VERBS = {"run": run, "test": test, "lint": lint, "bench": bench, "lock": lock}
+
+
+def main(arguments: list[str]) -> int:
+    """Run one verb and return the exit status."""
+    if not arguments or arguments[0] in ("-h", "--help", "help"):
+        print(__doc__)
+        return 0 if arguments else 2
+    if arguments[0] not in VERBS:
+        print(f"{arguments[0]!r} is not one of {', '.join(VERBS)}.", file=sys.stderr)
+        return 2
+    return VERBS[arguments[0]](arguments[1:])
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

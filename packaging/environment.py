@@ -1,0 +1,91 @@
+"""The checkout's own environment .venv: made once, filled from the hashed lock, left alone while that stays."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+VENV = ROOT / ".venv"
+STAMP = VENV / "radargui-stamp.json"
+LOCKS = {
+    "run": ROOT / "packaging" / "requirements.txt",
+    "dev": ROOT / "packaging" / "requirements-dev.txt",  # holds all of the other, at the same versions
+}
+
+
+def tool(name: str) -> Path:
+    """Return the path of a program in the environment."""
+    return VENV / ("Scripts" if os.name == "nt" else "bin") / (name + (".exe" if os.name == "nt" else ""))
+
+
+def ensure(kind: str) -> Path:
+    """Return the environment's Python, after installing the lock `kind` (run or dev) where it is not yet.
+
+    Raises
+    ------
+    SystemExit
+        The environment cannot be made, or a package cannot be installed.
+    """
+    python = tool("python")
+    wanted = fingerprint(kind)
+    stamp = _read_stamp() if python.exists() else {}
+    if wanted in stamp.values():
+        return python
+    _make(python)
+    print(f"Installing the locked packages into {VENV} (once; a few minutes)", flush=True)
+    quiet = [] if sys.stdout.isatty() else ["--quiet"]
+    pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--no-input", "install", *quiet]
+    _run([*pip, "--require-hashes", "--only-binary", ":all:", "-r", str(LOCKS[kind])])
+    _run([*pip, "--no-deps", "--no-build-isolation", "-e", str(ROOT)])
+    installed = {kind: wanted}
+    if kind == "dev":
+        installed["run"] = fingerprint("run")
+    STAMP.write_text(json.dumps(installed, indent=2), encoding="utf-8")
+    return python
+
+
+def fingerprint(kind: str) -> str:
+    """Return what the installed environment depends on as one text: lock, project file, place of the checkout."""
+    digest = hashlib.sha256(str(ROOT).encode())
+    for path in (LOCKS[kind], ROOT / "pyproject.toml"):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _read_stamp() -> dict[str, str]:
+    try:
+        stamp = json.loads(STAMP.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return stamp if isinstance(stamp, dict) else {}
+
+
+def _make(python: Path) -> None:
+    if _works(python):
+        return
+    if not (importlib.util.find_spec("venv") and importlib.util.find_spec("ensurepip")):
+        version = f"{sys.version_info.major}.{sys.version_info.minor}"
+        sys.exit(
+            "This Python comes without venv and ensurepip. On Debian or Ubuntu install them with:\n"
+            "  sudo apt-get update && sudo apt-get install -y python3-venv\n"
+            f"(python{version}-venv where this is not the system's own Python), then start again."
+        )
+    print(f"Making {VENV} with Python {sys.version.split()[0]}", flush=True)
+    _run([sys.executable, "-m", "venv", "--clear", str(VENV)])
+
+
+def _works(python: Path) -> bool:
+    if not python.exists():
+        return False
+    return subprocess.run([str(python), "-m", "pip", "--version"], capture_output=True, check=False).returncode == 0
+
+
+def _run(command: list[str]) -> None:
+    if code := subprocess.run(command, check=False, cwd=ROOT).returncode:
+        sys.exit(f"This failed with status {code}: {' '.join(command)}")

@@ -1,0 +1,5 @@
+"""`python -m radargui` is the command radargui."""
+
+from radargui.cli import main
+
+main()

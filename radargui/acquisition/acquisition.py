@@ -1,0 +1,281 @@
+"""The acquisition: one thread reads the source, one records, one makes the live track; none waits for another."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from datetime import datetime
+from types import TracebackType
+
+from radargui.acquisition.faults import attempt
+from radargui.acquisition.health import Health
+from radargui.acquisition.live_track import LiveTrack
+from radargui.acquisition.recorder import Recorder
+from radargui.acquisition.ring import Ring
+from radargui.acquisition.snapshot import snapshot
+from radargui.acquisition.state import AcquisitionState, Ending
+from radargui.acquisition.stream import MakeProcessor, Stream, make_stream
+from radargui.model.digitisation import Digitisation
+from radargui.model.errors import RadarGuiError, SourceError
+from radargui.model.setup import Setup
+from radargui.processing.live import LiveProcessor
+from radargui.sources.clock import SYSTEM_CLOCK, Clock
+from radargui.sources.contract import Source
+
+_LONGEST_STOP_S = 60.0
+
+
+class Acquisition:
+    """Samples from one source into the ring, the run file and the live track, from `start` until `stop`.
+
+    The reader's thread opens the source, starts it, reads until the end, and ends everything else; so `start` returns
+    at once, and a source that cannot be opened shows in `error`. An acquisition is used once.
+
+    Parameters
+    ----------
+    source
+        Not opened yet; it is always stopped and closed.
+    setup
+        For the length of the writer's queue (`daq.buffer_s`) and the live track.
+    ring_s
+        Seconds that ring and live track hold.
+    recorder
+        Records a run; when it is done the acquisition stops. None: nothing is recorded.
+    live
+        Whether to make a live track.
+    patient
+        Whether the reader waits for the recorder instead of losing samples where that is too slow: for a source that
+        loses nothing meanwhile, such as a simulation that is as fast as asked.
+    on_end
+        Called once at the end, in the reader's thread.
+    clock
+        For the rate at which samples come.
+    make_processor
+        Makes the live processor.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        setup: Setup,
+        *,
+        ring_s: float = 10.0,
+        recorder: Recorder | None = None,
+        live: bool = True,
+        patient: bool = False,
+        on_end: Callable[[], None] | None = None,
+        clock: Clock = SYSTEM_CLOCK,
+        make_processor: MakeProcessor = LiveProcessor,
+    ) -> None:
+        self._source = source
+        self._setup = setup
+        self._ring_s = ring_s
+        self._recorder = recorder
+        self._make_processor = make_processor if live else None
+        self._patient = patient
+        self._on_end = on_end
+        self._clock = clock
+        self._lock = threading.RLock()
+        self._done = threading.Event()
+        self._state = AcquisitionState.IDLE
+        self._stop_requested = False
+        self._stopped_by_operator = False
+        self._error: RadarGuiError | None = None
+        self._live_error: RadarGuiError | None = None
+        self._reader: threading.Thread | None = None
+        self._others: list[threading.Thread] = []
+        self._stream: Stream | None = None
+
+    @property
+    def state(self) -> AcquisitionState:
+        """Where the acquisition is."""
+        return self._state
+
+    @property
+    def error(self) -> RadarGuiError | None:
+        """Why it failed; None while all is well."""
+        return self._error
+
+    @property
+    def digitisation(self) -> Digitisation | None:
+        """How samples are digitised; None before the source is open."""
+        return self._stream.digitisation if self._stream else None
+
+    @property
+    def ring(self) -> Ring | None:
+        """The last seconds of samples, to pull from; None before the source is open."""
+        return self._stream.ring if self._stream else None
+
+    @property
+    def live(self) -> LiveTrack | None:
+        """The last seconds of live estimates, to pull from; None before the source is open or without live track."""
+        return self._stream.track if self._stream else None
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """What records; None where nothing is recorded."""
+        return self._recorder
+
+    @property
+    def health(self) -> Health:
+        """A snapshot; made in the caller's thread."""
+        return snapshot(self._state, self._stream, self._recorder, self._live_error, self._error)
+
+    def start(self) -> None:
+        """Open the source and begin, in the reader's thread; idempotent, and without effect after `stop`."""
+        with self._lock:
+            if self._state is not AcquisitionState.IDLE:
+                return
+            self._state = AcquisitionState.OPENING
+            self._reader = threading.Thread(target=self._run, name="acquisition-reader", daemon=True)
+            self._reader.start()
+
+    def request_stop(self) -> None:
+        """Let the acquisition end soon, without waiting for it; from any thread, any number of times."""
+        if not self._stop_requested:
+            self._stopped_by_operator = True
+        self._stop_soon()
+
+    def stop(self, timeout_s: float = _LONGEST_STOP_S) -> None:
+        """End the acquisition and wait until all threads are gone; from any thread, any number of times.
+
+        What was read is recorded first. Where the source or the disk does not answer for `timeout_s`, `error` says so.
+        """
+        self.request_stop()
+        reader = self._reader
+        if reader is None or threading.current_thread() in (reader, *self._others):
+            return
+        reader.join(timeout_s)
+        if reader.is_alive():
+            self._fail(SourceError(f"The acquisition did not end within {timeout_s:g} s: source or disk do not answer"))
+
+    def wait(self, timeout_s: float | None = None) -> bool:
+        """Wait for the end; True where it has come and nothing more will be written."""
+        return self._done.wait(timeout_s)
+
+    def __enter__(self) -> Acquisition:
+        self.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        self.stop()
+
+    def _run(self) -> None:
+        """Do the reader's whole life."""
+        self._fail(attempt(self._open_and_read, "Reading the source"))
+        self._end()
+
+    def _open_and_read(self) -> None:
+        stream = self._open()
+        if self._begin(stream):
+            self._read(stream)
+
+    def _open(self) -> Stream:
+        digitisation = self._source.open()
+        self._stream = make_stream(
+            digitisation,
+            self._setup,
+            ring_s=self._ring_s,
+            records=self._recorder is not None,
+            make_processor=self._make_processor,
+            clock=self._clock,
+            patient=self._patient,
+        )
+        return self._stream
+
+    def _begin(self, stream: Stream) -> bool:
+        if self._recorder is not None:
+            self._recorder.prepare(stream.digitisation, datetime.now().astimezone(), self._source.truth)
+        with self._lock:
+            # Under the lock, so that nobody stops the source between the question and the start.
+            if self._stop_requested:
+                return False
+            self._source.start()
+            self._state = AcquisitionState.RUNNING
+        if self._recorder is not None:
+            self._run_beside(lambda: self._record(stream), "acquisition-recorder")
+        if stream.worker is not None:
+            self._run_beside(lambda: self._estimate(stream), "acquisition-live")
+        return True
+
+    def _run_beside(self, work: Callable[[], None], name: str) -> None:
+        thread = threading.Thread(target=work, name=name, daemon=True)
+        self._others.append(thread)
+        thread.start()
+
+    def _read(self, stream: Stream) -> None:
+        while not self._stop_requested:
+            block = self._source.read()
+            if block is None:
+                return
+            stream.take(block)
+            if stream.reading.backlog_is_due():
+                stream.reading.backlog = self._source.backlog()
+
+    def _record(self, stream: Stream) -> None:
+        recorder, queue = self._recorder, stream.queue
+        if recorder is None or queue is None:
+            return
+
+        def push_all() -> None:
+            while not recorder.is_done and (block := queue.get()) is not None:
+                recorder.push(block)
+            recorder.finish(self._ending())
+
+        self._fail(attempt(push_all, "Recording"))
+        recorder.fail()
+        queue.close()
+        queue.clear()
+        self._stop_soon()
+
+    def _estimate(self, stream: Stream) -> None:
+        if stream.worker is None:
+            return
+        self._live_error = attempt(stream.worker.run, "The live track")
+        # A run that is being recorded cannot be repeated: it goes on without a live track.
+        if self._recorder is None:
+            self._fail(self._live_error)
+
+    def _end(self) -> None:
+        with self._lock:
+            self._state = AcquisitionState.STOPPING
+        self._guarded(self._source.stop, "Stopping the source")
+        if self._stream is not None:
+            self._stream.close()
+        for thread in self._others:
+            thread.join()
+        recorder = self._recorder
+        if recorder is not None:
+            self._guarded(lambda: recorder.finish(self._ending()), "Finishing the run")
+        self._guarded(self._source.close, "Closing the source")
+        self._state = AcquisitionState.STOPPED if self._error is None else AcquisitionState.FAILED
+        if self._on_end is not None:
+            self._guarded(self._on_end, "Telling the end")
+        self._done.set()
+
+    def _ending(self) -> Ending:
+        if self._error is not None:
+            return Ending.FAILED
+        return Ending.STOPPED if self._stopped_by_operator else Ending.END_OF_DATA
+
+    def _fail(self, error: RadarGuiError | None) -> None:
+        if error is None:
+            return
+        with self._lock:
+            self._error = self._error or error
+        self._stop_soon()
+
+    def _stop_soon(self) -> None:
+        with self._lock:
+            self._stop_requested = True
+            if self._state is AcquisitionState.IDLE:
+                self._state = AcquisitionState.STOPPED
+                self._done.set()
+            if self._state is AcquisitionState.RUNNING:
+                self._guarded(self._source.stop, "Stopping the source")
+
+    def _guarded(self, step: Callable[[], None], what: str) -> None:
+        """Do a step of ending; its failure is told but does not keep the next step from being done."""
+        error = attempt(step, what)
+        with self._lock:
+            self._error = self._error or error

@@ -1,0 +1,26 @@
+"""The disk that a run is written to: how much is free, how long it lasts, when to stop."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from radargui.model.errors import FileError
+
+MINIMUM_FREE_BYTES = 200_000_000
+
+
+def free_bytes(folder: Path) -> int | None:
+    """Return the free bytes of the disk that holds `folder`; None where it cannot be told."""
+    try:
+        return shutil.disk_usage(folder).free
+    except OSError:
+        return None
+
+
+def low_disk_error(folder: Path, free: int, minimum: int) -> FileError:
+    """Return the error that ends a recording while its file can still be closed."""
+    return FileError(
+        f"The disk of {folder} has only {free / 1e6:.0f} MB left, {minimum / 1e6:.0f} MB must stay free",
+        remedy="Free some space or choose another folder for the sessions.",
+    )

@@ -1,0 +1,113 @@
+"""The live track: the last seconds of live estimates by absolute sample index; the screen pulls."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.acquisition.circular_buffer import CircularBuffer
+from radargui.model.arrays import FloatArray, IntArray
+from radargui.processing.live import LiveEstimate
+
+MAXIMUM_COLUMNS = 400_000
+
+
+@dataclass(frozen=True, slots=True)
+class LiveSpan:
+    """Consecutive live estimates.
+
+    Attributes
+    ----------
+    index
+        Absolute sample index of each column, shape (n,).
+    time_s
+        index / rate, shape (n,).
+    i, q
+        Corrected, in amplitudes, shape (n_receivers, n); NaN before the correction is known.
+    change_m
+        Change of path length, shape (n_receivers, n); NaN while unknown.
+    position_m
+        Centre of the sphere, shape (3, n); NaN while unknown.
+    """
+
+    index: IntArray
+    time_s: FloatArray
+    i: FloatArray
+    q: FloatArray
+    change_m: FloatArray
+    position_m: FloatArray
+
+    @property
+    def next_index(self) -> int:
+        """What to ask `since` for next, to get what is new."""
+        return int(self.index[-1]) + 1 if self.index.size else 0
+
+
+class LiveTrack:
+    """The last estimates of the live thread; memory is allocated once.
+
+    Parameters
+    ----------
+    n_receivers
+        Rows of I, of Q and of path length.
+    sample_rate_hz
+        Rate that the indices count at.
+    length_s
+        Time span held; less where the estimates are so dense that they exceed `MAXIMUM_COLUMNS`.
+    """
+
+    def __init__(self, n_receivers: int, sample_rate_hz: float, length_s: float) -> None:
+        columns = min(math.ceil(length_s * sample_rate_hz), MAXIMUM_COLUMNS)
+        self._n = n_receivers
+        self._rate_hz = sample_rate_hz
+        self._values = CircularBuffer(3 * n_receivers + 3, columns, np.float64)
+        self._index = CircularBuffer(1, columns, np.int64)
+        self.moving = False
+
+    @property
+    def latest(self) -> int:
+        """Absolute sample index after the last estimate."""
+        end = self._index.end
+        return self._index_at(end - 1) + 1 if end else 0
+
+    def append(self, estimate: LiveEstimate) -> None:
+        """Add estimates; their indices ascend. The live thread only."""
+        self.moving = estimate.moving
+        if estimate.index.size == 0:
+            return
+        values = np.concatenate([estimate.i, estimate.q, estimate.change_m, estimate.position_m])
+        self._index.extend(estimate.index[None])
+        self._values.extend(values)
+
+    def since(self, index: int) -> LiveSpan:
+        """Return all estimates held at absolute sample index `index` and later."""
+        end = self._values.end
+        first, values = self._values.copy(self._column_of(index, end), end)
+        begin, indices = self._index.copy(first, end)
+        values = values[:, begin - first :]
+        n = self._n
+        return LiveSpan(
+            index=np.asarray(indices[0], dtype=np.intp),
+            time_s=indices[0] / self._rate_hz,
+            i=values[:n],
+            q=values[n : 2 * n],
+            change_m=values[2 * n : 3 * n],
+            position_m=values[3 * n :],
+        )
+
+    def _column_of(self, index: int, end: int) -> int:
+        low, high = self._index.first, end
+        while low < high:
+            middle = (low + high) // 2
+            if self._index_at(middle) < index:
+                low = middle + 1
+            else:
+                high = middle
+        return low
+
+    def _index_at(self, column: int) -> int:
+        """Return the sample index of a column; a column overwritten meanwhile is older than anything asked for."""
+        _, found = self._index.copy(column, column + 1)
+        return int(found[0, 0]) if found.size else -1

@@ -1,0 +1,48 @@
+"""The states that an acquisition passes through."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class AcquisitionState(Enum):
+    """Where an acquisition is: IDLE, OPENING, RUNNING, STOPPING, then STOPPED or FAILED for good."""
+
+    IDLE = "idle"
+    OPENING = "opening"
+    RUNNING = "running"
+    STOPPING = "stopping"
+    STOPPED = "stopped"
+    FAILED = "failed"
+
+    @property
+    def is_final(self) -> bool:
+        """Whether nothing more will happen."""
+        return self in (AcquisitionState.STOPPED, AcquisitionState.FAILED)
+
+
+class RecorderState(Enum):
+    """Where a recorder is: IDLE until the source is open, ARMED until something moves, RECORDING, then DONE."""
+
+    IDLE = "idle"
+    ARMED = "armed"
+    RECORDING = "recording"
+    DONE = "done"
+
+
+class Ending(Enum):
+    """Why a recorder is done."""
+
+    QUIET = "the sphere came to rest"
+    MAXIMUM = "the longest length of a run was reached"
+    SECONDS = "the length asked for was reached"
+    END_OF_DATA = "the source gave no more samples"
+    STOPPED = "stopped by the operator"
+    FAILED = "recording failed"
+    NO_MOTION = "the source ended before anything moved"
+    WAITED = "nothing moved in the time allowed for waiting"
+
+    @property
+    def without_run(self) -> bool:
+        """Whether nothing moved, so that there is no run."""
+        return self in (Ending.NO_MOTION, Ending.WAITED)

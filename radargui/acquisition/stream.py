@@ -1,0 +1,140 @@
+"""The stream: what the reader hands each block to, made when the source is open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.acquisition.block_queue import BlockQueue
+from radargui.acquisition.level import Level, levels
+from radargui.acquisition.live_track import LiveTrack
+from radargui.acquisition.live_worker import LONGEST_LAG_S, LiveWorker, Processor
+from radargui.acquisition.reading import Reading
+from radargui.acquisition.ring import Ring
+from radargui.model.block import Block
+from radargui.model.digitisation import Digitisation
+from radargui.model.setup import Setup
+from radargui.sources.clock import Clock
+
+_LEVEL_S = 0.25
+
+MakeProcessor = Callable[[Setup, Digitisation], Processor]
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """Where the samples of one acquisition go.
+
+    Attributes
+    ----------
+    digitisation
+        As the source returned it.
+    reading
+        Counts, and checks of the source.
+    ring
+        The last seconds.
+    queue
+        To the recorder; None where nothing is recorded.
+    track, worker
+        The live track and what fills it; None without.
+    patient
+        Whether the reader waits for the recorder where that is too slow.
+    """
+
+    digitisation: Digitisation
+    reading: Reading
+    ring: Ring
+    queue: BlockQueue | None
+    track: LiveTrack | None
+    worker: LiveWorker | None
+    patient: bool
+
+    def take(self, block: Block) -> None:
+        """Hand a block on; the reader's thread only.
+
+        Raises
+        ------
+        SourceError
+            The block does not fit what the source promised.
+        """
+        self.reading.take(block)
+        self.ring.append(block)
+        if self.queue is not None:
+            self.queue.put(block, wait=self.patient)
+        if self.worker is not None:
+            self.worker.wake()
+
+    def close(self) -> None:
+        """Tell recorder and live worker that no block follows."""
+        if self.queue is not None:
+            self.queue.close()
+        if self.worker is not None:
+            self.worker.finish()
+
+    def levels(self) -> tuple[Level, ...]:
+        """Return the level of each channel over the last moments; none where there are no samples."""
+        end = self.ring.latest
+        blocks = self.ring.blocks(end - math.ceil(_LEVEL_S * self.digitisation.sample_rate_hz), end)
+        if not blocks:
+            return ()
+        return levels(np.concatenate([block.samples for block in blocks], axis=1), self.digitisation)
+
+    def live_lag_s(self) -> float | None:
+        """Return how far the live track is behind the newest sample; None without live track."""
+        return None if self.worker is None else self.worker.lag / self.digitisation.sample_rate_hz
+
+    def bytes_per_second(self) -> float:
+        """Return how fast a file of raw samples grows, not counting its compression."""
+        n_bytes = 8 if self.digitisation.scaling is None else 2
+        return self.digitisation.n_channels * self.digitisation.sample_rate_hz * n_bytes
+
+
+def make_stream(
+    digitisation: Digitisation,
+    setup: Setup,
+    *,
+    ring_s: float,
+    records: bool,
+    make_processor: MakeProcessor | None,
+    clock: Clock,
+    patient: bool,
+) -> Stream:
+    """Return the stream of a source that is open; all memory it will need is allocated here.
+
+    Parameters
+    ----------
+    digitisation
+        As the source returned it.
+    setup
+        For the live processor and the length of the queue (`daq.buffer_s`).
+    ring_s
+        Seconds that ring and live track hold.
+    records
+        Whether there is a recorder.
+    make_processor
+        Makes the live processor; None: no live track.
+    clock
+        For the rate at which samples come.
+    patient
+        Whether the reader waits for the recorder.
+    """
+    rate_hz = digitisation.sample_rate_hz
+    dtype = np.float64 if digitisation.scaling is None else np.int16
+    ring = Ring(digitisation.n_channels, math.ceil(ring_s * rate_hz), dtype, digitisation)
+    track = worker = None
+    if make_processor is not None:
+        track = LiveTrack(digitisation.n_receivers, rate_hz, ring_s)
+        longest_lag_s = max(LONGEST_LAG_S, 3.0 * setup.daq.read_interval_s)
+        worker = LiveWorker(ring, make_processor(setup, digitisation), track, math.ceil(longest_lag_s * rate_hz))
+    return Stream(
+        digitisation=digitisation,
+        reading=Reading(digitisation, clock),
+        ring=ring,
+        queue=BlockQueue(math.ceil(setup.daq.buffer_s * rate_hz)) if records else None,
+        track=track,
+        worker=worker,
+        patient=patient,
+    )

@@ -1,0 +1,134 @@
+"""The commands with their options; what each does is loaded when it is called."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from radargui import __version__
+from radargui.cli.guard import guarded
+
+app = typer.Typer(
+    name="radargui",
+    help="Record a particle-tracking radar, watch it live, and measure the restitution of a falling sphere.",
+    epilog="Without a command the window opens.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+SetupOption = Annotated[Path | None, typer.Option("--setup", metavar="FILE", help="Setup file (TOML).")]
+OutputOption = Annotated[Path | None, typer.Option("--output", metavar="DIR", help="Folder that results go below.")]
+
+
+def main() -> None:
+    """Run the command line and end with its exit status: 0, 1 something failed, 2 wrong usage or bad setup."""
+    raise SystemExit(guarded(app))
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"radargui {__version__}")
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def window(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> int:
+    """Record a particle-tracking radar, watch it live, and measure the restitution of a falling sphere."""
+    if context.invoked_subcommand is not None:
+        return 0
+    from radargui.cli.window import open_window
+
+    return open_window()
+
+
+@app.command()
+def record(
+    source: Annotated[
+        Literal["simulated", "ni", "replay"], typer.Option(help="Where samples come from.")
+    ] = "simulated",
+    file: Annotated[Path | None, typer.Option(metavar="FILE", help="Recording that `--source replay` plays.")] = None,
+    setup: SetupOption = None,
+    runs: Annotated[int, typer.Option(min=1, help="How many drops to record.")] = 1,
+    seconds: Annotated[
+        float | None, typer.Option(help="Record this long without waiting for motion, instead of one drop a run.")
+    ] = None,
+    release: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Where the sphere's centre hangs before it falls, in m.")
+    ] = None,
+    output: OutputOption = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the simulated source.")] = None,
+    fast: Annotated[bool, typer.Option("--fast", help="Do not keep real time (simulated, replay).")] = False,
+) -> int:
+    """Record drops, process them and save them as a session."""
+    from radargui.cli.record import RecordOptions, record_session
+
+    return record_session(RecordOptions(source, file, setup, runs, seconds, release, output, seed, fast))
+
+
+@app.command()
+def process(
+    files: Annotated[
+        list[Path] | None, typer.Argument(metavar="[FILE...]", help="RadarGUI runs, CSV, MATLAB, TDMS, SigMF.")
+    ] = None,
+    channels: Annotated[
+        str | None,
+        typer.Option(
+            metavar="I1=PATH:VAR,Q1=...", help="Which column or variable is which channel; PATH: where files differ."
+        ),
+    ] = None,
+    rate_hz: Annotated[
+        float | None, typer.Option("--rate-hz", metavar="R", help="Samples per second where the file has no rate.")
+    ] = None,
+    name: Annotated[str | None, typer.Option(metavar="NAME", help="Name of the result folder.")] = None,
+    setup: SetupOption = None,
+    output: OutputOption = None,
+    correction: Annotated[str | None, typer.Option(help="Instead of the setup's: published, ellipse, none.")] = None,
+    geometry: Annotated[str | None, typer.Option(help="Instead of the setup's: exact, plane.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over results that are there.")] = False,
+) -> int:
+    """Turn recordings into tables of track and bounces."""
+    from radargui.cli.process import ProcessOptions, process_files
+
+    return process_files(
+        ProcessOptions(tuple(files or ()), channels, rate_hz, name, setup, output, correction, geometry, force)
+    )
+
+
+@app.command()
+def report(
+    sessions: Annotated[list[Path], typer.Argument(metavar="SESSION...", help="Session folders.")],
+    output: OutputOption = None,
+) -> int:
+    """Write PDF, HTML, CSV and JSON of sessions."""
+    from radargui.cli.report import report_sessions
+
+    return report_sessions(tuple(sessions), output)
+
+
+@app.command()
+def devices(
+    remote: Annotated[
+        str | None, typer.Option(metavar="HOST:PORT", help="NI gRPC device server instead of this computer.")
+    ] = None,
+) -> int:
+    """List the NI devices that can be reached."""
+    from radargui.cli.devices import list_devices
+
+    return list_devices(remote)
+
+
+@app.command()
+def info() -> int:
+    """Show versions, driver, OpenGL and paths: what a bug report needs."""
+    from radargui.cli.info import show_info
+
+    return show_info()

@@ -1,0 +1,41 @@
+"""The log file: what happened in detail, kept small by rotation."""
+
+from __future__ import annotations
+
+import logging
+from logging.handlers import RotatingFileHandler
+from pathlib import Path
+
+import platformdirs
+
+MAXIMUM_BYTES = 1_000_000
+OLD_FILES = 3
+
+
+class _QuietHandler(RotatingFileHandler):
+    """A file handler that never disturbs the command: a full disk or a locked file costs the entry only."""
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802  name of the library
+        """Drop the entry."""
+
+
+def log_path() -> Path:
+    """Return the log file's path."""
+    return platformdirs.user_log_path("radargui", appauthor=False) / "radargui.log"
+
+
+def start_log() -> None:
+    """Send log entries and library warnings to the file; where none can be made the program goes on without."""
+    root = logging.getLogger()
+    if any(isinstance(handler, _QuietHandler) for handler in root.handlers):
+        return
+    path = log_path()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handler = _QuietHandler(path, maxBytes=MAXIMUM_BYTES, backupCount=OLD_FILES, encoding="utf-8", delay=True)
+    except OSError:
+        return
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    root.addHandler(handler)
+    logging.getLogger("radargui").setLevel(logging.INFO)
+    logging.captureWarnings(capture=True)

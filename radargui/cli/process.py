@@ -1,0 +1,170 @@
+"""`radargui process`: recordings to tables, one folder an input."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import typer
+
+from radargui.cli.console import one_line, progress_bar, show_table
+from radargui.cli.guard import fail
+from radargui.cli.setup_choice import override, own_setup, positive
+from radargui.files.channel_map import ChannelMap, parse_channel_map, read_mapped
+from radargui.files.reading import read_recording
+from radargui.model.errors import FileError, RadarGuiError, SetupError, UsageError
+from radargui.model.recording import Recording
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.model.setup_file import read_setup
+from radargui.processing.offline import process
+from radargui.report.rounding import UNKNOWN, quantity
+from radargui.report.tables import write_tables
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessOptions:
+    """What the command line asked for; None where nothing was said."""
+
+    files: tuple[Path, ...] = ()
+    channels: str | None = None
+    rate_hz: float | None = None
+    name: str | None = None
+    setup: Path | None = None
+    output: Path | None = None
+    correction: str | None = None
+    geometry: str | None = None
+    force: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """One input: what it is called, how it is read, where its results go.
+
+    Attributes
+    ----------
+    name
+        Of the result folder.
+    read
+        Gives the recording.
+    own_file
+        The file that may bring its own setup.
+    folder
+        Where the tables go.
+    """
+
+    name: str
+    read: Callable[[], Recording]
+    own_file: Path
+    folder: Path
+
+
+def process_files(options: ProcessOptions) -> int:
+    """Process every input, print a table of them, and return the exit status.
+
+    Whatever is wrong with the command, the setup or the result folders is told before any work.
+
+    Raises
+    ------
+    UsageError
+        Options that do not go together, equal names, results that are there already.
+    SetupError
+        The setup or an option instead of it is not allowed.
+    """
+    inputs = _inputs(options)
+    _refuse_collisions(inputs, force=options.force)
+    setups = [_setup_of(one, options) for one in inputs]
+    rows, status = [], 0
+    for one, setup in zip(inputs, setups, strict=True):
+        try:
+            if isinstance(setup, RadarGuiError):
+                raise setup
+            rows.append(_row(one, _process(one, setup)))
+        except RadarGuiError as error:
+            status = max(status, fail(error, one.name))
+        except (MemoryError, OSError) as error:
+            _log.exception("%s", one.name)
+            status = max(status, fail(FileError(f"{one.name}: {one_line(str(error)) or 'too large for the memory'}")))
+    if rows:
+        show_table(("input", "status", "bounces", "e ± u_e", "results"), rows)
+    return status
+
+
+def _process(one: Input, setup: Setup) -> RunResult:
+    with progress_bar(one.name) as tell:
+        result = process(one.read(), setup, tell)
+        write_tables(result, one.folder)
+    for text in ((result.reason,) if result.status != "ok" else ()) + result.warnings:
+        typer.echo(f"{one.name}: {one_line(text)}", err=True)
+    return result
+
+
+def _inputs(options: ProcessOptions) -> list[Input]:
+    positive("--rate-hz", options.rate_hz)
+    channels = None if options.channels is None else parse_channel_map(options.channels)
+    if channels is not None and channels.has_paths and not options.files:
+        if options.name is None:
+            raise UsageError("--channels with paths forms one input: it needs --name NAME")
+        read = partial(read_mapped, channels, rate_hz=options.rate_hz, name=options.name)
+        return [_input(options, options.name, read, channels.paths[0])]
+    if not options.files:
+        raise UsageError("nothing to process, allowed: FILE..., or --channels with paths")
+    if options.name is not None and len(options.files) > 1:
+        raise UsageError(f"--name = {options.name!r}, allowed: with one input only; there are {len(options.files)}")
+    return [_file_input(options, file, channels) for file in options.files]
+
+
+def _file_input(options: ProcessOptions, file: Path, channels: ChannelMap | None) -> Input:
+    read = partial(read_recording, file, channels=channels, rate_hz=options.rate_hz)
+    return _input(options, file.stem if options.name is None else options.name, read, file)
+
+
+def _input(options: ProcessOptions, name: str, read: Callable[[], Recording], file: Path) -> Input:
+    if Path(name).name != name or name in ("", ".", "..") or any(sign in name for sign in '\\:*?"<>|'):
+        raise UsageError(f"{name!r} cannot be the name of a folder", remedy="Give another with --name.")
+    return Input(name, read, file, (options.output or file.parent) / name)
+
+
+def _refuse_collisions(inputs: list[Input], *, force: bool) -> None:
+    # a system that takes upper and lower case for the same would write one over the other
+    count = Counter(one.name.casefold() for one in inputs)
+    equal = [str(one.own_file) for one in inputs if count[one.name.casefold()] > 1]
+    if equal:
+        raise UsageError(f"Inputs of equal name: {', '.join(equal)}", remedy="Process them one by one, with --name.")
+    there = [str(one.folder) for one in inputs if one.folder.exists()]
+    if there and not force:
+        raise UsageError(f"Results are there already: {', '.join(there)}", remedy="Give --force to write over them.")
+
+
+def _setup_of(one: Input, options: ProcessOptions) -> Setup | RadarGuiError:
+    """Return the setup of an input, or why the input cannot be read.
+
+    Raises
+    ------
+    UsageError
+        There is none.
+    SetupError
+        It is not valid.
+    """
+    try:
+        setup = read_setup(options.setup) if options.setup else own_setup(one.own_file)
+    except RadarGuiError as error:
+        if isinstance(error, SetupError):
+            raise
+        return error
+    if setup is None:
+        raise UsageError(f"{one.own_file} brings no setup", remedy="Give --setup FILE.")
+    return override(setup, {"processing.correction": options.correction, "processing.geometry": options.geometry})
+
+
+def _row(one: Input, result: RunResult) -> tuple[str, ...]:
+    bounces = result.bounces.impacts
+    first = next((bounce for bounce in bounces if bounce.valid), None)
+    e = quantity(first.e, first.u_e) if first else UNKNOWN
+    return (one.name, result.status.replace("_", " "), str(len(bounces)), e, str(one.folder))

@@ -1,0 +1,132 @@
+"""`radargui record`: drops recorded, processed and saved as a session."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Literal
+
+import typer
+
+from radargui.cli.console import show_table
+from radargui.cli.guard import FAILED, fail
+from radargui.cli.record_progress import RecordProgress
+from radargui.cli.setup_choice import named_or_default, override, own_setup, parse_release, positive
+from radargui.experiment.experiment import Experiment
+from radargui.experiment.recorded_run import RecordedRun
+from radargui.files.summary import summarise
+from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.setup import Setup
+from radargui.report.rounding import UNKNOWN, plain, quantity
+from radargui.session.data_folder import default_data_folder
+from radargui.session.session import Session
+from radargui.sources.contract import Source
+from radargui.sources.factory import make_source
+
+
+@dataclass(frozen=True, slots=True)
+class RecordOptions:
+    """What the command line asked for; None where nothing was said."""
+
+    source: Literal["simulated", "ni", "replay"] = "simulated"
+    file: Path | None = None
+    setup: Path | None = None
+    runs: int = 1
+    seconds: float | None = None
+    release: str | None = None
+    output: Path | None = None
+    seed: int | None = None
+    fast: bool = False
+
+
+def record_session(options: RecordOptions) -> int:
+    """Record runs into a new session, print its folder and a table of the runs, and return the exit status.
+
+    Raises
+    ------
+    UsageError
+        Options that do not go together.
+    SetupError
+        The setup or an option instead of it is not allowed.
+    RadarGuiError
+        The session or the source cannot be used.
+    """
+    setup = _setup(options)
+    # a source that cannot even be made must not leave an empty session behind
+    first = _make_source(options, setup, run=0)
+    session = Session.create(options.output or default_data_folder(), setup, now=datetime.now().astimezone())
+    typer.echo(f"Session: {session.path}")
+    runs: list[RecordedRun] = []
+    with RecordProgress(options.runs) as progress:
+        experiment = Experiment(
+            setup,
+            lambda run: first if run == 0 else _make_source(options, setup, run=run),
+            session,
+            seconds=options.seconds,
+            listener=progress,
+            live=False,
+            patient=options.fast,
+            attributes={"source": options.source},
+        )
+        error = _record(experiment, options.runs, runs)
+    if runs:
+        show_table(("run", "drop height", "impact speed", "e ± u_e", "g", "status"), [_row(run) for run in runs])
+    if error is not None:
+        return fail(error)
+    return FAILED if any(run.error or run.path is None for run in runs) else 0
+
+
+def _record(experiment: Experiment, n_runs: int, runs: list[RecordedRun]) -> RadarGuiError | None:
+    """Fill `runs` and return what ended the recording early."""
+    try:
+        for run in experiment.record(n_runs):
+            runs.append(run)
+            if run.error is not None:
+                fail(run.error, run.path.name if run.path else "")
+            elif run.path is None:
+                return RadarGuiError(run.message)
+    except RadarGuiError as error:
+        return error
+    except KeyboardInterrupt:
+        return RadarGuiError(
+            f"interrupted in run {len(runs) + 1}.", remedy=f"What was recorded is kept in {experiment.session.path}."
+        )
+    return None
+
+
+def _setup(options: RecordOptions) -> Setup:
+    positive("--seconds", options.seconds)
+    if (options.source == "replay") != (options.file is not None):
+        raise UsageError("--source replay and --file FILE go together, allowed: both or neither")
+    if options.seed is not None and options.source != "simulated":
+        raise UsageError(f"--seed = {options.seed}, allowed: only with --source simulated")
+    if options.fast and options.source == "ni":
+        raise UsageError("--fast, allowed: only with --source simulated or replay; a device keeps its own time")
+    setup = own_setup(options.file) if options.file and options.setup is None else None
+    changes = {"tracer.release_position_m": parse_release(options.release), "simulation.seed": options.seed}
+    return override(setup or named_or_default(options.setup), changes)
+
+
+def _make_source(options: RecordOptions, setup: Setup, run: int) -> Source:
+    return make_source(options.source, setup, run=run, realtime=not options.fast, file=options.file)
+
+
+def _row(run: RecordedRun) -> tuple[str, ...]:
+    name = run.path.stem if run.path else f"run {run.number}"
+    if run.result is None:
+        return (name, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, "not processed" if run.path else "not recorded")
+    summary = summarise(run.result)
+
+    def value(key: str) -> float | None:
+        found = summary[key]
+        return found if isinstance(found, float) else None
+
+    return (
+        name,
+        plain(value("drop_height_m"), 4, "m"),
+        plain(value("impact_speed_m_s"), 4, "m/s"),
+        quantity(value("e"), value("u_e")),
+        quantity(value("g_m_s2"), value("u_g_m_s2"), "m/s²"),
+        run.result.status.replace("_", " "),
+    )

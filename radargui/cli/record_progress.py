@@ -1,0 +1,74 @@
+"""What the operator sees while runs are recorded: a status line on a terminal, one line a run elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from types import TracebackType
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from radargui.cli.console import one_line
+from radargui.experiment.event import Event, EventKind
+from radargui.experiment.state import ExperimentState
+
+
+class RecordProgress:
+    """The listener of an experiment; a context in which the bar is on the screen.
+
+    Parameters
+    ----------
+    n_runs
+        How many runs are asked for.
+    """
+
+    def __init__(self, n_runs: int) -> None:
+        self._n_runs = n_runs
+        self._health = ""
+        self._progress: Progress | None = None
+        if sys.stderr.isatty():
+            columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+            self._progress = Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False)
+            self._task = self._progress.add_task("", total=None)
+
+    def __enter__(self) -> RecordProgress:
+        """Show the bar."""
+        if self._progress:
+            self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Take the bar away."""
+        if self._progress:
+            self._progress.stop()
+
+    def __call__(self, event: Event) -> None:
+        """Show what happened."""
+        if event.kind is EventKind.HEALTH:
+            self._health = event.message
+        if event.kind is EventKind.WARNING:
+            self._say(f"run {event.number}: warning: {one_line(event.message)}", err=True)
+        elif event.kind is EventKind.RUN:
+            self._say(f"run {event.number}: {self._health}")
+        elif self._progress:
+            self._show(event)
+
+    def _show(self, event: Event) -> None:
+        bar = self._progress
+        if bar is None:
+            return
+        text = f"run {event.number} of {self._n_runs}: {event.state.value}"
+        if event.state in (ExperimentState.ARMED, ExperimentState.RECORDING) and self._health:
+            text += f", {self._health}"
+        total = 1.0 if event.state is ExperimentState.PROCESSING else None
+        bar.update(self._task, description=text, total=total, completed=event.fraction or 0.0)
+
+    def _say(self, text: str, *, err: bool = False) -> None:
+        if self._progress:
+            self._progress.stop()
+        typer.echo(text, err=err)
+        if self._progress:
+            self._progress.start()

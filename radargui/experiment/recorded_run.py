@@ -1,0 +1,38 @@
+"""A recorded run: its file, its result, and why it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from radargui.acquisition.state import Ending
+from radargui.model.errors import RadarGuiError
+from radargui.model.result import RunResult
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedRun:
+    """What came of one run.
+
+    Attributes
+    ----------
+    number
+        Counted from 1 within the experiment.
+    path
+        Its file; None where nothing was recorded.
+    result
+        None where it was not processed.
+    ending
+        Why the recording ended.
+    message
+        What came of it, one sentence.
+    error
+        Why processing failed; the recording is safe.
+    """
+
+    number: int
+    path: Path | None
+    result: RunResult | None
+    ending: Ending
+    message: str
+    error: RadarGuiError | None = None

@@ -1,0 +1,146 @@
+"""From signals of one or several files to one recording."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from radargui.files.signals import Signal, Signals
+from radargui.files.time_axis import uniform
+from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.block import Gap
+from radargui.model.digitisation import Digitisation
+from radargui.model.errors import FileError, UsageError
+from radargui.model.recording import Recording
+
+SAME_RATE = 1e-3
+"""Rates that differ by less are the same one, written with fewer digits."""
+_log = logging.getLogger(__name__)
+
+
+def assemble(
+    parts: Sequence[Signals], targets: Sequence[str], *, name: str, where: str, rate_hz: float | None
+) -> Recording:
+    """Return one recording of the signals of all parts in order.
+
+    Codes stay codes where every signal has int16 codes with a scaling, else all become float64 values.
+
+    Parameters
+    ----------
+    parts
+        What was read, one entry a file.
+    targets
+        Channel names of the recording, one a signal.
+    name
+        Name of the recording.
+    where
+        The file or files, for messages.
+    rate_hz
+        Rate the operator gave. It goes before what a header says (with a warning in the log), for headers often hold a
+        default; times of samples must agree with it.
+
+    Raises
+    ------
+    FileError
+        No rate, rates or lengths that differ, samples that are not numbers.
+    UsageError
+        The rate given is none.
+    """
+    signals = [signal for part in parts for signal in part.signals]
+    lengths = {int(signal.samples.size) for signal in signals}
+    if len(lengths) > 1:
+        told = ", ".join(f"{signal.name}: {signal.samples.size}" for signal in signals)
+        raise FileError(f"{where}: channels differ in length ({told} samples).")
+    if lengths == {0}:
+        raise FileError(f"{where} holds no samples.")
+    time_s, gaps, timed_rate_hz = _times(parts, where)
+    rate = _rate(parts, timed_rate_hz, rate_hz, where)
+    raw, scaling = _stack(signals)
+    _want_numbers(raw, signals, where)
+    units = {signal.unit for signal in signals if signal.unit}
+    return Recording(
+        name=name,
+        raw=raw,
+        digitisation=Digitisation(
+            channel_names=tuple(targets),
+            sample_rate_hz=rate,
+            scaling=scaling,
+            channel_skew_s=max(part.channel_skew_s for part in parts),
+            unit=units.pop() if len(units) == 1 else "V" if not units else "mixed",
+            device=next((part.device for part in parts if part.device), ""),
+        ),
+        gaps=gaps,
+        file_time_s=time_s,
+        started_at=next((part.started_at for part in parts if part.started_at), ""),
+    )
+
+
+def _times(parts: Sequence[Signals], where: str) -> tuple[FloatArray | None, tuple[Gap, ...], float | None]:
+    times = [part.time_s for part in parts if part.time_s is not None]
+    if not times:
+        gaps = {part.gaps for part in parts}
+        if len(gaps) > 1:
+            raise FileError(f"{where}: the files lost different samples and cannot be joined.")
+        return None, gaps.pop(), None
+    rate_hz, lost = uniform(times[0], where)
+    for other in times[1:]:
+        if other is not times[0] and np.abs(other - times[0]).max() * rate_hz > 1.0:
+            raise FileError(f"{where}: the files give different times and cannot be joined.")
+    return times[0], lost, rate_hz
+
+
+def _rate(parts: Sequence[Signals], timed_hz: float | None, given_hz: float | None, where: str) -> float:
+    if given_hz is not None and not (math.isfinite(given_hz) and given_hz > 0.0):
+        raise UsageError(f"--rate-hz {given_hz} is not a sample rate: allowed a number above 0.")
+    headers = [part.sample_rate_hz for part in parts if part.sample_rate_hz is not None]
+    if any(not _same(rate, headers[0]) for rate in headers[1:]):
+        told = ", ".join(f"{rate:g}" for rate in headers)
+        raise FileError(f"{where}: the channels have different sample rates: {told} Hz.")
+    header_hz = headers[0] if headers else None
+    if timed_hz is not None:
+        for other, whose in ((given_hz, "--rate-hz says"), (header_hz, "the header says")):
+            if other is not None and not _same(other, timed_hz):
+                raise FileError(
+                    f"{where}: its times make {timed_hz:.6g} Hz, {whose} {other:.6g} Hz.",
+                    remedy="Leave --rate-hz out, or leave the times out of the file.",
+                )
+        return timed_hz
+    if given_hz is None and header_hz is None:
+        raise FileError(f"{where} does not tell its sample rate.", remedy="Give it with --rate-hz.")
+    if given_hz is not None and header_hz is not None and not _same(given_hz, header_hz):
+        _log.warning("%s says %.6g Hz; %.6g Hz is used, as asked with --rate-hz.", where, header_hz, given_hz)
+    return float(given_hz or header_hz or math.nan)
+
+
+def _same(first: float, second: float) -> bool:
+    return abs(first - second) <= SAME_RATE * abs(second)
+
+
+def _stack(signals: Sequence[Signal]) -> tuple[RawArray, tuple[tuple[float, ...], ...] | None]:
+    scaling = tuple(signal.scaling for signal in signals if signal.scaling is not None)
+    if len(scaling) == len(signals):
+        return np.stack([np.asarray(signal.samples, dtype=np.int16) for signal in signals]), scaling
+    return np.stack([_values(signal) for signal in signals]), None
+
+
+def _values(signal: Signal) -> FloatArray:
+    samples = np.asarray(signal.samples, dtype=np.float64)
+    if signal.scaling is None:
+        return samples
+    return np.asarray(np.polynomial.polynomial.polyval(samples, signal.scaling), dtype=np.float64)
+
+
+def _want_numbers(raw: RawArray, signals: Sequence[Signal], where: str) -> None:
+    if raw.dtype == np.int16:
+        return
+    for signal, row in zip(signals, raw, strict=True):
+        finite = np.isfinite(row)
+        if not finite.all():
+            raise FileError(
+                f"{where}: {signal.name} holds {int((~finite).sum())} samples that are not numbers, "
+                f"the first is sample {int(np.argmin(finite)) + 1}.",
+                remedy="Mend them or cut the recording there.",
+            )

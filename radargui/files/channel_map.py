@@ -1,0 +1,185 @@
+"""The channel map: which column or variable of which file is I1, Q1, I2, ..."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from radargui.files.assemble import assemble
+from radargui.files.formats import SUFFIXES, list_channels, read_signals
+from radargui.model.digitisation import iq_names
+from radargui.model.errors import UsageError
+from radargui.model.recording import Recording
+
+__all__ = ["ChannelEntry", "ChannelMap", "list_channels", "parse_channel_map", "read_mapped"]
+
+LARGEST = 4
+_ENTRY = re.compile(r"\s*([IQ])(\d+)\s*=", re.IGNORECASE)
+_SUFFIX = "|".join(re.escape(suffix) for suffix in sorted(SUFFIXES, key=len, reverse=True))
+_WITH_SUFFIX = re.compile(rf"(.*?(?:{_SUFFIX})):(.*)", re.IGNORECASE | re.DOTALL)
+_FORM = "Write I1=NAME,Q1=NAME,... or I1=PATH:NAME,Q1=PATH:NAME,..."
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelEntry:
+    """One channel of a map.
+
+    Attributes
+    ----------
+    target
+        I1, Q1, ...
+    variable
+        Name in the file.
+    path
+        File; None: the input file.
+    """
+
+    target: str
+    variable: str
+    path: Path | None = None
+
+    @property
+    def text(self) -> str:
+        """The entry as it was written."""
+        return self.variable if self.path is None else f"{self.path}:{self.variable}"
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelMap:
+    """Complete pairs I1, Q1, ... in canonical order."""
+
+    entries: tuple[ChannelEntry, ...]
+
+    @property
+    def has_paths(self) -> bool:
+        """Whether the map itself names the files."""
+        return any(entry.path is not None for entry in self.entries)
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """The files it names, each once, in order."""
+        return tuple(dict.fromkeys(entry.path for entry in self.entries if entry.path is not None))
+
+    @property
+    def n_receivers(self) -> int:
+        """Number of IQ pairs."""
+        return len(self.entries) // 2
+
+
+def parse_channel_map(text: str) -> ChannelMap:
+    r"""Return the map that a text such as `I1=a.mat:src1.Data,Q1=b.mat:src1.Data` or `I1=x,Q1=y` describes.
+
+    A path ends with the suffix of a format that is read, so that a Windows path `C:\data\a.mat:x` is understood;
+    where no such suffix stands before a colon, the last colon parts path and name. Commas inside a path or name are
+    part of it unless `I` or `Q`, a number and `=` follow.
+
+    Raises
+    ------
+    UsageError
+        Not of this form, a channel twice, a pair incomplete.
+    """
+    starts = [match for match in _ENTRY.finditer(text) if match.start() == 0 or text[match.start() - 1] == ","]
+    if not starts or starts[0].start() != 0:
+        raise UsageError(f"--channels {text!r} is not a channel map.", remedy=_FORM)
+    entries: dict[str, ChannelEntry] = {}
+    for match, after in zip(starts, [*starts[1:], None], strict=True):
+        value = text[match.end() : after.start() - 1 if after else len(text)].strip()
+        target = f"{match[1].upper()}{int(match[2])}"
+        if target in entries:
+            raise UsageError(f"--channels names {target} twice.", remedy=_FORM)
+        entries[target] = _entry(target, value)
+    return _complete(entries)
+
+
+def _entry(target: str, value: str) -> ChannelEntry:
+    match = _WITH_SUFFIX.fullmatch(value)
+    if match:
+        path, variable = match[1], match[2]
+    elif value.lower().endswith(SUFFIXES):
+        raise UsageError(f"--channels: {target}={value} names a file, but nothing in it.", remedy=_FORM)
+    else:
+        path, _, variable = value.rpartition(":")
+    path, variable = path.strip(), variable.strip()
+    if not variable or (":" in value and not path):
+        raise UsageError(f"--channels: {target}={value} names no column or variable.", remedy=_FORM)
+    if len(path) == 1 and variable.startswith(("\\", "/")):
+        raise UsageError(f"--channels: {target}={value} names a file, but nothing in it.", remedy=_FORM)
+    return ChannelEntry(target, variable, Path(path) if path else None)
+
+
+def _complete(entries: dict[str, ChannelEntry]) -> ChannelMap:
+    count = max(int(target[1:]) for target in entries)
+    if count > LARGEST:
+        raise UsageError(f"--channels names receiver {count}; there can be 1 to {LARGEST}.", remedy=_FORM)
+    wanted = iq_names(count)
+    missing = [target for target in wanted if target not in entries]
+    if missing or len(entries) != len(wanted):
+        lacking = ", ".join(missing) or "receivers counted from 1"
+        raise UsageError(
+            f"--channels lacks {lacking}.", reasons=("I and Q come in pairs counted from 1",), remedy=_FORM
+        )
+    places = [(entries[target].path, entries[target].variable) for target in wanted]
+    if len(set(places)) != len(places):
+        raise UsageError("--channels gives the same column or variable to two channels.", remedy=_FORM)
+    given = {entries[target].path is not None for target in wanted}
+    if len(given) > 1:
+        raise UsageError("--channels names a path for some channels and none for others.", remedy=_FORM)
+    return ChannelMap(tuple(entries[target] for target in wanted))
+
+
+def read_mapped(
+    channel_map: ChannelMap, *, file: Path | None = None, rate_hz: float | None = None, name: str | None = None
+) -> Recording:
+    """Return the recording that a map describes.
+
+    Parameters
+    ----------
+    channel_map
+        Which columns or variables.
+    file
+        The input file; None where the map names the files. A map whose names hold colons is taken as names where
+        `file` has them.
+    rate_hz
+        Sample rate where the files have none.
+    name
+        Name of the recording; None: the stem of the only file.
+
+    Raises
+    ------
+    UsageError
+        A file and a map with paths, neither, or no name for several files.
+    FileError
+        Unreadable, a channel missing, channels that do not fit together.
+    """
+    entries = channel_map.entries
+    if file is not None and channel_map.has_paths:
+        names = {info.name for info in list_channels(file)}
+        if not all(entry.text in names for entry in entries):
+            raise UsageError(f"--channels names files of its own: {file} cannot be read with it.")
+        entries = tuple(ChannelEntry(entry.target, entry.text) for entry in entries)
+    files = [entry.path or file for entry in entries]
+    if any(path is None for path in files):
+        raise UsageError("--channels without paths needs an input file.", remedy=_FORM)
+    grouped: dict[Path, list[ChannelEntry]] = {}
+    for path, entry in zip(files, entries, strict=True):
+        if path is not None:
+            grouped.setdefault(path, []).append(entry)
+    if name is None and len(grouped) > 1:
+        raise UsageError("Several files form one input: it needs a name.", remedy="Give --name.")
+    parts = [read_signals(path, [entry.variable for entry in some]) for path, some in grouped.items()]
+    found = {
+        entry.target: (part, signal)
+        for part, some in zip(parts, grouped.values(), strict=True)
+        for entry, signal in zip(some, part.signals, strict=True)
+    }
+    # One part a channel, so that the order is the map's, whatever file each comes from.
+    ordered = [replace(part, signals=(signal,)) for part, signal in (found[entry.target] for entry in entries)]
+    first = next(iter(grouped))
+    return assemble(
+        ordered,
+        [entry.target for entry in entries],
+        name=name or first.stem,
+        where=", ".join(str(path) for path in grouped),
+        rate_hz=rate_hz,
+    )

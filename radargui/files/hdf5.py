@@ -1,0 +1,126 @@
+"""Small safe steps on HDF5 files: open, store, append, read what a header claims without trusting it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from radargui.files.refusal import reading
+from radargui.files.run_layout import COMPRESSION
+from radargui.model.errors import FileError
+
+LARGEST_RATIO = 1100
+"""Deflate makes data at most about 1032 times smaller; a header that claims more is wrong."""
+
+
+@contextmanager
+def opened(path: Path, what: str = "an HDF5 file", check: Callable[[Any], bool] | None = None) -> Iterator[Any]:
+    """Open for reading; whatever the library says about a damaged file becomes a FileError.
+
+    Parameters
+    ----------
+    path
+        File to open.
+    what
+        The kind of file, for people.
+    check
+        Says whether the content is of that kind.
+
+    Raises
+    ------
+    FileError
+        No such file, not HDF5, not of that kind, damaged, or in use by a recording.
+    """
+    with reading(path, what), h5py.File(path, "r", locking="best-effort") as file:
+        _want(path, what, check is None or check(file))
+        yield file
+
+
+def _want(path: Path, what: str, right: bool) -> None:
+    if not right:
+        raise FileError(f"{path} is HDF5, but not {what}.")
+
+
+def is_hdf5(path: Path) -> bool:
+    """Return whether a file starts (after a user block, as MATLAB's) as HDF5 does."""
+    try:
+        return bool(h5py.is_hdf5(path))
+    except (OSError, RuntimeError, ValueError):
+        return False
+
+
+def store(group: Any, name: str, values: NDArray[Any], chunk: int) -> None:
+    """Store an array (n,) or (rows, n) in compressed chunks of one row."""
+    if values.size == 0:
+        group.create_dataset(name, data=values)
+        return
+    chunks = (*(1,) * (values.ndim - 1), min(chunk, values.shape[-1]))
+    group.create_dataset(name, data=values, chunks=chunks, **COMPRESSION)
+
+
+def append_row(dataset: Any, row: tuple[Any, ...]) -> None:
+    """Append one row to a table."""
+    count = dataset.shape[0]
+    dataset.resize(count + 1, axis=0)
+    dataset[count] = np.array(row, dtype=dataset.dtype)
+
+
+def dataset(group: Any, name: str, path: Path, n_dimensions: tuple[int, ...] = (1, 2)) -> Any:
+    """Return a dataset that is really there and as large as the file can hold.
+
+    Raises
+    ------
+    FileError
+        Missing, no dataset, of another number of dimensions, kept in another file, or claiming more than is there.
+    """
+    found = group.get(name) if name in group else None
+    if not isinstance(found, h5py.Dataset):
+        raise FileError(f"{path}: holds no {name}.", reasons=("it is not the file it seems to be",))
+    if found.ndim not in n_dimensions:
+        raise FileError(f"{path}: {name} has {found.ndim} dimensions.")
+    if found.external or found.is_virtual or found.file != group.file:
+        raise FileError(f"{path}: {name} is kept in another file, which is not read.")
+    present = min(found.id.get_storage_size(), path.stat().st_size)
+    if found.nbytes > LARGEST_RATIO * (present + 64):
+        raise FileError(
+            f"{path}: {name} claims {found.nbytes / 1e9:.3g} GB, far more than the file holds.",
+            reasons=("the file is damaged or cut off",),
+        )
+    return found
+
+
+def put_text(attributes: Any, key: str, text: str) -> None:
+    """Set an attribute to a text of fixed length.
+
+    Text of variable length lies in a heap without checksum: one damaged byte there makes the library loop for ever.
+    """
+    data = text.replace("\0", " ").encode("utf-8", "replace")
+    attributes.create(key, data, dtype=h5py.string_dtype("utf-8", max(len(data), 1)))
+
+
+def put_texts(attributes: Any, key: str, texts: Sequence[str]) -> None:
+    """Set an attribute to a list of texts of fixed length."""
+    data = [text.encode("utf-8", "replace") for text in texts]
+    attributes.create(key, data, dtype=h5py.string_dtype("utf-8", max(1, *(len(text) for text in data))))
+
+
+def text(attributes: Any, key: str) -> str:
+    """Return an attribute as text, empty where it is missing or no text."""
+    value = attributes.get(key, "")
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    return value if isinstance(value, str) else ""
+
+
+def number(attributes: Any, key: str) -> float | None:
+    """Return an attribute as a number, None where it is missing or no single number."""
+    value = np.asarray(attributes.get(key))
+    if value.size != 1 or value.dtype.kind not in "iufb":
+        return None
+    return float(value.reshape(-1)[0])

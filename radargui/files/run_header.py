@@ -1,0 +1,144 @@
+"""The header of a run file: how its samples were digitised, written before the first sample."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from radargui import __version__
+from radargui.files import hdf5
+from radargui.files import run_layout as layout
+from radargui.files.seal import seal
+from radargui.model.digitisation import Digitisation
+from radargui.model.errors import FileError
+
+Attribute = str | float | int
+
+
+def write_header(
+    file: Any,
+    digitisation: Digitisation,
+    *,
+    started_at: str,
+    setup_toml: str,
+    attributes: Mapping[str, Attribute],
+) -> None:
+    """Make the empty datasets and all attributes of a new run file."""
+    n_channels = digitisation.n_channels
+    raw = file.create_dataset(
+        layout.RAW,
+        shape=(n_channels, 0),
+        maxshape=(n_channels, None),
+        dtype=np.float64 if digitisation.scaling is None else np.int16,
+        chunks=(1, layout.chunk_length(digitisation.sample_rate_hz)),
+        **layout.COMPRESSION,
+    )
+    for name, kind in ((layout.GAPS, layout.GAP_TYPE), (layout.MARKERS, layout.MARKER_TYPE)):
+        file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(16,), dtype=kind, **layout.COMPRESSION)
+    for key, value in attributes.items():
+        if isinstance(value, str):
+            hdf5.put_text(file.attrs, key, value)
+        else:
+            file.attrs[key] = value
+    hdf5.put_text(file.attrs, "format", layout.FORMAT)
+    file.attrs["format_version"] = layout.FORMAT_VERSION
+    hdf5.put_text(file.attrs, "version", __version__)
+    hdf5.put_text(file.attrs, "setup", setup_toml)
+    file.attrs["complete"] = False
+    # On the samples and on the file: whoever looks at either finds them.
+    for place in (file, raw):
+        place.attrs["sample_rate_hz"] = float(digitisation.sample_rate_hz)
+        hdf5.put_text(place.attrs, "unit", digitisation.unit)
+        hdf5.put_texts(place.attrs, "channel_names", digitisation.channel_names)
+        place.attrs["channel_skew_s"] = float(digitisation.channel_skew_s)
+        hdf5.put_text(place.attrs, "device", digitisation.device)
+        hdf5.put_text(place.attrs, "started_at", started_at)
+        if digitisation.scaling is not None:
+            place.attrs["scaling"] = _padded(digitisation.scaling)
+    write_trigger(file, None, digitisation.sample_rate_hz)
+
+
+def write_trigger(file: Any, index: int | None, sample_rate_hz: float) -> None:
+    """Set the trigger in a header."""
+    for place in (file, file[layout.RAW]):
+        place.attrs["trigger_index"] = layout.NO_TRIGGER if index is None else int(index)
+        place.attrs["trigger_time_s"] = math.nan if index is None else index / sample_rate_hz
+        seal(place.attrs)
+
+
+def write_end(file: Any, count: int, crcs: list[int], *, complete: bool) -> None:
+    """Set what is known only at the end: the number of samples and the checksum of each channel."""
+    file.attrs["n_samples"] = count
+    file.attrs["crc32"] = np.array(crcs, dtype=np.uint32)
+    file.attrs["complete"] = complete
+    seal(file.attrs)
+
+
+def read_digitisation(raw: Any, path: Path) -> Digitisation:
+    """Return how the samples of a run file were digitised.
+
+    Raises
+    ------
+    FileError
+        An attribute is missing or does not fit the samples.
+    """
+    attributes = raw.attrs
+    rate_hz = hdf5.number(attributes, "sample_rate_hz")
+    if rate_hz is None or not math.isfinite(rate_hz) or rate_hz <= 0.0:
+        raise FileError(f"{path}: its sample_rate_hz is not a rate.")
+    names = tuple(_as_text(name) for name in np.atleast_1d(attributes.get("channel_names", [])))
+    if len(names) != raw.shape[0] or len(set(names)) != len(names):
+        raise FileError(f"{path}: {len(names)} channel names for {raw.shape[0]} channels.")
+    skew_s = hdf5.number(attributes, "channel_skew_s") or 0.0
+    return Digitisation(
+        channel_names=names,
+        sample_rate_hz=rate_hz,
+        scaling=_scaling(raw, path),
+        channel_skew_s=skew_s if math.isfinite(skew_s) else 0.0,
+        unit=hdf5.text(attributes, "unit") or "V",
+        device=hdf5.text(attributes, "device"),
+    )
+
+
+def read_trigger(attributes: Any) -> int | None:
+    """Return the index of the trigger, None where there is none."""
+    index = hdf5.number(attributes, "trigger_index")
+    return None if index is None or not math.isfinite(index) or index < 0 else int(index)
+
+
+def _scaling(raw: Any, path: Path) -> tuple[tuple[float, ...], ...] | None:
+    if raw.dtype == np.float64:
+        return None
+    if raw.dtype != np.int16:
+        raise FileError(f"{path}: its samples are {raw.dtype}, not int16 codes or float64 volts.")
+    table = np.asarray(raw.attrs.get("scaling", []), dtype=np.float64)
+    if table.ndim != 2 or table.shape[0] != raw.shape[0] or table.shape[1] < 1 or not np.isfinite(table).all():
+        raise FileError(f"{path}: the scaling of its codes is missing or does not fit its channels.")
+    return tuple(_trimmed(row) for row in table.tolist())
+
+
+def _padded(scaling: tuple[tuple[float, ...], ...]) -> Any:
+    table = np.zeros((len(scaling), max(len(row) for row in scaling)))
+    for row, coefficients in zip(table, scaling, strict=True):
+        row[: len(coefficients)] = coefficients
+    return table
+
+
+def _trimmed(row: list[float]) -> tuple[float, ...]:
+    while len(row) > 2 and row[-1] == 0.0:
+        row = row[:-1]
+    return tuple(row)
+
+
+def _as_text(name: Any) -> str:
+    return name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)
+
+
+def is_run(file: Any) -> bool:
+    """Return whether an opened HDF5 file is a run file of this program."""
+    return hdf5.text(file.attrs, "format") == layout.FORMAT or isinstance(file.get(layout.RAW), h5py.Dataset)

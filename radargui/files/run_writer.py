@@ -1,0 +1,303 @@
+"""The run writer: an HDF5 file that grows while samples arrive and survives a crash."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import h5py
+import numpy as np
+
+from radargui.files import hdf5
+from radargui.files import run_layout as layout
+from radargui.files.refusal import why
+from radargui.files.run_header import Attribute, write_end, write_header, write_trigger
+from radargui.files.seal import rows_crc
+from radargui.model.arrays import RawArray
+from radargui.model.block import Block
+from radargui.model.digitisation import Digitisation
+from radargui.model.errors import FileError
+from radargui.model.truth import Truth
+
+RESERVE_BYTES = 4_000_000
+"""Kept free on the disk, so that the file can still be closed in order."""
+
+
+class RunExistsError(FileError):
+    """A run file of that name is there already."""
+
+
+class RunWriter:
+    """Writes one run as it is recorded.
+
+    Whole chunks of about half a second are written and flushed, so that a crash loses less than that. `complete` is
+    false in the file until `close`. Methods may be called from several threads.
+
+    Parameters
+    ----------
+    path
+        File to make; its folder is there already.
+    digitisation
+        Channels, rate, scale; int16 codes are stored where it has a scaling, else float64 volts.
+    started_at
+        ISO 8601 date and time of the first sample.
+    trigger_index
+        Index of the trigger, counted from the first sample written, lost samples included; None where there is none
+        (yet: see `set_trigger`).
+    setup_toml
+        The setup as TOML text.
+    attributes
+        Further facts kept with the file (seed, source, ...).
+
+    Raises
+    ------
+    RunExistsError
+        A file of that name is there; it is left alone.
+    FileError
+        The file cannot be made.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        digitisation: Digitisation,
+        *,
+        started_at: str,
+        trigger_index: int | None = None,
+        setup_toml: str = "",
+        attributes: Mapping[str, Attribute] | None = None,
+    ) -> None:
+        self._path = path
+        self._digitisation = digitisation
+        self._lock = threading.RLock()
+        self._count = 0
+        self._filled = 0
+        self._crcs = [0] * digitisation.n_channels
+        self._first_index: int | None = None
+        self._next_index = 0
+        self._buffer = np.zeros(
+            (digitisation.n_channels, layout.chunk_length(digitisation.sample_rate_hz)),
+            dtype=np.float64 if digitisation.scaling is None else np.int16,
+        )
+        self._file: Any = _create(path)
+        try:
+            self._want_room(RESERVE_BYTES)
+            with self._guarded() as file:
+                write_header(
+                    file, digitisation, started_at=started_at, setup_toml=setup_toml, attributes=attributes or {}
+                )
+                write_trigger(file, trigger_index, digitisation.sample_rate_hz)
+                file.flush()
+        except FileError:
+            path.unlink(missing_ok=True)
+            raise
+
+    @property
+    def path(self) -> Path:
+        """Where the file is."""
+        return self._path
+
+    @property
+    def digitisation(self) -> Digitisation:
+        """How the samples were digitised."""
+        return self._digitisation
+
+    @property
+    def count(self) -> int:
+        """Samples of each channel taken so far, lost ones not counted."""
+        return self._count
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing more can be written."""
+        return self._file is None
+
+    def write(self, block: Block) -> None:
+        """Append the samples of a block, untouched; indices that are missing before it become a gap record.
+
+        Raises
+        ------
+        FileError
+            The disk is full or failed, the block does not fit this file, or the writer is closed. What was written
+            before stays readable.
+        """
+        with self._lock:
+            self._opened()
+            self._check(block)
+            if self._first_index is None:
+                self._first_index = self._next_index = block.first_index
+            if block.first_index > self._next_index:
+                self._add_gap(block)
+            self._next_index = block.end_index
+            self._append(block.samples)
+
+    def set_trigger(self, index: int | None) -> None:
+        """Set the trigger (t = 0 of the run), counted from the first sample written, lost samples included."""
+        with self._lock, self._guarded() as file:
+            write_trigger(file, index, self._digitisation.sample_rate_hz)
+            file.flush()
+
+    def add_marker(self, index: int, text: str) -> None:
+        """Keep an operator's note at a sample, counted from the first sample written, lost samples included."""
+        with self._lock, self._guarded() as file:
+            hdf5.append_row(file[layout.MARKERS], (int(index), layout.fitted(text, layout.MARKER_BYTES)))
+            file.flush()
+
+    def write_truth(self, truth: Truth) -> None:
+        """Store what really happened beside a simulated recording; a second call replaces the first."""
+        with self._lock, self._guarded() as file:
+            if layout.TRUTH in file:
+                del file[layout.TRUTH]
+            group = file.create_group(layout.TRUTH)
+            for name in ("position_m", "path_m", "impact_time_s"):
+                values = np.asarray(getattr(truth, name), dtype=np.float64)
+                hdf5.store(group, name, values, self._buffer.shape[1])
+            file.flush()
+
+    def close(self, *, complete: bool = True) -> None:
+        """Write what is left and close; idempotent.
+
+        Parameters
+        ----------
+        complete
+            False where the recording ended by a failure: the file then says so.
+
+        Raises
+        ------
+        FileError
+            The disk is full or failed; what was flushed before stays readable.
+        """
+        with self._lock:
+            if self._file is None:
+                return
+            self._write_rows()
+            with self._guarded() as file:
+                write_end(file, self._count, self._crcs, complete=complete)
+                file.flush()
+                file.close()
+            self._file = None
+
+    def __enter__(self) -> RunWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        if error is None:
+            self.close()
+            return
+        try:
+            self.close(complete=False)
+        except FileError as second:
+            error.add_note(str(second))
+
+    def _check(self, block: Block) -> None:
+        samples = block.samples
+        if samples.ndim != 2 or samples.shape[0] != self._buffer.shape[0] or samples.dtype != self._buffer.dtype:
+            raise FileError(
+                f"{self._path}: a block of {samples.dtype} {samples.shape} does not fit a run of "
+                f"{self._buffer.shape[0]} channels of {self._buffer.dtype}."
+            )
+        if self._first_index is not None and block.first_index < self._next_index:
+            raise FileError(
+                f"{self._path}: a block starts at sample {block.first_index}, "
+                f"but samples up to {self._next_index} are written already."
+            )
+
+    def _append(self, samples: RawArray) -> None:
+        done, count = 0, samples.shape[1]
+        while done < count:
+            take = min(count - done, self._buffer.shape[1] - self._filled)
+            self._buffer[:, self._filled : self._filled + take] = samples[:, done : done + take]
+            self._filled += take
+            self._count += take
+            done += take
+            if self._filled == self._buffer.shape[1]:
+                self._write_rows()
+                self._want_room(RESERVE_BYTES)
+
+    def _write_rows(self) -> None:
+        if not self._filled:
+            return
+        with self._guarded() as file:
+            self._want_room(2 * self._filled * self._buffer.shape[0] * self._buffer.itemsize)
+            raw = file[layout.RAW]
+            first = raw.shape[1]
+            raw.resize(first + self._filled, axis=1)
+            for channel in range(self._buffer.shape[0]):
+                raw[channel, first:] = self._buffer[channel, : self._filled]
+            file.flush()
+            self._crcs = rows_crc(self._buffer[:, : self._filled], self._crcs)
+            self._filled = 0
+
+    def _want_room(self, n_bytes: int) -> None:
+        # A disk that fills up in the middle of a flush can spoil the file: stop while there is room to close it.
+        try:
+            free = shutil.disk_usage(self._path.parent).free
+        except OSError:
+            return
+        if free < n_bytes:
+            self._abandon()
+            raise FileError(
+                f"{self._path}: the disk is full; {self._kept()}.",
+                remedy="Make room on the disk or choose another data folder.",
+            )
+
+    def _add_gap(self, block: Block) -> None:
+        reason = layout.fitted(block.gap.reason if block.gap else "", layout.REASON_BYTES)
+        lost = block.first_index - self._next_index
+        with self._guarded() as file:
+            hdf5.append_row(file[layout.GAPS], (self._next_index - (self._first_index or 0), lost, reason))
+
+    def _kept(self) -> str:
+        written = self._count - self._filled
+        return f"the first {written / self._digitisation.sample_rate_hz:.3g} s of the recording are kept"
+
+    def _opened(self) -> Any:
+        if self._file is None:
+            raise FileError(f"{self._path} is closed: nothing more can be written to it.")
+        return self._file
+
+    @contextmanager
+    def _guarded(self) -> Iterator[Any]:
+        """Hand out the file; after a failure it is closed as well as it can be, for what is in it."""
+        file = self._opened()
+        try:
+            yield file
+        except FileError:
+            self._abandon()
+            raise
+        except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
+            self._abandon()
+            raise FileError(
+                f"{self._path}: writing failed: {why(error)} What was written stays: {self._kept()}.",
+                reasons=("the disk is full", "the disk was taken away"),
+                remedy="Make room on the disk or choose another data folder.",
+            ) from error
+
+    def _abandon(self) -> None:
+        file, self._file = self._file, None
+        if file is None:
+            return
+        try:
+            file.close()
+        except (OSError, RuntimeError, ValueError):
+            return
+
+
+def _create(path: Path) -> Any:
+    try:
+        return h5py.File(path, "x", locking="best-effort")
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileExistsError) or path.exists():
+            raise RunExistsError(
+                f"{path} is there already and is not overwritten.", remedy="Choose another name or folder."
+            ) from None
+        raise FileError(
+            f"{path} cannot be made: {why(error)}",
+            reasons=("the folder is not there or cannot be written", "the disk is full"),
+            remedy="Choose another folder.",
+        ) from None

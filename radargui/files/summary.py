@@ -1,0 +1,49 @@
+"""The summary of a run: the few figures that run lists show."""
+
+from __future__ import annotations
+
+import math
+
+from radargui import __version__
+from radargui.model.result import RunResult
+
+_VERDICTS = ("rejected", "usable", "good")
+
+
+def summarise(result: RunResult) -> dict[str, object]:
+    """Return the figures of a run's first valid bounce and first fall; None where there is none.
+
+    Parameters
+    ----------
+    result
+        What the run gave.
+
+    Returns
+    -------
+    dict
+        `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `g_m_s2`, `u_g_m_s2`, `correction`,
+        `geometry`, `version`, `n_bounces` (all impacts), `verdict` (the worst receiver's). JSON can hold it.
+    """
+    bounce = next((bounce for bounce in result.bounces.impacts if bounce.valid), None)
+    fall = result.bounces.free_fall
+    corrected, track = result.corrected, result.track
+    verdicts = {channel.verdict for channel in corrected.channels} if corrected else set()
+    return {
+        "status": result.status,
+        "reason": result.reason,
+        "drop_height_m": _finite(fall.drop_height_m) if fall else None,
+        "impact_speed_m_s": _finite(bounce.speed_before_m_s) if bounce else None,
+        "e": _finite(bounce.e) if bounce else None,
+        "u_e": _finite(bounce.u_e) if bounce else None,
+        "g_m_s2": _finite(fall.g_m_s2) if fall else None,
+        "u_g_m_s2": _finite(fall.u_g_m_s2) if fall else None,
+        "correction": corrected.method if corrected else result.setup.processing.correction,
+        "geometry": track.geometry if track else result.setup.processing.geometry,
+        "version": __version__,
+        "n_bounces": len(result.bounces.impacts),
+        "verdict": next((verdict for verdict in _VERDICTS if verdict in verdicts), None),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

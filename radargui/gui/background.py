@@ -1,0 +1,60 @@
+"""Work off the window's thread: a report, a search for devices, the loading of a run."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from PySide6.QtCore import QObject, Qt, Signal, Slot
+
+Work = Callable[[], Any]
+Then = Callable[[Any], None]
+
+
+class Jobs(QObject):
+    """Runs functions on threads of their own; the callbacks come in the window's thread."""
+
+    busy_changed = Signal()
+    _ended = Signal(object, object, object, object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._threads: dict[threading.Thread, str] = {}
+        self._ended.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+
+    @property
+    def running(self) -> tuple[str, ...]:
+        """What is being worked on, in words."""
+        return tuple(self._threads.values())
+
+    def start(self, what: str, work: Work, then: Then, otherwise: Callable[[BaseException], None]) -> None:
+        """Run `work`; afterwards `then(result)` or `otherwise(error)`."""
+
+        def run() -> None:
+            callback: Callable[[Any], None] = then
+            try:
+                value: Any = work()
+            except Exception as error:  # noqa: BLE001 - led to the operator by `otherwise`
+                callback, value = otherwise, error
+            self._ended.emit(thread, callback, value, what)
+
+        thread = threading.Thread(target=run, name=f"gui {what}", daemon=True)
+        self._threads[thread] = what
+        thread.start()
+        self.busy_changed.emit()
+
+    @Slot(object, object, object, object)
+    def _deliver(self, thread: threading.Thread, callback: Callable[[Any], None], value: Any, _what: str) -> None:
+        thread.join()
+        self._threads.pop(thread, None)
+        self.busy_changed.emit()
+        callback(value)
+
+    def wait(self, timeout_s: float = 20.0) -> tuple[str, ...]:
+        """Wait for all work to end without delivering it; return what still runs."""
+        for thread in tuple(self._threads):
+            thread.join(timeout_s)
+            if not thread.is_alive():
+                self._threads.pop(thread, None)
+        return self.running

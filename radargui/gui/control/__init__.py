@@ -1,0 +1,1 @@
+"""Start, stop, record: state, worker, health."""

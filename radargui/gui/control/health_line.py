@@ -1,0 +1,108 @@
+"""The health line at the bottom: rate, losses, queues, disk, lag; what is bad stands out in words and colour."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+
+from radargui.acquisition.health import Health
+from radargui.acquisition.state import AcquisitionState
+from radargui.gui.theme import Theme
+from radargui.report.rounding import UNKNOWN
+
+_LAG_ALARM_S = 0.5
+_DISK_ALARM_S = 600.0
+_QUEUE_ALARM = 0.5
+_RATE_TOLERANCE = 0.02
+
+
+class HealthLine(QWidget):
+    """One label a figure."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._theme = theme
+        self._health: Health | None = None
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(6, 0, 6, 0)
+        layout.setSpacing(18)
+        tips = {
+            "rate": "Samples per second of each channel, as they really come in",
+            "lost": "Samples of each channel that the device lost, or that were not written in time",
+            "backlog": "Samples that wait in the device's buffer",
+            "queue": "How full the queue to the disk is",
+            "disk": "Free space of the disk that is recorded to",
+            "lag": "How far the live track is behind the newest sample",
+        }
+        self._labels = {name: QLabel() for name in tips}
+        for name, label in self._labels.items():
+            label.setToolTip(tips[name])
+            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+            layout.addWidget(label)
+        layout.addStretch(1)
+        theme.changed.connect(self._write)
+        self._write()
+
+    def texts(self) -> dict[str, str]:
+        """Return what is shown."""
+        return {name: label.text() for name, label in self._labels.items()}
+
+    def show_health(self, health: Health | None) -> None:
+        """Show a snapshot; None: nothing runs."""
+        self._health = health
+        self._write()
+
+    def _write(self) -> None:
+        health = self._health or None
+        for name, (text, bad) in (_NOTHING if health is None else figures(health)).items():
+            label = self._labels[name]
+            if label.text() != text:
+                label.setText(text)
+            style = f"color: {self._theme.colours.alarm}; font-weight: bold;" if bad else ""
+            if label.styleSheet() != style:
+                label.setStyleSheet(style)
+
+
+def figures(health: Health) -> dict[str, tuple[str, bool]]:
+    """Return each figure's words and whether it is bad."""
+    promised = health.sample_rate_hz
+    # the rate means something only while samples come in, and after a first second
+    counts = health.state is AcquisitionState.RUNNING and health.samples_read > (promised or 0.0)
+    real = health.read_rate_hz if counts else None
+    slow = promised is not None and real is not None and abs(real - promised) > _RATE_TOLERANCE * promised
+    lost = health.samples_lost + health.samples_not_written
+    full = health.writer_queue_samples / max(1, health.writer_queue_capacity_samples)
+    free, left = health.disk_free_bytes, health.disk_left_s
+    lag = health.live_lag_s
+    skipped = f", {health.live_skipped_samples} skipped" if health.live_skipped_samples else ""
+    return {
+        "rate": (f"Rate {_rate(real if real is not None else promised)}", slow),
+        "lost": (f"Lost {lost} in {health.gaps} gaps" if lost else "Lost 0", lost > 0),
+        "backlog": (f"Backlog {health.backlog_samples}", False),
+        "queue": (
+            f"Queue {full:.0%}" if health.writer_queue_capacity_samples else f"Queue {UNKNOWN}",
+            full > _QUEUE_ALARM,
+        ),
+        "disk": (
+            f"Disk {free / 1e9:.1f} GB free" if free is not None else f"Disk {UNKNOWN}",
+            left is not None and left < _DISK_ALARM_S,
+        ),
+        "lag": (
+            f"Live lag {1e3 * lag:.0f} ms{skipped}" if lag is not None else f"Live lag {UNKNOWN}",
+            lag is not None and lag > _LAG_ALARM_S,
+        ),
+    }
+
+
+def _rate(value: float | None) -> str:
+    return UNKNOWN if value is None else f"{value / 1e3:.2f} kS/s per channel"
+
+
+_NOTHING = {
+    "rate": (f"Rate {UNKNOWN}", False),
+    "lost": ("Lost 0", False),
+    "backlog": ("Backlog 0", False),
+    "queue": (f"Queue {UNKNOWN}", False),
+    "disk": (f"Disk {UNKNOWN}", False),
+    "lag": (f"Live lag {UNKNOWN}", False),
+}

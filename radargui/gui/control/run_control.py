@@ -1,0 +1,299 @@
+"""Start, record, stop: owns the acquisition of the live view and the worker that records runs."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Protocol
+
+from PySide6.QtCore import QObject, Qt, Signal, Slot
+
+from radargui.acquisition.acquisition import Acquisition
+from radargui.acquisition.health import Health
+from radargui.acquisition.state import RecorderState
+from radargui.experiment.event import Event, EventKind
+from radargui.experiment.experiment import Experiment
+from radargui.gui.control.app_state import AppState
+from radargui.gui.control.feed import Feed
+from radargui.model.setup import Setup
+from radargui.session.session import Session
+from radargui.sources.contract import Source
+from radargui.sources.factory import SourceKind
+
+
+class MakeSource(Protocol):
+    """Makes a source; `sources.factory.make_source` is one."""
+
+    def __call__(
+        self, kind: SourceKind, setup: Setup, *, run: int = 0, repeat: bool = False, file: Path | None = None
+    ) -> Source:
+        """Return a source, not yet open."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """What Record was asked for."""
+
+    setup: Setup
+    kind: SourceKind
+    file: Path | None
+    n_runs: int
+    data_folder: Path
+    operator: str = ""
+    notes: str = ""
+
+
+class RunControl(QObject):
+    """The window's hand on acquisition and experiment.
+
+    Workers never touch a widget: they emit signals, which arrive queued; `poll`, called by the window's timer, looks
+    after everything that changes often.
+    """
+
+    state_changed = Signal()
+    feed_changed = Signal(object)
+    run_recorded = Signal(object)
+    session_changed = Signal()
+    failed = Signal(object)
+    warned = Signal(str)
+    _told = Signal(object, object, int)
+
+    def __init__(self, make_source: MakeSource, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._make = make_source
+        self._state = AppState.IDLE
+        self._acquisition: Acquisition | None = None
+        self._experiment: Experiment | None = None
+        self._worker: threading.Thread | None = None
+        self._stopping = threading.Event()
+        self._next: RunRequest | None = None
+        self._ticket = 0
+        self._pulled: Acquisition | None = None
+        self._setup: Setup | None = None
+        self.session: Session | None = None
+        self.feed: Feed | None = None
+        self.run_number = 0
+        self.n_runs = 0
+        self.progress = 0.0
+        self._told.connect(self._on_told, Qt.ConnectionType.QueuedConnection)
+
+    @property
+    def state(self) -> AppState:
+        """What is being done."""
+        return self._state
+
+    @property
+    def health(self) -> Health | None:
+        """A snapshot of the running acquisition; None where none runs."""
+        return self.feed.health if self.feed is not None and self._state.running else None
+
+    @property
+    def recorded_s(self) -> float:
+        """Length of the run so far."""
+        recorder = self._pulled.recorder if self._pulled is not None else None
+        return recorder.count / self.feed.rate_hz if recorder is not None and self.feed is not None else 0.0
+
+    def start_live(self, setup: Setup, kind: SourceKind, file: Path | None) -> None:
+        """Show what the source gives, without recording."""
+        if self._state.running:
+            return
+        self._begin(setup)
+
+        def work(_ticket: int) -> None:
+            acquisition = Acquisition(self._make(kind, setup, repeat=True, file=file), setup)
+            self._acquisition = acquisition
+            if self._stopping.is_set():
+                acquisition.request_stop()
+            acquisition.start()
+            acquisition.wait()
+            acquisition.stop()
+            if acquisition.error is not None:
+                raise acquisition.error
+
+        self._launch(work, "live view")
+
+    def record(self, request: RunRequest) -> None:
+        """Record runs one after the other; the first one makes the session. A live view is ended before."""
+        if self._state is AppState.LIVE:
+            self._next = request
+            self.stop()
+            self._next = request
+            return
+        if self._state.running:
+            return
+        setup = request.setup
+        self.run_number, self.n_runs = 1, request.n_runs
+        self._begin(setup)
+        session = self.session if self.session is not None and self.session.setup == setup else None
+
+        def work(ticket: int) -> None:
+            here = session or Session.create(
+                request.data_folder,
+                setup,
+                operator=request.operator,
+                notes=request.notes,
+                now=datetime.now().astimezone(),
+            )
+            if session is None:
+                self._told.emit(self._set_session, here, ticket)
+            done = len(here.run_paths())
+            experiment = Experiment(
+                setup,
+                lambda run: self._make(request.kind, setup, run=done + run, file=request.file),
+                here,
+                listener=self._hear,
+            )
+            self._experiment = experiment
+            if self._stopping.is_set():
+                return
+            for recorded in experiment.record(request.n_runs):
+                self._told.emit(self._recorded, recorded, ticket)
+                if self._stopping.is_set():
+                    return
+
+        self._launch(work, "recording")
+
+    def stop(self) -> None:
+        """End what runs, without waiting: a run under way is kept; asked again, it is not processed."""
+        if not self._state.running:
+            return
+        self._next = None
+        again = self._stopping.is_set()
+        self._stopping.set()
+        self._enter(AppState.STOPPING)
+        self._end_soon(cancel=again)
+
+    def stop_and_wait(self, timeout_s: float = 60.0) -> bool:
+        """End what runs now, keep what was recorded, and wait until all threads are gone; False where one hangs."""
+        self._next = None
+        self._stopping.set()
+        worker = self._worker
+        if worker is not None:
+            deadline = time.monotonic() + timeout_s
+            while worker.is_alive() and time.monotonic() < deadline:
+                # said again and again: there may have been nothing to end the first time
+                self._end_soon(cancel=True)
+                worker.join(0.05)
+            if worker.is_alive():
+                return False
+        self._ticket += 1
+        self._finish(AppState.IDLE)
+        return True
+
+    def poll(self) -> None:
+        """Look what changed; called by the window's timer."""
+        if not self._state.running:
+            return
+        experiment = self._experiment
+        acquisition = experiment.acquisition if experiment is not None else self._acquisition
+        if acquisition is not None and acquisition is not self._pulled and acquisition.digitisation is not None:
+            self._pulled = acquisition
+            if self._setup is not None:
+                self.feed = Feed(acquisition, self._setup)
+                self.feed_changed.emit(self.feed)
+        if self._stopping.is_set():
+            self._end_soon(cancel=False)
+        elif experiment is not None:
+            self._enter(_state_of(acquisition))
+        elif self._pulled is not None:
+            self._enter(AppState.LIVE)
+
+    def use_session(self, session: Session | None) -> None:
+        """Let the next Record add to a session that is there, or make a new one (None)."""
+        if not self._state.running:
+            self._set_session(session)
+
+    def _end_soon(self, *, cancel: bool) -> None:
+        experiment, acquisition = self._experiment, self._acquisition
+        if experiment is not None:
+            experiment.cancel() if cancel else experiment.finish()
+        if acquisition is not None:
+            acquisition.request_stop()
+
+    def _begin(self, setup: Setup) -> None:
+        self._setup = setup
+        self._stopping.clear()
+        self._acquisition = self._experiment = self._pulled = None
+        self._next = None
+        self.progress = 0.0
+        self._ticket += 1
+        self._enter(AppState.STARTING)
+
+    def _launch(self, work: Callable[[int], None], what: str) -> None:
+        ticket = self._ticket
+
+        def run() -> None:
+            try:
+                work(ticket)
+            except Exception as error:  # noqa: BLE001 - shown to the operator
+                self._told.emit(self._ended, error, ticket)
+            else:
+                self._told.emit(self._ended, None, ticket)
+
+        self._worker = threading.Thread(target=run, name=f"gui {what}", daemon=True)
+        self._worker.start()
+
+    def _hear(self, event: Event) -> None:
+        """Take an event of the experiment; in its thread."""
+        if event.kind is EventKind.PROGRESS and event.fraction is not None:
+            self.progress = event.fraction
+        elif event.kind is EventKind.WARNING:
+            self.warned.emit(event.message)
+
+    @Slot(object, object, int)
+    def _on_told(self, what: Callable[[object], None], value: object, ticket: int) -> None:
+        if ticket == self._ticket:
+            what(value)
+
+    def _set_session(self, session: object) -> None:
+        self.session = session if isinstance(session, Session) else None
+        self.session_changed.emit()
+
+    def _recorded(self, recorded: object) -> None:
+        self.run_recorded.emit(recorded)
+        self.run_number = min(self.run_number + 1, self.n_runs)
+        self.progress = 0.0
+
+    def _ended(self, error: object) -> None:
+        if self._worker is not None:
+            self._worker.join()
+        request = self._next
+        if error is not None:
+            self._finish(AppState.IDLE if self._stopping.is_set() else AppState.FAILED)
+            self.failed.emit(error)
+        elif request is not None:
+            self._finish(AppState.IDLE)
+            self.record(request)
+        else:
+            self._finish(AppState.IDLE if self._experiment is None else AppState.DONE)
+
+    def _finish(self, state: AppState) -> None:
+        self._worker = None
+        self._acquisition = self._experiment = self._pulled = None
+        self.feed = None
+        self.feed_changed.emit(None)
+        self._enter(state)
+
+    def _enter(self, state: AppState) -> None:
+        if state is not self._state:
+            self._state = state
+            self.state_changed.emit()
+
+
+def _state_of(acquisition: Acquisition | None) -> AppState:
+    recorder = acquisition.recorder if acquisition is not None else None
+    if recorder is None:
+        return AppState.STARTING
+    match recorder.state:
+        case RecorderState.IDLE:
+            return AppState.STARTING
+        case RecorderState.ARMED:
+            return AppState.ARMED
+        case RecorderState.RECORDING:
+            return AppState.RECORDING
+        case _:
+            return AppState.PROCESSING

@@ -1,0 +1,445 @@
+"""The main window: puts panels, state, messages and health together and lets them know of each other."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QByteArray, QTimer
+from PySide6.QtGui import QActionGroup, QCloseEvent
+from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox, QVBoxLayout, QWidget
+
+from radargui.experiment.recorded_run import RecordedRun
+from radargui.gui.about import About, facts
+from radargui.gui.actions import Actions
+from radargui.gui.background import Jobs
+from radargui.gui.control.app_state import AppState
+from radargui.gui.control.control_bar import MOST_RUNS, ControlBar
+from radargui.gui.control.feed import Feed
+from radargui.gui.control.health_line import HealthLine
+from radargui.gui.control.run_control import MakeSource, RunControl, RunRequest
+from radargui.gui.notice_strip import NoticeStrip
+from radargui.gui.notices import NoticeBoard
+from radargui.gui.opengl_probe import OpenGLProbe
+from radargui.gui.panels import Panels
+from radargui.gui.runs.run_desk import RunDesk
+from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.runs.run_panel import RunPanel
+from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
+from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
+from radargui.gui.settings import Settings
+from radargui.gui.setup.antenna_panel import AntennaPanel
+from radargui.gui.setup.hardware_panel import HardwarePanel
+from radargui.gui.setup.ni_form import find_ni_devices
+from radargui.gui.setup.session_panel import SessionPanel
+from radargui.gui.setup_desk import SetupDesk, first_setup
+from radargui.gui.theme import CHOICES, Theme, ThemeChoice
+from radargui.gui.track.track_panel import TrackPanel
+from radargui.model.errors import RadarGuiError
+from radargui.session.data_folder import default_data_folder
+from radargui.session.session import Session
+from radargui.sources.factory import SourceKind, make_source
+
+FRAME_MS = 33
+_HEALTH_S = 0.2
+
+
+class MainWindow(QMainWindow):
+    """The program's one window.
+
+    Parameters
+    ----------
+    theme, settings, board
+        Look, memory and messages; made before the window so that their faults can be shown in it.
+    setup_path
+        Setup to begin with; the last one where left out.
+    source
+        Source to begin with.
+    source_maker, find_devices
+        Injected by tests.
+    probe
+        The test of OpenGL; None: projections.
+    """
+
+    def __init__(
+        self,
+        theme: Theme,
+        settings: Settings,
+        board: NoticeBoard,
+        *,
+        setup_path: Path | None = None,
+        source: SourceKind = "simulated",
+        source_maker: MakeSource = make_source,
+        find_devices: Callable[[str | None], Sequence[Any]] = find_ni_devices,
+        probe: OpenGLProbe | None = None,
+    ) -> None:
+        super().__init__()
+        self.theme, self.settings, self.board = theme, settings, board
+        self.jobs = Jobs(self)
+        self.setup_model = first_setup(setup_path, settings, board)
+        self.control = RunControl(source_maker, self)
+        self.actions_ = Actions(self)
+        self._opengl = "not tested yet"
+        self._health_due = 0.0
+        self._last_run = ""
+
+        self.hardware = HardwarePanel(
+            self.setup_model,
+            theme,
+            self.jobs,
+            source=source,
+            replay_file=settings.path("replay_file"),
+            find_devices=find_devices,
+        )
+        self.antennas = AntennaPanel(self.setup_model, theme)
+        data_folder = settings.path("data_folder") or default_data_folder()
+        self.session_panel = SessionPanel(data_folder, settings.text("operator"))
+        self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
+        self.planes = IQPlanePanel(theme)
+        self.track = TrackPanel(theme, self.setup_model.setup)
+        self.runs = RunListPanel()
+        self.run = RunPanel(theme)
+        self.panels = Panels(
+            {
+                "hardware": self.hardware,
+                "antennas": self.antennas,
+                "session": self.session_panel,
+                "scopes": self.scopes,
+                "planes": self.planes,
+                "track": self.track,
+                "runs": self.runs,
+                "run": self.run,
+            }
+        )
+        self.bar = ControlBar(theme, self.actions_.start, self.actions_.record, self.actions_.stop)
+        self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
+        self.strip = NoticeStrip(board, theme)
+        self.health = HealthLine(theme)
+        self._put_together()
+        self._fill_menus()
+
+        self.setup_desk = SetupDesk(self.setup_model, settings, board, self)
+        self.run_desk = RunDesk(self.runs, self.run, self.track, self.jobs, board, self)
+        self._connect()
+        self._restore()
+        self._show_setup()
+        self._show_state()
+
+        self._probe = probe
+        if probe is not None:
+            probe.answered.connect(self._opengl_answered)
+            probe.start()
+        self._timer = QTimer(self)
+        self._timer.setInterval(FRAME_MS)
+        self._timer.timeout.connect(self.refresh)
+        self._timer.start()
+
+    def start(self) -> None:
+        """Show what the source gives, without recording."""
+        if self._ready():
+            self._follow_live()
+            self.control.start_live(self.setup_model.setup, self.hardware.kind, self.hardware.replay.path)
+
+    def record(self) -> None:
+        """Record as many runs as the bar says."""
+        if not self._ready():
+            return
+        self._follow_live()
+        self.control.record(
+            RunRequest(
+                setup=self.setup_model.setup,
+                kind=self.hardware.kind,
+                file=self.hardware.replay.path,
+                n_runs=self.bar.runs.value(),
+                data_folder=self.session_panel.data_folder,
+                operator=self.session_panel.operator,
+                notes=self.session_panel.notes,
+            )
+        )
+
+    def stop(self) -> None:
+        """End what runs."""
+        self.control.stop()
+
+    def refresh(self) -> None:
+        """Pull what is new and draw it; the timer's work."""
+        self.control.poll()
+        health, now = None, time.monotonic()
+        if now >= self._health_due:
+            self._health_due = now + _HEALTH_S
+            health = self.control.health
+            self.health.show_health(health)
+            if health is not None and health.live_error is not None:
+                self.board.post_once("error", str(health.live_error))
+            self._show_detail()
+        self.scopes.refresh(health)
+        self.planes.refresh()
+        self.track.refresh()
+
+    def _ready(self) -> bool:
+        if self.control.state.running and self.control.state is not AppState.LIVE:
+            return False
+        if not self.setup_model.valid:
+            self.board.post("error", self.setup_model.error)
+            return False
+        if self.hardware.kind == "replay" and self.hardware.replay.path is None:
+            self.board.post("error", "No file to replay is chosen. Choose one under Hardware setup.")
+            return False
+        return True
+
+    def _follow_live(self) -> None:
+        self.track.show_live()
+        self.panels.bring_up("scopes")
+
+    def _put_together(self) -> None:
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addWidget(self.strip)
+        column.addWidget(self.bar)
+        column.addWidget(self.panels, 1)
+        self.setCentralWidget(centre)
+        self.statusBar().setSizeGripEnabled(True)
+        self.statusBar().addWidget(self.health, 1)
+        self.setMinimumSize(900, 600)
+
+    def _fill_menus(self) -> None:
+        does, bar = self.actions_, self.menuBar()
+        file = bar.addMenu("&File")
+        file.addActions([does.open_setup, does.save_setup, does.save_setup_as])
+        file.addSeparator()
+        file.addActions([does.new_session, does.open_session])
+        file.addSeparator()
+        file.addActions([does.report, does.export])
+        file.addSeparator()
+        file.addAction(does.quit)
+        run = bar.addMenu("&Run")
+        run.addActions([does.start, does.record, does.stop])
+        run.addSeparator()
+        run.addActions([does.pause, does.show_live, does.reprocess])
+        view = bar.addMenu("&View")
+        self.panels.fill(view)
+        view.addSeparator()
+        view.addAction(does.in_space)
+        looks = view.addMenu("Theme")
+        self.theme_actions = QActionGroup(self)
+        for choice in CHOICES:
+            action = looks.addAction(choice.capitalize())
+            action.setCheckable(True)
+            action.setData(choice)
+            action.setChecked(choice == self.theme.choice)
+            self.theme_actions.addAction(action)
+        view.addSeparator()
+        view.addActions([does.reset_layout, does.dismiss])
+        bar.addMenu("&Help").addAction(does.about)
+
+    def _connect(self) -> None:
+        does = self.actions_
+        does.start.triggered.connect(self.start)
+        does.record.triggered.connect(self.record)
+        does.stop.triggered.connect(self.stop)
+        does.pause.toggled.connect(self.scopes.pause.setChecked)
+        does.show_live.triggered.connect(self._follow_live)
+        self.panels.docks["track"].topLevelChanged.connect(lambda _floating: QTimer.singleShot(0, self._renew_view))
+        does.open_setup.triggered.connect(self.setup_desk.ask_open)
+        does.save_setup.triggered.connect(self.setup_desk.save)
+        does.save_setup_as.triggered.connect(self.setup_desk.ask_save)
+        does.new_session.triggered.connect(lambda: self.control.use_session(None))
+        does.open_session.triggered.connect(self._ask_session)
+        does.report.triggered.connect(self.run_desk.report)
+        does.export.triggered.connect(self.run_desk.ask_export)
+        does.reprocess.triggered.connect(lambda: self.run_desk.reprocess(self.setup_model.setup))
+        does.quit.triggered.connect(self.close)
+        does.reset_layout.triggered.connect(self.panels.reset)
+        does.dismiss.triggered.connect(self.board.clear)
+        does.about.triggered.connect(self._about)
+        does.in_space.toggled.connect(self.track.use_space_view)
+        does.in_space.triggered.connect(
+            lambda wanted: self.settings.put("track_view", "space" if wanted else "projections")
+        )
+        self.theme_actions.triggered.connect(lambda action: self._choose_theme(action.data()))
+
+        self.scopes.paused_changed.connect(does.pause.setChecked)
+        self.scopes.paused_changed.connect(self.planes.set_paused)
+        self.scopes.paused_changed.connect(self.track.set_paused)
+        self.hardware.open_asked.connect(self.setup_desk.ask_open)
+        self.hardware.save_asked.connect(self.setup_desk.save)
+        self.hardware.save_as_asked.connect(self.setup_desk.ask_save)
+        self.session_panel.new_asked.connect(does.new_session.trigger)
+        self.session_panel.open_asked.connect(self._ask_session)
+        self.session_panel.details_changed.connect(self._save_details)
+        self.session_panel.folder_changed.connect(lambda: self.control.use_session(None))
+        self.setup_model.changed.connect(self._show_setup)
+
+        self.control.state_changed.connect(self._show_state)
+        self.control.feed_changed.connect(self._show_feed)
+        self.control.run_recorded.connect(self._run_recorded)
+        self.control.session_changed.connect(self._show_session)
+        self.control.failed.connect(self.board.post_error)
+        self.control.warned.connect(lambda text: self.board.post("warning", text))
+        self.runs.run_chosen.connect(lambda _entry: self.panels.bring_up("run"))
+
+    def _show_setup(self) -> None:
+        self._show_actions()
+        if self.setup_model.valid and not self.control.state.running:
+            setup = self.setup_model.setup
+            self.scopes.set_receivers(setup.n_receivers, setup.daq.range_v)
+            self.planes.set_receivers(setup.n_receivers)
+            if not self.track.result_shown:
+                self.track.show_setup(setup)
+        self._write_title()
+
+    def _show_state(self) -> None:
+        state = self.control.state
+        running = state.running
+        for panel in (self.hardware, self.antennas, self.session_panel):
+            panel.set_running(running)
+        self._show_actions()
+        self._show_detail()
+        if not running:
+            self.health.show_health(None)
+            self.scopes.idle()
+
+    def _show_actions(self) -> None:
+        does, state = self.actions_, self.control.state
+        free = not state.running
+        valid = self.setup_model.valid
+        does.start.setEnabled(free and valid)
+        does.record.setEnabled((free or state is AppState.LIVE) and valid)
+        does.stop.setEnabled(not free)
+        self.bar.runs.setEnabled(free or state is AppState.LIVE)
+        for action in (does.open_setup, does.new_session, does.open_session):
+            action.setEnabled(free)
+        does.save_setup.setEnabled(valid)
+        does.save_setup_as.setEnabled(valid)
+
+    def _show_detail(self) -> None:
+        control, state = self.control, self.control.state
+        detail = ""
+        of = f"run {control.run_number} of {control.n_runs}" if control.n_runs > 1 else ""
+        if state is AppState.DONE:
+            detail = self._last_run
+        elif state is AppState.ARMED:
+            detail = ", ".join(filter(None, (of, "waiting for motion")))
+        elif state is AppState.RECORDING:
+            detail = ", ".join(filter(None, (of, f"{control.recorded_s:.1f} s")))
+        elif state is AppState.PROCESSING:
+            detail = ", ".join(filter(None, (of, f"{100.0 * control.progress:.0f} %")))
+        elif state is AppState.FAILED:
+            detail = "see the message above"
+        self.bar.state.show_state(state, detail)
+
+    def _show_feed(self, feed: Feed | None) -> None:
+        for panel in (self.scopes, self.planes, self.track):
+            panel.show_feed(feed)
+
+    def _run_recorded(self, recorded: RecordedRun) -> None:
+        self.run_desk.add(recorded)
+        if recorded.path is None:
+            self._last_run = "no run"
+        elif recorded.result is None:
+            self._last_run = "not processed"
+        else:
+            entry = RunEntry(recorded.path, summary=self.runs.model.entries[-1].summary)
+            known = (entry.summary or {}).get("e") is not None
+            self._last_run = f"e = {entry.restitution()}" if known else entry.verdict
+
+    def _show_session(self) -> None:
+        session = self.control.session
+        self.session_panel.show_session(session.path if session else None)
+        self.run_desk.show_session(session)
+        self._write_title()
+
+    def _ask_session(self) -> None:
+        folder = QFileDialog.getExistingDirectory(self, "Open session", str(self.session_panel.data_folder))
+        if folder:
+            self.open_session(Path(folder))
+
+    def open_session(self, path: Path) -> None:
+        """Show a session that was recorded before."""
+        try:
+            session = Session.open(path)
+        except RadarGuiError as error:
+            self.board.post_error(error)
+            return
+        self.session_panel.set_details(session.info.operator, session.info.notes)
+        self.control.use_session(session)
+
+    def _save_details(self) -> None:
+        session = self.control.session
+        if session is None:
+            return
+        try:
+            session.update(operator=self.session_panel.operator, notes=self.session_panel.notes)
+        except RadarGuiError as error:
+            self.board.post_error(error)
+
+    def _choose_theme(self, choice: ThemeChoice) -> None:
+        self.theme.apply(choice)
+        self.settings.put("theme", choice)
+
+    def _opengl_answered(self, usable: bool, good: bool, words: str) -> None:
+        self._opengl = words
+        self.actions_.in_space.setEnabled(usable)
+        chosen = self.settings.text("track_view", "space" if good else "projections")
+        if usable and chosen == "space":
+            self.actions_.in_space.setChecked(True)
+
+    def _renew_view(self) -> None:
+        self.track.renew_space_view()
+
+    def _about(self) -> None:
+        About(facts(self._opengl, self.session_panel.data_folder, self.setup_model.path), self).exec()
+
+    def _write_title(self) -> None:
+        path, session = self.setup_model.path, self.control.session
+        changed = "*" if self.setup_model.modified else ""
+        where = f" · session {session.path.name}" if session else ""
+        self.setWindowTitle(f"RadarGUI · {path.name if path else 'setup'}{changed}{where}")
+
+    def _restore(self) -> None:
+        self.resize(1440, 900)
+        geometry = self.settings.blob("geometry")
+        if not geometry.isEmpty():
+            self.restoreGeometry(geometry)
+        layout: QByteArray = self.settings.blob("layout")
+        self.panels.resize(self.size())
+        self.panels.restore(layout)
+
+    def _remember(self) -> None:
+        put = self.settings.put
+        put("geometry", self.saveGeometry())
+        put("layout", self.panels.keep())
+        put("operator", self.session_panel.operator)
+        put("data_folder", self.session_panel.data_folder)
+        put("runs", self.bar.runs.value())
+        put("scope_window_s", self.scopes.window_s)
+        if self.hardware.replay.path is not None:
+            put("replay_file", self.hardware.replay.path)
+        self.setup_desk.remember()
+        self.settings.sync()
+
+    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 - Qt's name
+        """Stop, join and close; asks only while a run is recorded."""
+        if self.control.state.holds_a_run and not self.may_leave():
+            event.ignore()
+            return
+        self._timer.stop()
+        if not self.control.stop_and_wait():
+            self.board.post("error", "The source does not stop: unplug it, or end the program by the system.")
+        if self._probe is not None:
+            self._probe.close()
+        self.jobs.wait()
+        self._remember()
+        event.accept()
+
+    def may_leave(self) -> bool:
+        """Ask whether to leave although a run is being recorded."""
+        answer = QMessageBox.question(
+            self, "RadarGUI", "A run is being recorded. Stop it, keep what is there, and leave?"
+        )
+        return answer == QMessageBox.StandardButton.Yes

@@ -1,0 +1,99 @@
+"""Asks whether OpenGL is usable, in another process, without holding up the window."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import threading
+
+from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtGui import QGuiApplication
+
+from radargui.gui.opengl_check import SOFTWARE, WORD
+
+TIME_LIMIT_S = 20.0
+CHECK_VARIABLE = "RADARGUI_OPENGL_CHECK"
+"""Set for the process that checks: a frozen program is started again and asks this before anything else."""
+FORCE_VARIABLE = "RADARGUI_NO_OPENGL"
+"""Set to anything: projections, whatever the computer can do."""
+
+
+class OpenGLProbe(QObject):
+    """Runs the test once; `answered` tells whether the view in space will work, and whether it is a good choice.
+
+    OpenGL in software (no graphics card, remote desktop) works, but every plot of the window is then put together
+    by the processor: measured 6 frames a second against 30 with projections. It is left to the operator.
+    """
+
+    answered = Signal(bool, bool, str)
+    _finished = Signal(str)
+
+    def __init__(self, command: list[str] | None = None, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._command = command or check_command()
+        self._process: subprocess.Popen[str] | None = None
+        self._thread: threading.Thread | None = None
+        self._closed = False
+        self._finished.connect(self._tell, Qt.ConnectionType.QueuedConnection)
+
+    def start(self) -> None:
+        """Begin to ask; answers at once where the answer is known."""
+        platform = QGuiApplication.platformName()
+        if os.environ.get(FORCE_VARIABLE):
+            self._finished.emit(f"{FORCE_VARIABLE} is set")
+        elif platform in {"offscreen", "minimal", "vnc"}:
+            self._finished.emit(f"no OpenGL on the platform {platform}")
+        else:
+            self._thread = threading.Thread(target=self._ask, name="gui opengl test", daemon=True)
+            self._thread.start()
+
+    def close(self) -> None:
+        """Give up; waits for the other process to be gone."""
+        self._closed = True
+        process, thread = self._process, self._thread
+        if process is not None:
+            with contextlib.suppress(OSError):
+                process.kill()
+        if thread is not None:
+            thread.join()
+
+    def _ask(self) -> None:
+        try:
+            self._process = subprocess.Popen(
+                self._command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+                env={**os.environ, CHECK_VARIABLE: "1"},
+                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+            )
+            with self._process as process:
+                if self._closed:
+                    process.kill()
+                try:
+                    out, _ = process.communicate(timeout=TIME_LIMIT_S)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    out = "the test of OpenGL did not end"
+        except OSError as error:
+            out = f"the test of OpenGL could not be run: {error.strerror or error}"
+        lines = out.strip().splitlines()
+        if not self._closed:
+            self._finished.emit(lines[-1] if lines else "the test of OpenGL ended without an answer")
+
+    @Slot(str)
+    def _tell(self, answer: str) -> None:
+        if self._thread is not None:
+            self._thread.join()
+        if not self._closed:
+            self.answered.emit(answer in (WORD, SOFTWARE), answer == WORD, answer)
+
+
+def check_command() -> list[str]:
+    """Return the command that runs the test: a frozen program starts itself again."""
+    if getattr(sys, "frozen", False):
+        return [sys.executable]
+    return [sys.executable, "-m", "radargui.gui.opengl_check"]

@@ -1,0 +1,1 @@
+"""Fast plots: axes, decimation, ranges."""

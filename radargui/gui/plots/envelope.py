@@ -1,0 +1,105 @@
+"""A rolling view of samples, smallest and largest of each pixel column, made from new samples only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from radargui.model.arrays import BoolArray, FloatArray
+
+
+class Envelope:
+    """Keeps minimum and maximum of fixed bins of absolute sample indices, so that a peak never hides nor flickers.
+
+    Parameters
+    ----------
+    n_channels
+        Rows.
+    window
+        Samples that the view is long.
+    n_bins
+        Bins wanted over the window, about one a pixel.
+    """
+
+    def __init__(self, n_channels: int, window: int, n_bins: int) -> None:
+        self.bin = max(1, window // max(1, n_bins))
+        self._window = window
+        self._capacity = window // self.bin + 2
+        self._low = np.full((n_channels, self._capacity), np.nan)
+        self._high = np.full((n_channels, self._capacity), np.nan)
+        self._lost = np.zeros(self._capacity, dtype=np.bool_)
+        self._seen = np.full(self._capacity, -1, dtype=np.int64)
+        self.end = 0
+
+    @property
+    def start(self) -> int:
+        """Index from which samples are still needed to be up to date."""
+        return max(self.end, 0)
+
+    def push(self, first_index: int, samples: FloatArray) -> None:
+        """Take samples (n_channels, n) from absolute index `first_index` on; NaN were lost."""
+        count = samples.shape[1]
+        last_index = first_index + count
+        if count == 0 or last_index <= self.end:
+            return
+        if first_index < self.end:
+            samples = samples[:, self.end - first_index :]
+            first_index = self.end
+        bins = np.arange(first_index // self.bin, (last_index - 1) // self.bin + 1)
+        edges = np.maximum(bins * self.bin - first_index, 0)
+        low = np.fmin.reduceat(samples, edges, axis=1)
+        high = np.fmax.reduceat(samples, edges, axis=1)
+        lost = np.bitwise_or.reduceat(np.isnan(samples[0]), edges)
+        if bins.size > self._capacity:
+            bins, low, high, lost = (a[..., -self._capacity :] for a in (bins, low, high, lost))
+        slot = bins % self._capacity
+        fresh = self._seen[slot] != bins
+        self._low[:, slot] = np.where(fresh, low, np.fmin(self._low[:, slot], low))
+        self._high[:, slot] = np.where(fresh, high, np.fmax(self._high[:, slot], high))
+        self._lost[slot] = np.where(fresh, lost, self._lost[slot] | lost)
+        self._seen[slot] = bins
+        self.end = last_index
+
+    def view(self) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Return the window up to the newest sample.
+
+        Returns
+        -------
+        tuple
+            Sample indices shape (2 n,), minimum and maximum of each bin one after the other shape (n_channels, 2 n),
+            and whether samples of the bin were lost shape (n,).
+        """
+        newest = (self.end - 1) // self.bin
+        oldest = max(0, (self.end - self._window) // self.bin, newest - self._capacity + 1)
+        bins = np.arange(oldest, newest + 1)
+        slot = bins % self._capacity
+        known = self._seen[slot] == bins
+        bins, slot = bins[known], slot[known]
+        pairs = np.empty((self._low.shape[0], 2 * bins.size))
+        pairs[:, 0::2] = self._low[:, slot]
+        pairs[:, 1::2] = self._high[:, slot]
+        return np.repeat((bins + 0.5) * self.bin, 2), pairs, self._lost[slot]
+
+
+def thin(samples: FloatArray, most: int) -> FloatArray:
+    """Return at most `most` evenly spaced columns of samples (n, n_samples), the last one among them."""
+    step = -(-samples.shape[1] // most) if samples.shape[1] else 1
+    return samples[:, (samples.shape[1] - 1) % step :: step] if samples.shape[1] else samples
+
+
+def peaks_of(x: FloatArray, y: FloatArray, n_bins: int) -> tuple[FloatArray, FloatArray]:
+    """Return a curve drawn with at most 2 n_bins points, minimum and maximum of each stretch.
+
+    Parameters
+    ----------
+    x, y
+        Shape (n,); NaN of y stay where a whole stretch is unknown.
+    """
+    if x.size <= 2 * n_bins:
+        return x, y
+    step = -(-x.size // n_bins)
+    edges = np.arange(0, x.size, step)
+    out = np.empty(2 * edges.size)
+    out[0::2] = np.fmin.reduceat(y, edges)
+    out[1::2] = np.fmax.reduceat(y, edges)
+    middle = np.minimum(edges + step // 2, x.size - 1)
+    return np.repeat(x[middle], 2), out

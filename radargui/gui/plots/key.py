@@ -1,0 +1,43 @@
+"""The key of a plot as a line of words beside it, so that no curve runs behind it."""
+
+from __future__ import annotations
+
+from html import escape
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel
+
+from radargui.gui.theme import Theme
+
+
+class Key(QLabel):
+    """Signs in the colours of the theme, each with its words.
+
+    Parameters
+    ----------
+    entries
+        Sign, role of the theme's colours (`i`, `receivers.0`), words.
+    """
+
+    def __init__(self, theme: Theme, *entries: tuple[str, str, str]) -> None:
+        super().__init__()
+        self._theme = theme
+        self._entries = entries
+        self.setTextFormat(Qt.TextFormat.RichText)
+        self.setContentsMargins(6, 0, 6, 0)
+        theme.changed.connect(self._write)
+        self._write()
+
+    def show_entries(self, *entries: tuple[str, str, str]) -> None:
+        """Show another key."""
+        self._entries = entries
+        self._write()
+
+    def _write(self) -> None:
+        parts = []
+        for sign, role, words in self._entries:
+            name, _, index = role.partition(".")
+            colour = getattr(self._theme.colours, name)
+            colour = colour[int(index)] if index else colour
+            parts.append(f'<span style="color:{colour}"><b>{escape(sign)}</b></span>&nbsp;{escape(words)}')
+        self.setText("&emsp;".join(parts))

@@ -1,0 +1,155 @@
+"""A plot with the window's look: explicit units, cached axes, no prefix that lies."""
+
+from __future__ import annotations
+
+import pyqtgraph as pg
+from PySide6.QtGui import QColor
+
+from radargui.gui.theme import Theme
+
+pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
+
+
+class Plot(pg.PlotWidget):
+    """A `PlotWidget` that follows the theme.
+
+    Parameters
+    ----------
+    theme
+        Gives the colours.
+    bottom, left
+        Axis labels with their units.
+    title
+        Line above the plot.
+    equal
+        One unit is as long on both axes.
+    live
+        For plots drawn many times a second: axes are cached and the mouse does not move them.
+    """
+
+    def __init__(
+        self,
+        theme: Theme,
+        bottom: str = "",
+        left: str = "",
+        *,
+        title: str = "",
+        equal: bool = False,
+        live: bool = False,
+    ) -> None:
+        super().__init__()
+        self._theme = theme
+        self._labels = {"bottom": bottom, "left": left}
+        self._title = title
+        self._inside: pg.LabelItem | None = None
+        self._inside_text = ""
+        self._pens: list[tuple[pg.PlotDataItem | pg.PlotCurveItem | pg.InfiniteLine, str, bool]] = []
+        item = self.getPlotItem()
+        if live:
+            item.hideButtons()
+        # room for the outermost tick words, which are cut otherwise
+        item.layout.setContentsMargins(2, 7, 14, 2)
+        item.setMenuEnabled(not live)
+        self.setAspectLocked(equal)
+        self.setMouseEnabled(x=not live, y=not live)
+        for name in ("bottom", "left"):
+            axis = item.getAxis(name)
+            # range first, prefix after: pyqtgraph keeps a scale that was set before the prefix was turned off
+            axis.enableAutoSIPrefix(False)
+            axis.setStyle(tickLength=-4)
+            if live:
+                axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
+        self.setMinimumSize(80, 60)
+        theme.changed.connect(self.retheme)
+        self.retheme()
+
+    def set_title(self, text: str) -> None:
+        """Change the line above the plot."""
+        if text != self._title:
+            self._title = text
+            self._write_title()
+
+    def write_inside(self, text: str) -> None:
+        """Write a line into the upper left corner of the plot."""
+        self._inside_text = text
+        self._inside = pg.LabelItem(justify="left")
+        self._inside.setParentItem(self.getPlotItem().getViewBox())
+        self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
+        self._write_title()
+
+    def line(self, role: str, *, dashed: bool = False, **options: object) -> pg.PlotDataItem:
+        """Add an empty curve in the colour of a role of the theme (`i`, `q`, `receivers.0`, `fit`, ...)."""
+        curve = pg.PlotDataItem(**options)
+        self.addItem(curve)
+        self._follow(curve, role, dashed=dashed)
+        return curve
+
+    def fast_line(self, role: str, *, dashed: bool = False) -> pg.PlotCurveItem:
+        """Add an empty curve for live data: no decimation of its own, NaN breaks the line."""
+        curve = pg.PlotCurveItem(connect="finite")
+        self.addItem(curve)
+        self._follow(curve, role, dashed=dashed)
+        return curve
+
+    def marker(self, role: str, symbol: str = "o", size: int = 8) -> pg.PlotDataItem:
+        """Add an empty set of symbols."""
+        points = pg.PlotDataItem(pen=None, symbol=symbol, symbolSize=size)
+        self.addItem(points)
+        self._pens.append((points, role, False))
+        self._paint(points, role, dashed=False)
+        return points
+
+    def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:
+        """Add a straight line across the plot."""
+        line = pg.InfiniteLine(position, angle=angle)
+        self.addItem(line, ignoreBounds=True)
+        self._follow(line, role, dashed=dashed)
+        return line
+
+    def drop(self, item: pg.GraphicsObject) -> None:
+        """Take a curve or line out."""
+        self._pens = [entry for entry in self._pens if entry[0] is not item]
+        self.removeItem(item)
+
+    def colour(self, role: str) -> str:
+        """Return the colour of a role now."""
+        name, _, index = role.partition(".")
+        value = getattr(self._theme.colours, name)
+        return str(value[int(index)]) if index else str(value)
+
+    def retheme(self) -> None:
+        """Take over the colours of the theme."""
+        colours = self._theme.colours
+        self.setBackground(colours.base)
+        item = self.getPlotItem()
+        for name, words in self._labels.items():
+            axis = item.getAxis(name)
+            axis.setPen(pg.mkPen(colours.line))
+            axis.setTextPen(pg.mkPen(colours.text))
+            if words:
+                axis.setLabel(words)
+        self._write_title()
+        for entry, role, dashed in self._pens:
+            self._paint(entry, role, dashed=dashed)
+        if item.legend is not None:
+            item.legend.setLabelTextColor(colours.text)
+
+    def _write_title(self) -> None:
+        colour = self._theme.colours.text
+        self.getPlotItem().setTitle(self._title or None, color=colour, size="9pt")
+        if self._inside is not None:
+            self._inside.setText(self._inside_text, color=colour, size="8pt")
+
+    def _follow(self, item: pg.GraphicsObject, role: str, *, dashed: bool) -> None:
+        self._pens.append((item, role, dashed))
+        self._paint(item, role, dashed=dashed)
+
+    def _paint(self, item: pg.GraphicsObject, role: str, *, dashed: bool) -> None:
+        colour = QColor(self.colour(role))
+        if isinstance(item, pg.PlotDataItem) and item.opts["symbol"] is not None:
+            item.setSymbolBrush(colour)
+            item.setSymbolPen(None)
+            return
+        # width 1 is ten times faster to draw than 2
+        style = pg.QtCore.Qt.PenStyle.DashLine if dashed else pg.QtCore.Qt.PenStyle.SolidLine
+        item.setPen(pg.mkPen(colour, width=1, style=style))

@@ -1,0 +1,121 @@
+"""The figures of a run in a page of plain text: bounces, free fall, quality of each receiver, warnings."""
+
+from __future__ import annotations
+
+from html import escape
+
+from PySide6.QtWidgets import QTextBrowser
+
+from radargui.gui.theme import Theme
+from radargui.gui.track.shown_track import start_time_s
+from radargui.model.quality import ChannelQuality
+from radargui.model.result import RunResult
+from radargui.report.rounding import UNKNOWN, plain, quantity
+
+_STATUS = {"ok": "ok", "no_motion": "no motion", "rejected": "rejected"}
+
+
+class FiguresView(QTextBrowser):
+    """Everything selectable."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._theme = theme
+        self._result: RunResult | None = None
+        self.setOpenLinks(False)
+        theme.changed.connect(self._write)
+
+    def show_result(self, result: RunResult) -> None:
+        """Write the figures of a result."""
+        self._result = result
+        self._write()
+
+    def _write(self) -> None:
+        if self._result is not None:
+            self.setHtml(page_of(self._result, self._theme))
+
+
+def page_of(result: RunResult, theme: Theme) -> str:
+    """Return the figures as simple HTML."""
+    colours = theme.colours
+    alarm = f' style="color:{colours.alarm}"' if result.status == "rejected" else ""
+    reason = f": {escape(result.reason)}" if result.reason else ""
+    parts = [f"<p{alarm}><b>{_STATUS[result.status]}</b>{reason}</p>"]
+    parts += _fall(result)
+    parts += _bounces(result)
+    if result.corrected is not None:
+        parts.append(f"<h4>Receivers, correction {escape(result.corrected.method)}</h4>")
+        parts.append(_quality(result.corrected.channels))
+    if result.calibration_uncertainty:
+        rows = "".join(
+            f"<tr><td>{escape(name)}&nbsp;&nbsp;</td><td align='right'>{plain(value)}</td></tr>"
+            for name, value in result.calibration_uncertainty.items()
+        )
+        parts.append(f"<h4>What the calibration's uncertainty adds</h4><table>{rows}</table>")
+    if result.warnings:
+        items = "".join(f"<li>{escape(text)}</li>" for text in result.warnings)
+        parts.append(f"<h4>Warnings</h4><ul>{items}</ul>")
+    return "".join(parts)
+
+
+def _fall(result: RunResult) -> list[str]:
+    fall = result.bounces.free_fall
+    if fall is None:
+        return []
+    rows = (
+        ("g", quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²")),
+        ("Drop height", plain(fall.drop_height_m, unit="mm", scale=1000.0)),
+        ("Residual of the parabola, rms", plain(fall.residual_rms_m, 3, unit="µm", scale=1e6)),
+    )
+    cells = "".join(f"<tr><td>{words}&nbsp;&nbsp;</td><td align='right'>{value}</td></tr>" for words, value in rows)
+    return [f"<h4>First fall</h4><table>{cells}</table>"]
+
+
+def _bounces(result: RunResult) -> list[str]:
+    impacts = result.bounces.impacts
+    if not impacts:
+        return ["<p>No bounce.</p>"] if result.status == "ok" else []
+    zero = start_time_s(result)
+    rows = "".join(
+        f"<tr><td align='right'>{number}</td>"
+        f"<td align='right'>&nbsp;{bounce.time_s - zero:.4f}</td>"
+        f"<td align='right'>&nbsp;{plain(bounce.speed_before_m_s)}</td>"
+        f"<td align='right'>&nbsp;{plain(bounce.speed_after_m_s)}</td>"
+        f"<td align='right'>&nbsp;<b>{quantity(bounce.e, bounce.u_e)}</b></td>"
+        f"<td>{'' if bounce.valid else 'not valid'}</td></tr>"
+        for number, bounce in enumerate(impacts, start=1)
+    )
+    head = _head("Bounce", "t [s]", "Before [m/s]", "After [m/s]", "e", "")
+    methods = ", ".join(sorted({bounce.method for bounce in impacts}))
+    words = f"<p>t counts from the trigger; speeds by {escape(methods)}</p>"
+    return ["<h4>Bounces</h4>", words, f"<table cellspacing='0' cellpadding='2'>{head}{rows}</table>"]
+
+
+def _quality(channels: tuple[ChannelQuality, ...]) -> str:
+    def share(value: float | None) -> str:
+        return UNKNOWN if value is None else f"{100.0 * value:.1f}"
+
+    rows = (
+        ("SNR [dB]", [plain(channel.snr_db, 3) for channel in channels]),
+        ("Departure from the circle, rms [amplitudes]", [plain(channel.circularity, 2) for channel in channels]),
+        ("Image rejection [dB]", [plain(channel.image_rejection_db, 3) for channel in channels]),
+        ("Fringes", [plain(channel.fringes, 3) for channel in channels]),
+        ("Gain Q / I", [plain(channel.gain_ratio, 4) for channel in channels]),
+        ("Quadrature error [°]", [plain(channel.quadrature_error_deg, 3) for channel in channels]),
+        ("Valid samples [%]", [share(channel.fraction_valid) for channel in channels]),
+        ("Clipped samples [%]", [share(channel.fraction_clipped) for channel in channels]),
+        ("Verdict", [escape(channel.verdict) for channel in channels]),
+    )
+    head = _head("", *(f"Rx {escape(channel.name)}" for channel in channels))
+    body = "".join(
+        f"<tr><td>{words}</td>" + "".join(f"<td align='right'>&nbsp;{value}</td>" for value in values) + "</tr>"
+        for words, values in rows
+    )
+    reasons = "".join(
+        f"<p>Rx {escape(channel.name)}: {escape(channel.reason)}</p>" for channel in channels if channel.reason
+    )
+    return f"<table cellspacing='0' cellpadding='2'>{head}{body}</table>{reasons}"
+
+
+def _head(*words: str) -> str:
+    return "<tr>" + "".join(f"<th align='right'>&nbsp;{escape(word)}</th>" for word in words) + "</tr>"

@@ -1,0 +1,223 @@
+"""What happens with runs: listed when recorded, shown when chosen, processed again, reported, exported."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from radargui.experiment.recorded_run import RecordedRun
+from radargui.experiment.reprocess import own_setup, process_run
+from radargui.files.run_file import read_run, read_summary
+from radargui.files.summary import summarise
+from radargui.gui.background import Jobs
+from radargui.gui.notices import NoticeBoard
+from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.runs.run_panel import RunPanel
+from radargui.gui.track.track_panel import TrackPanel
+from radargui.model.errors import RadarGuiError
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.processing.offline import process
+from radargui.session.session import Session
+
+_KEPT = 3
+"""Results held in memory; others are computed again when chosen."""
+
+
+class RunDesk(QObject):
+    """Joins the run list, the run panel, the track and the work behind them."""
+
+    run_shown = Signal()
+
+    def __init__(
+        self, runs: RunListPanel, run: RunPanel, track: TrackPanel, jobs: Jobs, board: NoticeBoard, window: QWidget
+    ) -> None:
+        super().__init__(window)
+        self._runs = runs
+        self._run = run
+        self._track = track
+        self._jobs = jobs
+        self._board = board
+        self._window = window
+        self._session: Session | None = None
+        self._kept: OrderedDict[Path, RunResult] = OrderedDict()
+        self._wanted: Path | None = None
+        runs.run_chosen.connect(self._choose)
+        runs.report_asked.connect(self.report)
+        runs.export_asked.connect(self.ask_export)
+
+    def show_session(self, session: Session | None) -> None:
+        """List the runs of a session."""
+        self._session = session
+        self._kept.clear()
+        self._wanted = None
+        if session is None:
+            self._runs.show_session(None, [])
+            return
+        paths = session.run_paths()
+        self._runs.show_session(session.path, [RunEntry(path) for path in paths])
+        if paths:
+            self._jobs.start("the list of runs", lambda: [_entry(path) for path in paths], self._listed, self._fail)
+
+    def add(self, recorded: RecordedRun) -> None:
+        """List and show a run that was just recorded."""
+        if recorded.error is not None:
+            self._board.post_error(recorded.error)
+        if recorded.path is None:
+            self._board.post("warning", recorded.message)
+            return
+        result = recorded.result
+        entry = RunEntry(
+            recorded.path,
+            started_at=result.recording.started_at if result else "",
+            summary=summarise(result) if result else None,
+        )
+        self._runs.put(entry, select=True)
+        if result is not None:
+            self._keep(recorded.path, result)
+            self._show(recorded.path, result)
+
+    def report(self) -> None:
+        """Make the report of the session in the background."""
+        session = self._session
+        if session is None or not session.run_paths():
+            self._board.post("warning", "There is no run to report: record one, or open a session.")
+            return
+        self._runs.report_started()
+        self._jobs.start("the report", lambda: _write_report(session), self._reported, self._report_failed)
+
+    def ask_export(self) -> None:
+        """Let the operator choose where the tables go."""
+        entry = self._runs.chosen
+        if entry is None:
+            self._board.post("warning", "No run is chosen: choose one in the list of runs.")
+            return
+        name = QFileDialog.getExistingDirectory(self._window, "Export tables to", str(entry.path.parent))
+        if name:
+            self.export(Path(name))
+
+    def export(self, folder: Path) -> None:
+        """Write the tables of the chosen run to a new folder in `folder`."""
+        entry = self._runs.chosen
+        if entry is None:
+            return
+        known = self._kept.get(entry.path)
+
+        def work() -> Path:
+            from radargui.report.tables import write_tables
+
+            target = _free_folder(folder, entry.name)
+            write_tables(known or _processed(entry.path), target)
+            return target
+
+        self._jobs.start("the export", work, self._exported, self._fail)
+
+    def reprocess(self, setup: Setup) -> None:
+        """Process the chosen run with another setup and keep what comes out beside its samples."""
+        entry = self._runs.chosen
+        if entry is None:
+            self._board.post("warning", "No run is chosen: choose one in the list of runs.")
+            return
+        path = entry.path
+        self._wanted = path
+        self._run.loading(entry.name)
+        self._jobs.start(
+            "processing",
+            lambda: process_run(path, setup),
+            lambda result: self._processed_again(path, result),
+            lambda error: self._not_shown(entry.name, error),
+        )
+
+    def _choose(self, entry: RunEntry) -> None:
+        path = entry.path
+        self._wanted = path
+        if path in self._kept:
+            self._show(path, self._kept[path])
+            return
+        self._run.loading(entry.name)
+        self._jobs.start(
+            "reading the run",
+            lambda: _processed(path),
+            lambda result: self._loaded(path, result),
+            lambda error: self._not_shown(entry.name, error),
+        )
+
+    def _loaded(self, path: Path, result: RunResult) -> None:
+        self._keep(path, result)
+        self._runs.put(RunEntry(path, result.recording.started_at, summarise(result)))
+        if path == self._wanted:
+            self._show(path, result)
+
+    def _processed_again(self, path: Path, result: RunResult) -> None:
+        self._loaded(path, result)
+        self._board.post("info", f"{path.stem} was processed again; the new results are kept in {path}")
+
+    def _show(self, path: Path, result: RunResult) -> None:
+        self._wanted = path
+        self._run.show_result(result, path.stem)
+        self._track.show_result(result, path.stem)
+        self.run_shown.emit()
+
+    def _keep(self, path: Path, result: RunResult) -> None:
+        self._kept[path] = result
+        self._kept.move_to_end(path)
+        while len(self._kept) > _KEPT:
+            self._kept.popitem(last=False)
+
+    def _listed(self, entries: list[RunEntry]) -> None:
+        for entry in entries:
+            if self._session is not None and entry.path.parent == self._session.path:
+                self._runs.put(entry)
+
+    def _reported(self, report: object) -> None:
+        html = report.html  # type: ignore[attr-defined]
+        self._runs.report_ended(html)
+        self._board.post("info", f"Report written: {html.parent}")
+
+    def _report_failed(self, error: BaseException) -> None:
+        self._runs.report_ended(None)
+        self._board.post_error(error)
+
+    def _exported(self, folder: Path) -> None:
+        self._board.post("info", f"Tables written: {folder}")
+
+    def _not_shown(self, name: str, error: BaseException) -> None:
+        self._run.failed(name, "cannot be shown")
+        self._board.post_error(error)
+
+    def _fail(self, error: BaseException) -> None:
+        self._board.post_error(error)
+
+
+def _entry(path: Path) -> RunEntry:
+    try:
+        return RunEntry(path, _started_at(path), read_summary(path))
+    except RadarGuiError as error:
+        return RunEntry(path, problem=str(error))
+
+
+def _started_at(path: Path) -> str:
+    return read_run(path).started_at
+
+
+def _processed(path: Path) -> RunResult:
+    return process(read_run(path), own_setup(path))
+
+
+def _write_report(session: Session) -> object:
+    # matplotlib is loaded only where a report is made
+    from radargui.report.report import write_report
+
+    return write_report(session)
+
+
+def _free_folder(parent: Path, name: str) -> Path:
+    number, folder = 1, parent / name
+    while folder.exists():
+        number += 1
+        folder = parent / f"{name}-{number}"
+    return folder

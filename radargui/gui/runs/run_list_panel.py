@@ -1,0 +1,131 @@
+"""The panel of the runs: the table, report and export."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QItemSelection, Qt, QUrl, Signal
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QHeaderView, QPushButton, QTableView, QVBoxLayout, QWidget
+
+from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
+
+
+class RunListPanel(QWidget):
+    """Lists runs; choosing one asks for its result to be shown."""
+
+    run_chosen = Signal(object)
+    report_asked = Signal()
+    export_asked = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.model = RunModel()
+        self.table = QTableView()
+        self.table.setModel(self.model)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setAlternatingRowColors(True)
+        self.table.setShowGrid(False)
+        self.table.setWordWrap(False)
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(self.table.fontMetrics().height() + 8)
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        header.setStretchLastSection(True)
+        header.setHighlightSections(False)
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        self.table.selectionModel().selectionChanged.connect(self._chosen)
+
+        self.report = QPushButton("Make report")
+        self.report.setToolTip("PDF, HTML, CSV and JSON of this session")
+        self.report.clicked.connect(self.report_asked)
+        self.open_report = QPushButton("Open report")
+        self.open_report.clicked.connect(lambda: self._open(self._report_file))
+        self.open_folder = QPushButton("Open folder")
+        self.open_folder.clicked.connect(lambda: self._open(self._folder))
+        self.export = QPushButton("Export tables…")
+        self.export.setToolTip("track.csv, bounces.csv and result.json of the chosen run")
+        self.export.clicked.connect(self.export_asked)
+        row = QHBoxLayout()
+        row.setContentsMargins(6, 2, 6, 4)
+        for button in (self.report, self.open_report, self.open_folder, self.export):
+            row.addWidget(button)
+        row.addStretch(1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addWidget(self.table, 1)
+        column.addLayout(row)
+
+        self._folder: Path | None = None
+        self._report_file: Path | None = None
+        self._report_busy = False
+        self._fit_columns()
+        self._refresh_buttons()
+
+    @property
+    def chosen(self) -> RunEntry | None:
+        """The selected run."""
+        rows = self.table.selectionModel().selectedRows()
+        return self.model.entries[rows[0].row()] if rows else None
+
+    def show_session(self, folder: Path | None, entries: list[RunEntry]) -> None:
+        """Show the runs of a session."""
+        self._folder, self._report_file = folder, None
+        self.model.replace_all(entries)
+        self._fit_columns()
+        self._refresh_buttons()
+
+    def put(self, entry: RunEntry, *, select: bool = False) -> None:
+        """Add or update a run."""
+        row = self.model.put(entry)
+        self._fit_columns()
+        if row == len(self.model.entries) - 1:
+            self.table.scrollToBottom()
+        if select:
+            # the result of a run that was just recorded is there already: nobody needs to be asked for it
+            self.table.selectionModel().blockSignals(True)
+            self.table.selectRow(row)
+            self.table.selectionModel().blockSignals(False)
+            self.table.viewport().update()
+        self._refresh_buttons()
+
+    def report_started(self) -> None:
+        """A report is being made."""
+        self._report_busy = True
+        self._refresh_buttons()
+
+    def report_ended(self, file: Path | None) -> None:
+        """The report is there, or it failed."""
+        self._report_busy = False
+        self._report_file = file or self._report_file
+        self._refresh_buttons()
+
+    def _chosen(self, _selected: QItemSelection, _deselected: QItemSelection) -> None:
+        self._refresh_buttons()
+        if (entry := self.chosen) is not None:
+            self.run_chosen.emit(entry)
+
+    def _fit_columns(self) -> None:
+        """Make columns wide enough, and never narrower than they were."""
+        metrics = self.table.fontMetrics()
+        for column in range(len(COLUMNS) - 1):
+            words = (COLUMNS[column], *(entry.cells()[column] for entry in self.model.entries[-50:]))
+            wanted = max(metrics.horizontalAdvance(text) for text in words) + 16
+            if self.table.columnWidth(column) < wanted or not self.model.entries:
+                self.table.setColumnWidth(column, wanted)
+        self.table.setColumnWidth(len(COLUMNS) - 1, 60)
+
+    def _refresh_buttons(self) -> None:
+        self.report.setText("Making report …" if self._report_busy else "Make report")
+        self.report.setEnabled(bool(self.model.entries) and not self._report_busy)
+        self.open_report.setEnabled(self._report_file is not None)
+        self.open_folder.setEnabled(self._folder is not None)
+        self.export.setEnabled(self.chosen is not None)
+
+    @staticmethod
+    def _open(path: Path | None) -> None:
+        if path is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))

@@ -1,0 +1,1 @@
+"""Live IQ: voltages against time and the IQ plane."""

@@ -1,0 +1,136 @@
+"""The panel of the live scopes: one a receiver, with levels, a window of seconds and a pause."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from radargui.acquisition.health import Health
+from radargui.gui.control.feed import Feed
+from radargui.gui.plots.envelope import Envelope
+from radargui.gui.plots.key import Key
+from radargui.gui.scopes.level_bar import LevelBar
+from radargui.gui.scopes.scope import Scope
+from radargui.gui.theme import Theme
+
+WINDOWS_S = (0.5, 1.0, 2.0, 3.0, 5.0, 9.0)
+
+
+class ScopePanel(QWidget):
+    """I and Q against time; pausing holds the picture, never the samples."""
+
+    paused_changed = Signal(bool)
+
+    def __init__(self, theme: Theme, window_s: float = 3.0) -> None:
+        super().__init__()
+        self._theme = theme
+        self._feed: Feed | None = None
+        self._envelope: Envelope | None = None
+        self.scopes: list[Scope] = []
+        self.levels: list[LevelBar] = []
+
+        self.window = QComboBox()
+        self.window.setObjectName("scope.window")
+        for seconds in WINDOWS_S:
+            self.window.addItem(f"{seconds:g} s", seconds)
+        self.window.setCurrentIndex(max(0, self.window.findData(window_s)))
+        self.window.currentIndexChanged.connect(self._new_window)
+        self.pause = QCheckBox("Pause display")
+        self.pause.setToolTip("Holds the picture; recording goes on")
+        self.pause.toggled.connect(self._pause)
+        top = QHBoxLayout()
+        top.setContentsMargins(6, 4, 6, 0)
+        top.addWidget(QLabel("Window"))
+        top.addWidget(self.window)
+        top.addWidget(self.pause)
+        top.addStretch(1)
+        top.addWidget(Key(theme, ("▬", "i", "I"), ("▬", "q", "Q"), ("■", "gap", "samples lost")))
+
+        self._grid = QGridLayout()
+        self._grid.setSpacing(2)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addLayout(top)
+        column.addLayout(self._grid, 1)
+
+    @property
+    def window_s(self) -> float:
+        """Seconds shown."""
+        return float(self.window.currentData())
+
+    def set_receivers(self, count: int, full_scale_v: float) -> None:
+        """Show so many receivers."""
+        if count == len(self.scopes):
+            return
+        for widget in (*self.scopes, *self.levels):
+            self._grid.removeWidget(widget)
+            widget.hide()
+            widget.deleteLater()
+        self.scopes, self.levels = [], []
+        for index in range(count):
+            # the time axis is the same for all: its words stand once, at the bottom
+            scope = Scope(self._theme, index + 1, with_time=index == count - 1)
+            scope.set_window(self.window_s)
+            self.scopes.append(scope)
+            self._grid.addWidget(scope, index, 0)
+            bars = QVBoxLayout()
+            bars.addStretch(1)
+            for part in "IQ":
+                bar = LevelBar(self._theme, f"{part}{index + 1}", part.lower(), full_scale_v)
+                self.levels.append(bar)
+                bars.addWidget(bar)
+            bars.addStretch(1)
+            self._grid.addLayout(bars, index, 1)
+        self._grid.setColumnStretch(0, 1)
+
+    def show_feed(self, feed: Feed | None) -> None:
+        """Show another acquisition from its start; None keeps the last picture."""
+        self._feed = feed
+        self._envelope = None
+        if feed is not None:
+            self.set_receivers(feed.n_receivers, feed.range_v)
+            for scope in self.scopes:
+                scope.clear_data()
+
+    def refresh(self, health: Health | None) -> None:
+        """Draw what is new; called by the window's timer."""
+        if health is not None:
+            by_name = {level.name: level for level in health.levels}
+            for bar, name in zip(self.levels, self._names(), strict=False):
+                bar.show_level(by_name.get(name))
+        feed = self._feed
+        if feed is None or self.pause.isChecked() or not self.isVisible() or feed.ring is None:
+            return
+        envelope = self._envelope_for(feed)
+        if feed.ring.latest == envelope.end:
+            return
+        span = feed.ring.since(max(envelope.start, feed.ring.latest - feed.samples(self.window_s)))
+        envelope.push(span.first_index, span.volts)
+        index, pairs, lost = envelope.view()
+        time_s = (index - envelope.end) / feed.rate_hz
+        for number, scope in enumerate(self.scopes):
+            scope.draw(time_s, pairs[2 * number : 2 * number + 2], lost)
+
+    def idle(self) -> None:
+        """Nothing comes in any more: levels are unknown, the last picture stays."""
+        for bar in self.levels:
+            bar.show_level(None)
+
+    def _names(self) -> list[str]:
+        return [f"{part}{index + 1}" for index in range(len(self.scopes)) for part in "IQ"]
+
+    def _envelope_for(self, feed: Feed) -> Envelope:
+        if self._envelope is None:
+            bins = max(200, min(2000, self.scopes[0].width() if self.scopes else 0))
+            self._envelope = Envelope(2 * len(self.scopes), feed.samples(self.window_s), bins)
+        return self._envelope
+
+    def _new_window(self) -> None:
+        self._envelope = None
+        for scope in self.scopes:
+            scope.set_window(self.window_s)
+
+    def _pause(self, paused: bool) -> None:
+        self._envelope = None
+        self.paused_changed.emit(paused)

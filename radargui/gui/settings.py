@@ -1,0 +1,90 @@
+"""What the window remembers between starts; a corrupt memory never blocks the start."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QByteArray, QSettings
+
+from radargui.gui.theme import CHOICES, ThemeChoice
+
+LAYOUT_VERSION = 1
+
+
+class Settings:
+    """Typed access to QSettings: a value of the wrong type reads as if it were not there.
+
+    Parameters
+    ----------
+    path
+        File to use; the user's own settings where left out.
+    """
+
+    def __init__(self, path: Path | None = None) -> None:
+        self.set_aside: Path | None = None
+        self._store = self._open(path)
+        if self._store.status() == QSettings.Status.FormatError:
+            self._put_aside(Path(self._store.fileName()))
+            self._store = self._open(path)
+
+    @staticmethod
+    def _open(path: Path | None) -> QSettings:
+        ini = QSettings.Format.IniFormat
+        if path is not None:
+            return QSettings(str(path), ini)
+        return QSettings(ini, QSettings.Scope.UserScope, "RadarGUI", "RadarGUI")
+
+    def _put_aside(self, path: Path) -> None:
+        aside = path.with_name(f"{path.name}.corrupt-{int(time.time())}")
+        with contextlib.suppress(OSError):
+            path.replace(aside)
+            self.set_aside = aside
+
+    def text(self, key: str, default: str = "") -> str:
+        """Return a text."""
+        value = self._value(key)
+        return value if isinstance(value, str) else default
+
+    def number(self, key: str, default: float, low: float, high: float) -> float:
+        """Return a number within its range."""
+        try:
+            value = float(self._value(key))
+        except (TypeError, ValueError):
+            return default
+        return value if low <= value <= high else default
+
+    def blob(self, key: str) -> QByteArray:
+        """Return bytes, empty where there are none."""
+        value = self._value(key)
+        return value if isinstance(value, QByteArray) else QByteArray()
+
+    def path(self, key: str) -> Path | None:
+        """Return a path, None where there is none."""
+        text = self.text(key)
+        return Path(text) if text else None
+
+    def theme(self) -> ThemeChoice:
+        """Return the chosen look."""
+        text = self.text("theme", "system")
+        return next((choice for choice in CHOICES if choice == text), "system")
+
+    def put(self, key: str, value: Any) -> None:
+        """Remember a value; paths are kept as text."""
+        self._store.setValue(key, str(value) if isinstance(value, Path) else value)
+
+    def forget(self, key: str) -> None:
+        """Forget a value."""
+        self._store.remove(key)
+
+    def sync(self) -> None:
+        """Write to disk now."""
+        self._store.sync()
+
+    def _value(self, key: str) -> Any:
+        try:
+            return self._store.value(key)
+        except Exception:  # noqa: BLE001 - a damaged variant raises what it likes
+            return None

@@ -1,0 +1,190 @@
+"""The look: light or dark palette, following the system or chosen, and the plot colours that go with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QPalette
+from PySide6.QtWidgets import QApplication
+
+ThemeChoice = Literal["system", "light", "dark"]
+CHOICES: tuple[ThemeChoice, ...] = ("system", "light", "dark")
+
+
+@dataclass(frozen=True, slots=True)
+class Colours:
+    """Colours of one look; data colours stay apart for colour-blind eyes (after Okabe and Ito).
+
+    Attributes
+    ----------
+    window, base, text, faint, line, accent
+        Surfaces, writing, grid and selection.
+    i, q
+        The two voltages of a receiver.
+    receivers
+        One colour a receiver, for path lengths and phases.
+    track, mark, fit
+        The track, impacts and peaks, fitted curves.
+    gap
+        Shade where samples were lost.
+    good, busy, alarm, idle
+        States: each is always said in words too.
+    """
+
+    window: str
+    base: str
+    raised: str
+    text: str
+    faint: str
+    line: str
+    accent: str
+    i: str
+    q: str
+    receivers: tuple[str, str, str, str]
+    track: str
+    mark: str
+    fit: str
+    gap: str
+    good: str
+    busy: str
+    alarm: str
+    idle: str
+
+
+LIGHT = Colours(
+    window="#f3f4f6",
+    base="#ffffff",
+    raised="#e6e8ec",
+    text="#1c2024",
+    faint="#5b6570",
+    line="#c3c9d1",
+    accent="#0b66b0",
+    i="#0072b2",
+    q="#d55e00",
+    receivers=("#0072b2", "#d55e00", "#00825f", "#a8478a"),
+    track="#0072b2",
+    mark="#d55e00",
+    fit="#3f4750",
+    gap="#e8b0b4",
+    good="#00694d",
+    busy="#0b66b0",
+    alarm="#b3261e",
+    idle="#5b6570",
+)
+DARK = Colours(
+    window="#2b2f36",
+    base="#17191d",
+    raised="#3b414b",
+    text="#e4e7eb",
+    faint="#9aa4b0",
+    line="#4d5561",
+    accent="#4ea3e0",
+    i="#56b4e9",
+    q="#e69f00",
+    receivers=("#56b4e9", "#e69f00", "#2fc79a", "#e08cc0"),
+    track="#56b4e9",
+    mark="#e69f00",
+    fit="#c3cad3",
+    gap="#6b3338",
+    good="#2fc79a",
+    busy="#4ea3e0",
+    alarm="#ff7a70",
+    idle="#9aa4b0",
+)
+
+
+class Theme(QObject):
+    """Applies the chosen look to the application and tells plots when it changes."""
+
+    changed = Signal()
+
+    def __init__(self, application: QApplication, choice: ThemeChoice = "system") -> None:
+        super().__init__()
+        self._application = application
+        self._choice: ThemeChoice = choice
+        self._applying = False
+        # Fusion is the one style that takes any palette on every system
+        application.setStyle("Fusion")
+        application.styleHints().colorSchemeChanged.connect(self._system_changed)
+        self._system_dark = application.palette().color(QPalette.ColorRole.Window).lightness() < 128
+        self.colours = LIGHT
+        self.apply(choice)
+
+    @property
+    def choice(self) -> ThemeChoice:
+        """What the operator chose."""
+        return self._choice
+
+    @property
+    def dark(self) -> bool:
+        """Whether the dark look is shown."""
+        return self.colours is DARK
+
+    def apply(self, choice: ThemeChoice) -> None:
+        """Show the look `choice`."""
+        self._choice = choice
+        hints = self._application.styleHints()
+        self._applying = True
+        try:
+            # the title bar follows where the system can; palettes are ours where it cannot
+            if choice == "system":
+                hints.unsetColorScheme()
+            else:
+                hints.setColorScheme(Qt.ColorScheme.Dark if choice == "dark" else Qt.ColorScheme.Light)
+        finally:
+            self._applying = False
+        self._refresh()
+
+    def _system_changed(self, _scheme: Qt.ColorScheme) -> None:
+        if not self._applying:
+            self._refresh()
+
+    def _refresh(self) -> None:
+        dark = self._choice == "dark"
+        if self._choice == "system":
+            scheme = self._application.styleHints().colorScheme()
+            dark = self._system_dark if scheme == Qt.ColorScheme.Unknown else scheme == Qt.ColorScheme.Dark
+        self.colours = DARK if dark else LIGHT
+        self._application.setPalette(palette(self.colours))
+        self.changed.emit()
+
+
+def palette(colours: Colours) -> QPalette:
+    """Return the widget palette of a look."""
+    role = QPalette.ColorRole
+    plain = {
+        role.Window: colours.window,
+        role.WindowText: colours.text,
+        role.Base: colours.base,
+        role.AlternateBase: colours.window,
+        role.Text: colours.text,
+        role.Button: colours.raised,
+        role.ButtonText: colours.text,
+        role.ToolTipBase: colours.raised,
+        role.ToolTipText: colours.text,
+        role.PlaceholderText: colours.faint,
+        role.BrightText: colours.alarm,
+        role.Highlight: colours.accent,
+        role.HighlightedText: "#ffffff" if colours is LIGHT else "#10141a",
+        role.Link: colours.accent,
+        role.LinkVisited: colours.accent,
+        role.Accent: colours.accent,
+    }
+    made = QPalette(QColor(colours.raised), QColor(colours.window))
+    for key, value in plain.items():
+        made.setColor(key, QColor(value))
+    for key in (role.WindowText, role.Text, role.ButtonText, role.HighlightedText):
+        made.setColor(QPalette.ColorGroup.Disabled, key, QColor(colours.faint))
+    made.setColor(QPalette.ColorGroup.Disabled, role.Base, QColor(colours.window))
+    made.setColor(QPalette.ColorGroup.Disabled, role.Highlight, QColor(colours.line))
+    return made
+
+
+def scaled_font(base: QFont, factor: float, *, bold: bool = False) -> QFont:
+    """Return `base` made larger or smaller by a factor."""
+    font = QFont(base)
+    font.setPointSizeF(base.pointSizeF() * factor)
+    font.setBold(bold)
+    return font

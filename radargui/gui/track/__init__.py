@@ -1,0 +1,1 @@
+"""The track in space and against time."""

@@ -1,0 +1,152 @@
+"""The track in space by OpenGL; made only where the test of OpenGL said yes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyqtgraph.opengl as gl
+from PySide6.QtGui import QColor, QFont, QVector3D
+
+from radargui.gui.theme import Theme
+from radargui.gui.track.shown_track import ShownTrack
+from radargui.gui.track.space import Space
+from radargui.model.arrays import FloatArray
+
+_GRID_MM = 50.0
+_STEP_MM = 2.0
+
+
+class SpaceView(gl.GLViewWidget):
+    """Box with floor, axes and directions to the antennas; trail, sphere and impacts in it."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._theme = theme
+        self._space: Space | None = None
+        self._track: ShownTrack | None = None
+        self._fixed: list[Any] = []
+        self._trail = gl.GLLinePlotItem(width=2.0, antialias=True, mode="lines", glOptions="translucent")
+        self._impacts = gl.GLScatterPlotItem(size=9.0, pxMode=True, glOptions="translucent")
+        self._sphere = gl.GLScatterPlotItem(size=14.0, pxMode=True, glOptions="translucent")
+        self._shadow = gl.GLLinePlotItem(width=1.0, mode="lines", glOptions="translucent")
+        for item in (self._shadow, self._trail, self._impacts, self._sphere):
+            self.addItem(item)
+        self.setMinimumSize(160, 120)
+        theme.changed.connect(self._retheme)
+        self._retheme()
+
+    def show_space(self, space: Space) -> None:
+        """Show another field of view."""
+        new = self._space is None
+        self._space = space
+        self._build()
+        centre = 0.5 * (space.low_mm + space.high_mm)
+        if new:
+            self.setCameraPosition(
+                pos=QVector3D(*centre), distance=float(2.3 * space.size_mm.max()), elevation=16, azimuth=-78
+            )
+        self.opts["center"] = QVector3D(*centre)
+        self.update()
+
+    def show_track(self, track: ShownTrack | None) -> None:
+        """Draw a track; None: nothing."""
+        self._track = track
+        nothing = np.empty((0, 3), dtype=np.float32)
+        points = nothing if track is None else track.position_mm.T.astype(np.float32)
+        known = points[np.isfinite(points).all(axis=1)]
+        points = _spaced(points)
+        self._draw_line(self._trail, points, self._rgba("track"))
+        shadow = points.copy()
+        if self._space is not None and len(shadow):
+            shadow[:, 2] = self._space.floor_mm
+        self._draw_line(self._shadow, shadow, self._rgba("faint", 0.6))
+        self._sphere.setData(pos=known[-1:], color=self._rgba("text"))
+        impacts = nothing if track is None else track.impact_mm.T.astype(np.float32)
+        self._impacts.setData(pos=impacts[np.isfinite(impacts).all(axis=1)], color=self._rgba("mark"))
+
+    @staticmethod
+    def _draw_line(item: Any, points: FloatArray, colour: tuple[float, float, float, float]) -> None:
+        if np.isfinite(points).all() and len(points) > 1:
+            # drawn in one piece: joints of single pieces show as dots
+            item.setData(pos=points, color=colour, mode="line_strip")
+        else:
+            item.setData(pos=_segments(points), color=colour, mode="lines")
+
+    def _retheme(self) -> None:
+        self.setBackgroundColor(self._theme.colours.base)
+        if self._space is not None:
+            self._build()
+        self.show_track(self._track)
+
+    def _rgba(self, role: str, alpha: float = 1.0) -> tuple[float, float, float, float]:
+        colour = QColor(getattr(self._theme.colours, role))
+        return (colour.redF(), colour.greenF(), colour.blueF(), alpha)
+
+    def _build(self) -> None:
+        space = self._space
+        if space is None:
+            return
+        for item in self._fixed:
+            self.removeItem(item)
+        lines, words = [], []
+        low, high = space.low_mm, space.high_mm
+        for x in np.arange(np.ceil(low[0] / _GRID_MM), np.floor(high[0] / _GRID_MM) + 1) * _GRID_MM:
+            lines += [(x, low[1], space.floor_mm), (x, high[1], space.floor_mm)]
+        for y in np.arange(np.ceil(low[1] / _GRID_MM), np.floor(high[1] / _GRID_MM) + 1) * _GRID_MM:
+            lines += [(low[0], y, space.floor_mm), (high[0], y, space.floor_mm)]
+        grid = gl.GLLinePlotItem(
+            pos=np.array(lines, dtype=np.float32), color=self._rgba("line", 0.8), mode="lines", glOptions="translucent"
+        )
+        corner = np.array([low[0], low[1], space.floor_mm])
+        axes, ticks = [], []
+        for axis, name in enumerate("xyz"):
+            end = corner.copy()
+            end[axis] = high[axis]
+            axes += [corner, end]
+            words.append((end + 12.0 * np.eye(3)[axis], f"{name} [mm]"))
+            for value in np.arange(np.ceil(corner[axis] / 100.0), np.floor(high[axis] / 100.0) + 1) * 100.0:
+                place = corner.copy()
+                place[axis] = value
+                aside = place - 6.0 * (np.array([1.0, 1.0, 0.0]) - np.eye(3)[axis] * [1.0, 1.0, 0.0])
+                ticks += [place, aside]
+                words.append((place - 26.0 * (np.array([1.0, 1.0, 0.0]) - np.eye(3)[axis] * [1, 1, 0]), f"{value:.0f}"))
+        centre = np.zeros(3)
+        reach = 0.5 * float(space.size_mm.max())
+        for name, direction in space.antennas:
+            axes += [centre + 0.93 * reach * direction, centre + 1.05 * reach * direction]
+            words.append((centre + 1.1 * reach * direction, name))
+        frame = gl.GLLinePlotItem(
+            pos=np.array(axes + ticks, dtype=np.float32),
+            color=self._rgba("faint"),
+            mode="lines",
+            glOptions="translucent",
+        )
+        self._fixed = [grid, frame, *(self._label(place, text) for place, text in words)]
+        for item in self._fixed:
+            self.addItem(item)
+
+    def _label(self, place: FloatArray, text: str) -> Any:
+        font = QFont(self.font())
+        return gl.GLTextItem(pos=place, text=text, color=QColor(self._theme.colours.faint), font=font)
+
+
+def _spaced(points: FloatArray) -> FloatArray:
+    """Return points (n, 3) at least `_STEP_MM` apart along the line: shorter pieces are drawn as dots."""
+    if len(points) < 3:
+        return points
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    unknown = ~np.isfinite(step)
+    along = np.concatenate([[0.0], np.cumsum(np.where(unknown, _STEP_MM, step))]) // _STEP_MM
+    kept = np.concatenate([[True], np.diff(along) > 0])
+    kept[-1] = True
+    return points[kept]
+
+
+def _segments(points: FloatArray) -> FloatArray:
+    """Return the line through points (n, 3) as pairs, shape (2 m, 3), without pairs that touch NaN."""
+    if len(points) < 2:
+        return np.empty((0, 3), dtype=np.float32)
+    pairs = np.stack([points[:-1], points[1:]], axis=1)
+    kept = np.isfinite(pairs).all(axis=(1, 2))
+    return np.ascontiguousarray(pairs[kept].reshape(-1, 3))

@@ -1,0 +1,183 @@
+"""The panel of the track: in space or in projections, the height against time, where the sphere is now."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QFontDatabase
+from PySide6.QtWidgets import QLabel, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+
+from radargui.gui.control.feed import Feed
+from radargui.gui.plots.key import Key
+from radargui.gui.theme import Theme
+from radargui.gui.track.height_plot import HeightPlot
+from radargui.gui.track.live_trail import LiveTrail
+from radargui.gui.track.projections import Projections
+from radargui.gui.track.shown_track import ShownTrack, result_track
+from radargui.gui.track.space import Space, space_of
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+
+LIVE_S = 4.0
+HOLD_S = 2.0
+
+
+class TrackPanel(QWidget):
+    """Shows the live trail; after a run its result, until something moves again."""
+
+    def __init__(self, theme: Theme, setup: Setup) -> None:
+        super().__init__()
+        self._theme = theme
+        self._space: Space = space_of(setup)
+        self._trail: LiveTrail | None = None
+        self._shown: ShownTrack | None = None
+        self._held_until = 0.0
+        self.result_shown = False
+        self.paused = False
+
+        self._stack = QStackedWidget()
+        self.projections = Projections(theme)
+        self._stack.addWidget(self.projections)
+        self.view: QWidget = self.projections
+        self.height_plot = HeightPlot(theme, LIVE_S)
+        self.where = QLabel()
+        self.where.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        self.where.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self.where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.key = Key(theme, ("▬", "track", "z"), ("╌", "fit", "parabola of the first fall"), ("×", "mark", "impacts"))
+        self._title = QLabel()
+        self._title.setContentsMargins(6, 3, 6, 0)
+
+        lower = QWidget()
+        column = QVBoxLayout(lower)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addWidget(self.where)
+        column.addWidget(self.key, alignment=Qt.AlignmentFlag.AlignHCenter)
+        column.addWidget(self.height_plot, 1)
+        splitter = QSplitter(Qt.Orientation.Vertical)
+        splitter.addWidget(self._stack)
+        splitter.addWidget(lower)
+        splitter.setStretchFactor(0, 3)
+        splitter.setStretchFactor(1, 2)
+        splitter.setChildrenCollapsible(False)
+        outer = QVBoxLayout(self)
+        outer.setContentsMargins(0, 0, 0, 0)
+        outer.setSpacing(0)
+        outer.addWidget(self._title)
+        outer.addWidget(splitter, 1)
+        self._tell("Live track: nothing yet")
+        self._show_words(result=False)
+        self._show_where(None)
+        self.show_setup(setup)
+
+    @property
+    def in_space(self) -> bool:
+        """Whether the OpenGL view is shown."""
+        return self._stack.currentWidget() is not self.projections
+
+    @property
+    def shown(self) -> ShownTrack | None:
+        """What is drawn."""
+        return self._shown
+
+    def use_space_view(self, wanted: bool) -> None:
+        """Show the track in space; only where the test of OpenGL said yes."""
+        if wanted == self.in_space:
+            return
+        if wanted:
+            from radargui.gui.track.space_view import SpaceView
+
+            self._stack.addWidget(SpaceView(self._theme))
+            self._stack.setCurrentIndex(1)
+        else:
+            # not kept: as long as it exists the whole window is put together by OpenGL
+            old = self._stack.widget(1)
+            self._stack.setCurrentIndex(0)
+            self._stack.removeWidget(old)
+            old.deleteLater()
+        self.view = self._stack.currentWidget()
+        self.view.show_space(self._space)  # type: ignore[attr-defined]
+        self._draw(self._shown)
+
+    def renew_space_view(self) -> None:
+        """Make the view in space anew: torn off or put back, its old surface stays black."""
+        if self.in_space:
+            opts = dict(self.view.opts)  # type: ignore[attr-defined]
+            self.use_space_view(False)
+            self.use_space_view(True)
+            self.view.opts.update(opts)  # type: ignore[attr-defined]
+
+    def show_setup(self, setup: Setup) -> None:
+        """Show the field of view of another setup."""
+        self._space = space_of(setup)
+        self.view.show_space(self._space)  # type: ignore[attr-defined]
+        self.height_plot.show_space(self._space)
+
+    def show_feed(self, feed: Feed | None) -> None:
+        """Follow another acquisition; None keeps what is shown."""
+        self._trail = None if feed is None else LiveTrail(feed, LIVE_S)
+        if feed is not None:
+            self._space = space_of(feed.setup)
+            self.view.show_space(self._space)  # type: ignore[attr-defined]
+            self.height_plot.show_space(self._space)
+
+    def show_result(self, result: RunResult, name: str) -> None:
+        """Show what a run gave instead of the live track."""
+        track = result_track(result)
+        self.result_shown = True
+        self._held_until = time.monotonic() + HOLD_S
+        self.show_setup(result.setup)
+        self._draw(track)
+        self.height_plot.show_result(track)
+        self._tell(f"{name}: {'result' if track else 'no track'}")
+        self._show_words(result=track is not None)
+
+    def show_live(self) -> None:
+        """Go back to the live track."""
+        self._held_until = 0.0
+        self.result_shown = False
+
+    def set_paused(self, paused: bool) -> None:
+        """Hold the picture, or let it go on."""
+        self.paused = paused
+
+    def refresh(self) -> None:
+        """Draw the newest of the trail; called by the window's timer."""
+        if self._trail is None or self.paused:
+            return
+        track = self._trail.pull()
+        if track is None:
+            return
+        if self.result_shown and (time.monotonic() < self._held_until or not self._trail.moving):
+            return
+        self.result_shown = False
+        self._show_words(result=False)
+        self._tell("Live track" if self._trail.moving else "Live track: at rest")
+        if not self.isVisible():
+            return
+        self._draw(track)
+        self.height_plot.show_live(track)
+        self._show_where(track)
+
+    def _draw(self, track: ShownTrack | None) -> None:
+        self._shown = track
+        self.view.show_track(track)  # type: ignore[attr-defined]
+
+    def _tell(self, words: str) -> None:
+        if self._title.text() != words:
+            self._title.setText(words)
+
+    def _show_words(self, *, result: bool) -> None:
+        self.where.setVisible(not result)
+        self.key.setVisible(result)
+
+    def _show_where(self, track: ShownTrack | None) -> None:
+        text = "x       –    y       –    z       –  mm"
+        if track is not None and track.position_mm.shape[1]:
+            place = track.position_mm[:, -1]
+            if np.isfinite(place).all():
+                text = "    ".join(f"{axis} {value:+7.1f}" for axis, value in zip("xyz", place, strict=True)) + "  mm"
+        self.where.setText(text)

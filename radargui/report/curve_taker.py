@@ -1,0 +1,164 @@
+"""Takes the curves of one result: the span with the motion, decimated, broken where samples were lost."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from radargui.correction.phase import unwrap, wrapped_phase
+from radargui.correction.published import ChannelSteps, PublishedSteps
+from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.result import RunResult
+from radargui.report.curves import ReceiverCurves, RunCurves, StepCurves, TrackCurves
+from radargui.report.decimation import Curve, envelope, every
+
+_MARGIN = 0.15
+_LEAST_MARGIN_S = 0.05
+_PLANE_POINTS = 2500
+_TRACK_POINTS = 1500
+
+
+def take_curves(result: RunResult) -> RunCurves | None:
+    """Return the curves of a run, decimated; None where it has no samples."""
+    if result.recording.n_samples < 2:
+        return None
+    return _Taker(result).take()
+
+
+class _Taker:
+    """Takes curves of one result: the samples within the span, broken at the gaps."""
+
+    def __init__(self, result: RunResult) -> None:
+        recording = result.recording
+        self.result = result
+        self.time_s = recording.time_s()
+        self.rate_hz = recording.digitisation.sample_rate_hz
+        self.first, self.last = _span(result)
+        self.t = self.time_s[self.first : self.last]
+        jumps = np.flatnonzero(np.diff(recording.index()) > 1) + 1
+        self.breaks = [int(jump) - self.first for jump in jumps]
+        self.volts = recording.volts()[:, self.first : self.last]
+
+    def take(self) -> RunCurves:
+        result, recording = self.result, self.result.recording
+        gaps = tuple(
+            (gap.first_index / self.rate_hz, (gap.first_index + gap.count) / self.rate_hz) for gap in recording.gaps
+        )
+        impacts = tuple((bounce.time_s, bounce.e if bounce.valid else np.nan) for bounce in result.bounces.impacts)
+        receivers = tuple(self._receiver(number) for number in range(recording.n_receivers))
+        span = (float(self.t[0]), float(self.t[-1]))
+        return RunCurves(span, recording.digitisation.unit, receivers, self._track(), gaps, impacts)
+
+    def _curve(self, values: FloatArray) -> Curve:
+        return envelope(self.t, values, self.breaks)
+
+    def _part(self, values: FloatArray | None, row: int) -> FloatArray:
+        if values is None:
+            return np.full(self.t.size, np.nan)
+        return np.asarray(values[row, self.first : self.last])
+
+    def _receiver(self, row: int) -> ReceiverCurves:
+        raw_i, raw_q = self.volts[2 * row], self.volts[2 * row + 1]
+        corrected, paths = self.result.corrected, self.result.paths
+        i = self._part(corrected.i if corrected else None, row)
+        q = self._part(corrected.q if corrected else None, row)
+        phase = self._part(paths.phase_rad if paths else None, row)
+        sign = self.result.setup.radar.phase_sign
+        phase_raw = sign * unwrap(wrapped_phase(raw_i, raw_q)[None])[0]
+        phase_raw = phase_raw - self._at_start(phase_raw, phase)
+        return ReceiverCurves(
+            name=str(row + 1),
+            raw_i=self._curve(raw_i),
+            raw_q=self._curve(raw_q),
+            raw_plane=self._plane(raw_i, raw_q),
+            i=self._curve(i),
+            q=self._curve(q),
+            plane=self._plane(i, q),
+            phase_raw=self._curve(phase_raw),
+            phase=self._curve(phase),
+            phase_difference=self._curve(phase_raw - phase),
+            change=self._curve(self._part(paths.change_m if paths else None, row)),
+            u_change=self._curve(self._part(paths.u_m if paths else None, row)),
+            steps=self._steps(row),
+        )
+
+    def _at_start(self, phase_raw: FloatArray, phase: FloatArray) -> float:
+        """Return the offset that lets both phases start alike: over the rest, else at the first known sample."""
+        difference = phase_raw - (phase if np.isfinite(phase).any() else 0.0)
+        segment = self.result.segment
+        rest = difference[: max(1, segment.first - self.first)] if segment and segment.has_rest else difference[:1]
+        known = rest[np.isfinite(rest)] if np.isfinite(rest).any() else difference[np.isfinite(difference)][:1]
+        return float(known.mean()) if known.size else 0.0
+
+    def _plane(self, i: FloatArray, q: FloatArray) -> Curve:
+        first, last = 0, self.t.size
+        if self.result.segment is not None:
+            first, last = self.result.segment.first - self.first, self.result.segment.last - self.first
+        keep = first + every(last - first, _PLANE_POINTS)
+        return Curve(i[keep], q[keep])
+
+    def _steps(self, row: int) -> tuple[StepCurves, ...]:
+        corrected = self.result.corrected
+        steps = corrected.steps[row] if corrected is not None and row < len(corrected.steps) else None
+        if not isinstance(steps, PublishedSteps):
+            return ()
+        channels = ((f"I{row + 1}", steps.i, 2 * row), (f"Q{row + 1}", steps.q, 2 * row + 1))
+        return tuple(self._channel_steps(name, found, self.volts[channel]) for name, found, channel in channels)
+
+    def _channel_steps(self, name: str, found: ChannelSteps, volts: FloatArray) -> StepCurves:
+        segment = found.segment
+        motion = self.time_s[segment.first : segment.last]
+        jumps = [place + self.first - segment.first for place in self.breaks]
+        bias = found.bias[self.first : self.last]
+        return StepCurves(
+            name=name,
+            signal=self._curve(volts),
+            upper=envelope(motion, found.upper, jumps),
+            lower=envelope(motion, found.lower, jumps),
+            bias=self._curve(bias),
+            scale=self._curve(found.scale[self.first : self.last]),
+            peaks=self._marks(found.peaks, volts),
+            valleys=self._marks(found.valleys, volts),
+            zero_crossings=self._marks(found.zero_crossings, bias),
+            segment_s=(float(motion[0]), float(motion[-1])),
+        )
+
+    def _marks(self, places: IntArray, values: FloatArray) -> Curve:
+        inside = places[(places >= self.first) & (places < self.last)]
+        return Curve(self.time_s[inside], values[inside - self.first])
+
+    def _track(self) -> TrackCurves | None:
+        track = self.result.track
+        if track is None:
+            return None
+        position = track.position_m[:, self.first : self.last]
+        u = track.u_position_m[:, self.first : self.last]
+        known = np.flatnonzero(np.isfinite(position).all(axis=0))
+        places = position[:, known[every(known.size, _TRACK_POINTS)]]
+        normal = self.result.setup.floor.normal
+        height = np.asarray(normal) @ position
+        parabola, residual = self._fall(height)
+        x, y, _ = (self._curve(row) for row in position)
+        ux, uy, uz = (self._curve(row) for row in u)
+        level = normal[2] > 1.0 - 1e-9
+        return TrackCurves(x, y, self._curve(height), level, (ux, uy, uz), places, parabola, residual)
+
+    def _fall(self, height_m: FloatArray) -> tuple[Curve | None, Curve | None]:
+        fall, impacts = self.result.bounces.free_fall, self.result.bounces.impacts
+        if fall is None:
+            return None, None
+        end = max(fall.last_time_s, impacts[0].time_s if impacts else fall.last_time_s)
+        t = np.linspace(fall.first_time_s, end, 100)
+        inside = (self.t >= fall.first_time_s) & (self.t <= fall.last_time_s)
+        fitted = np.polynomial.polynomial.polyval(self.t[inside] - fall.first_time_s, fall.parabola)
+        parabola = np.asarray(np.polynomial.polynomial.polyval(t - fall.first_time_s, fall.parabola), np.float64)
+        return Curve(t, parabola), envelope(self.t[inside], height_m[inside] - fitted)
+
+
+def _span(result: RunResult) -> tuple[int, int]:
+    """Return the samples drawn: the motion and some rest on both sides; all of them without motion."""
+    count, segment = result.recording.n_samples, result.segment
+    if segment is None or segment.last - segment.first < 2:
+        return 0, count
+    least = round(_LEAST_MARGIN_S * result.recording.digitisation.sample_rate_hz)
+    margin = max(least, round(_MARGIN * (segment.last - segment.first)))
+    return max(0, segment.first - margin), min(count, segment.last + margin)

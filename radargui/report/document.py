@@ -1,0 +1,69 @@
+"""The report as a list of sections made of blocks; PDF and HTML are drawn from the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """Names and values, one pair a line."""
+
+    rows: tuple[tuple[str, str], ...]
+    title: str = ""
+    kind: Literal["facts"] = "facts"
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """A table with a header; columns named in `left` are set to the left, the others to the right."""
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    title: str = ""
+    left: tuple[int, ...] = (0,)
+    kind: Literal["grid"] = "grid"
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A paragraph; a warning stands out."""
+
+    text: str
+    warning: bool = False
+    kind: Literal["note"] = "note"
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A page of figures, drawn when it is needed."""
+
+    title: str
+    draw: Callable[[], Figure] = field(repr=False)
+    kind: Literal["picture"] = "picture"
+
+
+Block: TypeAlias = Facts | Grid | Note
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Part of the report: text first, then pictures."""
+
+    title: str
+    blocks: tuple[Block, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """The whole report."""
+
+    title: str
+    author: str
+    sections: tuple[Section, ...]

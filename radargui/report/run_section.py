@@ -1,0 +1,149 @@
+"""The report's section on one run: figures in words and tables, then pictures."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from radargui.model.bounce import FreeFall
+from radargui.model.setup import Setup
+from radargui.report.document import Block, Facts, Grid, Note, Picture, Section
+from radargui.report.figure_paths import paths_page
+from radargui.report.figure_signals import signals_page
+from radargui.report.figure_steps import steps_page
+from radargui.report.figure_track import track_page
+from radargui.report.rounding import UNKNOWN, plain, quantity
+from radargui.report.run_facts import RunFacts
+
+
+def run_section(run: RunFacts, setup: Setup) -> Section:
+    """Return the section about one run; of a run that failed it says why."""
+    title = "Run " + run.name.removeprefix("run-")
+    if run.status != "ok":
+        title += f" ({run.verdict})"
+    if run.failure:
+        return Section(title, (Note(f"No result: {run.failure}", warning=True),))
+    rows = (
+        ("Recorded", run.started_at or UNKNOWN),
+        (
+            "Samples",
+            f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {plain(run.rate_hz, 6, '1/s')}",
+        ),
+        ("Device", run.device or UNKNOWN),
+        ("Result", " – ".join(part for part in (run.verdict, run.reason) if part)),
+        ("Correction, geometry", f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}"),
+        *_fall_rows(run.bounces.free_fall, "First fall" if run.from_rest else "Flight before the first impact seen"),
+    )
+    blocks: list[Block] = [Facts(rows)]
+    blocks += [Note(text, warning=True) for text in run.warnings]
+    blocks += _impacts(run)
+    blocks += _quality(run)
+    blocks += _gaps(run)
+    blocks += _calibration(run)
+    return Section(title, tuple(blocks), _pictures(run, setup))
+
+
+def _fall_rows(fall: FreeFall | None, name: str) -> tuple[tuple[str, str], ...]:
+    if fall is None:
+        return ((name, "none that can be fitted"),)
+    span = f"{fall.first_time_s:.4f} s to {fall.last_time_s:.4f} s"
+    drop, release = (plain(value, 5, "mm", 1e3) for value in (fall.drop_height_m, fall.release_height_m))
+    return (
+        (
+            name,
+            f"{drop} from a height of {release}, fitted {span}",
+        ),
+        ("g", quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²")),
+        ("Residual of the fit", f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms"),
+    )
+
+
+def _impacts(run: RunFacts) -> list[Block]:
+    if not run.bounces.impacts:
+        return [Note("No impact was found.")]
+    header = ("impact", "time / s", "speed before / (m/s)", "speed after / (m/s)", "e", "valid", "method")
+    rows = tuple(
+        (
+            str(number),
+            f"{impact.time_s:.5f}",
+            plain(impact.speed_before_m_s, 5),
+            plain(impact.speed_after_m_s, 5),
+            quantity(impact.e, impact.u_e),
+            "yes" if impact.valid else "no",
+            impact.method,
+        )
+        for number, impact in enumerate(run.bounces.impacts, 1)
+    )
+    return [Grid(header, rows, "Impacts", left=(0, 5, 6))]
+
+
+def _quality(run: RunFacts) -> list[Block]:
+    if not run.channels:
+        return []
+    header = (
+        "receiver",
+        "SNR / dB",
+        "circularity",
+        "image rejection / dB",
+        "fringes",
+        "valid",
+        "clipped",
+        "gain Q/I",
+        "quadrature / °",
+        "verdict",
+    )
+    rows = tuple(
+        (
+            channel.name,
+            plain(channel.snr_db, 3),
+            plain(channel.circularity, 2),
+            plain(channel.image_rejection_db, 3),
+            plain(channel.fringes, 3),
+            _percent(channel.fraction_valid),
+            _percent(channel.fraction_clipped),
+            plain(channel.gain_ratio, 3),
+            plain(channel.quadrature_error_deg, 2),
+            channel.verdict,
+        )
+        for channel in run.channels
+    )
+    told = " ".join((run.reason, *run.warnings))
+    reasons = [
+        Note(f"Receiver {channel.name}: {channel.reason}") for channel in run.channels if channel.reason not in told
+    ]
+    return [Grid(header, rows, "Quality of the receivers", left=(0, 9)), *reasons]
+
+
+def _percent(share: float | None) -> str:
+    return UNKNOWN if share is None else f"{100.0 * share:.3g} %"
+
+
+def _gaps(run: RunFacts) -> list[Block]:
+    if not run.gaps or not run.rate_hz:
+        return []
+    rate = run.rate_hz
+    rows = tuple(
+        (f"{gap.first_index / rate:.5f}", str(gap.count), plain(gap.count / rate, 3, scale=1e3), gap.reason or UNKNOWN)
+        for gap in run.gaps
+    )
+    return [Grid(("from / s", "samples of each channel", "length / ms", "reason"), rows, "Lost samples", left=(3,))]
+
+
+def _calibration(run: RunFacts) -> list[Block]:
+    if not run.calibration_uncertainty:
+        return []
+    rows = tuple((name, plain(value, 2)) for name, value in run.calibration_uncertainty.items())
+    return [Facts(rows, "Standard uncertainties from antennas and release position")]
+
+
+def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:
+    curves = run.curves
+    if curves is None:
+        return ()
+    pictures = [Picture("raw and corrected IQ" if run.correction else "raw IQ", partial(signals_page, curves))]
+    if any(receiver.steps for receiver in curves.receivers):
+        pictures.append(Picture("steps of the published correction", partial(steps_page, curves)))
+    if any(receiver.phase.largest for receiver in curves.receivers):
+        pictures.append(Picture("phase and path length", partial(paths_page, curves)))
+    if curves.track is not None and curves.track.places_m.size:
+        pictures.append(Picture("track", partial(track_page, curves, curves.track, setup.floor.height_m)))
+    return tuple(pictures)

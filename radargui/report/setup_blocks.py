@@ -1,0 +1,63 @@
+"""What the report says about the setup: antennas, sphere, acquisition, the matrix T."""
+
+from __future__ import annotations
+
+from radargui.geometry.antennas import place_antennas
+from radargui.geometry.plane_wave import condition_number, t_matrix
+from radargui.model.setup import Setup
+from radargui.report.document import Block, Facts, Grid, Note
+from radargui.report.rounding import plain, quantity
+
+_LEAST_RECEIVERS = 3
+_WORST_CONDITION = 100.0
+
+
+def setup_blocks(setup: Setup) -> list[Block]:
+    """Return what the report says about the setup."""
+    radar, daq, tracer = setup.radar, setup.daq, setup.tracer
+    release = ", ".join(f"{1e3 * x:g}" for x in tracer.release_position_m)
+    floor = setup.floor.height_m
+    rows = (
+        ("Frequency, wavelength", f"{radar.frequency_hz / 1e9:g} GHz, {plain(radar.wavelength_m, 5, 'mm', 1e3)}"),
+        ("Sign of the phase", f"{radar.phase_sign:+d}"),
+        (
+            "Transmitter",
+            f"{_with_u(setup.transmitter.distance_m, setup.transmitter.u_distance_m, 'mm', 1e3)} above the centre",
+        ),
+        ("Sphere", f"{plain(tracer.diameter_m, 4, 'mm', 1e3)} diameter, released at ({release}) mm"),
+        ("Floor", f"z = {plain(floor, 4, 'mm', 1e3)} at contact" if floor is not None else "found from the impacts"),
+        ("Acquisition", f"{daq.device}: {', '.join(setup.physical_channels)}; {daq.terminal}, ±{daq.range_v:g} V"),
+        ("Rate", f"{daq.rate_hz:g} samples per second and channel, skew {plain(daq.channel_skew_s, 3, 'µs', 1e6)}"),
+        ("Processing", f"correction {setup.processing.correction}, geometry {setup.processing.geometry}"),
+    )
+    blocks: list[Block] = [Facts(rows, "Setup"), _receivers(setup)]
+    if setup.n_receivers >= _LEAST_RECEIVERS:
+        blocks += _matrix(setup)
+    return blocks
+
+
+def _with_u(value: float, u: float | None, unit: str = "", scale: float = 1.0) -> str:
+    return quantity(value, u, unit, scale) if u else f"{value * scale:g} {unit}".strip()
+
+
+def _receivers(setup: Setup) -> Grid:
+    rows = tuple(
+        (
+            str(number),
+            _with_u(receiver.tilt_deg, receiver.u_tilt_deg),
+            _with_u(receiver.azimuth_deg, receiver.u_azimuth_deg),
+            _with_u(receiver.distance_m, receiver.u_distance_m, scale=1e3),
+        )
+        for number, receiver in enumerate(setup.receiver, 1)
+    )
+    return Grid(("receiver", "tilt / °", "azimuth / °", "distance / mm"), rows, "Receivers")
+
+
+def _matrix(setup: Setup) -> list[Block]:
+    antennas = place_antennas(setup)
+    rows = tuple((str(number), *(f"{value:.5f}" for value in row)) for number, row in enumerate(t_matrix(antennas), 1))
+    condition = condition_number(antennas)
+    return [
+        Grid(("receiver", "sin t cos a", "sin t sin a", "1 + cos t"), rows, "Matrix T (plane wave)"),
+        Note(f"Condition number of T: {condition:.3f}", warning=condition > _WORST_CONDITION),
+    ]

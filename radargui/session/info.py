@@ -1,0 +1,84 @@
+"""What session.json holds: setup, operator, notes, versions."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from radargui.model.errors import SessionError
+from radargui.model.setup import Setup
+from radargui.model.setup_error import describe
+
+FILE_NAME = "session.json"
+MAXIMUM_BYTES = 10_000_000
+
+
+class SessionInfo(BaseModel):
+    """The facts of a session; the setup holds settings and antenna calibration with its uncertainties."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    schema_version: Literal[1] = 1
+    name: str
+    created_at: str
+    operator: str = ""
+    notes: str = ""
+    versions: dict[str, str] = Field(default_factory=dict)
+    setup: Setup
+
+
+def write_info(info: SessionInfo, folder: Path) -> None:
+    """Write session.json in one step: it is the old one or the new one, never half of one.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written.
+    """
+    content: dict[str, Any] = info.model_dump(mode="json", exclude={"setup"})
+    content["setup"] = info.setup.model_dump(mode="json", by_alias=True, exclude_none=True)
+    partial = folder / (FILE_NAME + ".part")
+    with partial.open("w", encoding="utf-8", newline="\n") as file:
+        json.dump(content, file, indent=2, ensure_ascii=False)
+        file.write("\n")
+        file.flush()
+        os.fsync(file.fileno())
+    partial.replace(folder / FILE_NAME)
+
+
+def read_info(folder: Path) -> SessionInfo:
+    """Return what session.json says.
+
+    Raises
+    ------
+    SessionError
+        No such file, unreadable, or not what this version knows.
+    """
+    path = folder / FILE_NAME
+    try:
+        if path.stat().st_size > MAXIMUM_BYTES:
+            raise SessionError(f"{path} is larger than the record of a session can be.")
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise SessionError(f"{folder} is not a session: it holds no {FILE_NAME}.") from None
+    except OSError as error:
+        raise SessionError(f"{path} cannot be read: {error.strerror or error}.") from None
+    except (ValueError, RecursionError) as error:
+        raise _damaged(path, str(error)) from None
+    if not isinstance(content, dict):
+        raise _damaged(path, "it holds no table")
+    try:
+        return SessionInfo.model_validate(content)
+    except ValidationError as error:
+        raise _damaged(path, describe(error, SessionInfo)) from None
+
+
+def _damaged(path: Path, text: str) -> SessionError:
+    return SessionError(
+        f"{path} is damaged: {text}.",
+        remedy="Its runs hold their own setup: each run-NNNN.h5 can still be processed by itself.",
+    )

@@ -1,0 +1,7 @@
+"""The NI device: local NI-DAQmx driver or remote NI gRPC device server; nidaqmx is loaded when first needed."""
+
+from radargui.sources.ni.device import NiDevice, TerminalChoice
+from radargui.sources.ni.discovery import driver_version, find_devices
+from radargui.sources.ni.source import NiSource
+
+__all__ = ["NiDevice", "NiSource", "TerminalChoice", "driver_version", "find_devices"]

@@ -1,0 +1,174 @@
+"""The settings of a setup checked against a device, before anything starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.model.daq import Terminal
+from radargui.model.errors import DeviceError
+from radargui.model.setup import Setup
+from radargui.sources.ni.device import NiDevice
+
+_ROUNDING = 1e-6
+"""Relative: 6 x 33333.334 Hz is 200 kHz for every practical purpose."""
+
+
+@dataclass(frozen=True, slots=True)
+class TaskSettings:
+    """Everything a task needs, checked.
+
+    Attributes
+    ----------
+    names
+        Canonical names I1, Q1, ...
+    channels
+        Physical channels with the device's name, in the order of `names`.
+    terminal
+        Terminal configuration of all channels.
+    low_v, high_v
+        Input range of the device that is used, in V.
+    rate_hz
+        Rate of each channel asked for, in S/s.
+    buffer_samples
+        Samples per channel that the driver keeps for us.
+    block_samples
+        Samples per channel read at a time.
+    """
+
+    names: tuple[str, ...]
+    channels: tuple[str, ...]
+    terminal: Terminal
+    low_v: float
+    high_v: float
+    rate_hz: float
+    buffer_samples: int
+    block_samples: int
+
+
+def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
+    """Return the settings of a task on this device.
+
+    Raises
+    ------
+    DeviceError
+        The device has no such channel, terminal configuration or range, or is too slow or too fast; the error says what
+        it has.
+    """
+    channels = _channels(setup, device)
+    _check_terminal(setup, device, channels)
+    low_v, high_v = _range(setup, device)
+    _check_rate(setup, device, len(channels))
+    rate_hz = setup.daq.rate_hz
+    block = max(1, round(rate_hz * setup.daq.read_interval_s))
+    return TaskSettings(
+        names=setup.channel_names,
+        channels=tuple(f"{device.name}/{channel}" for channel in channels),
+        terminal=setup.daq.terminal,
+        low_v=low_v,
+        high_v=high_v,
+        rate_hz=rate_hz,
+        # whole blocks: some devices want an even number of samples
+        buffer_samples=2 * block * max(1, int(np.ceil(rate_hz * setup.daq.buffer_s / (2 * block)))),
+        block_samples=block,
+    )
+
+
+def rate_limit_hz(device: NiDevice, n_channels: int) -> float | None:
+    """Return the highest rate of each of `n_channels` channels in S/s; None where the device does not tell."""
+    single, multi = device.max_rate_single_hz, device.max_rate_multi_hz
+    if n_channels == 1:
+        return single
+    if device.simultaneous:
+        return min((rate for rate in (single, multi) if rate), default=None)
+    return None if not multi else min(multi / n_channels, single or multi)
+
+
+def rate_sentence(device: NiDevice, n_channels: int, rate_hz: float) -> str:
+    """Return how much of the device's rate is used: "6 channels x 33.3 kS/s = 200 kS/s of 200 kS/s"."""
+    limit_hz = rate_limit_hz(device, n_channels)
+    if device.simultaneous:
+        told = f" of {format_rate(limit_hz)} each" if limit_hz else ""
+        return f"{n_channels} channels at {format_rate(rate_hz)}{told}"
+    told = f" of {format_rate(n_channels * limit_hz)}" if limit_hz else ""
+    return f"{n_channels} channels x {format_rate(rate_hz)} = {format_rate(n_channels * rate_hz)}{told}"
+
+
+def format_rate(rate_hz: float) -> str:
+    """Return a rate with three significant digits: 33.3 kS/s."""
+    for factor, prefix in ((1e6, "M"), (1e3, "k")):
+        if rate_hz >= 0.9995 * factor:
+            return f"{float(f'{rate_hz / factor:.3g}'):g} {prefix}S/s"
+    return f"{float(f'{rate_hz:.3g}'):g} S/s"
+
+
+def _channels(setup: Setup, device: NiDevice) -> tuple[str, ...]:
+    if not device.channels:
+        raise DeviceError(
+            f"{device.title} has no analogue inputs.",
+            remedy="Set daq.device to a device that has some; 'radargui devices' lists them.",
+        )
+    known = {channel.casefold(): channel for channel in device.channels}
+    wanted = [channel.rpartition("/")[2] for channel in setup.physical_channels]
+    missing = [channel for channel in wanted if channel.casefold() not in known]
+    if missing:
+        raise DeviceError(
+            f"{device.title} has no channel {', '.join(missing)}; it has {_shortened(device.channels)}.",
+            remedy=f"Set daq.channels to {len(wanted)} of these, in the order {', '.join(setup.channel_names)}.",
+        )
+    return tuple(known[channel.casefold()] for channel in wanted)
+
+
+def _shortened(channels: tuple[str, ...]) -> str:
+    return ", ".join(channels) if len(channels) <= 8 else f"{channels[0]} to {channels[-1]}"
+
+
+def _check_terminal(setup: Setup, device: NiDevice, channels: tuple[str, ...]) -> None:
+    wanted = setup.daq.terminal
+    offers = dict(zip(device.channels, device.terminals, strict=False))
+    for channel in channels:
+        offered = offers.get(channel, ())
+        if wanted == "default" or not offered or wanted in offered:
+            continue
+        raise DeviceError(
+            f"{device.name}/{channel} of {device.title} cannot be {wanted}; it can be {' or '.join(offered)}.",
+            reasons=("a differential channel uses up a second input as its negative terminal",)
+            if wanted == "differential"
+            else (),
+            remedy="Change daq.terminal, or use other channels in daq.channels.",
+        )
+
+
+def _range(setup: Setup, device: NiDevice) -> tuple[float, float]:
+    wanted = setup.daq.range_v
+    covering = [(low, high) for low, high in device.ranges_v if low <= -wanted and high >= wanted]
+    if covering:
+        return min(covering, key=lambda limits: limits[1] - limits[0])
+    if not device.ranges_v:
+        return -wanted, wanted
+    ranges = ", ".join(_format_range(low, high) for low, high in device.ranges_v)
+    raise DeviceError(
+        f"{device.title} has no input range that covers +-{wanted:g} V; it has {ranges}.",
+        remedy="Set daq.range_v to one of these.",
+    )
+
+
+def _format_range(low: float, high: float) -> str:
+    return f"+-{high:g} V" if low == -high else f"{low:g} to {high:g} V"
+
+
+def _check_rate(setup: Setup, device: NiDevice, n_channels: int) -> None:
+    rate_hz = setup.daq.rate_hz
+    limit_hz = rate_limit_hz(device, n_channels)
+    if limit_hz is not None and rate_hz > limit_hz * (1.0 + _ROUNDING):
+        raise DeviceError(
+            f"{device.title} is not fast enough: {rate_sentence(device, n_channels, rate_hz)}.",
+            remedy=f"Set daq.rate_hz to {np.floor(limit_hz):.0f} or less.",
+        )
+    if device.min_rate_hz and rate_hz < device.min_rate_hz:
+        raise DeviceError(
+            f"{device.title} cannot sample as slowly as {format_rate(rate_hz)}: "
+            f"its lowest rate is {format_rate(device.min_rate_hz)}.",
+            remedy=f"Set daq.rate_hz to {device.min_rate_hz:g} or more.",
+        )

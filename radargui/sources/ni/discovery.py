@@ -1,0 +1,150 @@
+"""Which NI devices are there and what they can do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from radargui.model.errors import DeviceError
+from radargui.sources.ni.device import NiDevice, TerminalChoice
+from radargui.sources.ni.driver import Driver, load_nidaqmx
+from radargui.sources.ni.explain import error_code, not_connected, told_plainly
+
+_T = TypeVar("_T")
+
+_UNREACHABLE = (-201003, -200324, -200045, -201250, -201251, -201252, -201253, -201390)
+"""NI-DAQmx: the device is configured, but it cannot be accessed."""
+
+
+def find_devices(remote: str | None = None) -> tuple[NiDevice, ...]:
+    """Return the NI devices of this computer, or of a device server at HOST:PORT, in the driver's order.
+
+    Raises
+    ------
+    DeviceError
+        The package or the driver is missing, or the device server cannot be reached.
+    """
+    driver = Driver(remote)
+    try:
+        with told_plainly("the devices", driver.place, "looking for"):
+            return tuple(_describe(device) for device in driver.system().devices)
+    finally:
+        driver.close()
+
+
+def driver_version(remote: str | None = None) -> str | None:
+    """Return the version of NI-DAQmx; None where the package or the local driver is missing.
+
+    Raises
+    ------
+    DeviceError
+        `remote` is given and that device server cannot be reached.
+    """
+    try:
+        nidaqmx = load_nidaqmx()
+    except DeviceError:
+        return None
+    driver = Driver(remote)
+    try:
+        with told_plainly("the driver", driver.place, "asking the version of"):
+            version = driver.system().driver_version
+    except DeviceError as error:
+        if isinstance(error.__cause__, (nidaqmx.errors.DaqNotFoundError, nidaqmx.errors.DaqNotSupportedError)):
+            return None
+        raise
+    finally:
+        driver.close()
+    return f"{version.major_version}.{version.minor_version}.{version.update_version}"
+
+
+def find_device(driver: Driver, name: str) -> NiDevice:
+    """Return the device of that NI-DAQmx name (upper or lower case).
+
+    Raises
+    ------
+    DeviceError
+        There is no device, none of that name (the error names those that are there), or it is not connected.
+    """
+    with told_plainly(name, driver.place, "looking for"):
+        devices = list(driver.system().devices)
+        for device in devices:
+            if device.name.casefold() == name.casefold():
+                found = _describe(device)
+                if not found.connected:
+                    raise not_connected(found.title)
+                return found
+        there = [_describe_shortly(device) for device in devices]
+    if not there:
+        raise DeviceError(
+            f"No NI device is connected to {driver.place}.",
+            reasons=("its power is off or its cable is out", "its driver was installed after it was plugged in"),
+            remedy="Plug the device in and check that NI MAX shows it.",
+        )
+    raise DeviceError(
+        f"There is no NI device named {name} on {driver.place}; there is {', '.join(there)}.",
+        remedy="Set daq.device to one of these names, or rename the device in NI MAX.",
+    )
+
+
+def _describe_shortly(device: Any) -> str:
+    return NiDevice(device.name, product_type=_ask(lambda: device.product_type, "")).title
+
+
+def _describe(device: Any) -> NiDevice:
+    none: list[Any] = []
+    limits = _ask(lambda: list(device.ai_voltage_rngs), none)
+    channels = _ask(lambda: list(device.ai_physical_chans), none)
+    lines = _ask(lambda: list(device.terminals), none)
+    serial = _ask(lambda: device.serial_num, 0)
+    return NiDevice(
+        name=device.name,
+        product_type=_ask(lambda: device.product_type, ""),
+        serial_number=f"{serial:08X}" if serial else "",
+        channels=tuple(_bare(channel.name) for channel in channels),
+        terminals=tuple(_terminals(channel) for channel in channels),
+        ranges_v=tuple(zip(limits[0::2], limits[1::2], strict=False)),
+        max_rate_single_hz=_ask(lambda: device.ai_max_single_chan_rate, None),
+        max_rate_multi_hz=_ask(lambda: device.ai_max_multi_chan_rate, None),
+        min_rate_hz=_ask(lambda: device.ai_min_rate, None),
+        simultaneous=_ask(lambda: device.ai_simultaneous_sampling_supported, default=False),
+        digital_trigger=_ask(lambda: device.dig_trig_supported, default=False),
+        analog_trigger=_ask(lambda: device.anlg_trig_supported, default=False),
+        trigger_lines=tuple(_bare(line) for line in lines if "PFI" in line),
+        simulated=_ask(lambda: device.is_simulated, default=False),
+        connected=_is_connected(device),
+    )
+
+
+def _bare(name: str) -> str:
+    """Return a channel or terminal without its device: /Dev1/PFI0 -> PFI0."""
+    return name.rpartition("/")[2]
+
+
+def _terminals(channel: Any) -> tuple[TerminalChoice, ...]:
+    names: dict[str, TerminalChoice] = {
+        "DIFF": "differential",
+        "RSE": "rse",
+        "NRSE": "nrse",
+        "PSEUDO_DIFF": "pseudodifferential",
+    }
+    none: list[Any] = []
+    offered = {configuration.name for configuration in _ask(lambda: list(channel.ai_term_cfgs), none)}
+    return tuple(ours for theirs, ours in names.items() if theirs in offered)
+
+
+def _is_connected(device: Any) -> bool:
+    errors = load_nidaqmx().errors
+    try:
+        _ = device.ai_physical_chans.channel_names
+        _ = device.product_type
+    except errors.DaqError as error:
+        return error_code(error) not in _UNREACHABLE
+    return True
+
+
+def _ask(question: Callable[[], _T], default: _T) -> _T:
+    """Return the answer of the driver, or the default where this device does not have that property."""
+    try:
+        return question()
+    except load_nidaqmx().errors.DaqError:
+        return default

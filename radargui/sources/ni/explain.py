@@ -1,0 +1,206 @@
+"""Errors of NI-DAQmx and of the way to it, told as what happened, likely why, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from radargui.model.errors import DeviceError
+from radargui.sources.ni.driver import driver_errors, load_nidaqmx
+
+TIMEOUT = -200284
+"""NI-DAQmx: some or all of the samples requested have not yet been acquired."""
+
+_LONGEST_TEXT = 400
+
+
+@dataclass(frozen=True, slots=True)
+class _Explanation:
+    message: str
+    reasons: tuple[str, ...]
+    remedy: str
+
+
+_IN_USE = _Explanation(
+    "{device} is in use by another program",
+    (
+        "another window of RadarGUI, NI MAX, LabVIEW or another task has its analogue inputs",
+        "a program that crashed still holds it",
+    ),
+    "Close the other program, or reset the device in NI MAX.",
+)
+_GONE = _Explanation(
+    "{device} cannot be reached any more",
+    ("its cable was pulled or its power is off", "it was reset by another program"),
+    "Plug it in, wait until NI MAX shows it, then start again.",
+)
+_BUFFER_OVERFLOW = _Explanation(
+    "Samples of {device} were lost: the buffer was overwritten before it could be read",
+    ("this computer was too busy to read in time", "the rate is too high for it"),
+    "Raise daq.buffer_s, lower daq.rate_hz, or close other programs.",
+)
+_DEVICE_OVERFLOW = _Explanation(
+    "Samples of {device} were lost: the memory on the device overflowed",
+    ("the bus (USB, network) could not carry the samples in time", "the rate is too high for it"),
+    "Plug the device directly into the computer without a hub, or lower daq.rate_hz.",
+)
+_TIMEOUT = _Explanation(
+    "{device} gives no samples",
+    ("no clock or no trigger arrives", "the device hangs"),
+    "Check the trigger and clock wiring, or reset the device in NI MAX.",
+)
+_TOO_FAST = _Explanation(
+    "{device} refuses the rate for this number of channels",
+    ("all channels of a multiplexed device share its highest rate",),
+    "Lower daq.rate_hz or use fewer channels.",
+)
+_NETWORK_DEVICE = _Explanation(
+    "The network device {device} cannot be reached",
+    ("it is off or its network cable is out", "another computer has reserved it"),
+    "Check its power and network, and reserve it for this computer in NI MAX.",
+)
+
+_BY_CODE = {
+    code: explanation
+    for codes, explanation in (
+        ((-50103, -200022, -201105, -89137, -200369), _IN_USE),
+        ((-201003, -200324, -200045, -200220, -50405, -50804), _GONE),
+        ((-200279, -200283), _BUFFER_OVERFLOW),
+        ((-200361, -200010, -209829, -200004, -200019), _DEVICE_OVERFLOW),
+        ((TIMEOUT,), _TIMEOUT),
+        ((-200081,), _TOO_FAST),
+        ((-201250, -201251, -201252, -201253, -201390, -201420, -201388), _NETWORK_DEVICE),
+    )
+    for code in codes
+}
+
+
+@contextmanager
+def told_plainly(device: str, place: str, doing: str) -> Iterator[None]:
+    """Turn an error of the driver or of the connection inside the block into a DeviceError.
+
+    Parameters
+    ----------
+    device
+        Name of the device.
+    place
+        Where it is: "this computer" or HOST:PORT.
+    doing
+        What was being done, as in "while ...".
+
+    Raises
+    ------
+    DeviceError
+        The driver or the connection failed inside the block.
+    """
+    try:
+        yield
+    except driver_errors() as error:
+        raise explained(error, device, place, doing) from error
+
+
+def error_code(error: Exception) -> int:
+    """Return the NI-DAQmx code of an error, 0 where it has none."""
+    code = getattr(error, "error_code", 0)
+    return code if isinstance(code, int) else 0
+
+
+def explained(error: Exception, device: str, place: str, doing: str) -> DeviceError:
+    """Return an error of the driver or of the connection as a DeviceError; parameters as of `told_plainly`."""
+    errors = load_nidaqmx().errors
+    if isinstance(error, errors.DaqNotFoundError):
+        return no_driver(place)
+    if isinstance(error, errors.DaqNotSupportedError):
+        return DeviceError(
+            "NI-DAQmx does not exist for this operating system, so no NI device can be used here.",
+            remedy="Put it on a computer with Windows or Linux that runs an NI gRPC device server (daq.remote).",
+        )
+    if isinstance(error, errors.DaqFunctionNotSupportedError):
+        return DeviceError(
+            f"The NI-DAQmx driver of {place} is too old: {_text(error)}",
+            remedy="Install a current NI-DAQmx driver.",
+        )
+    if isinstance(error, errors.DaqError):
+        return _of_code(error, device, doing)
+    if hasattr(error, "rpc_code") or callable(getattr(error, "code", None)):
+        return _of_connection(error, device, place, doing)
+    return DeviceError(
+        f"NI-DAQmx failed while {doing} {device}: {_text(error)}",
+        remedy="Check the NI-DAQmx installation with NI MAX.",
+    )
+
+
+def no_driver(place: str) -> DeviceError:
+    """Return the error of a computer without the NI-DAQmx driver."""
+    return DeviceError(
+        f"The NI-DAQmx driver is not installed on {place}.",
+        reasons=("the Python package nidaqmx alone is not enough: it needs the driver from NI",),
+        remedy="Install NI-DAQmx from NI and restart, or set daq.remote to a computer that has it.",
+    )
+
+
+def no_samples(device: str, seconds: float) -> DeviceError:
+    """Return the error of a running device that gave no sample for some seconds (-200284)."""
+    return DeviceError(
+        f"{_TIMEOUT.message.format(device=device)}: none arrived within {seconds:g} s (NI-DAQmx error {TIMEOUT}).",
+        reasons=_TIMEOUT.reasons,
+        remedy=_TIMEOUT.remedy,
+    )
+
+
+def not_connected(device: str) -> DeviceError:
+    """Return the error of a device that NI-DAQmx knows by name but cannot reach."""
+    return DeviceError(_GONE.message.format(device=device) + ".", reasons=_GONE.reasons, remedy=_GONE.remedy)
+
+
+def _of_code(error: Exception, device: str, doing: str) -> DeviceError:
+    code = error_code(error)
+    explanation = _BY_CODE.get(code)
+    if explanation is None:
+        return DeviceError(
+            f"{device}: NI-DAQmx refused while {doing} (error {code}): {_text(error)}",
+            remedy="Check the device and the [daq] settings; NI MAX can test the device by itself.",
+        )
+    return DeviceError(
+        f"{explanation.message.format(device=device)} (NI-DAQmx error {code}).",
+        reasons=explanation.reasons,
+        remedy=explanation.remedy,
+    )
+
+
+def _of_connection(error: Exception, device: str, place: str, doing: str) -> DeviceError:
+    code = getattr(error, "rpc_code", None)
+    if code is None:
+        code = error.code()  # type: ignore[attr-defined]
+    status = getattr(code, "name", str(code))
+    if status == "NOT_FOUND":
+        return no_driver(place)
+    if status in ("PERMISSION_DENIED", "UNAUTHENTICATED"):
+        return DeviceError(
+            f"The NI gRPC device server at {place} refused this computer ({status}).",
+            remedy="Allow this computer in the security settings of the NI gRPC device server.",
+        )
+    if status == "UNIMPLEMENTED":
+        return DeviceError(
+            f"The NI gRPC device server at {place} is too old or has no NI-DAQmx part ({status}).",
+            remedy="Install a current NI gRPC device server.",
+        )
+    if status not in ("UNAVAILABLE", "DEADLINE_EXCEEDED", "CANCELLED"):
+        return DeviceError(
+            f"The NI gRPC device server at {place} failed while {doing} {device}: {_text(error)}",
+            remedy="Start the server again (ni_grpc_device_server); its log may tell more.",
+        )
+    return DeviceError(
+        f"The connection to the NI gRPC device server at {place} was lost while {doing} {device} ({status}).",
+        reasons=("the server was stopped", "that computer or the network went down"),
+        remedy="Start the server again (ni_grpc_device_server) and check the network.",
+    )
+
+
+def _text(error: Exception) -> str:
+    """Return the driver's own words without its last lines of task name and status code."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    kept = " ".join(line for line in lines if line and not line.startswith(("Task Name:", "Status Code:")))
+    kept = kept if len(kept) <= _LONGEST_TEXT else kept[: _LONGEST_TEXT - 3] + "..."
+    return kept if kept.endswith((".", "!", "?")) else kept + "."

@@ -1,0 +1,103 @@
+"""The connection to a remote NI gRPC device server."""
+
+from __future__ import annotations
+
+import socket
+from typing import Any
+
+from radargui.model.errors import DeviceError
+
+CONNECT_S = 5.0
+DEFAULT_PORT = 31763
+
+_PROBE = "/grpc.health.v1.Health/Check"
+
+_OPTIONS = (
+    # a block of many fast channels is larger than gRPC's 4 MB
+    ("grpc.max_receive_message_length", -1),
+    # an unplugged network cable fails a call after some seconds instead of never
+    ("grpc.keepalive_time_ms", 5000),
+    ("grpc.keepalive_timeout_ms", 5000),
+    ("grpc.http2.max_pings_without_data", 0),
+    # the probe that gRPC sends with data counts too, and waits a minute by default
+    ("grpc.http2.ping_timeout_ms", 5000),
+    # how long one attempt to connect again may take: 20 s otherwise
+    ("grpc.min_reconnect_backoff_ms", 2000),
+    # a laboratory's device server is not behind the web proxy
+    ("grpc.enable_http_proxy", 0),
+)
+
+
+def split_address(remote: str) -> tuple[str, int]:
+    """Return host and port of HOST:PORT.
+
+    Raises
+    ------
+    DeviceError
+        It is not of that form, or the port is not 1 to 65535.
+    """
+    host, colon, port = remote.rpartition(":")
+    if not colon or not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
+        raise DeviceError(
+            f"'{remote}' is not the address of an NI gRPC device server.",
+            remedy=f"Give HOST:PORT, for example lab-pc:{DEFAULT_PORT}; the port is a number from 1 to 65535.",
+        )
+    return host, int(port)
+
+
+def open_channel(remote: str) -> Any:
+    """Return a gRPC channel that is connected to a server at HOST:PORT.
+
+    Raises
+    ------
+    DeviceError
+        The package grpcio is missing, the name is unknown, nothing listens there, or what listens is no gRPC server.
+    """
+    host, port = split_address(remote)
+    try:
+        import grpc
+    except ImportError as error:
+        raise DeviceError(
+            f"The Python package grpcio cannot be loaded, so the device server {remote} cannot be used: {error}.",
+            remedy="Install it into the same environment: python -m pip install 'nidaqmx[grpc]'.",
+        ) from error
+    _knock(host, port)
+    channel = grpc.insecure_channel(remote, options=_OPTIONS)
+    try:
+        # any answer, be it "unknown method", shows that a gRPC server is there
+        channel.unary_unary(_PROBE)(b"", timeout=CONNECT_S, wait_for_ready=True)
+    except grpc.RpcError as error:
+        if error.code() not in (grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.UNAVAILABLE):
+            return channel
+        channel.close()
+        raise DeviceError(
+            f"Something listens at {remote}, but it does not answer as an NI gRPC device server.",
+            reasons=("another program uses this port", "the server wants an encrypted (TLS) connection"),
+            remedy="Check the port and the security settings in the configuration file of the NI gRPC device server.",
+        ) from error
+    return channel
+
+
+def _knock(host: str, port: int) -> None:
+    """Try the address with a plain connection: the operating system tells why it fails, gRPC does not."""
+    address = f"{host}:{port}"
+    try:
+        socket.create_connection((host.strip("[]"), port), timeout=CONNECT_S).close()
+    except (socket.gaierror, UnicodeError) as error:
+        raise DeviceError(
+            f"The computer {host} is not known here, so its NI gRPC device server cannot be reached.",
+            reasons=("the name is misspelt", "that computer is off or in another network"),
+            remedy="Check daq.remote (or --remote), or give the IP address instead of the name.",
+        ) from error
+    except ConnectionRefusedError as error:
+        raise DeviceError(
+            f"No NI gRPC device server is running at {address}: the connection was refused.",
+            reasons=("the server is not started there", "it listens on another port or only on its own computer"),
+            remedy="Start ni_grpc_device_server on that computer and check address and port in its configuration.",
+        ) from error
+    except OSError as error:
+        raise DeviceError(
+            f"The NI gRPC device server at {address} does not answer: {error.strerror or error}.",
+            reasons=("that computer is off", "a firewall blocks the port", "the network is down"),
+            remedy="Switch that computer on, open the port in its firewall, then try again.",
+        ) from error

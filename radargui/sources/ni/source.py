@@ -1,0 +1,180 @@
+"""The NI device as a source of samples."""
+
+from __future__ import annotations
+
+import logging
+import threading
+
+from radargui.model.block import Block
+from radargui.model.digitisation import Digitisation
+from radargui.model.errors import DeviceError
+from radargui.model.setup import Setup
+from radargui.model.truth import Truth
+from radargui.sources.ni.checks import checked_settings, rate_sentence
+from radargui.sources.ni.device import NiDevice
+from radargui.sources.ni.discovery import find_device
+from radargui.sources.ni.driver import Driver, driver_errors
+from radargui.sources.ni.explain import no_samples
+from radargui.sources.ni.task import InputTask
+
+_log = logging.getLogger(__name__)
+
+READ_SLICE_S = 0.25
+"""How long one call to the driver may block: a stop is seen at least as often."""
+
+EMPTY_READS = 4
+"""Calls without a single sample after which the device is said to give none."""
+
+_STOP_WAIT_S = 2.0
+
+
+class NiSource:
+    """Samples of an NI device, local or behind an NI gRPC device server; keeps the contract of a source.
+
+    Parameters
+    ----------
+    setup
+        `daq` says which device, channels, range and rate.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+        self._driver: Driver | None = None
+        self._device: NiDevice | None = None
+        self._task: InputTask | None = None
+        self._stopping = threading.Event()
+        self._reading = threading.Lock()
+        self._using = threading.RLock()
+        self._index = 0
+        self._backlog = 0
+        self._error: DeviceError | None = None
+
+    @property
+    def device(self) -> NiDevice | None:
+        """The device in use, None before `open`."""
+        return self._device
+
+    def open(self) -> Digitisation:
+        """Reserve and configure the device; return how samples will be digitised, rate and skew as in force.
+
+        Raises
+        ------
+        DeviceError
+            Package, driver, server or device missing, device in use, or settings that it does not have.
+        """
+        self.close()
+        with self._using:
+            self._driver = driver = Driver(self._setup.daq.remote)
+            try:
+                self._device = device = find_device(driver, self._setup.daq.device)
+                settings = checked_settings(self._setup, device)
+                self._task = task = InputTask(driver, device, settings)
+            except DeviceError:
+                self._release()
+                raise
+        _log.info("%s: %s", device.title, rate_sentence(device, len(settings.names), task.rate_hz))
+        serial = f", serial {device.serial_number}" if device.serial_number else ""
+        return Digitisation(
+            channel_names=settings.names,
+            sample_rate_hz=task.rate_hz,
+            scaling=task.scaling,
+            channel_skew_s=self._skew_s(device, task),
+            device=f"{device.product_type or device.name}{serial}",
+        )
+
+    def _skew_s(self, device: NiDevice, task: InputTask) -> float:
+        if device.simultaneous:
+            return 0.0
+        if task.convert_rate_hz is None:
+            return self._setup.daq.channel_skew_s
+        return 1.0 / task.convert_rate_hz
+
+    def start(self) -> None:
+        """Begin to sample; index 0 is the first sample after this call.
+
+        Raises
+        ------
+        DeviceError
+            Not open, or the driver refuses.
+        """
+        with self._using:
+            if self._task is None:
+                raise DeviceError("The NI device was not opened before it was started.", remedy="Start again.")
+            self._stopping.clear()
+            self._index = 0
+            self._error = None
+            self._task.start()
+
+    def read(self) -> Block | None:
+        """Return the next block, or None after `stop`.
+
+        Raises
+        ------
+        DeviceError
+            Samples were lost, none came, the device was removed, the server went away; once what was read before has
+            been returned.
+        """
+        with self._reading:
+            for _ in range(EMPTY_READS):
+                task = self._task
+                if self._stopping.is_set() or task is None:
+                    return None
+                if self._error is not None:
+                    raise self._error
+                samples, self._error = task.read(READ_SLICE_S)
+                if samples.shape[1]:
+                    block = Block(samples, self._index)
+                    self._index = block.end_index
+                    return block
+            if self._stopping.is_set():
+                return None
+            if self._error is None:
+                title = self._device.title if self._device else self._setup.daq.device
+                self._error = no_samples(title, EMPTY_READS * READ_SLICE_S)
+            raise self._error
+
+    def stop(self) -> None:
+        """End sampling; idempotent, from any thread. A blocked `read` returns None within `READ_SLICE_S`."""
+        self._stopping.set()
+        # a reader in the driver leaves soon; one that hangs in a dead connection is not waited for
+        free = self._reading.acquire(timeout=_STOP_WAIT_S)
+        try:
+            with self._using:
+                if self._task is not None:
+                    self._task.stop()
+        finally:
+            if free:
+                self._reading.release()
+
+    def close(self) -> None:
+        """Release the device and the connection; idempotent."""
+        self.stop()
+        self._release()
+
+    def _release(self) -> None:
+        with self._using:
+            task, self._task = self._task, None
+            driver, self._driver = self._driver, None
+            if task is not None:
+                task.close()
+            if driver is not None:
+                driver.close()
+
+    def backlog(self) -> int:
+        """Return how many samples per channel wait in the driver; the last known number while that cannot be asked."""
+        if self._using.acquire(blocking=False):
+            try:
+                if self._task is None or self._stopping.is_set():
+                    self._backlog = 0
+                else:
+                    self._backlog = self._task.available()
+            except driver_errors() as error:
+                _log.debug("backlog: %s", error)
+            finally:
+                self._using.release()
+        return self._backlog
+
+    def truth(self, first_index: int, count: int) -> Truth | None:
+        """Return None: nobody knows what really happened."""
+        del first_index, count
+        return None

@@ -1,0 +1,192 @@
+"""The analogue input task of NI-DAQmx: configured, read in codes or volts, always closed."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+
+from radargui.model.arrays import RawArray
+from radargui.model.errors import DeviceError
+from radargui.sources.ni.checks import TaskSettings
+from radargui.sources.ni.device import NiDevice
+from radargui.sources.ni.driver import Driver, driver_errors, load_nidaqmx
+from radargui.sources.ni.explain import TIMEOUT, error_code, explained, told_plainly
+
+_log = logging.getLogger(__name__)
+
+_TERMINALS = {
+    "differential": "DIFF",
+    "rse": "RSE",
+    "nrse": "NRSE",
+    "pseudodifferential": "PSEUDO_DIFF",
+    "default": "DEFAULT",
+}
+_CODE_BITS = 16
+
+
+class InputTask:
+    """One task with all channels, continuous sampling.
+
+    Parameters
+    ----------
+    driver
+        The way to the device; stays the caller's.
+    device, settings
+        What is there and what is wanted, checked.
+
+    Raises
+    ------
+    DeviceError
+        The driver refuses, or the device is in use; no task is left behind.
+
+    Attributes
+    ----------
+    rate_hz
+        Rate in force, in S/s.
+    convert_rate_hz
+        Rate of the converter in force in conversions/s; None for simultaneous sampling and where it is not told.
+    scaling
+        Per channel the coefficients of volts = sum c_k code^k; None where samples come as volts.
+    """
+
+    def __init__(self, driver: Driver, device: NiDevice, settings: TaskSettings) -> None:
+        self._driver = driver
+        self._device = device
+        self._settings = settings
+        self._task: Any = None
+        self._running = False
+        self.rate_hz = settings.rate_hz
+        self.convert_rate_hz: float | None = None
+        self.scaling: tuple[tuple[float, ...], ...] | None = None
+        try:
+            with self._told("configuring"):
+                self._configure()
+        except DeviceError:
+            self.close()
+            raise
+
+    def _told(self, doing: str) -> Any:
+        return told_plainly(self._device.title, self._driver.place, doing)
+
+    def _configure(self) -> None:
+        from nidaqmx.constants import AcquisitionType, TaskMode, TerminalConfiguration
+
+        settings = self._settings
+        self._task = task = self._driver.new_task()
+        terminal = TerminalConfiguration[_TERMINALS[settings.terminal]]
+        channels = [
+            task.ai_channels.add_ai_voltage_chan(
+                physical,
+                name_to_assign_to_channel=name,
+                terminal_config=terminal,
+                min_val=settings.low_v,
+                max_val=settings.high_v,
+            )
+            for name, physical in zip(settings.names, settings.channels, strict=True)
+        ]
+        task.timing.cfg_samp_clk_timing(
+            settings.rate_hz, sample_mode=AcquisitionType.CONTINUOUS, samps_per_chan=settings.buffer_samples
+        )
+        task.control(TaskMode.TASK_COMMIT)
+        self.rate_hz = float(task.timing.samp_clk_rate)
+        if not self._device.simultaneous:
+            self.convert_rate_hz = self._convert_rate()
+        self.scaling = self._scaling(channels)
+        self._read_into = self._reader()
+
+    def _convert_rate(self) -> float | None:
+        try:
+            rate = float(self._task.timing.ai_conv_rate)
+        except load_nidaqmx().errors.DaqError:
+            return None
+        return rate if rate > 0.0 else None
+
+    def _scaling(self, channels: list[Any]) -> tuple[tuple[float, ...], ...] | None:
+        try:
+            if any(channel.ai_raw_samp_size != _CODE_BITS for channel in channels):
+                return None
+            scaling = tuple(tuple(float(c) for c in channel.ai_dev_scaling_coeff) for channel in channels)
+        except load_nidaqmx().errors.DaqError:
+            return None
+        return scaling if all(scaling) else None
+
+    def _reader(self) -> Any:
+        from nidaqmx.stream_readers import AnalogMultiChannelReader, AnalogUnscaledReader
+
+        codes = self.scaling is not None
+        reader = (AnalogUnscaledReader if codes else AnalogMultiChannelReader)(self._task.in_stream)
+        # the shape is right by construction; checking it would cost a call to the server for each block
+        reader.verify_array_shape = False
+        return reader.read_int16 if codes else reader.read_many_sample
+
+    def start(self) -> None:
+        """Begin to sample.
+
+        Raises
+        ------
+        DeviceError
+            The driver refuses.
+        """
+        with self._told("starting"):
+            self._task.start()
+        self._running = True
+
+    def read(self, timeout_s: float) -> tuple[RawArray, DeviceError | None]:
+        """Return the next samples, shape (n_channels, n), a new array; blocks for a block of them or `timeout_s`.
+
+        Too few samples within the time are no error: n is then small or 0. After an error the samples that were read
+        before it come with it.
+        """
+        n_channels, wanted = len(self._settings.channels), self._settings.block_samples
+        shape = (n_channels, wanted)
+        block: RawArray = np.empty(shape) if self.scaling is None else np.empty(shape, dtype=np.int16)
+        try:
+            n_read = int(self._read_into(block, number_of_samples_per_channel=wanted, timeout=timeout_s))
+        except driver_errors() as error:
+            late = error_code(error) == TIMEOUT
+            n_read = int(getattr(error, "samps_per_chan_read", 0) or 0)
+            if not late and self._driver.remote is not None:
+                # a device server answers such an error without the samples
+                n_read = 0
+            failure = None if late else explained(error, self._device.title, self._driver.place, "reading")
+            return _packed(block, n_read), failure
+        return _packed(block, n_read), None
+
+    def available(self) -> int:
+        """Return how many samples per channel wait in the driver; raises the driver's own error."""
+        return int(self._task.in_stream.avail_samp_per_chan) if self._running else 0
+
+    def stop(self) -> None:
+        """End sampling; idempotent. A driver that repeats an old error here is not listened to: reading told it."""
+        if not self._running:
+            return
+        self._running = False
+        try:
+            self._task.stop()
+        except driver_errors() as error:
+            _log.info("%s: stopping: %s", self._device.title, error)
+
+    def close(self) -> None:
+        """Release the device; idempotent."""
+        self.stop()
+        task, self._task = self._task, None
+        if task is None:
+            return
+        try:
+            task.close()
+        except driver_errors() as error:
+            _log.info("%s: closing: %s", self._device.title, error)
+
+
+def _packed(block: RawArray, n_read: int) -> RawArray:
+    """Return the first samples of a block that was not filled.
+
+    NI-DAQmx packs a short read at the front of the buffer: channel k starts at k * n_read,
+    not at k * (length of a row).
+    """
+    n_channels, wanted = block.shape
+    if n_read >= wanted:
+        return block
+    return block.reshape(-1)[: n_channels * n_read].reshape(n_channels, n_read).copy()

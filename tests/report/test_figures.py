@@ -1,0 +1,143 @@
+"""Pages draw whatever a run holds, and nothing leaves the page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from support.results import drop_result, quiet_result, rejected_result
+
+from radargui.model.block import Gap
+from radargui.model.bounce import Bounces
+from radargui.model.result import RunResult
+from radargui.report.curve_taker import take_curves
+from radargui.report.document import Facts, Grid, Note, Section
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import run_section
+from radargui.report.sheet import body
+from radargui.report.style import page_style, scaled
+from radargui.report.text_pages import text_pages
+
+
+@pytest.fixture(autouse=True)
+def style() -> Iterator[None]:
+    with page_style():
+        yield
+
+
+def pages(result: RunResult) -> dict[str, Figure]:
+    section = run_section(take_facts(result, "run-0001"), result.setup)
+    return {picture.title: picture.draw() for picture in section.pictures}
+
+
+def everything_is_on_the_page(page: Figure) -> bool:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas = FigureCanvasAgg(page)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    width, height = page.bbox.width, page.bbox.height
+    boxes = [axes.get_tightbbox(renderer) for axes in page.axes] + [text.get_window_extent() for text in page.texts]
+    low = all(min(box.x0, box.y0) >= 0.0 for box in boxes)
+    return low and all(box.x1 <= width and box.y1 <= height for box in boxes)
+
+
+def test_a_whole_drop_has_four_pages_and_nothing_leaves_them() -> None:
+    drawn = pages(drop_result(rate_hz=5000.0))
+    assert list(drawn) == [
+        "raw and corrected IQ",
+        "steps of the published correction",
+        "phase and path length",
+        "track",
+    ]
+    for page in drawn.values():
+        assert everything_is_on_the_page(page)
+        assert 0 <= body(page).y0 < body(page).y1 < 11.69
+
+
+@pytest.mark.parametrize("n_receivers", [1, 2])
+def test_fewer_receivers_have_no_track_page(n_receivers: int) -> None:
+    drawn = pages(drop_result(rate_hz=5000.0, n_receivers=n_receivers))
+    assert "track" not in drawn
+    assert len(drawn) == 3
+
+
+@pytest.mark.parametrize("make", [quiet_result, rejected_result])
+def test_a_run_without_result_shows_its_raw_signals_only(make: object) -> None:
+    drawn = pages(make())
+    assert list(drawn) == ["raw IQ"]
+    assert everything_is_on_the_page(drawn["raw IQ"])
+
+
+def test_lost_samples_are_shaded_and_break_the_curves() -> None:
+    result = drop_result(rate_hz=5000.0, gap=Gap(3000, 200))
+    curves = take_curves(result)
+    assert curves is not None
+    assert curves.gaps_s == ((0.6, 0.64),)
+    assert np.isnan(curves.receivers[0].raw_i.y).any()
+    inside = (curves.receivers[0].raw_i.x > 0.6) & (curves.receivers[0].raw_i.x < 0.64)
+    assert not inside.any()
+    drawn = pages(result)
+    assert len(drawn) == 4
+
+
+def test_a_track_without_impacts_or_fall_is_drawn() -> None:
+    assert "track" in pages(replace(drop_result(rate_hz=5000.0), bounces=Bounces()))
+
+
+def test_nothing_known_anywhere_still_draws() -> None:
+    result = drop_result(rate_hz=2000.0)
+    assert result.track is not None
+    assert result.paths is not None
+    unknown = np.full_like(result.track.position_m, np.nan)
+    change = np.full_like(result.paths.change_m, np.nan)
+    result = replace(
+        result,
+        track=replace(result.track, position_m=unknown, u_position_m=unknown),
+        paths=replace(result.paths, change_m=change, phase_rad=change, u_m=change),
+    )
+    assert "track" not in pages(result)
+
+
+def test_the_residual_is_height_less_the_fitted_parabola() -> None:
+    curves = take_curves(drop_result(rate_hz=5000.0))
+    assert curves is not None
+    assert curves.track is not None
+    assert curves.track.residual is not None
+    assert curves.track.residual.largest < 1e-12
+    assert curves.track.parabola is not None
+    assert curves.track.parabola.y[-1] == pytest.approx(-0.14, abs=1e-6)
+
+
+def test_a_million_samples_become_a_few_thousand_points() -> None:
+    curves = take_curves(drop_result(rate_hz=400_000.0, seconds=1.6))
+    assert curves is not None
+    assert len(curves.receivers[0].raw_i.x) < 1100
+    assert len(curves.receivers[0].plane.x) <= 2500
+
+
+def test_axis_prefixes_follow_the_size_of_the_values() -> None:
+    assert scaled("m", 0.26) == (1e3, "mm")
+    assert scaled("m", 3e-5) == (1e6, "µm")
+    assert scaled("V", 0.3) == (1e3, "mV")
+    assert scaled("V", 2.0) == (1.0, "V")
+    assert scaled("V", 0.0) == (1.0, "V")
+
+
+def test_long_tables_and_notes_flow_over_pages_and_stay_inside() -> None:
+    rows = tuple((f"run-{k:04d}", "0.8000 ± 0.0012", "a reason that is long " * 6) for k in range(120))
+    section = Section(
+        "Long",
+        (
+            Facts((("Notes", "word " * 2000), ("name $x_1$", "$\\frac{broken"))),
+            Grid(("run", "e", "reason"), rows, "Runs", left=(0, 2)),
+            Note("w" * 3000, warning=True),
+        ),
+    )
+    made = list(text_pages(section))
+    assert len(made) > 4
+    for page in made:
+        assert everything_is_on_the_page(page)

@@ -1,0 +1,181 @@
+"""The report of a session is written whole, whatever its runs hold."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import json
+import re
+import subprocess
+import sys
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+from importlib import resources
+from pathlib import Path
+
+import pytest
+from support.results import default_setup, drop_result, quiet_result
+
+from radargui.model.block import Block
+from radargui.model.errors import FileError
+from radargui.model.recording import Recording
+from radargui.report.report import Report, write_report
+from radargui.session.session import Session
+
+NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
+EVIL = '<script>alert("1")</script>'
+
+
+class Reader(HTMLParser):
+    """Notes every tag, address and open element of a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.addresses: list[str] = []
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.addresses += [value or "" for name, value in attributes if name in ("src", "href", "srcset", "action")]
+        if tag not in ("meta", "img", "link", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def new_session(folder: Path, *, operator: str = "", notes: str = "") -> Session:
+    return Session.create(folder, default_setup(), operator=operator, notes=notes, now=NOW)
+
+
+def add_run(session: Session, recording: Recording) -> None:
+    with session.new_run(recording.digitisation, started_at=NOW.isoformat()) as writer:
+        writer.write(Block(recording.raw, 0))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Session, Report, list[float]]:
+    """A session of a drop, a quiet run and a broken file, and its report."""
+    session = new_session(tmp_path_factory.mktemp("data"), operator=EVIL, notes=f"=1+1\n{EVIL} $x^2$")
+    add_run(session, drop_result(rate_hz=8000.0).recording)
+    add_run(session, quiet_result(samples=2000).recording)
+    (session.path / "run-0003.h5").write_bytes(b"this is no run file")
+    shares: list[float] = []
+    return session, write_report(session, progress=shares.append, now=NOW), shares
+
+
+def test_the_report_lies_in_the_sessions_own_folder_and_nothing_else_does(
+    made: tuple[Session, Report, list[float]],
+) -> None:
+    session, report, _ = made
+    names = sorted(path.name for path in (session.path / "report").iterdir())
+    assert names == ["report-series.csv", "report.csv", "report.html", "report.json", "report.pdf"]
+    assert report.pdf == session.path / "report" / "report.pdf"
+
+
+def test_progress_rises_to_one(made: tuple[Session, Report, list[float]]) -> None:
+    shares = made[2]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_the_pdf_is_whole_and_says_who_made_it(made: tuple[Session, Report, list[float]]) -> None:
+    content = made[1].pdf.read_bytes()
+    assert content.startswith(b"%PDF-")
+    assert content.rstrip().endswith(b"%%EOF")
+    # session, e against speed, the drop's text and four figures, the quiet run's text and raw signals, the broken run
+    assert len(re.findall(rb"/Type /Page\b", content)) == 2 + 5 + 2 + 1
+    assert b"RadarGUI" in content
+
+
+def test_the_html_needs_no_other_file_and_runs_no_script(made: tuple[Session, Report, list[float]]) -> None:
+    text = made[1].html.read_text(encoding="utf-8")
+    reader = Reader()
+    reader.feed(text)
+    assert reader.open == []
+    assert "script" not in reader.tags
+    assert "link" not in reader.tags
+    assert all(address.startswith(("data:image/svg+xml;base64,", "#section-")) for address in reader.addresses)
+    assert EVIL not in text
+    assert "&lt;script&gt;" in text
+    assert reader.tags.count("img") == 1 + 4 + 1
+
+
+def test_the_pictures_are_svg_without_script_or_outside_address(made: tuple[Session, Report, list[float]]) -> None:
+    text = made[1].html.read_text(encoding="utf-8")
+    for encoded in re.findall(r"data:image/svg\+xml;base64,([^\"]+)", text):
+        picture = base64.b64decode(encoded, validate=True).decode()
+        assert picture.rstrip().endswith("</svg>")
+        assert "<script" not in picture
+        assert not re.search(r"(href|src)\s*=\s*\"(?!#|data:)", picture)
+
+
+def test_a_broken_run_says_why_and_the_others_are_there(made: tuple[Session, Report, list[float]]) -> None:
+    _, report, _ = made
+    runs = json.loads(report.json.read_text(encoding="utf-8"))["runs"]
+    assert [run["status"] for run in runs] == ["ok", "no_motion", "failed"]
+    assert "run-0003.h5" in runs[2]["reason"]
+    assert runs[0]["bounces"][0]["e"] == pytest.approx(0.8, abs=0.02)
+    text = report.html.read_text(encoding="utf-8")
+    assert "Run 0003 (failed)" in text
+    assert "No result:" in text
+    assert "Run 0002 (no motion)" in text
+
+
+def test_the_csv_lists_the_impacts_of_the_drop(made: tuple[Session, Report, list[float]]) -> None:
+    rows = list(csv.DictReader(made[1].csv.read_text(encoding="utf-8").splitlines()))
+    drop = [row for row in rows if row["run"] == "run-0001"]
+    assert [row["impact"] for row in drop] == [str(k) for k in range(1, len(drop) + 1)]
+    assert float(drop[0]["e"]) == pytest.approx(0.8, abs=0.02)
+    assert [row["verdict"] for row in rows if row["run"] != "run-0001"] == ["no motion", "failed"]
+
+
+def test_a_report_can_be_written_elsewhere_and_replaces_the_one_there(tmp_path: Path) -> None:
+    session = new_session(tmp_path / "data")
+    first = write_report(session, tmp_path / "out" / "here", now=NOW)
+    first.html.write_text("old", encoding="utf-8")
+    write_report(session, tmp_path / "out" / "here", now=NOW)
+    assert "holds no run" in first.html.read_text(encoding="utf-8")
+    assert not (session.path / "report").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_told_in_plain_words(tmp_path: Path) -> None:
+    session = new_session(tmp_path / "data")
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
+    with pytest.raises(FileError, match="cannot be written"):
+        write_report(session, tmp_path / "file")
+
+
+def test_a_pdf_that_cannot_be_replaced_leaves_no_half_file(tmp_path: Path) -> None:
+    session = new_session(tmp_path / "data")
+    output = tmp_path / "out"
+    (output / "report.pdf").mkdir(parents=True)
+    with pytest.raises(FileError, match=r"report\.pdf"):
+        write_report(session, output)
+    assert not list(output.glob("*.part"))
+
+
+def test_one_receiver_is_reported_without_track_and_bounces(tmp_path: Path) -> None:
+    setup = default_setup()
+    setup = setup.model_copy(
+        update={"receiver": setup.receiver[:1], "daq": setup.daq.model_copy(update={"channels": None})}
+    )
+    session = Session.create(tmp_path, setup, now=NOW)
+    add_run(session, drop_result(rate_hz=8000.0, n_receivers=1).recording)
+    document = json.loads(write_report(session, now=NOW).json.read_text(encoding="utf-8"))
+    assert document["runs"][0]["status"] == "ok"
+    assert document["runs"][0]["bounces"] == []
+    assert document["condition_number"] is None
+
+
+def test_the_report_never_loads_pyplot_or_qt() -> None:
+    names = ("matplotlib.pyplot", "PySide6", "pyqtgraph", "tkinter")
+    code = f"import sys, radargui.report.report; print([name for name in {names} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_templates_are_part_of_the_package() -> None:
+    names = {item.name for item in (resources.files("radargui.report") / "templates").iterdir()}
+    assert {"begin.html", "section.html", "end.html"} <= names

@@ -1,0 +1,108 @@
+"""Statistics and tables of a series of runs."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.results import default_setup, drop_result, quiet_result
+
+from radargui.model.bounce import Bounces
+from radargui.report.plain_values import json_bytes, plain_value
+from radargui.report.run_facts import RunFacts, take_facts
+from radargui.report.series_files import IMPACT_HEADER, impacts_csv, safe_cell, series_csv, session_document
+from radargui.report.session_section import series_statistics
+from radargui.report.statistics import Statistics, statistics_of
+from radargui.session.info import SessionInfo
+
+
+def runs() -> list[RunFacts]:
+    drops = [drop_result(rate_hz=2000.0, e=e, seed=k, name=f"run-{k:04d}") for k, e in enumerate((0.79, 0.80, 0.81), 1)]
+    facts = [take_facts(drop, drop.recording.name) for drop in drops]
+    return [*facts, take_facts(quiet_result(), "run-0004"), RunFacts("run-0005", failure="=cmd damaged")]
+
+
+def table(content: bytes) -> list[list[str]]:
+    return list(csv.reader(content.decode().splitlines()))
+
+
+def test_mean_deviation_and_error_of_the_mean_are_those_of_the_guide() -> None:
+    found = statistics_of([0.79, None, 0.80, math.nan, 0.81])
+    assert found.n == 3
+    assert found.mean == pytest.approx(0.80)
+    assert found.standard_deviation == pytest.approx(0.01)
+    assert found.standard_error == pytest.approx(0.01 / math.sqrt(3))
+    assert statistics_of([]) == Statistics(0)
+    assert statistics_of([1.0]) == Statistics(1, 1.0)
+
+
+def test_the_series_counts_only_runs_that_saw_the_release() -> None:
+    with_all = series_statistics(runs())
+    assert with_all["e_first_bounce"].n == 3
+    assert with_all["e_first_bounce"].mean == pytest.approx(0.80)
+    late = [replace(run, from_rest=False) if run.name == "run-0001" else run for run in runs()]
+    assert series_statistics(late)["e_first_bounce"].n == 2
+    assert series_statistics(late)["drop_height_m"].n == 2
+
+
+def test_a_first_bounce_that_is_not_valid_is_not_replaced_by_the_second() -> None:
+    first, *others = drop_result(rate_hz=2000.0).bounces.impacts
+    facts = replace(runs()[0], bounces=Bounces((replace(first, valid=False), *others)))
+    assert facts.first_e is None
+
+
+def test_the_csv_has_a_row_for_each_impact_and_one_for_each_run_without() -> None:
+    rows = table(impacts_csv(runs()))
+    assert tuple(rows[0]) == IMPACT_HEADER
+    impacts = sum(len(run.bounces.impacts) for run in runs())
+    assert len(rows) == 1 + impacts + 2
+    assert {len(row) for row in rows} == {len(IMPACT_HEADER)}
+    assert rows[1][0] == "run-0001"
+    assert float(rows[1][6]) == pytest.approx(0.79)
+    assert rows[-2][:4] == ["run-0004", "no motion", "", "nan"]
+    assert rows[-1][1] == "failed"
+    assert rows[-1][-1] == "'=cmd damaged"
+
+
+def test_the_statistics_table_has_one_row_a_quantity() -> None:
+    rows = table(series_csv(runs()))
+    assert [row[0] for row in rows[1:]] == ["e_first_bounce", "g_m_s2", "drop_height_m"]
+    assert float(rows[1][2]) == pytest.approx(0.80)
+
+
+@given(st.text(max_size=50))
+def test_no_cell_begins_like_a_formula(text: str) -> None:
+    cell = safe_cell(text)
+    assert not cell.lstrip(" ").startswith(("=", "+", "-", "@", "\t", "\r"))
+    assert cell.endswith(text)
+
+
+def test_the_session_document_is_strict_json_with_every_run() -> None:
+    info = SessionInfo(name="s", created_at="2026-11-20T15:04:05+00:00", operator="@x", setup=default_setup())
+    document = json.loads(json_bytes(session_document(info, runs(), "now")))
+    assert [run["name"] for run in document["runs"]] == [f"run-000{k}" for k in range(1, 6)]
+    assert document["runs"][0]["free_fall"]["g_m_s2"] == pytest.approx(9.8123)
+    assert document["runs"][4]["reason"] == "=cmd damaged"
+    assert document["series"]["e_first_bounce"]["n"] == 3
+    assert document["condition_number"] > 1.0
+    assert document["setup"]["schema"] == 1
+
+
+json_like = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    max_leaves=20,
+)
+
+
+@given(json_like)
+def test_any_value_becomes_json_without_nan(value: object) -> None:
+    def refuse(text: str) -> None:
+        raise AssertionError(text)
+
+    assert json.loads(json_bytes(value), parse_constant=refuse) == plain_value(value)

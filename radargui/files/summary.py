@@ -11,7 +11,7 @@ _VERDICTS = ("rejected", "usable", "good")
 
 
 def summarise(result: RunResult) -> dict[str, object]:
-    """Return the figures of a run's first valid bounce and first fall; None where there is none.
+    """Return the figures of a run's first bounce and first fall; None where there is none or it is not valid.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def summarise(result: RunResult) -> dict[str, object]:
         `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `g_m_s2`, `u_g_m_s2`, `correction`,
         `geometry`, `version`, `n_bounces` (all impacts), `verdict` (the worst receiver's). JSON can hold it.
     """
-    bounce = next((bounce for bounce in result.bounces.impacts if bounce.valid), None)
+    bounce = next((bounce for bounce in result.bounces.impacts[:1] if bounce.valid), None)
     fall = result.bounces.free_fall
     corrected, track = result.corrected, result.track
     verdicts = {channel.verdict for channel in corrected.channels} if corrected else set()

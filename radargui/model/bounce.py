@@ -45,13 +45,13 @@ class FreeFall:
     first_time_s, last_time_s
         Span of the fit.
     release_height_m
-        Height at rest before the fall, z of the track.
+        Height at rest before the fall, along the floor's normal.
     drop_height_m
-        Release height above the height of the first impact.
+        Height at rest above the height of the first impact.
     parabola
-        Coefficients of z(t) = a + b (t - first) + c (t - first)^2 in m, m/s, m/s^2.
+        Coefficients of the height along the floor's normal, a + b (t - first) + c (t - first)^2 in m, m/s, m/s^2.
     residual_rms_m
-        Root mean square of z against the parabola.
+        Root mean square of the height against the parabola.
     """
 
     g_m_s2: float

@@ -10,9 +10,7 @@ import numpy as np
 from radargui.correction.correct import correct
 from radargui.correction.skew import remove_skew
 from radargui.geometry.antennas import place_antennas
-from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.bounce import Bounces
-from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
@@ -24,9 +22,16 @@ from radargui.processing.calibration_uncertainty import calibration_uncertainty
 from radargui.processing.demodulate import demodulate
 from radargui.processing.locate import LEAST_RECEIVERS, locate
 from radargui.processing.stretch import stretches
+from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
 
 Progress = Callable[[float], None]
+
+NO_REST = (
+    "there is no rest before the motion: the track is laid so that it begins at the release position, "
+    "which is an assumption, and no coefficient rests on it"
+)
+NO_REST_AFTER_GAP = "the motion begins right after lost samples: where the sphere was then is not known"
 
 
 def process(recording: Recording, setup: Setup, progress: Progress | None = None) -> RunResult:
@@ -79,28 +84,26 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
     rejected = [
         f"receiver {channel.name}: {channel.reason}" for channel in corrected.channels if channel.verdict == "rejected"
     ]
+    if track is not None and not segment.has_rest:
+        warnings.append(NO_REST_AFTER_GAP if stretch.start else NO_REST)
+        if stretch.start:
+            track = _unknown(track)
     bounces, calibration = Bounces(), None
     if track is not None and not rejected:
         bounces = _bounces_of(track, segment, setup, rate_hz)
-        calibration = calibration_uncertainty(paths, setup, segment, _bounces_of, rate_hz)
+        if segment.has_rest:
+            calibration = calibration_uncertainty(paths, setup, segment, _bounces_of, rate_hz)
+        else:
+            bounces = _unsupported(bounces)
     if stretch != slice(0, recording.n_samples):
-        corrected, segment = _whole(corrected, stretch, recording), _shifted(segment, stretch.start)
-        paths = replace(
-            paths,
-            time_s=recording.time_s(),
-            valid=_spread_mask(paths.valid, stretch, recording.n_samples),
-            **{
-                name: _spread(getattr(paths, name), stretch, recording.n_samples)
-                for name in ("phase_rad", "change_m", "u_m")
-            },
-        )
-        track = _whole_track(track, stretch, recording)
+        whole = Whole(recording, stretch)
+        corrected, paths, segment = whole.corrected(corrected), whole.paths(paths), whole.segment(segment)
+        track = None if track is None else whole.track(track)
     warnings += [
         f"receiver {channel.name} is {channel.verdict}: {channel.reason}"
         for channel in corrected.channels
         if channel.verdict == "usable"
     ]
-    warnings += _warnings_after(segment, setup)
     return RunResult(
         recording,
         setup,
@@ -133,24 +136,28 @@ def _check(recording: Recording, setup: Setup) -> None:
 
 
 def _stretch_with_motion(recording: Recording) -> tuple[slice, Segment | None]:
-    """Return the gapless stretch in which the tracer moves most, and the motion within it."""
-    best: tuple[slice, Segment | None] = (slice(0, recording.n_samples), None)
-    longest = 0
+    """Return the gapless stretch to use, and the motion within it.
+
+    One with a rest before the motion comes first, for there it is known where the sphere was; then the longest motion.
+    """
     volts = recording.volts()
-    for stretch in stretches(recording):
-        segment = find_segment(volts[:, stretch], recording.digitisation.sample_rate_hz)
-        if segment is not None and segment.last - segment.first > longest:
-            best, longest = (stretch, segment), segment.last - segment.first
-    return best
+    moving = [
+        (stretch, segment)
+        for stretch in stretches(recording)
+        if (segment := find_segment(volts[:, stretch], recording.digitisation.sample_rate_hz)) is not None
+    ]
+    if not moving:
+        return slice(0, recording.n_samples), None
+    return max(moving, key=lambda found: (found[1].has_rest, found[1].last - found[1].first))
 
 
 def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     warnings = []
     if recording.gaps:
-        lost = sum(gap.count for gap in recording.gaps)
+        lost, many = sum(gap.count for gap in recording.gaps), len(recording.gaps)
         warnings.append(
-            f"{lost} samples of each channel were lost in {len(recording.gaps)} gaps: only the stretch "
-            "between gaps with the most motion is used, nothing is computed across a gap"
+            f"{lost} samples of each channel were lost in {many} gap{'s' if many > 1 else ''}: only one stretch "
+            "between gaps is used, nothing is computed across a gap"
         )
     if setup.n_receivers >= LEAST_RECEIVERS and "release_position_m" not in setup.tracer.model_fields_set:
         place = ", ".join(f"{x:g}" for x in setup.tracer.release_position_m)
@@ -158,49 +165,11 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     return warnings
 
 
-def _warnings_after(segment: Segment, setup: Setup) -> list[str]:
-    if segment.has_rest or setup.n_receivers < LEAST_RECEIVERS:
-        return []
-    return ["there is no rest before the motion: the track starts from the release position at the first valid sample"]
+def _unknown(track: Track) -> Track:
+    nowhere = np.full_like(track.position_m, np.nan)
+    return replace(track, position_m=nowhere, u_position_m=nowhere, valid=np.zeros_like(track.valid))
 
 
-def _spread(values: FloatArray, stretch: slice, n_samples: int) -> FloatArray:
-    out = np.full((*values.shape[:-1], n_samples), np.nan)
-    out[..., stretch] = values
-    return out
-
-
-def _spread_mask(values: BoolArray, stretch: slice, n_samples: int) -> BoolArray:
-    out = np.zeros((*values.shape[:-1], n_samples), dtype=np.bool_)
-    out[..., stretch] = values
-    return out
-
-
-def _shifted(segment: Segment, by: int) -> Segment:
-    return Segment(segment.first + by, segment.last + by, segment.rest_first + by, segment.rest_last + by)
-
-
-def _whole(corrected: CorrectedIQ, stretch: slice, recording: Recording) -> CorrectedIQ:
-    n = recording.n_samples
-    return replace(
-        corrected,
-        time_s=recording.time_s(),
-        valid=_spread_mask(corrected.valid, stretch, n),
-        steps=(),
-        i=_spread(corrected.i, stretch, n),
-        q=_spread(corrected.q, stretch, n),
-        u_phase_rad=_spread(corrected.u_phase_rad, stretch, n),
-    )
-
-
-def _whole_track(track: Track | None, stretch: slice, recording: Recording) -> Track | None:
-    if track is None:
-        return None
-    n = recording.n_samples
-    return replace(
-        track,
-        time_s=recording.time_s(),
-        valid=_spread_mask(track.valid, stretch, n),
-        position_m=_spread(track.position_m, stretch, n),
-        u_position_m=_spread(track.u_position_m, stretch, n),
-    )
+def _unsupported(bounces: Bounces) -> Bounces:
+    """Return the impacts as not valid and no g: where the sphere was at the start is assumed, not known."""
+    return Bounces(tuple(replace(impact, valid=False) for impact in bounces.impacts), None)

@@ -153,6 +153,30 @@ def test_nothing_is_computed_across_a_gap(setup: Setup) -> None:
             assert np.abs(truth.impact_time_s - impact.time_s).min() < 0.002
 
 
+def test_a_stretch_that_begins_in_mid_flight_gives_no_position_and_no_coefficient(setup: Setup) -> None:
+    recording, truth = simulate_recording(setup)
+    rate = recording.digitisation.sample_rate_hz
+    first, end = round(0.4 * rate), round((truth.impact_time_s[0] - 0.1) * rate)
+    raw = np.delete(recording.raw, np.s_[first:end], axis=1)
+    result = process(replace(recording, raw=raw, gaps=(Gap(first, end - first, "test"),)), setup)
+    assert result.track is not None
+    assert np.isnan(result.track.position_m).all()
+    assert result.bounces.impacts == ()
+    assert result.bounces.free_fall is None
+    assert any("not known" in warning for warning in result.warnings)
+    assert result.corrected is not None
+    assert all(step.i.peaks[0] > first for step in result.corrected.steps)  # type: ignore[attr-defined]
+
+
+def test_without_rest_no_coefficient_is_called_valid(setup: Setup) -> None:
+    recording, truth = simulate_recording(setup)
+    start = round((truth.impact_time_s[0] - 0.15) * recording.digitisation.sample_rate_hz)
+    result = process(replace(recording, raw=recording.raw[:, start:].copy()), setup)
+    assert result.bounces.free_fall is None
+    assert not any(impact.valid for impact in result.bounces.impacts)
+    assert any("no rest" in warning for warning in result.warnings)
+
+
 def test_clipped_samples_are_flagged_and_told(setup: Setup) -> None:
     clipping = changed(setup, daq={"range_v": 1.0}, simulation={"mismatch": 0.0})
     recording, _ = simulate_recording(clipping)

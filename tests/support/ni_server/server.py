@@ -8,10 +8,12 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
 import grpc
-from nidaqmx._stubs import nidaqmx_pb2_grpc
+from nidaqmx._stubs import nidaqmx_pb2, nidaqmx_pb2_grpc
 from support.ni_server.devices import StandInDevice, daqpad_6015
 from support.ni_server.faults import Fault
+from support.ni_server.meter import Meter
 from support.ni_server.pace import AsFastAsPossible, Pace
+from support.ni_server.precomputed import Precomputed, encoded
 from support.ni_server.service import DaqService
 from support.ni_server.signal import AtEnd, Signal
 from support.ni_server.task import StandInTask
@@ -22,14 +24,28 @@ from radargui.model.recording import Recording
 class NiServer:
     """A running stand-in server."""
 
-    def __init__(self, recording: Recording, devices: Sequence[StandInDevice], pace: Pace, at_end: AtEnd) -> None:
-        self._service = DaqService(Signal(recording, at_end), tuple(devices), pace)
+    def __init__(
+        self,
+        recording: Recording,
+        devices: Sequence[StandInDevice],
+        pace: Pace,
+        at_end: AtEnd,
+        made: Precomputed | None = None,
+    ) -> None:
+        self._service = DaqService(Signal(recording, at_end), tuple(devices), pace, made)
         self._workers = ThreadPoolExecutor(max_workers=8)
         self._server = grpc.server(self._workers)
+        # before the others of the service: the first handler of a call answers it
+        self._server.add_generic_rpc_handlers((_reads(self._service),))
         nidaqmx_pb2_grpc.add_NiDAQmxServicer_to_server(self._service, self._server)
         port = self._server.add_insecure_port("127.0.0.1:0")
         self._server.start()
         self.address = f"127.0.0.1:{port}"
+
+    @property
+    def meter(self) -> Meter:
+        """What was counted while streaming."""
+        return self._service.meter
 
     @property
     def calls(self) -> Counter[str]:
@@ -73,6 +89,16 @@ class NiServer:
                 task.stop()
         ended.wait()
         self._workers.shutdown(wait=True)
+
+
+def _reads(service: DaqService) -> grpc.GenericRpcHandler:
+    """Answer reads of codes with what was encoded before, where it was."""
+    handler = grpc.unary_unary_rpc_method_handler(
+        service.ReadBinaryI16,
+        request_deserializer=nidaqmx_pb2.ReadBinaryI16Request.FromString,
+        response_serializer=encoded,
+    )
+    return grpc.method_handlers_generic_handler("nidaqmx_grpc.NiDAQmx", {"ReadBinaryI16": handler})
 
 
 @contextmanager

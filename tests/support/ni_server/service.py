@@ -16,7 +16,9 @@ from nidaqmx._stubs import nidaqmx_pb2_grpc
 from nidaqmx.constants import TaskMode
 from support.ni_server.devices import StandInDevice
 from support.ni_server.faults import Faults, NiError
+from support.ni_server.meter import Meter
 from support.ni_server.pace import Pace
+from support.ni_server.precomputed import Precomputed
 from support.ni_server.signal import Signal
 from support.ni_server.task import TIMEOUT, Channel, StandInTask
 
@@ -51,8 +53,12 @@ def rpc(method: Callable[..., Any]) -> Callable[..., Any]:
 class DaqService(nidaqmx_pb2_grpc.NiDAQmxServicer):
     """The service: devices, tasks, faults."""
 
-    def __init__(self, signal: Signal, devices: tuple[StandInDevice, ...], pace: Pace) -> None:
+    def __init__(
+        self, signal: Signal, devices: tuple[StandInDevice, ...], pace: Pace, made: Precomputed | None = None
+    ) -> None:
         self.pace = pace
+        self.meter = Meter()
+        self._made_before = made
         self.devices = {device.name: device for device in devices}
         self.absent: set[str] = set()
         self.reserved_elsewhere: set[str] = set()
@@ -161,7 +167,7 @@ class DaqService(nidaqmx_pb2_grpc.NiDAQmxServicer):
     def CreateTask(self, request: Any) -> Any:
         name = request.session_name or f"_unnamedTask<{self._made}>"
         self._made += 1
-        self.tasks[name] = StandInTask(name, self._signal, self.pace)
+        self.tasks[name] = StandInTask(name, self._signal, self.pace, self.meter, self._made_before)
         response = pb.CreateTaskResponse(new_session_initialized=True)
         response.task.name = name
         return response
@@ -243,11 +249,13 @@ class DaqService(nidaqmx_pb2_grpc.NiDAQmxServicer):
 
     def _read(self, request: Any, response: Any, *, codes: bool) -> Any:
         task = self._task(request)
-        samples, status = task.read(request.num_samps_per_chan, request.timeout, codes=codes)
+        samples, count, status = task.read(request.num_samps_per_chan, request.timeout, codes=codes)
         if request.task.name not in self.tasks or task.device.name in self.absent:
             raise NiError(NOT_REACHABLE, 0)
+        if isinstance(samples, bytes):
+            return samples
         # a short read is packed at the front, as the real driver does
-        return response(status=status, read_array=samples.ravel().tolist(), samps_per_chan_read=samples.shape[1])
+        return response(status=status, read_array=samples.ravel().tolist(), samps_per_chan_read=count)
 
     @rpc
     def StopTask(self, request: Any) -> Any:

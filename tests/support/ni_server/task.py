@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from support.ni_server.devices import CONFIGURATIONS, StandInDevice
 from support.ni_server.faults import NiError
+from support.ni_server.meter import Meter
 from support.ni_server.pace import Pace
+from support.ni_server.precomputed import Precomputed
 from support.ni_server.signal import Signal
 
 TIMEOUT, OVERWRITTEN = -200284, -200279
@@ -27,8 +29,12 @@ class Channel:
 class StandInTask:
     """One task; the caller holds the pace's condition."""
 
-    def __init__(self, name: str, signal: Signal, pace: Pace) -> None:
+    def __init__(
+        self, name: str, signal: Signal, pace: Pace, meter: Meter | None = None, made: Precomputed | None = None
+    ) -> None:
         self.name = name
+        self._meter = meter or Meter()
+        self._made = made
         self.channels: list[Channel] = []
         self.committed = False
         self.running = False
@@ -73,6 +79,7 @@ class StandInTask:
         """Begin to sample from the first sample of the recording."""
         self.commit()
         self._mark = self._pace.start()
+        self._meter.started_at_s.append(self._mark)
         self._position = 0
         self._broken = 0
         self.running = True
@@ -100,23 +107,41 @@ class StandInTask:
         own = self._signal.scaling(channel.index)
         return own or channel.device.coefficients(channel.index, channel.low_v, channel.high_v)
 
-    def read(self, wanted: int, timeout_s: float, *, codes: bool) -> tuple[np.ndarray, int]:
-        """Return samples (n_channels, n) and the status: 0, or the timeout where n is less than wanted."""
+    def read(self, wanted: int, timeout_s: float, *, codes: bool) -> tuple[np.ndarray | bytes, int, int]:
+        """Return samples (n_channels, n) or the whole answer made before, n, and the status.
+
+        The status is 0, or the timeout where n is less than wanted.
+        """
         if not self.running:
             raise NiError(-200983, 0)
         if self._broken:
             raise NiError(self._broken, 0)
+        self._measure()
         self._pace.wait(self._mark, self.rate_hz, self._position + wanted, timeout_s, lambda: not self.running)
         acquired = self.acquired()
         if acquired is not None and acquired - self._position > self.buffer:
             self._broken = OVERWRITTEN
+            self._meter.overwritten += 1
             raise NiError(OVERWRITTEN, 0)
         count = wanted if acquired is None else max(0, min(wanted, acquired - self._position))
-        inputs = [channel.index for channel in self.channels]
-        if codes:
-            scaling = [self.coefficients(channel) for channel in self.channels]
-            samples = self._signal.codes(inputs, self._position, count, scaling)
-        else:
-            samples = self._signal.volts(inputs, self._position, count)
+        samples = self._samples(count, codes=codes)
         self._position += count
-        return samples, 0 if count == wanted else TIMEOUT
+        self._meter.reads += 1
+        self._meter.samples += count
+        return samples, count, 0 if count == wanted else TIMEOUT
+
+    def _measure(self) -> None:
+        acquired = self.acquired()
+        if acquired is not None:
+            waiting_s = (acquired - self._position) / self.rate_hz
+            self._meter.longest_backlog_s = max(self._meter.longest_backlog_s, waiting_s)
+
+    def _samples(self, count: int, *, codes: bool) -> np.ndarray | bytes:
+        inputs = [channel.index for channel in self.channels]
+        if not codes:
+            return self._signal.volts(inputs, self._position, count)
+        made = self._made and self._made.answer(inputs, self._position, count)
+        if made is not None:
+            return made
+        scaling = [self.coefficients(channel) for channel in self.channels]
+        return self._signal.codes(inputs, self._position, count, scaling)

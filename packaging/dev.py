@@ -9,6 +9,7 @@ python3 packaging/dev.py lock [--upgrade]                  the hashed lock anew,
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
@@ -36,7 +37,7 @@ def run(arguments: list[str]) -> int:
                 "The window could not start. Without a display: python3 packaging/dev.py run --headless",
                 file=sys.stderr,
             )
-        return abs(code)
+        return 1 if code < 0 else code
     if "--headless" in arguments:
         print("Doing the job headless: three simulated drops.", flush=True)
     else:
@@ -110,10 +111,12 @@ def _environment(**extra: str) -> dict[str, str]:
 
 
 def _call(command: list[str], cwd: Path | None = None, **extra: str) -> int:
-    try:
-        return subprocess.run(command, check=False, cwd=cwd, env=_environment(**extra)).returncode
-    except KeyboardInterrupt:
-        return 1
+    with subprocess.Popen(command, cwd=cwd, env=_environment(**extra)) as process:
+        while True:
+            try:
+                return process.wait()
+            except KeyboardInterrupt:
+                continue  # the program got it too and ends in its own way, with its files closed
 
 
 VERBS = {"run": run, "test": test, "lint": lint, "bench": bench, "lock": lock}
@@ -121,13 +124,18 @@ VERBS = {"run": run, "test": test, "lint": lint, "bench": bench, "lock": lock}
 
 def main(arguments: list[str]) -> int:
     """Run one verb and return the exit status."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a code page of Windows lacks some signs of the tables
     if not arguments or arguments[0] in ("-h", "--help", "help"):
         print(__doc__)
         return 0 if arguments else 2
     if arguments[0] not in VERBS:
         print(f"{arguments[0]!r} is not one of {', '.join(VERBS)}.", file=sys.stderr)
         return 2
-    return VERBS[arguments[0]](arguments[1:])
+    try:
+        return VERBS[arguments[0]](arguments[1:])
+    except KeyboardInterrupt:
+        return 1
 
 
 if __name__ == "__main__":

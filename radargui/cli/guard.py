@@ -31,9 +31,7 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
     except (typer.Abort, KeyboardInterrupt):
         return _interrupted()
     except Exception as error:  # noqa: BLE001  the last door: whatever it is, the operator gets a line, the log the rest
-        _log.exception("Unexpected error")
-        kind, text = type(error).__name__, one_line(str(error))
-        return _fail_line(f"unexpected {kind}: {text}. The details are in {log_path()}", FAILED)
+        return fail_unexpected(error)
     if status == 130:
         return _interrupted()
     return int(status or 0)
@@ -44,6 +42,13 @@ def fail(error: RadarGuiError, what: str = "") -> int:
     _log.error("%s", error, exc_info=error)
     text = str(error)
     return _fail_line(f"{what}: {text}" if what and what not in text else text, status_of(error))
+
+
+def fail_unexpected(error: Exception, what: str = "") -> int:
+    """Tell an error that nobody foresaw in one line, put the rest into the log, and return the exit status."""
+    _log.error("Unexpected error %s", what, exc_info=error)
+    text = f"unexpected {type(error).__name__}: {one_line(str(error))}. The details are in {log_path()}"
+    return _fail_line(f"{what}: {text}" if what else text, FAILED)
 
 
 def status_of(error: RadarGuiError) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,11 +11,11 @@ from pathlib import Path
 import typer
 
 from radargui.cli.console import one_line, progress_bar, show_table
-from radargui.cli.guard import fail
+from radargui.cli.guard import fail, fail_unexpected
 from radargui.cli.setup_choice import override, own_setup, positive
 from radargui.files.channel_map import ChannelMap, parse_channel_map, read_mapped
 from radargui.files.reading import read_recording
-from radargui.model.errors import FileError, RadarGuiError, SetupError, UsageError
+from radargui.model.errors import RadarGuiError, SetupError, UsageError
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
@@ -24,8 +23,6 @@ from radargui.model.setup_file import read_setup
 from radargui.processing.offline import process
 from radargui.report.rounding import UNKNOWN, quantity
 from radargui.report.tables import write_tables
-
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,20 +80,19 @@ def process_files(options: ProcessOptions) -> int:
     rows, status = [], 0
     for one, setup in zip(inputs, setups, strict=True):
         try:
-            if isinstance(setup, RadarGuiError):
-                raise setup
             rows.append(_row(one, _process(one, setup)))
         except RadarGuiError as error:
             status = max(status, fail(error, one.name))
-        except (MemoryError, OSError) as error:
-            _log.exception("%s", one.name)
-            status = max(status, fail(FileError(f"{one.name}: {one_line(str(error)) or 'too large for the memory'}")))
+        except Exception as error:  # noqa: BLE001  one input must not take the others with it
+            status = max(status, fail_unexpected(error, one.name))
     if rows:
         show_table(("input", "status", "bounces", "e ± u_e", "results"), rows)
     return status
 
 
-def _process(one: Input, setup: Setup) -> RunResult:
+def _process(one: Input, setup: Setup | RadarGuiError) -> RunResult:
+    if isinstance(setup, RadarGuiError):
+        raise setup
     with progress_bar(one.name) as tell:
         result = process(one.read(), setup, tell)
         write_tables(result, one.folder)

@@ -11,6 +11,10 @@ import pytest
 from support.command_line import Command
 from support.small_setups import PLATE
 
+from radargui.model.recording import Recording
+from radargui.model.result import RunResult
+from radargui.processing.offline import process
+
 TABLES = ["bounces.csv", "result.json", "track.csv"]
 
 
@@ -132,6 +136,23 @@ def test_a_failed_input_is_status_1_and_the_others_are_written(command: Command,
     assert ended.status == 1
     assert [line.partition(str(tmp_path))[0] for line in errors] == ["error: ", "error: "]
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["run-0001"]
+
+
+def test_an_unforeseen_error_in_one_input_leaves_the_others(
+    command: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    second = Path(shutil.copy(run, run.with_name("second.h5")))
+
+    def fail_first(recording: Recording, *rest: object) -> RunResult:
+        if recording.name == run.stem:
+            raise MemoryError("too much")
+        return process(recording, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("radargui.cli.process.process", fail_first)
+    ended = command("process", run, second, "--output", tmp_path / "out")
+    assert ended.status == 1
+    assert ended.error.startswith("run-0001: unexpected MemoryError: too much. The details are in ")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["second"]
 
 
 def test_a_recording_that_does_not_fit_the_setup_is_told(command: Command, run: Path, plate: Path) -> None:

@@ -88,7 +88,10 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
             GOOD + "[daq]\nchannels = ['ai0', 'ai1', 'ai2']",
             "daq.channels names 3 channels: allowed 2 for 1 [[receiver]] (I1, Q1)",
         ),
-        (GOOD + "[daq]\nremote = 'somewhere'", 'daq.remote = "somewhere", allowed: a text HOST:PORT'),
+        (
+            GOOD + "[daq]\nremote = 'somewhere'",
+            'daq.remote = "somewhere", allowed: a text HOST:PORT with a port of 1 to 65535',
+        ),
         (GOOD + "[daq]\ndevice = ''", 'daq.device = "", allowed: a text, not empty'),
         (
             GOOD + "[daq]\nterminal = 'single'",
@@ -129,11 +132,8 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
             ),
         ),
         (
-            "daq = 3\n" + GOOD,
-            (
-                "daq = 3, allowed: a table with device, remote, channels, terminal, range_v, rate_hz, "
-                "channel_skew_s, buffer_s, read_interval_s"
-            ),
+            "tracer = 3\n" + GOOD,
+            "tracer = 3, allowed: a table with diameter_m, release_position_m, u_release_m",
         ),
     ],
 )

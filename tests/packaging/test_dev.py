@@ -38,7 +38,12 @@ def calls(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
         seen.append(command)
         return subprocess.CompletedProcess(command, 0)
 
+    def fake_call(command: list[str], **_: object) -> int:
+        seen.append(command)
+        return 0
+
     monkeypatch.setattr(subprocess, "run", fake_run)
+    monkeypatch.setattr(dev, "_call", fake_call)
     return seen
 
 

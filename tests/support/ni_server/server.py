@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from pathlib import Path
 
 import grpc
 from nidaqmx._stubs import nidaqmx_pb2, nidaqmx_pb2_grpc
@@ -20,6 +21,8 @@ from support.ni_server.task import StandInTask
 
 from radargui.model.recording import Recording
 
+CERTIFICATES = Path(__file__).resolve().parents[1] / "certificates"
+
 
 class NiServer:
     """A running stand-in server."""
@@ -31,6 +34,7 @@ class NiServer:
         pace: Pace,
         at_end: AtEnd,
         made: Precomputed | None = None,
+        credentials: grpc.ServerCredentials | None = None,
     ) -> None:
         self._service = DaqService(Signal(recording, at_end), tuple(devices), pace, made)
         self._workers = ThreadPoolExecutor(max_workers=8)
@@ -38,7 +42,9 @@ class NiServer:
         # before the others of the service: the first handler of a call answers it
         self._server.add_generic_rpc_handlers((_reads(self._service),))
         nidaqmx_pb2_grpc.add_NiDAQmxServicer_to_server(self._service, self._server)
-        port = self._server.add_insecure_port("127.0.0.1:0")
+        where = "127.0.0.1:0"
+        secure, plain = self._server.add_secure_port, self._server.add_insecure_port
+        port = plain(where) if credentials is None else secure(where, credentials)
         self._server.start()
         self.address = f"127.0.0.1:{port}"
 
@@ -101,6 +107,11 @@ def _reads(service: DaqService) -> grpc.GenericRpcHandler:
     return grpc.method_handlers_generic_handler("nidaqmx_grpc.NiDAQmx", {"ReadBinaryI16": handler})
 
 
+def _credentials(name: str) -> grpc.ServerCredentials:
+    pair = tuple((CERTIFICATES / f"{name}{suffix}").read_bytes() for suffix in (".key", ".pem"))
+    return grpc.ssl_server_credentials((pair,))
+
+
 @contextmanager
 def serve(
     recording: Recording,
@@ -108,13 +119,17 @@ def serve(
     *,
     pace: Pace | None = None,
     at_end: AtEnd = "hold",
+    certificate: str | None = None,
 ) -> Iterator[NiServer]:
     """Serve a recording's samples on the inputs of the devices (default: a DAQPad-6015 named Dev1).
 
     Codes of an int16 recording are served bit for bit with its own scaling. `pace`: AsFastAsPossible (default),
     RealTime or ByHand. `at_end`: hold the last sample for ever, repeat the recording, or give no more samples.
+    `certificate`: name of one in tests/support/certificates; the server then speaks TLS.
     """
-    server = NiServer(recording, (daqpad_6015(),) if devices is None else devices, pace or AsFastAsPossible(), at_end)
+    found = (daqpad_6015(),) if devices is None else devices
+    credentials = None if certificate is None else _credentials(certificate)
+    server = NiServer(recording, found, pace or AsFastAsPossible(), at_end, credentials=credentials)
     try:
         yield server
     finally:

@@ -52,9 +52,10 @@ class FixedPlan:
         return 1
 
     def push(self, block: Block) -> None:
-        """Take the next block; the first one starts the run."""
+        """Take the next block; the first one starts the run, and tells of the device's trigger where there is one."""
         if self.first_index is None:
             self.first_index = block.first_index
+            self.trigger_index = block.trigger_index
             self.last_index = block.first_index + self._length
             self.ending = Ending.SECONDS
 
@@ -62,7 +63,8 @@ class FixedPlan:
 class MotionPlan:
     """The run starts `pretrigger_s` before motion and ends when it was quiet for `quiet_s`, or at `maximum_s`.
 
-    `maximum_s` counts from the trigger; waiting ends after `wait_s` (`ending` is then WAITED and nothing is recorded).
+    An edge that the device started at counts as the motion. `maximum_s` counts from the trigger; waiting ends after
+    `wait_s` (`ending` is then WAITED and nothing is recorded).
     """
 
     _DETECTION_S = 1.0
@@ -93,6 +95,10 @@ class MotionPlan:
     def push(self, block: Block) -> None:
         """Take the next block."""
         self._index.push(block.first_index, block.count)
+        if self.trigger_index is None and block.trigger_index is not None:
+            self._start(block.trigger_index)
+            # what the device kept from before its edge is the history, however long
+            self.first_index = block.first_index
         for first in range(0, block.count, self._slice):
             if self.ending in (Ending.QUIET, Ending.WAITED):
                 return
@@ -105,12 +111,15 @@ class MotionPlan:
                 self.last_index = end_index if self.last_index is None else min(self.last_index, end_index)
                 self.ending = Ending.QUIET
         elif state.since_index is not None:
-            self.trigger_index = self._index.absolute(state.since_index)
-            self.first_index = self.trigger_index - self._pretrigger
-            self.last_index = self.trigger_index + self._maximum
-            self.ending = Ending.MAXIMUM
+            self._start(self._index.absolute(state.since_index))
         elif end_index >= self._wait:
             self.ending = Ending.WAITED
+
+    def _start(self, trigger_index: int) -> None:
+        self.trigger_index = trigger_index
+        self.first_index = trigger_index - self._pretrigger
+        self.last_index = trigger_index + self._maximum
+        self.ending = Ending.MAXIMUM
 
     def _is_quiet(self, state: TriggerState, end_index: int) -> bool:
         if state.quiet_since_index is None:

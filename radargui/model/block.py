@@ -38,11 +38,15 @@ class Block:
         Absolute index of the first sample; time = index / rate.
     gap
         Samples lost just before this block, or None.
+    trigger_index
+        Absolute index of the edge at which the device started, told with the first block; may lie after it. None where
+        the device waited for none.
     """
 
     samples: RawArray
     first_index: int
     gap: Gap | None = None
+    trigger_index: int | None = None
 
     @property
     def count(self) -> int:

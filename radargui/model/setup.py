@@ -45,6 +45,18 @@ class Setup(Section):
             raise ValueError(f"daq.channels = {list(channels)}: allowed are different channels, one is named twice")
         return self
 
+    @model_validator(mode="after")
+    def _start_has_a_source(self) -> Setup:
+        daq = self.daq
+        if daq.start != "now" and daq.start_source is None:
+            example = "PFI0" if daq.start == "digital" else "APFI0 or I1"
+            raise ValueError(f'daq.start = "{daq.start}", allowed: with daq.start_source, for example {example}')
+        if daq.start == "now" and daq.start_pretrigger:
+            raise ValueError('daq.start_pretrigger = true, allowed: with daq.start = "digital" or "analog"')
+        if daq.remote_certificate is not None and daq.remote is None:
+            raise ValueError("daq.remote_certificate is given, allowed: together with daq.remote")
+        return self
+
     @property
     def n_receivers(self) -> int:
         """Number of receivers."""

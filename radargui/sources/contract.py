@@ -16,7 +16,8 @@ class Source(Protocol):
     * A block holds int16 codes (volts by `Digitisation.scaling`) or float64 volts, never both in one acquisition.
     * A block's array belongs to the block: the source makes a new one each time and never writes to it again.
     * Block size is the source's choice, about `daq.read_interval_s` of samples, at least one sample.
-    * `read` blocks until a block is there, at most about a second, from one thread only.
+    * `read` blocks until a block is there, at most about a second, from one thread only; a source that waits for a
+      start signal or restarts a device blocks until then, or until `stop`.
     * Lost samples (overflow) are told by the `gap` of the next block; absolute indices count them.
     * `read` returns None at the end of data, for ever after; a failure raises `SourceError` once what was read
       before has been returned.

@@ -29,6 +29,7 @@ def test_devices_are_told_with_all_they_can_do() -> None:
         simultaneous=False,
         digital_trigger=True,
         analog_trigger=False,
+        reference_trigger=True,
         trigger_lines=("PFI0", "PFI1", "PFI2"),
     )
     assert pad.title == "Dev1 (DAQPad-6015)"

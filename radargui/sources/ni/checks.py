@@ -10,9 +10,15 @@ from radargui.model.daq import Terminal
 from radargui.model.errors import DeviceError
 from radargui.model.setup import Setup
 from radargui.sources.ni.device import NiDevice
+from radargui.sources.ni.start import StartEdge, checked_start
 
 _ROUNDING = 1e-6
 """Relative: 6 x 33333.334 Hz is 200 kHz for every practical purpose."""
+
+LARGEST_BUFFER_BYTES = 1_000_000_000
+"""NI-DAQmx holds its buffer in memory that cannot be swapped out."""
+
+_BYTES = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +41,10 @@ class TaskSettings:
         Samples per channel that the driver keeps for us.
     block_samples
         Samples per channel read at a time.
+    convert_rate_hz
+        Rate of the converter asked for, in conversions/s; None: the driver's choice.
+    start
+        Edge that sampling waits for; None: it begins at once.
     """
 
     names: tuple[str, ...]
@@ -45,6 +55,8 @@ class TaskSettings:
     rate_hz: float
     buffer_samples: int
     block_samples: int
+    convert_rate_hz: float | None = None
+    start: StartEdge | None = None
 
 
 def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
@@ -62,6 +74,11 @@ def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
     _check_rate(setup, device, len(channels))
     rate_hz = setup.daq.rate_hz
     block = max(1, round(rate_hz * setup.daq.read_interval_s))
+    _check_convert_rate(setup, device, len(channels))
+    start = checked_start(setup, device)
+    # whole blocks: some devices want an even number of samples
+    buffer = 2 * block * max(1, int(np.ceil(rate_hz * setup.daq.buffer_s / (2 * block))))
+    _check_buffer(setup, device, start, buffer)
     return TaskSettings(
         names=setup.channel_names,
         channels=tuple(f"{device.name}/{channel}" for channel in channels),
@@ -69,9 +86,10 @@ def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
         low_v=low_v,
         high_v=high_v,
         rate_hz=rate_hz,
-        # whole blocks: some devices want an even number of samples
-        buffer_samples=2 * block * max(1, int(np.ceil(rate_hz * setup.daq.buffer_s / (2 * block)))),
+        buffer_samples=buffer,
         block_samples=block,
+        convert_rate_hz=setup.daq.convert_rate_hz,
+        start=start,
     )
 
 
@@ -131,12 +149,15 @@ def _check_terminal(setup: Setup, device: NiDevice, channels: tuple[str, ...]) -
         offered = offers.get(channel, ())
         if wanted == "default" or not offered or wanted in offered:
             continue
+        able = tuple(name for name, choices in offers.items() if wanted in choices)
         raise DeviceError(
             f"{device.name}/{channel} of {device.title} cannot be {wanted}; it can be {' or '.join(offered)}.",
             reasons=("a differential channel uses up a second input as its negative terminal",)
             if wanted == "differential"
             else (),
-            remedy="Change daq.terminal, or use other channels in daq.channels.",
+            remedy=f"Use channels that can be {wanted} ({_shortened(able)}) in daq.channels, or change daq.terminal."
+            if able
+            else "Change daq.terminal: no channel of this device can be that.",
         )
 
 
@@ -172,3 +193,43 @@ def _check_rate(setup: Setup, device: NiDevice, n_channels: int) -> None:
             f"its lowest rate is {format_rate(device.min_rate_hz)}.",
             remedy=f"Set daq.rate_hz to {device.min_rate_hz:g} or more.",
         )
+
+
+def _check_convert_rate(setup: Setup, device: NiDevice, n_channels: int) -> None:
+    convert_hz, rate_hz = setup.daq.convert_rate_hz, setup.daq.rate_hz
+    if convert_hz is None:
+        return
+    if device.simultaneous:
+        raise DeviceError(
+            f"{device.title} has no convert clock: it samples all channels at the same instant.",
+            remedy="Leave out daq.convert_rate_hz.",
+        )
+    if convert_hz < n_channels * rate_hz * (1.0 - _ROUNDING):
+        raise DeviceError(
+            f"{format_rate(convert_hz)} of conversions are too few for {rate_sentence(device, n_channels, rate_hz)}.",
+            remedy=f"Set daq.convert_rate_hz to {np.ceil(n_channels * rate_hz):.0f} or more, or leave it out.",
+        )
+    limit_hz = device.max_rate_multi_hz
+    if limit_hz and convert_hz > limit_hz * (1.0 + _ROUNDING):
+        raise DeviceError(
+            f"{device.title} cannot convert as fast as {format_rate(convert_hz)}: "
+            f"its fastest is {format_rate(limit_hz)}.",
+            remedy=f"Set daq.convert_rate_hz to {np.floor(limit_hz):.0f} or less, or leave it out.",
+        )
+
+
+def _check_buffer(setup: Setup, device: NiDevice, start: StartEdge | None, buffer: int) -> None:
+    total = None if start is None else start.total_samples
+    n_bytes = len(setup.channel_names) * _BYTES * (buffer if total is None else total)
+    if n_bytes <= LARGEST_BUFFER_BYTES:
+        return
+    what, keys = (
+        (f"daq.buffer_s = {setup.daq.buffer_s:g}", "daq.buffer_s")
+        if total is None
+        else ("A run with samples from before its start", "recording.pretrigger_s or recording.maximum_s")
+    )
+    raise DeviceError(
+        f"{what} would make the driver's buffer for {device.title} {n_bytes / 1e9:.1f} GB; "
+        f"{LARGEST_BUFFER_BYTES / 1e9:g} GB is the most.",
+        remedy=f"Lower {keys}, or daq.rate_hz.",
+    )

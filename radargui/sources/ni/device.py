@@ -37,6 +37,8 @@ class NiDevice:
         True: all channels are sampled at the same instant. False: one after another.
     digital_trigger, analog_trigger
         A start on a digital or on an analogue edge is supported.
+    reference_trigger
+        Samples from before an edge can be kept by the device.
     trigger_lines
         Terminals that can take a digital edge, without the device's name: PFI0, ...
     simulated
@@ -57,6 +59,7 @@ class NiDevice:
     simultaneous: bool = False
     digital_trigger: bool = False
     analog_trigger: bool = False
+    reference_trigger: bool = False
     trigger_lines: tuple[str, ...] = ()
     simulated: bool = False
     connected: bool = True

@@ -15,16 +15,20 @@ _T = TypeVar("_T")
 _UNREACHABLE = (-201003, -200324, -200045, -201250, -201251, -201252, -201253, -201390)
 """NI-DAQmx: the device is configured, but it cannot be accessed."""
 
+_TRIGGER_LINES = ("PFI", "RTSI", "PXI_Trig")
 
-def find_devices(remote: str | None = None) -> tuple[NiDevice, ...]:
+
+def find_devices(remote: str | None = None, certificate: str | None = None) -> tuple[NiDevice, ...]:
     """Return the NI devices of this computer, or of a device server at HOST:PORT, in the driver's order.
+
+    `certificate`: file with the certificate of a device server with encryption.
 
     Raises
     ------
     DeviceError
         The package or the driver is missing, or the device server cannot be reached.
     """
-    driver = Driver(remote)
+    driver = Driver(remote, certificate)
     try:
         with told_plainly("the devices", driver.place, "looking for"):
             return tuple(_describe(device) for device in driver.system().devices)
@@ -32,8 +36,10 @@ def find_devices(remote: str | None = None) -> tuple[NiDevice, ...]:
         driver.close()
 
 
-def driver_version(remote: str | None = None) -> str | None:
+def driver_version(remote: str | None = None, certificate: str | None = None) -> str | None:
     """Return the version of NI-DAQmx; None where the package or the local driver is missing.
+
+    `certificate`: file with the certificate of a device server with encryption.
 
     Raises
     ------
@@ -44,7 +50,7 @@ def driver_version(remote: str | None = None) -> str | None:
         nidaqmx = load_nidaqmx()
     except DeviceError:
         return None
-    driver = Driver(remote)
+    driver = Driver(remote, certificate)
     try:
         with told_plainly("the driver", driver.place, "asking the version of"):
             version = driver.system().driver_version
@@ -109,7 +115,8 @@ def _describe(device: Any) -> NiDevice:
         simultaneous=_ask(lambda: device.ai_simultaneous_sampling_supported, default=False),
         digital_trigger=_ask(lambda: device.dig_trig_supported, default=False),
         analog_trigger=_ask(lambda: device.anlg_trig_supported, default=False),
-        trigger_lines=tuple(_bare(line) for line in lines if "PFI" in line),
+        reference_trigger=_has_reference_trigger(device),
+        trigger_lines=tuple(bare for line in lines if (bare := _bare(line)).startswith(_TRIGGER_LINES)),
         simulated=_ask(lambda: device.is_simulated, default=False),
         connected=_is_connected(device),
     )
@@ -130,6 +137,11 @@ def _terminals(channel: Any) -> tuple[TerminalChoice, ...]:
     none: list[Any] = []
     offered = {configuration.name for configuration in _ask(lambda: list(channel.ai_term_cfgs), none)}
     return tuple(ours for theirs, ours in names.items() if theirs in offered)
+
+
+def _has_reference_trigger(device: Any) -> bool:
+    none: list[Any] = []
+    return "REFERENCE" in {usage.name for usage in _ask(lambda: list(device.ai_trig_usage), none)}
 
 
 def _is_connected(device: Any) -> bool:

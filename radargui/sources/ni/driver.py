@@ -57,6 +57,8 @@ class Driver:
     ----------
     remote
         HOST:PORT of the device server; None for the local driver.
+    certificate
+        File with the certificate of a device server with encryption; None: not encrypted.
 
     Raises
     ------
@@ -64,10 +66,10 @@ class Driver:
         The package is missing, or no device server answers there.
     """
 
-    def __init__(self, remote: str | None = None) -> None:
+    def __init__(self, remote: str | None = None, certificate: str | None = None) -> None:
         self.remote = remote
         self._nidaqmx = load_nidaqmx()
-        self._channel: Any = None if remote is None else open_channel(remote)
+        self._channel: Any = None if remote is None else open_channel(remote, certificate)
 
     @property
     def place(self) -> str:

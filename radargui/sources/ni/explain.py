@@ -149,6 +149,15 @@ def no_samples(device: str, seconds: float) -> DeviceError:
     )
 
 
+def no_edge(device: str, edge: str, seconds: float) -> DeviceError:
+    """Return the error of a device that waited in vain for the edge it starts at."""
+    return DeviceError(
+        f"{device} did not start: no {edge.removeprefix('a ')} came within {seconds:g} s.",
+        reasons=("the signal is not connected there", "its edge goes the other way or does not reach the level"),
+        remedy="Check the wire and daq.start_source, daq.start_edge and daq.start_level_v, or raise recording.wait_s.",
+    )
+
+
 def not_connected(device: str) -> DeviceError:
     """Return the error of a device that NI-DAQmx knows by name but cannot reach."""
     return DeviceError(_GONE.message.format(device=device) + ".", reasons=_GONE.reasons, remedy=_GONE.remedy)

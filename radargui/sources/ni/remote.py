@@ -6,6 +6,7 @@ import socket
 from typing import Any
 
 from radargui.model.errors import DeviceError
+from radargui.sources.ni.encryption import answers_encrypted, check_encryption, read_certificate
 
 CONNECT_S = 5.0
 DEFAULT_PORT = 31763
@@ -45,13 +46,21 @@ def split_address(remote: str) -> tuple[str, int]:
     return host, int(port)
 
 
-def open_channel(remote: str) -> Any:
+def open_channel(remote: str, certificate: str | None = None) -> Any:
     """Return a gRPC channel that is connected to a server at HOST:PORT.
+
+    Parameters
+    ----------
+    remote
+        HOST:PORT.
+    certificate
+        File with the certificate (PEM) by which the server is known; None: the connection is not encrypted.
 
     Raises
     ------
     DeviceError
-        The package grpcio is missing, the name is unknown, nothing listens there, or what listens is no gRPC server.
+        The package grpcio is missing, the certificate cannot be read, the name is unknown, nothing listens there, or
+        what listens is no gRPC server or not the one of that certificate.
     """
     host, port = split_address(remote)
     try:
@@ -61,8 +70,15 @@ def open_channel(remote: str) -> Any:
             f"The Python package grpcio cannot be loaded, so the device server {remote} cannot be used: {error}.",
             remedy="Install it into the same environment: python -m pip install 'nidaqmx[grpc]'.",
         ) from error
+    known_by = None if certificate is None else read_certificate(certificate)
     _knock(host, port)
-    channel = grpc.insecure_channel(remote, options=_OPTIONS)
+    if known_by is None:
+        channel = grpc.insecure_channel(remote, options=_OPTIONS)
+    else:
+        wrong = check_encryption(host, port, known_by, CONNECT_S)
+        if wrong is not None:
+            raise wrong
+        channel = grpc.secure_channel(remote, grpc.ssl_channel_credentials(known_by), options=_OPTIONS)
     try:
         # any answer, be it "unknown method", shows that a gRPC server is there
         channel.unary_unary(_PROBE)(b"", timeout=CONNECT_S, wait_for_ready=True)
@@ -70,10 +86,16 @@ def open_channel(remote: str) -> Any:
         if error.code() not in (grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.UNAVAILABLE):
             return channel
         channel.close()
+        if known_by is None and answers_encrypted(host, port, CONNECT_S):
+            raise DeviceError(
+                f"The NI gRPC device server at {remote} answers only encrypted (TLS).",
+                remedy="Copy its certificate (server_cert in its configuration) to this computer and name the file in "
+                "daq.remote_certificate (or --certificate).",
+            ) from error
         raise DeviceError(
             f"Something listens at {remote}, but it does not answer as an NI gRPC device server.",
-            reasons=("another program uses this port", "the server wants an encrypted (TLS) connection"),
-            remedy="Check the port and the security settings in the configuration file of the NI gRPC device server.",
+            reasons=("another program uses this port", "the server hangs"),
+            remedy="Check the port in the configuration file of the NI gRPC device server, or start it again.",
         ) from error
     return channel
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 import logging
 import threading
 
+from radargui.model.arrays import RawArray
 from radargui.model.block import Block
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import DeviceError
 from radargui.model.setup import Setup
 from radargui.model.truth import Truth
+from radargui.sources.clock import SYSTEM_CLOCK, Clock
 from radargui.sources.ni.checks import checked_settings, rate_sentence
 from radargui.sources.ni.device import NiDevice
 from radargui.sources.ni.discovery import find_device
 from radargui.sources.ni.driver import Driver, driver_errors
-from radargui.sources.ni.explain import no_samples
+from radargui.sources.ni.explain import no_edge, no_samples
+from radargui.sources.ni.start import StartEdge
 from radargui.sources.ni.task import InputTask
 
 _log = logging.getLogger(__name__)
@@ -34,11 +37,15 @@ class NiSource:
     Parameters
     ----------
     setup
-        `daq` says which device, channels, range and rate.
+        `daq` says which device, channels, range, rate and start.
+    clock
+        For the longest wait for the edge that sampling starts at.
     """
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: Setup, *, clock: Clock = SYSTEM_CLOCK) -> None:
         self._setup = setup
+        self._clock = clock
+        self._start: StartEdge | None = None
         self._driver: Driver | None = None
         self._device: NiDevice | None = None
         self._task: InputTask | None = None
@@ -48,6 +55,8 @@ class NiSource:
         self._index = 0
         self._backlog = 0
         self._error: DeviceError | None = None
+        self._waiting = False
+        self._started_s = 0.0
 
     @property
     def device(self) -> NiDevice | None:
@@ -64,15 +73,25 @@ class NiSource:
         """
         self.close()
         with self._using:
-            self._driver = driver = Driver(self._setup.daq.remote)
+            daq = self._setup.daq
+            self._driver = driver = Driver(daq.remote, daq.remote_certificate)
             try:
-                self._device = device = find_device(driver, self._setup.daq.device)
+                self._device = device = find_device(driver, daq.device)
                 settings = checked_settings(self._setup, device)
+                self._start = settings.start
                 self._task = task = InputTask(driver, device, settings)
             except DeviceError:
                 self._release()
                 raise
-        _log.info("%s: %s", device.title, rate_sentence(device, len(settings.names), task.rate_hz))
+        _log.info(
+            "%s: %s, range %g to %g V, buffer of %s samples a channel, converter at %s conversions/s",
+            device.title,
+            rate_sentence(device, len(settings.names), task.rate_hz),
+            settings.low_v,
+            settings.high_v,
+            task.buffer_samples,
+            task.convert_rate_hz,
+        )
         serial = f", serial {device.serial_number}" if device.serial_number else ""
         return Digitisation(
             channel_names=settings.names,
@@ -103,10 +122,17 @@ class NiSource:
             self._stopping.clear()
             self._index = 0
             self._error = None
+            self._waiting = self._start is not None
             self._task.start()
+            self._started_s = self._clock.now()
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether sampling was started and the edge it begins at has not come yet."""
+        return self._waiting
 
     def read(self) -> Block | None:
-        """Return the next block, or None after `stop`.
+        """Return the next block, or None after `stop` and after the last sample of a run of a fixed length.
 
         Raises
         ------
@@ -115,23 +141,32 @@ class NiSource:
             been returned.
         """
         with self._reading:
-            for _ in range(EMPTY_READS):
-                task = self._task
-                if self._stopping.is_set() or task is None:
-                    return None
+            empty = 0
+            while not self._stopping.is_set() and (task := self._task) is not None and not task.is_complete:
                 if self._error is not None:
                     raise self._error
                 samples, self._error = task.read(READ_SLICE_S)
                 if samples.shape[1]:
-                    block = Block(samples, self._index)
-                    self._index = block.end_index
-                    return block
-            if self._stopping.is_set():
-                return None
-            if self._error is None:
-                title = self._device.title if self._device else self._setup.daq.device
-                self._error = no_samples(title, EMPTY_READS * READ_SLICE_S)
-            raise self._error
+                    return self._block(samples)
+                empty += 1
+                if self._error is None and not self._stopping.is_set():
+                    self._error = self._silence(empty)
+            return None
+
+    def _block(self, samples: RawArray) -> Block:
+        trigger = None if self._index or self._start is None else self._start.pretrigger_samples
+        block = Block(samples, self._index, trigger_index=trigger)
+        self._index = block.end_index
+        self._waiting = False
+        return block
+
+    def _silence(self, empty_reads: int) -> DeviceError | None:
+        """Return what is wrong where nothing comes; None where that may be."""
+        title = self._device.title if self._device else self._setup.daq.device
+        if self._waiting and self._start is not None:
+            wait_s = self._setup.recording.wait_s
+            return no_edge(title, self._start.title(), wait_s) if self._clock.now() > self._started_s + wait_s else None
+        return no_samples(title, EMPTY_READS * READ_SLICE_S) if empty_reads >= EMPTY_READS else None
 
     def stop(self) -> None:
         """End sampling; idempotent, from any thread. A blocked `read` returns None within `READ_SLICE_S`."""

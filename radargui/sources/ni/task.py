@@ -13,6 +13,7 @@ from radargui.sources.ni.checks import TaskSettings
 from radargui.sources.ni.device import NiDevice
 from radargui.sources.ni.driver import Driver, driver_errors, load_nidaqmx
 from radargui.sources.ni.explain import TIMEOUT, error_code, explained, told_plainly
+from radargui.sources.ni.start import StartEdge
 
 _log = logging.getLogger(__name__)
 
@@ -47,6 +48,8 @@ class InputTask:
         Rate in force, in S/s.
     convert_rate_hz
         Rate of the converter in force in conversions/s; None for simultaneous sampling and where it is not told.
+    buffer_samples
+        Samples of each channel that the driver keeps; None where it does not tell.
     scaling
         Per channel the coefficients of volts = sum c_k code^k; None where samples come as volts.
     """
@@ -59,6 +62,8 @@ class InputTask:
         self._running = False
         self.rate_hz = settings.rate_hz
         self.convert_rate_hz: float | None = None
+        self.buffer_samples: int | None = None
+        self._left = None if settings.start is None else settings.start.total_samples
         self.scaling: tuple[tuple[float, ...], ...] | None = None
         try:
             with self._told("configuring"):
@@ -86,15 +91,49 @@ class InputTask:
             )
             for name, physical in zip(settings.names, settings.channels, strict=True)
         ]
+        total = None if settings.start is None else settings.start.total_samples
         task.timing.cfg_samp_clk_timing(
-            settings.rate_hz, sample_mode=AcquisitionType.CONTINUOUS, samps_per_chan=settings.buffer_samples
+            settings.rate_hz,
+            sample_mode=AcquisitionType.CONTINUOUS if total is None else AcquisitionType.FINITE,
+            samps_per_chan=total or settings.buffer_samples,
         )
+        if settings.convert_rate_hz is not None:
+            task.timing.ai_conv_rate = settings.convert_rate_hz
+        if settings.start is not None:
+            self._wait_for(settings.start)
         task.control(TaskMode.TASK_COMMIT)
+        self.buffer_samples = self._buffer()
         self.rate_hz = float(task.timing.samp_clk_rate)
         if not self._device.simultaneous:
             self.convert_rate_hz = self._convert_rate()
         self.scaling = self._scaling(channels)
         self._read_into = self._reader()
+
+    def _wait_for(self, start: StartEdge) -> None:
+        """Configure the edge at which sampling starts, or about which samples are kept."""
+        from nidaqmx.constants import Edge, Slope
+
+        triggers = self._task.triggers
+        if start.kind == "digital":
+            edge = Edge.RISING if start.edge == "rising" else Edge.FALLING
+            if start.pretrigger_samples:
+                triggers.reference_trigger.cfg_dig_edge_ref_trig(start.source, start.pretrigger_samples, edge)
+            else:
+                triggers.start_trigger.cfg_dig_edge_start_trig(start.source, edge)
+            return
+        slope = Slope.RISING if start.edge == "rising" else Slope.FALLING
+        if start.pretrigger_samples:
+            triggers.reference_trigger.cfg_anlg_edge_ref_trig(
+                start.source, start.pretrigger_samples, slope, start.level_v
+            )
+        else:
+            triggers.start_trigger.cfg_anlg_edge_start_trig(start.source, slope, start.level_v)
+
+    def _buffer(self) -> int | None:
+        try:
+            return int(self._task.in_stream.input_buf_size)
+        except load_nidaqmx().errors.DaqError:
+            return None
 
     def _convert_rate(self) -> float | None:
         try:
@@ -131,7 +170,13 @@ class InputTask:
         """
         with self._told("starting"):
             self._task.start()
+        self._left = None if self._settings.start is None else self._settings.start.total_samples
         self._running = True
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all samples of a run of a fixed length were read."""
+        return self._left == 0
 
     def read(self, timeout_s: float) -> tuple[RawArray, DeviceError | None]:
         """Return the next samples, shape (n_channels, n), a new array; blocks for a block of them or `timeout_s`.
@@ -140,6 +185,8 @@ class InputTask:
         before it come with it.
         """
         n_channels, wanted = len(self._settings.channels), self._settings.block_samples
+        if self._left is not None:
+            wanted = min(wanted, self._left)
         shape = (n_channels, wanted)
         block: RawArray = np.empty(shape) if self.scaling is None else np.empty(shape, dtype=np.int16)
         try:
@@ -151,8 +198,13 @@ class InputTask:
                 # a device server answers such an error without the samples
                 n_read = 0
             failure = None if late else explained(error, self._device.title, self._driver.place, "reading")
-            return _packed(block, n_read), failure
-        return _packed(block, n_read), None
+            return self._taken(block, n_read), failure
+        return self._taken(block, n_read), None
+
+    def _taken(self, block: RawArray, n_read: int) -> RawArray:
+        if self._left is not None:
+            self._left -= n_read
+        return _packed(block, n_read)
 
     def available(self) -> int:
         """Return how many samples per channel wait in the driver; raises the driver's own error."""

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 RSE, NRSE, DIFF, PSEUDO_DIFF = 1, 2, 4, 8
 """Bits of the terminal configurations a physical channel supports."""
 
+REFERENCE, START = 4, 8
+"""Bits of the triggers an analogue input task can have."""
+
 CONFIGURATIONS = {10083: RSE, 10078: NRSE, 10106: DIFF, 12529: PSEUDO_DIFF}
 """Values of a terminal configuration asked for, and their bits."""
 
@@ -31,6 +34,7 @@ class StandInDevice:
     raw_bits: int = 16
     scaling_told: bool = True
     analog_trigger: bool = False
+    trigger_usage: int = START | REFERENCE
     trigger_lines: tuple[str, ...] = ("PFI0", "PFI1", "PFI2")
 
     def terminals(self, index: int) -> int:

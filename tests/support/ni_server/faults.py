@@ -16,6 +16,7 @@ TEXTS = {
     -50103: "The specified resource is reserved. The operation could not be completed as specified.",
     -200197: "Attribute not supported.",
     -200452: "Specified property is not supported by the device or is not applicable to the task.",
+    -89136: "Specified route cannot be satisfied, because the hardware does not support it.",
     -200088: "Task specified is invalid or does not exist.",
     -200478: "Specified operation cannot be performed when there are no channels in the task.",
     -200983: "You only can get the specified property while the task is reserved, committed or while it is running.",

@@ -22,6 +22,9 @@ class Pace(Protocol):
     def wait(self, mark: float, rate_hz: float, wanted: int, timeout_s: float, gone: Callable[[], bool]) -> None:
         """Wait until `wanted` samples are acquired since the mark, the time is over or the task is gone."""
 
+    def wait_for_edge(self, timeout_s: float, come: Callable[[], bool]) -> None:
+        """Wait until an edge has come or the time is over; a pace without a clock does not wait."""
+
 
 class AsFastAsPossible:
     """Every sample is there as soon as it is asked for."""
@@ -36,6 +39,9 @@ class AsFastAsPossible:
         return None
 
     def wait(self, mark: float, rate_hz: float, wanted: int, timeout_s: float, gone: Callable[[], bool]) -> None:
+        return None
+
+    def wait_for_edge(self, timeout_s: float, come: Callable[[], bool]) -> None:
         return None
 
 
@@ -56,6 +62,9 @@ class RealTime:
         deadline = min(self._now() + timeout_s, mark + wanted / rate_hz + 1e-6)
         while not gone() and (left := deadline - self._now()) > 0.0:
             self.condition.wait(left)
+
+    def wait_for_edge(self, timeout_s: float, come: Callable[[], bool]) -> None:
+        self.condition.wait_for(come, timeout_s)
 
 
 class ByHand:
@@ -82,3 +91,7 @@ class ByHand:
         if self._count - int(mark) < wanted:
             self.waiting.set()
         self.condition.wait_for(lambda: gone() or self._count - int(mark) >= wanted, timeout_s)
+
+    def wait_for_edge(self, timeout_s: float, come: Callable[[], bool]) -> None:
+        self.waiting.set()
+        self.condition.wait_for(come, timeout_s)

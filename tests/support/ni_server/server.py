@@ -82,6 +82,13 @@ class NiServer:
         with self._service.pace.condition:
             self._service.absent.discard(device)
 
+    def edge(self, terminal: str) -> None:
+        """Let an edge come at a terminal, /Dev1/PFI0, after the samples that were acquired until now."""
+        with self._service.pace.condition:
+            for task in self._service.tasks.values():
+                task.edge_at(terminal)
+            self._service.pace.condition.notify_all()
+
     def reserve(self, device: str) -> None:
         """Let another program have a device."""
         with self._service.pace.condition:

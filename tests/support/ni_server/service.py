@@ -13,8 +13,9 @@ from typing import Any
 import grpc
 from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx._stubs import nidaqmx_pb2_grpc
-from nidaqmx.constants import TaskMode
+from nidaqmx.constants import AcquisitionType, Slope, TaskMode
 from support.ni_server.devices import StandInDevice
+from support.ni_server.edges import AnalogEdge, DigitalEdge
 from support.ni_server.faults import Faults, NiError
 from support.ni_server.meter import Meter
 from support.ni_server.pace import Pace
@@ -158,6 +159,12 @@ class DaqService(nidaqmx_pb2_grpc.NiDAQmxServicer):
         return pb.GetDeviceAttributeDoubleArrayResponse(value=_known(value, request))
 
     @rpc
+    def GetDeviceAttributeInt32(self, request: Any) -> Any:
+        device = self._device(request.device_name)
+        value = {pb.DEVICE_ATTRIBUTE_AI_TRIG_USAGE: device.trigger_usage} if device.n_channels else {}
+        return pb.GetDeviceAttributeInt32Response(value_raw=_known(value, request))
+
+    @rpc
     def GetPhysicalChanAttributeInt32(self, request: Any) -> Any:
         device, index = self._input(request.physical_channel)
         value = {pb.PHYSICALCHANNEL_ATTRIBUTE_PHYSICAL_CHAN_AI_TERM_CFGS: device.terminals(index)}
@@ -187,8 +194,42 @@ class DaqService(nidaqmx_pb2_grpc.NiDAQmxServicer):
 
     @rpc
     def CfgSampClkTiming(self, request: Any) -> Any:
-        self._task(request).configure(request.rate, request.samps_per_chan)
+        finite = request.sample_mode_raw == AcquisitionType.FINITE.value
+        self._task(request).configure(request.rate, request.samps_per_chan, finite=finite)
         return pb.CfgSampClkTimingResponse()
+
+    @rpc
+    def CfgDigEdgeStartTrig(self, request: Any) -> Any:
+        self._task(request).wait_for(DigitalEdge(request.trigger_source))
+        return pb.CfgDigEdgeStartTrigResponse()
+
+    @rpc
+    def CfgDigEdgeRefTrig(self, request: Any) -> Any:
+        self._task(request).wait_for(DigitalEdge(request.trigger_source), request.pretrigger_samples)
+        return pb.CfgDigEdgeRefTrigResponse()
+
+    @rpc
+    def CfgAnlgEdgeStartTrig(self, request: Any) -> Any:
+        self._task(request).wait_for(_analog_edge(request))
+        return pb.CfgAnlgEdgeStartTrigResponse()
+
+    @rpc
+    def CfgAnlgEdgeRefTrig(self, request: Any) -> Any:
+        self._task(request).wait_for(_analog_edge(request), request.pretrigger_samples)
+        return pb.CfgAnlgEdgeRefTrigResponse()
+
+    @rpc
+    def SetTimingAttributeDouble(self, request: Any) -> Any:
+        task = self._task(request)
+        if request.attribute_raw != pb.TIMING_ATTRIBUTE_AI_CONV_RATE or task.device.simultaneous:
+            raise NiError(NOT_FOR_THIS_DEVICE)
+        task.convert_hz = request.value
+        return pb.SetTimingAttributeDoubleResponse()
+
+    @rpc
+    def GetBufferAttributeUInt32(self, request: Any) -> Any:
+        value = {pb.BUFFER_ATTRIBUTE_INPUT_BUF_SIZE: self._task(request).buffer}
+        return pb.GetBufferAttributeUInt32Response(value=_known(value, request))
 
     @rpc
     def TaskControl(self, request: Any) -> Any:
@@ -216,7 +257,7 @@ class DaqService(nidaqmx_pb2_grpc.NiDAQmxServicer):
         task = self._task(request)
         value = {pb.TIMING_ATTRIBUTE_SAMP_CLK_RATE: task.rate_hz}
         if not task.device.simultaneous:
-            convert_hz = task.device.convert_hz(len(task.channels), task.rate_hz)
+            convert_hz = task.convert_hz or task.device.convert_hz(len(task.channels), task.rate_hz)
             value[pb.TIMING_ATTRIBUTE_AI_CONV_RATE] = convert_hz
         return pb.GetTimingAttributeDoubleResponse(value=_known(value, request, NOT_FOR_THIS_DEVICE))
 
@@ -269,6 +310,10 @@ class DaqService(nidaqmx_pb2_grpc.NiDAQmxServicer):
             raise NiError(INVALID_TASK)
         task.stop()
         return pb.ClearTaskResponse()
+
+
+def _analog_edge(request: Any) -> AnalogEdge:
+    return AnalogEdge(request.trigger_source, request.trigger_level, request.trigger_slope_raw == Slope.RISING.value)
 
 
 def _known(values: dict[int, Any], request: Any, otherwise: int = UNKNOWN_ATTRIBUTE) -> Any:

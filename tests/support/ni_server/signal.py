@@ -50,6 +50,14 @@ class Signal:
             self._volts = self._recording.volts()
         return self._taken(self._volts, inputs, first, count)
 
+    def crossing(self, index: int, first: int, level_v: float, *, rising: bool) -> int | None:
+        """Return the first sample, from `first` on, at which an input has crossed a level; None: never."""
+        volts = self.volts([index], 0, self._recording.n_samples)[0]
+        above = volts >= level_v if rising else volts <= level_v
+        crossings = np.flatnonzero(~above[:-1] & above[1:]) + 1
+        later = crossings[crossings >= first]
+        return int(later[0]) if later.size else None
+
     def _taken(self, source: np.ndarray, inputs: list[int], first: int, count: int) -> np.ndarray:
         length = source.shape[1]
         if first + count <= length:

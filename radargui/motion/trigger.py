@@ -10,7 +10,9 @@ import numpy as np
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.digitisation import Digitisation
 from radargui.motion.activity import block_size, sliding_variance, window_blocks
+from radargui.motion.averager import Averager
 from radargui.motion.noise import white_noise_v
+from radargui.motion.segment import held
 
 LEARNING_S = 0.1
 """Quiet needed before the trigger can tell motion from rest."""
@@ -66,7 +68,7 @@ class MotionTrigger:
         self._block_s = self._size / rate
         self._start = threshold**2
         self._end = (0.5 * threshold) ** 2
-        self._left = np.empty((digitisation.n_channels, 0))
+        self._averager = Averager(digitisation, self._size)
         self._means = np.empty((digitisation.n_channels, 0))
         self._noise_v: FloatArray | None = None
         self._early: list[FloatArray] = []
@@ -83,14 +85,11 @@ class MotionTrigger:
 
     def push(self, samples: RawArray) -> TriggerState:
         """Take the next samples, shape (n_channels, n), and tell the state after them."""
-        volts = np.concatenate([self._left, np.nan_to_num(self._digitisation.volts(samples))], axis=1)
-        count = volts.shape[1] // self._size
-        self._left = volts[:, count * self._size :]
+        self._learn_noise(samples)
+        new = self._averager.push(samples)
+        count = new.shape[1]
         if count == 0:
             return self._state
-        whole = volts[:, : count * self._size]
-        self._learn_noise(whole)
-        new = whole.reshape(whole.shape[0], count, self._size).mean(axis=2)
         self._means = np.concatenate([self._means[:, -self._window :], new], axis=1)
         self._blocks += count
         if self._noise_v is None or self._means.shape[1] < self._window:
@@ -98,10 +97,19 @@ class MotionTrigger:
         self._judge(self._levels_of(self._means, min(count, self._means.shape[1] - self._window + 1)))
         return self._state
 
-    def _learn_noise(self, volts: FloatArray) -> None:
+    def relearn(self) -> None:
+        """Take what is now for quiet: it has been restless for so long that this must be the new quiet level."""
+        self._levels.clear()
+        self._quiet = 1.0
+        self._above = 0
+        self._state = TriggerState(
+            ready=False, moving=False, since_index=self._state.since_index, quiet_since_index=self._blocks * self._size
+        )
+
+    def _learn_noise(self, samples: RawArray) -> None:
         if self._noise_v is not None:
             return
-        self._early.append(volts)
+        self._early.append(held(self._digitisation.volts(samples)))
         if sum(part.shape[1] for part in self._early) >= LEARNING_S * self._digitisation.sample_rate_hz:
             whole = np.concatenate(self._early, axis=1)
             noise = white_noise_v(whole)

@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
-from radargui.correction.circle_follower import CircleFollower
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.bistatic import locate_exact
 from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
+from radargui.motion.hum import Hum
 from radargui.motion.trigger import MotionTrigger
+from radargui.processing.live_memory import LiveMemory
+from radargui.processing.live_samples import LiveSamples, Means
 from radargui.processing.locate import LEAST_RECEIVERS
 
-LIVE_RATE_HZ = 4000.0
-"""Block means at this rate still follow a Doppler of several hundred Hz."""
-BEFORE_MOTION_S = 0.03
+BEFORE_MOTION_S = 0.08
+"""The trigger finds a motion late: so much before it is not taken for rest."""
+REST_S = 0.2
+"""Averaged for the phase of the rest: whole periods of 50 and of 60 Hz."""
+REST_MEMORY_S = 1.2
 LONGEST_START_S = 2.0
 """Motion kept while the first 1.5 fringes are not complete."""
+SETTLED_S = 0.3
+AT_RELEASE_M = 0.012
+"""A tracer that rests so near its release is at its release."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +42,7 @@ class LiveEstimate:
     i, q
         Corrected, in amplitudes, shape (n_receivers, n); NaN while the correction is not known.
     change_m
-        Change of path length from the rest, shape (n_receivers, n).
+        Change of path length from the rest, shape (n_receivers, n); NaN while unknown.
     position_m
         Shape (3, n); the release position at rest, NaN while unknown or with fewer than three receivers.
     moving
@@ -49,11 +57,20 @@ class LiveEstimate:
     moving: bool
 
 
+class _Mode(Enum):
+    RESTING = "at the release"
+    STARTING = "moving, the first fringes are not complete"
+    FOLLOWING = "moving, or resting elsewhere"
+    LOST = "samples are missing while it moves: where it is cannot be known"
+
+
 class LiveProcessor:
     """The causal road from raw samples to positions.
 
-    Samples are averaged to about 4 kHz, the multiplexer skew is interpolated away, and each receiver is corrected by a
-    circle that follows the signal once 1.5 fringes have passed; before, the sphere is at its release position.
+    Samples are averaged to about 4 kHz, the multiplexer skew is interpolated away, and the hum learned at rest is
+    taken off. Each receiver is corrected by a `MapFilter`: with what earlier runs taught at once, otherwise as soon as
+    1.5 fringes have passed. The tracer is at its release when the first samples come, when `at_release` says so, and
+    when it has come to rest within 12 mm of it.
 
     Parameters
     ----------
@@ -61,124 +78,153 @@ class LiveProcessor:
         Geometry and release position.
     digitisation
         How the samples to be pushed were taken.
+    memory
+        What earlier runs of the session taught; it learns from these as well. None: begin from nothing.
     """
 
-    def __init__(self, setup: Setup, digitisation: Digitisation) -> None:
+    def __init__(self, setup: Setup, digitisation: Digitisation, memory: LiveMemory | None = None) -> None:
         self._setup = setup
         self._digitisation = digitisation
+        self._memory = LiveMemory() if memory is None else memory
         self._antennas = place_antennas(setup)
         self._release_m = np.array(setup.tracer.release_position_m)
-        self._size = max(1, round(digitisation.sample_rate_hz / LIVE_RATE_HZ))
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything: the next sample pushed has index 0 unless `push` is told otherwise."""
-        n = self._setup.n_receivers
+        """Forget everything but the memory: the next sample pushed has index 0 unless `push` is told otherwise."""
+        rad_per_m = self._setup.radar.phase_sign * 2.0 * np.pi / self._setup.radar.wavelength_m
+        self._filters = self._memory.filters(rad_per_m, self._setup.n_receivers)
         self._trigger = MotionTrigger(self._digitisation, self._setup.recording.threshold)
-        self._followers = [CircleFollower() for _ in range(n)]
-        self._left = np.empty((2 * n, 0))
-        self._next_index = 0
-        self._before = np.empty((2 * n, 0))
-        self._waiting = np.empty((2 * n, 0))
-        self._waiting_index = np.empty(0, dtype=np.intp)
-        self._phase_rad = np.full(n, np.nan)
-        self._phase_zero_rad = np.full(n, np.nan)
+        self._samples = LiveSamples(self._digitisation)
+        self._hum = Hum()
+        self._past = self._samples.nothing()
+        self._pending = self._samples.nothing()
+        self._n_told = 0
+        self._mode = _Mode.RESTING
         self._position_m = self._release_m.copy()
-        self._moved = False
+        self._n_quiet = 0
+
+    def at_release(self) -> None:
+        """Tell that the tracer hangs at its release and rests, as it does when a run is armed."""
+        self._mode = _Mode.RESTING
+        self._position_m = self._release_m.copy()
 
     def push(self, samples: RawArray, first_index: int | None = None) -> LiveEstimate:
-        """Take the next samples, shape (n_channels, n); `first_index` tells of a jump (lost samples start anew)."""
-        if first_index is not None and first_index != self._next_index + self._left.shape[1]:
-            self.reset()
-            self._next_index = first_index
-        state = self._trigger.push(samples)
-        means, index = self._averaged(samples)
-        if means.shape[1] == 0:
-            return self._estimate(index, means[0::2], means[1::2], means[0::2], moving=state.moving)
-        if not state.moving and not self._moved:
-            return self._at_rest(means, index)
-        self._moved = True
-        return self._in_motion(means, index, moving=state.moving)
+        """Take the next samples, shape (n_channels, n); `first_index` tells of a jump: samples between were lost."""
+        if self._samples.jump(first_index):
+            self._past = self._samples.nothing()
+            if self._mode is not _Mode.RESTING:
+                self._mode = _Mode.LOST
+        moving = self._trigger.push(samples).moving
+        new = self._samples.push(samples)
+        self._n_quiet = 0 if moving else self._n_quiet + new.count
+        if self._mode is _Mode.RESTING and moving:
+            self._leave()
+        estimate = self._estimate_by_mode(new, moving=moving)
+        if self._mode is _Mode.RESTING or self._mode is _Mode.LOST or not moving:
+            self._past = self._past.joined(new).part(-self._columns(REST_MEMORY_S), None)
+        if self._mode is not _Mode.RESTING and self._is_back(estimate):
+            self.at_release()
+        return estimate
 
-    def _averaged(self, samples: RawArray) -> tuple[FloatArray, IntArray]:
-        """Return block means at the time of channel 0, and the index of each block's middle."""
-        volts = np.concatenate([self._left, np.nan_to_num(self._digitisation.volts(samples))], axis=1)
-        count = volts.shape[1] // self._size
-        self._left = volts[:, count * self._size :]
-        means = volts[:, : count * self._size].reshape(volts.shape[0], count, self._size).mean(axis=2)
-        index = self._next_index + np.arange(count, dtype=np.intp) * self._size + self._size // 2
-        self._next_index += count * self._size
-        if count == 0:
-            return means, index
-        delay = np.arange(volts.shape[0]) * self._digitisation.channel_skew_s * self._digitisation.sample_rate_hz
-        earlier = np.concatenate([self._before[:, -1:] if self._before.size else means[:, :1], means[:, :-1]], axis=1)
-        self._before = means[:, -1:]
-        share = (delay / self._size)[:, None]
-        return means * (1.0 - share) + earlier * share, index
+    def _estimate_by_mode(self, new: Means, *, moving: bool) -> LiveEstimate:
+        if new.count == 0 or self._mode is _Mode.LOST:
+            return self._unknown(new.index, moving=moving)
+        if self._mode is _Mode.RESTING:
+            return self._resting(new)
+        if self._mode is _Mode.STARTING:
+            return self._starting(new, moving=moving)
+        return self._following(new, moving=moving)
 
-    def _at_rest(self, means: FloatArray, index: IntArray) -> LiveEstimate:
-        keep = round(BEFORE_MOTION_S * self._digitisation.sample_rate_hz / self._size)
-        self._waiting = np.concatenate([self._waiting, means], axis=1)[:, -max(keep, means.shape[1]) :]
-        self._waiting_index = np.empty(0, dtype=np.intp)
-        nothing = np.full((self._setup.n_receivers, index.size), np.nan)
-        position = np.repeat(self._release_m[:, None], index.size, axis=1)
-        return LiveEstimate(index, nothing, nothing, np.zeros_like(nothing), position, moving=False)
+    def _leave(self) -> None:
+        """Begin a motion: learn the hum, the phase and the noise of the rest before it."""
+        late = self._columns(BEFORE_MOTION_S)
+        rest = self._past.part(0, max(self._past.count - late, 0))
+        self._hum.learn(rest.volts, self._time_s(rest))
+        quiet = self._without_hum(rest.part(-self._columns(REST_S), None))
+        for follower, pair in zip(self._filters, _pairs(quiet), strict=True):
+            if pair.shape[1] > 1:
+                follower.rest(pair.mean(axis=1), float(pair.std(axis=1).mean()))
+            else:
+                follower.rest(None, None)
+        # told already as rest, but the motion may have begun there
+        self._pending = self._past.part(-late, None)
+        self._n_told = self._pending.count
+        self._mode = _Mode.STARTING
 
-    def _in_motion(self, means: FloatArray, index: IntArray, *, moving: bool) -> LiveEstimate:
-        if not all(follower.started for follower in self._followers):
-            return self._starting(means, index, moving=moving)
-        corrected = [follower.follow(means[2 * k : 2 * k + 2]) for k, follower in enumerate(self._followers)]
-        i, q = np.stack([pair[0] for pair in corrected]), np.stack([pair[1] for pair in corrected])
-        return self._estimate(index, i, q, self._changes(i, q), moving=moving)
+    def _resting(self, new: Means) -> LiveEstimate:
+        z = [follower.at_rest(pair) for follower, pair in zip(self._filters, _pairs(new.volts), strict=True)]
+        i, q = np.stack([pair[0] for pair in z]), np.stack([pair[1] for pair in z])
+        position = np.full((3, new.count), np.nan)
+        if self._locates:
+            position[:] = self._release_m[:, None]
+        return LiveEstimate(new.index, i, q, np.zeros(i.shape), position, moving=False)
 
-    def _starting(self, means: FloatArray, index: IntArray, *, moving: bool) -> LiveEstimate:
+    def _starting(self, new: Means, *, moving: bool) -> LiveEstimate:
         """Wait for 1.5 fringes of every receiver; then give all that was waited for at once."""
-        longest = round(LONGEST_START_S * self._digitisation.sample_rate_hz / self._size)
-        n_rest = self._waiting.shape[1] - self._waiting_index.size
-        self._waiting = np.concatenate([self._waiting, means], axis=1)
-        self._waiting_index = np.concatenate([self._waiting_index, index])
-        if self._waiting_index.size > longest:
-            self._waiting, self._waiting_index = self._waiting[:, -longest:], self._waiting_index[-longest:]
-            n_rest = 0
-        found = [
-            follower.started or follower.start(self._waiting[2 * k : 2 * k + 2])
-            for k, follower in enumerate(self._followers)
-        ]
-        if not all(found):
-            nothing = np.empty((self._setup.n_receivers, 0))
-            return self._estimate(np.empty(0, dtype=np.intp), nothing, nothing, nothing, moving=moving)
-        corrected = [follower.correct(self._waiting[2 * k : 2 * k + 2]) for k, follower in enumerate(self._followers)]
-        i, q = np.stack([pair[0] for pair in corrected]), np.stack([pair[1] for pair in corrected])
-        changes = self._changes(i, q)
-        if n_rest > 0:
-            zero = changes[:, : max(1, n_rest // 2)].mean(axis=1, keepdims=True)
-            changes -= zero
-            self._phase_zero_rad += zero[:, 0] * self._rad_per_m
-        return self._estimate(self._waiting_index, i[:, n_rest:], q[:, n_rest:], changes[:, n_rest:], moving=moving)
+        pending = self._pending.joined(new)
+        excess = pending.count - self._columns(LONGEST_START_S)
+        if excess > 0:
+            pending = pending.part(excess, None)
+            self._n_told = max(self._n_told - excess, 0)
+        self._pending = pending
+        volts = self._without_hum(pending)
+        warm = self._memory.is_warm
+        if not all(follower.start(pair) for follower, pair in zip(self._filters, _pairs(volts), strict=True)):
+            return self._unknown(new.index[:0], moving=moving)
+        self._mode = _Mode.FOLLOWING
+        self._pending = self._samples.nothing()
+        return self._following(pending, moving=moving, skip=self._n_told, learn=warm)
+
+    def _following(self, new: Means, *, moving: bool, skip: int = 0, learn: bool = True) -> LiveEstimate:
+        pairs = _pairs(self._without_hum(new))
+        followed = [follower.follow(pair, learn=learn) for follower, pair in zip(self._filters, pairs, strict=True)]
+        i = np.stack([z[0] for z, _ in followed])[:, skip:]
+        q = np.stack([z[1] for z, _ in followed])[:, skip:]
+        change = np.stack([change for _, change in followed])[:, skip:]
+        return LiveEstimate(new.index[skip:], i, q, change, self._locate(change), moving)
+
+    def _locate(self, change_m: FloatArray) -> FloatArray:
+        n = change_m.shape[1]
+        if not self._locates or n == 0:
+            return np.full((3, n), np.nan)
+        start = np.repeat(self._position_m[:, None], n, axis=1)
+        position = locate_exact(change_m, self._antennas, self._release_m, start)
+        known = np.flatnonzero(np.isfinite(position).all(axis=0))
+        self._position_m = position[:, known[-1]] if known.size else self._release_m.copy()
+        return position
+
+    def _unknown(self, index: IntArray, *, moving: bool) -> LiveEstimate:
+        nothing = np.full((self._setup.n_receivers, index.size), np.nan)
+        return LiveEstimate(index, nothing, nothing, nothing, np.full((3, index.size), np.nan), moving)
+
+    def _is_back(self, estimate: LiveEstimate) -> bool:
+        """Whether the tracer has been quiet for a while where a run can start."""
+        if self._n_quiet < self._columns(SETTLED_S):
+            return False
+        if self._mode is not _Mode.FOLLOWING:
+            # never left for more than a fringe, or nobody knows: it can only be told from the next rest on
+            return True
+        if estimate.index.size == 0:
+            return False
+        if self._locates:
+            return bool(np.linalg.norm(estimate.position_m[:, -1] - self._release_m) < AT_RELEASE_M)
+        return bool((np.abs(estimate.change_m[:, -1]) < AT_RELEASE_M).all())
+
+    def _without_hum(self, means: Means) -> FloatArray:
+        return np.asarray(means.volts - self._hum.at(self._time_s(means)))
+
+    def _time_s(self, means: Means) -> FloatArray:
+        return np.asarray(means.index / self._digitisation.sample_rate_hz)
+
+    def _columns(self, seconds: float) -> int:
+        return max(1, round(seconds * self._samples.rate_hz))
 
     @property
-    def _rad_per_m(self) -> float:
-        return self._setup.radar.phase_sign * 2.0 * np.pi / self._setup.radar.wavelength_m
+    def _locates(self) -> bool:
+        return self._antennas.n_receivers >= LEAST_RECEIVERS
 
-    def _changes(self, i: FloatArray, q: FloatArray) -> FloatArray:
-        """Return the change of path length in m, unwrapped on from the samples before."""
-        phase = np.arctan2(q, i)
-        if np.isnan(self._phase_rad).any():
-            self._phase_rad = self._phase_zero_rad = phase[:, 0].copy()
-        phase = np.unwrap(np.concatenate([self._phase_rad[:, None], phase], axis=1), axis=1)[:, 1:]
-        self._phase_rad = phase[:, -1].copy()
-        return np.asarray((phase - self._phase_zero_rad[:, None]) / self._rad_per_m)
 
-    def _estimate(
-        self, index: IntArray, i: FloatArray, q: FloatArray, change_m: FloatArray, *, moving: bool
-    ) -> LiveEstimate:
-        position = np.full((3, index.size), np.nan)
-        if self._antennas.n_receivers >= LEAST_RECEIVERS and index.size:
-            start = np.repeat(self._position_m[:, None], index.size, axis=1)
-            position = locate_exact(change_m, self._antennas, self._release_m, start)
-            known = np.isfinite(position).all(axis=0)
-            if known.any():
-                self._position_m = position[:, np.flatnonzero(known)[-1]]
-            else:
-                self._position_m = self._release_m.copy()
-        return LiveEstimate(index, i, q, change_m, position, moving)
+def _pairs(volts: FloatArray) -> list[FloatArray]:
+    """Return I and Q of each receiver, shape (2, n) each."""
+    return [volts[first : first + 2] for first in range(0, volts.shape[0], 2)]

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from radargui.correction.circle_follower import CircleFollower
 from radargui.correction.ellipse import correct_ellipse, fit_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.skew import remove_skew
@@ -73,17 +72,3 @@ def test_skew_is_interpolated_away() -> None:
     straight = remove_skew(late, rate, skew)
     assert straight[:, 5:-5] == pytest.approx(np.cos(2 * np.pi * 300 * time)[None, 5:-5].repeat(6, axis=0), abs=1e-7)
     assert np.abs(late[5] - late[0]).max() > 0.04
-
-
-def test_the_follower_learns_a_circle_and_its_slow_change() -> None:
-    phase = np.linspace(0, 2 * np.pi * 12, 6000)
-    centre = np.linspace(0.0, 0.1, 6000)
-    pair = np.stack([0.5 + centre + np.cos(phase), -0.3 + 1.1 * np.sin(phase + 0.05)])
-    follower = CircleFollower()
-    assert not follower.start(pair[:, :500])
-    assert follower.start(pair[:, :1200])
-    wrong = []
-    for begin in range(1200, 6000, 80):
-        x, y = follower.follow(pair[:, begin : begin + 80])
-        wrong.append(np.angle(np.exp(1j * (np.arctan2(y, x) - phase[begin : begin + 80]))))
-    assert np.sqrt(np.mean(np.concatenate(wrong) ** 2)) < 0.03

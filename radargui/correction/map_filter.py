@@ -1,0 +1,251 @@
+"""The map filter: live correction of one receiver, an extended Kalman filter over a map of its path length."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from radargui.correction.ellipse import Ellipse, fit_ellipse
+from radargui.correction.smooth_map import SmoothMap
+from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.errors import ProcessingError
+
+START_FRINGES = 1.5
+LEAST_ARC_RAD = 2.0 * np.pi * START_FRINGES
+LEAST_START_SAMPLES = 12
+WORST_START = 0.25
+"""Standard deviation of the radius about the first ellipse, in amplitudes, beyond which it is none."""
+START_ROUNDS = 3
+
+BINS_PER_FRINGE = 16
+MOST_BINS = 64
+"""Of one update; more are thinned out."""
+FORGETTING = 1e-3
+"""Share of the prior's variance that comes back with each fringe: drifts are followed."""
+NEW_RUN_FORGETTING = 0.05
+"""The same from one run to the next."""
+LEAST_RESIDUAL = 0.005
+"""What the map cannot follow (images, converter), in amplitudes."""
+ROBUST = 4.0
+"""Residuals beyond so many standard deviations count less (Huber)."""
+SETTLED_FRINGES = 8.0
+"""After so many fringes the phase of the rest is not learned any more: the map may have moved on."""
+
+
+class MapFilter:
+    """Causal correction: hardware constants, and offset and amplitude that vary smoothly with the path length.
+
+    I and Q in volts, less the centre and over the amplitude of the first fringes, are
+
+        I = b_I(L) + A(L) cos(phase),  Q = b_Q(L) + g A(L) sin(phase + eps),
+
+    with b_I, b_Q and log A smooth functions of the change of path length L. What is observed is that the corrected
+    signal lies on the unit circle, r = |z| / A - 1 = 0 (its mean is sigma^2 / 2 under noise), once in each sixteenth
+    of a fringe: standstill teaches nothing. Because the coordinate is the path length, a fringe that was learned on
+    the way down is known on the way up, and what a run has taught holds for the next one of a session.
+
+    Parameters
+    ----------
+    rad_per_m
+        Phase over path length, sign included.
+    """
+
+    def __init__(self, rad_per_m: float) -> None:
+        self._rad_per_m = rad_per_m
+        self._map = SmoothMap()
+        self._mean = self._map.mean()
+        self._state = self._mean.copy()
+        self._covariance = self._map.prior.copy()
+        self._centre_v = np.zeros(2)
+        self._scale_v = 1.0
+        self._rest_v: FloatArray | None = None
+        self._noise_v: float | None = None
+        self._zero_rad: float | None = None
+        self._phase_rad: float | None = None
+        self._binned_rad: float | None = None
+        self._fringes = 0.0
+        self._started = False
+
+    @property
+    def started(self) -> bool:
+        """Whether the constants are known."""
+        return self._started
+
+    @property
+    def gain_ratio(self) -> float:
+        """Amplitude of Q over amplitude of I."""
+        return float(self._state[-2])
+
+    @property
+    def quadrature_error_rad(self) -> float:
+        """Departure of Q from 90 degrees after I."""
+        return float(self._state[-1])
+
+    def rest(self, pair_v: FloatArray | None, noise_v: float | None) -> None:
+        """Tell that the tracer rests, and where L is zero from now on: a new run.
+
+        Parameters
+        ----------
+        pair_v
+            Mean voltages of I and Q at rest, shape (2,); None: the first sample of the motion is the rest.
+        noise_v
+            Standard deviation of one channel at rest; None: not known.
+        """
+        self._rest_v, self._noise_v = pair_v, noise_v
+        self._zero_rad = self._phase_rad = self._binned_rad = None
+        self._fringes = 0.0
+        if self._started:
+            self._covariance += NEW_RUN_FORGETTING * self._map.prior
+
+    def start(self, pair_v: FloatArray) -> bool:
+        """Try to begin with the motion so far; True once the constants are found.
+
+        An ellipse through 1.5 fringes or more is where the model is linearised first; the filter then goes over them
+        again from its prior, each time linearised anew.
+
+        Parameters
+        ----------
+        pair_v
+            Volts, shape (2, n_samples).
+        """
+        if self._started:
+            return True
+        ellipse = _first_ellipse(pair_v)
+        if ellipse is None:
+            return False
+        self._scale_v = ellipse.amplitude_v
+        self._centre_v = np.array([ellipse.i0_v, ellipse.q0_v])
+        self._mean[-2:] = ellipse.gain_ratio, ellipse.quadrature_error_rad
+        self._state = self._mean.copy()
+        self._started = True
+        for _ in range(START_ROUNDS):
+            self._phase_rad = self._binned_rad = None
+            self._covariance = self._map.prior.copy()
+            phase, _ = self._demodulated(pair_v)
+            self._learn(pair_v, phase, self._mean)
+        self._phase_rad = None
+        return True
+
+    def follow(self, pair_v: FloatArray, *, learn: bool = True) -> tuple[FloatArray, FloatArray]:
+        """Learn from the next samples and correct them.
+
+        Parameters
+        ----------
+        pair_v
+            Volts, shape (2, n_samples), at least one sample.
+        learn
+            False for samples that `start` has learned from.
+
+        Returns
+        -------
+        tuple
+            Corrected I and Q in amplitudes, shape (2, n_samples), and the change of path length from the rest in m,
+            shape (n_samples,).
+        """
+        phase, _ = self._demodulated(pair_v)
+        fringes = float(np.abs(np.diff(phase)).sum()) / (2.0 * np.pi)
+        if learn:
+            self._covariance += min(FORGETTING * fringes, 1.0) * self._map.prior
+            self._learn(pair_v, phase, self._state)
+        phase, corrected = self._demodulated(pair_v)
+        self._phase_rad = float(phase[-1])
+        self._fringes += fringes
+        if self._fringes > SETTLED_FRINGES and self._zero_rad is None:
+            self._zero_rad = self._zero()
+        return corrected, phase / self._rad_per_m
+
+    def at_rest(self, pair_v: FloatArray) -> FloatArray:
+        """Return corrected I and Q of samples at rest, shape (2, n_samples); NaN before the constants are known."""
+        if not self._started:
+            return np.full(pair_v.shape, np.nan)
+        return self._apply(pair_v, np.zeros(pair_v.shape[1]))[0]
+
+    def _zero(self) -> float:
+        """Return the phase of the rest under the present map."""
+        if self._zero_rad is not None:
+            return self._zero_rad
+        if self._rest_v is None:
+            return 0.0
+        corrected, _ = self._apply(self._rest_v[:, None], np.zeros(1))
+        return float(np.arctan2(corrected[1, 0], corrected[0, 0]))
+
+    def _demodulated(self, pair_v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the phase counted from the rest, unwrapped on from the samples before, and corrected I and Q."""
+        if self._rest_v is None:
+            self._rest_v = pair_v[:, 0].copy()
+        zero = self._zero()
+        before = self._phase_rad or 0.0
+        length = np.full(pair_v.shape[1], before / self._rad_per_m)
+        # twice: the map is asked where the samples are, and that is known well enough only after a first look
+        for _ in range(2):
+            corrected, _ = self._apply(pair_v, length)
+            wrapped = np.arctan2(corrected[1], corrected[0]) - zero
+            phase = np.unwrap(np.concatenate([[before], wrapped]))[1:]
+            length = phase / self._rad_per_m
+        return phase, corrected
+
+    def _apply(self, pair_v: FloatArray, length_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return corrected I and Q in amplitudes at path lengths, and the basis there, shape (n_samples, n)."""
+        basis = self._map.basis(length_m)
+        offset_i, offset_q, log_amplitude = (basis @ part for part in self._map.parts(self._state))
+        gain, eps = self._state[-2:]
+        x = (pair_v[0] - self._centre_v[0]) / self._scale_v - offset_i
+        y = ((pair_v[1] - self._centre_v[1]) / self._scale_v - offset_q) / gain
+        y = (y - x * np.sin(eps)) / np.cos(eps)
+        return np.stack([x, y]) * np.exp(-log_amplitude), basis
+
+    def _learn(self, pair_v: FloatArray, phase_rad: FloatArray, mean: FloatArray) -> None:
+        """Update from `mean`, which the covariance belongs to, with the model linearised at the present state."""
+        chosen = self._bins(phase_rad)
+        if chosen.size == 0:
+            return
+        corrected, basis = self._apply(pair_v[:, chosen], phase_rad[chosen] / self._rad_per_m)
+        slope, radius = self._slope(corrected, basis)
+        noise = 0.0 if self._noise_v is None else (self._noise_v / self._scale_v) ** 2
+        innovation = 1.0 + 0.5 * noise - radius + slope @ (self._state - mean)
+        variance = noise + LEAST_RESIDUAL**2
+        spread = slope @ self._covariance
+        expected = np.einsum("ij,ij->i", spread, slope) + variance
+        excess = np.abs(innovation) / (ROBUST * np.sqrt(expected))
+        total = spread @ slope.T + np.diag(variance * np.maximum(excess, 1.0) ** 2)
+        gain = np.linalg.solve(total, spread).T
+        self._state = mean + gain @ innovation
+        covariance = self._covariance - gain @ spread
+        self._covariance = 0.5 * (covariance + covariance.T)
+
+    def _bins(self, phase_rad: FloatArray) -> IntArray:
+        """Return one sample for each bin of phase passed."""
+        before = phase_rad[0] if self._binned_rad is None else self._binned_rad
+        travel = np.cumsum(np.abs(np.diff(np.concatenate([[before], phase_rad]))))
+        number = np.floor(travel * (BINS_PER_FRINGE / (2.0 * np.pi)))
+        chosen = np.flatnonzero(np.diff(np.concatenate([[0.0], number])) > 0)
+        if chosen.size:
+            self._binned_rad = float(phase_rad[chosen[-1]])
+        elif self._binned_rad is None:
+            self._binned_rad = float(before)
+        return np.asarray(chosen[:: max(1, -(-chosen.size // MOST_BINS))], dtype=np.intp)
+
+    def _slope(self, z: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dr/dstate, shape (n_bins, n_state), and |z| / A."""
+        gain, eps = self._state[-2:]
+        radius = np.maximum(np.hypot(z[0], z[1]), 1e-6)
+        cosine, sine = z[0] / radius, z[1] / radius
+        scale = np.exp(-(basis @ self._map.parts(self._state)[2]))
+        by_offset_i = scale * (sine * np.tan(eps) - cosine)
+        by_offset_q = -scale * sine / (gain * np.cos(eps))
+        by_gain = -sine * (z[1] + z[0] * np.tan(eps)) / gain
+        by_eps = sine * (z[1] * np.tan(eps) - z[0])
+        columns = [basis * by_offset_i[:, None], basis * by_offset_q[:, None], -basis * radius[:, None]]
+        return np.concatenate([*columns, by_gain[:, None], by_eps[:, None]], axis=1), radius
+
+
+def _first_ellipse(pair_v: FloatArray) -> Ellipse | None:
+    """Return the ellipse through the first fringes; None while they are not enough."""
+    if pair_v.shape[1] < LEAST_START_SAMPLES:
+        return None
+    try:
+        ellipse = fit_ellipse(pair_v)
+    except ProcessingError:
+        return None
+    x, y = ellipse.apply(pair_v)
+    far = np.ptp(np.unwrap(np.arctan2(y, x))) >= LEAST_ARC_RAD
+    return ellipse if far and float(np.std(np.hypot(x, y))) <= WORST_START else None

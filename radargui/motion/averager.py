@@ -1,0 +1,83 @@
+"""The averager: raw samples to block means in volts while they arrive, at a cost that a fast device can afford."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.digitisation import Digitisation
+
+
+class Averager:
+    """Means of consecutive blocks of `size` samples, of each channel, whatever the pieces are that samples come in.
+
+    Codes are averaged before they are scaled. That is exact where the scaling is a line; the curvature of a device's
+    scaling is parts in a million and does not show in a live picture.
+
+    Parameters
+    ----------
+    digitisation
+        Channels and scale of the samples that will be pushed.
+    size
+        Samples of a block.
+    """
+
+    def __init__(self, digitisation: Digitisation, size: int) -> None:
+        self._digitisation = digitisation
+        self._size = size
+        self._last = np.zeros(digitisation.n_channels)
+        self.clear()
+
+    @property
+    def size(self) -> int:
+        """Samples of a block."""
+        return self._size
+
+    @property
+    def waiting(self) -> int:
+        """Samples that wait for their block to be complete."""
+        return int(self._left.shape[1])
+
+    def clear(self) -> None:
+        """Forget the samples of the block that is not complete."""
+        self._left: RawArray = np.empty((self._digitisation.n_channels, 0))
+
+    def push(self, samples: RawArray) -> FloatArray:
+        """Take the next samples, shape (n_channels, n); return the means complete now in volts, (n_channels, m).
+
+        Samples that are not numbers are left out; a block of nothing else repeats the mean before it.
+        """
+        whole = samples if self._left.shape[1] == 0 else np.concatenate([self._left, samples], axis=1)
+        count = whole.shape[1] // self._size
+        # a copy: nothing may keep the reader's blocks alive
+        self._left = whole[:, count * self._size :].copy()
+        if count == 0:
+            return np.empty((samples.shape[0], 0))
+        blocks = whole[:, : count * self._size].reshape(samples.shape[0], count, self._size)
+        if blocks.dtype == np.int16:
+            means = self._digitisation.volts(np.asarray(_code_means(blocks)))
+        else:
+            means = self._known_means(np.asarray(blocks, dtype=np.float64))
+        self._last = means[:, -1].copy()
+        return means
+
+    def _known_means(self, blocks: FloatArray) -> FloatArray:
+        known = np.isfinite(blocks)
+        if known.all():
+            return np.asarray(self._digitisation.volts(blocks.mean(axis=2)))
+        number = known.sum(axis=2)
+        means = np.where(known, blocks, 0.0).sum(axis=2) / np.maximum(number, 1)
+        means = self._digitisation.volts(means)
+        for channel in range(means.shape[0]):
+            for block in np.flatnonzero(number[channel] == 0):
+                means[channel, block] = means[channel, block - 1] if block else self._last[channel]
+        return means
+
+
+def _code_means(blocks: RawArray) -> FloatArray:
+    size = blocks.shape[2]
+    if size == 1:
+        return np.asarray(blocks[:, :, 0], dtype=np.float64)
+    # a float32 sum is wrong by parts in ten million, far below the noise, and several times faster than the others
+    total = blocks.astype(np.float32) @ np.ones(size, dtype=np.float32)
+    return np.asarray(total / size, dtype=np.float64)

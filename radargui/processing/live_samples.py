@@ -1,0 +1,97 @@
+"""The samples of the live road: averaged to a few kilohertz, skew taken out, with their absolute indices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray, IntArray, RawArray
+from radargui.model.digitisation import Digitisation
+from radargui.motion.averager import Averager
+
+LIVE_RATE_HZ = 4000.0
+"""Block means at this rate still follow a Doppler of several hundred Hz."""
+
+
+@dataclass(frozen=True, slots=True)
+class Means:
+    """Block means.
+
+    Attributes
+    ----------
+    volts
+        At the time of channel 0, shape (n_channels, n).
+    index
+        Absolute sample index of each block's middle, shape (n,).
+    """
+
+    volts: FloatArray
+    index: IntArray
+
+    @property
+    def count(self) -> int:
+        """Columns."""
+        return int(self.index.size)
+
+    def part(self, first: int, last: int | None) -> Means:
+        """Return columns first:last; counted from the end where negative."""
+        return Means(self.volts[:, first:last], self.index[first:last])
+
+    def joined(self, more: Means) -> Means:
+        """Return these and those that follow."""
+        return Means(np.concatenate([self.volts, more.volts], axis=1), np.concatenate([self.index, more.index]))
+
+
+class LiveSamples:
+    """Makes block means of raw samples as they come.
+
+    Parameters
+    ----------
+    digitisation
+        How the samples to be pushed were taken.
+    """
+
+    def __init__(self, digitisation: Digitisation) -> None:
+        self._n_channels = digitisation.n_channels
+        self._sample_rate_hz = digitisation.sample_rate_hz
+        self._averager = Averager(digitisation, max(1, round(digitisation.sample_rate_hz / LIVE_RATE_HZ)))
+        delay = np.arange(digitisation.n_channels) * digitisation.channel_skew_s * digitisation.sample_rate_hz
+        self._share = (delay / self._averager.size)[:, None]
+        self._next_index = 0
+        self._before: FloatArray | None = None
+
+    @property
+    def rate_hz(self) -> float:
+        """Block means per second."""
+        return self._sample_rate_hz / self._averager.size
+
+    def jump(self, first_index: int | None) -> bool:
+        """Tell where the next samples begin; return whether samples before them are missing."""
+        if first_index is None or first_index == self._next_index + self._averager.waiting:
+            return False
+        self._averager.clear()
+        self._next_index = first_index
+        self._before = None
+        return True
+
+    def push(self, samples: RawArray) -> Means:
+        """Take the next samples, shape (n_channels, n), and return the means that are complete now.
+
+        The multiplexer takes channel k later by k times the skew: its value at the time of channel 0 lies between two
+        means, on a line.
+        """
+        means = self._averager.push(samples)
+        size, count = self._averager.size, means.shape[1]
+        index = self._next_index + np.arange(count, dtype=np.intp) * size + size // 2
+        self._next_index += count * size
+        if count:
+            before = means[:, :1] if self._before is None else self._before
+            earlier = np.concatenate([before, means[:, :-1]], axis=1)
+            self._before = means[:, -1:]
+            means = means * (1.0 - self._share) + earlier * self._share
+        return Means(means, index)
+
+    def nothing(self) -> Means:
+        """Return no means at all."""
+        return Means(np.empty((self._n_channels, 0)), np.empty(0, dtype=np.intp))

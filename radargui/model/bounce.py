@@ -23,6 +23,10 @@ class Bounce:
         How the speeds were found.
     valid
         False where the signal cannot support the coefficient.
+    e_flight_time
+        From the time until the next impact, g T / (2 v_before); NaN without a next impact.
+    e_height
+        From the height of the apex that follows, sqrt(2 g h) / v_before; NaN without a next impact.
     """
 
     time_s: float
@@ -32,6 +36,8 @@ class Bounce:
     u_e: float
     method: str
     valid: bool
+    e_flight_time: float = float("nan")
+    e_height: float = float("nan")
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,6 +24,7 @@ from radargui.processing.locate import LEAST_RECEIVERS, locate
 from radargui.processing.stretch import stretches
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
+from radargui.restitution.cross_check import disagreements
 
 Progress = Callable[[float], None]
 
@@ -95,6 +96,7 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
             calibration = calibration_uncertainty(paths, setup, segment, _bounces_of, rate_hz)
         else:
             bounces = _unsupported(bounces)
+        warnings += disagreements(bounces)
     if stretch != slice(0, recording.n_samples):
         whole = Whole(recording, stretch)
         corrected, paths, segment = whole.corrected(corrected), whole.paths(paths), whole.segment(segment)
@@ -120,7 +122,8 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
 
 
 def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
-    return find_bounces(track, segment, setup.floor.normal, rate_hz)
+    given = "normal" in setup.floor.model_fields_set
+    return find_bounces(track, segment, setup.floor.normal if given else None, rate_hz)
 
 
 def _check(recording: Recording, setup: Setup) -> None:

@@ -60,7 +60,17 @@ def _fall_rows(fall: FreeFall | None, name: str) -> tuple[tuple[str, str], ...]:
 def _impacts(run: RunFacts) -> list[Block]:
     if not run.bounces.impacts:
         return [Note("No impact was found.")]
-    header = ("impact", "time / s", "speed before / (m/s)", "speed after / (m/s)", "e", "valid", "method")
+    header = (
+        "impact",
+        "time / s",
+        "speed before / (m/s)",
+        "speed after / (m/s)",
+        "e",
+        "e of flight time",
+        "e of height",
+        "valid",
+        "method",
+    )
     rows = tuple(
         (
             str(number),
@@ -68,12 +78,14 @@ def _impacts(run: RunFacts) -> list[Block]:
             plain(impact.speed_before_m_s, 5),
             plain(impact.speed_after_m_s, 5),
             quantity(impact.e, impact.u_e),
+            plain(impact.e_flight_time, 4),
+            plain(impact.e_height, 4),
             "yes" if impact.valid else "no",
             impact.method,
         )
         for number, impact in enumerate(run.bounces.impacts, 1)
     )
-    return [Grid(header, rows, "Impacts", left=(0, 5, 6))]
+    return [Grid(header, rows, "Impacts", left=(0, 7, 8))]
 
 
 def _quality(run: RunFacts) -> list[Block]:

@@ -12,6 +12,8 @@ from radargui.model.segment import Segment
 from radargui.model.track import Track
 from radargui.motion.flights import Flight, find_flights
 from radargui.motion.impacts import find_impacts
+from radargui.restitution.cross_check import cross_check
+from radargui.restitution.floor_normal import UP, find_normal
 from radargui.restitution.parabola import Parabolas, fit_parabolas
 
 NOMINAL_G_M_S2 = 9.81
@@ -36,7 +38,9 @@ class _Heights:
         return self.time_s[inside], self.height_m[inside]
 
 
-def find_bounces(track: Track, segment: Segment, normal: tuple[float, float, float], sample_rate_hz: float) -> Bounces:
+def find_bounces(
+    track: Track, segment: Segment, normal: tuple[float, float, float] | None, sample_rate_hz: float
+) -> Bounces:
     """Return impacts with e = speed after / speed before along the floor's normal, and the first fall.
 
     The flights before and after an impact are parabolas with one g; the instant of impact is where neighbours meet,
@@ -49,10 +53,21 @@ def find_bounces(track: Track, segment: Segment, normal: tuple[float, float, flo
     segment
         The motion within the track.
     normal
-        Unit vector away from the floor.
+        Unit vector away from the floor; None: found from the impacts.
     sample_rate_hz
         Rate of the samples.
     """
+    if normal is not None:
+        return _along(track, segment, normal, sample_rate_hz)
+    bounces = _along(track, segment, UP, sample_rate_hz)
+    part = slice(segment.first, segment.last)
+    known = track.valid[part] & np.isfinite(track.position_m[:, part]).all(axis=0)
+    impact_s = np.array([impact.time_s for impact in bounces.impacts if impact.valid])
+    found = find_normal(track.time_s[part][known], track.position_m[:, part][:, known], impact_s, NOMINAL_G_M_S2)
+    return bounces if found == UP else _along(track, segment, found, sample_rate_hz)
+
+
+def _along(track: Track, segment: Segment, normal: tuple[float, float, float], sample_rate_hz: float) -> Bounces:
     height = np.asarray(normal) @ track.position_m
     part = slice(segment.first, segment.last)
     time, known = track.time_s, track.valid & np.isfinite(height)
@@ -72,7 +87,8 @@ def find_bounces(track: Track, segment: Segment, normal: tuple[float, float, flo
         return Bounces()
     impact_s = _meet(fitted, place, impact_s)
     impacts = tuple(_bounce(fitted, place, k, instant) for k, instant in enumerate(impact_s))
-    return Bounces(impacts, _free_fall(heights, flights[0], track, segment, normal, fitted, place, float(impact_s[0])))
+    fall = _free_fall(heights, flights[0], track, segment, normal, fitted, place, float(impact_s[0]))
+    return cross_check(Bounces(impacts, fall), heights.time_s, heights.height_m, NOMINAL_G_M_S2 * normal[2])
 
 
 def _rising_speed(heights: _Heights, impact_s: FloatArray) -> float:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.drops import Drop
 
+from radargui.model.bounce import Bounces
 from radargui.model.segment import Segment
 from radargui.model.track import Track
 from radargui.restitution.bounces import find_bounces
+from radargui.restitution.cross_check import disagreements
+from radargui.restitution.floor_normal import find_normal
 from radargui.restitution.parabola import correlation_length, fit_parabolas
 
 UP = (0.0, 0.0, 1.0)
@@ -67,6 +72,55 @@ def test_a_tilted_floor_is_judged_along_its_normal() -> None:
     normal /= np.linalg.norm(normal)
     bounces = find_bounces(track, segment, (normal[0], normal[1], normal[2]), drop.rate_hz)
     assert bounces.impacts[0].e == pytest.approx(0.8, abs=1e-6)
+
+
+def test_flight_time_and_height_give_the_same_coefficient() -> None:
+    drop = Drop()
+    track, segment = track_of(drop, 10e-6)
+    impacts = find_bounces(track, segment, UP, drop.rate_hz).impacts
+    assert [impact.e_flight_time for impact in impacts[:4]] == pytest.approx([0.8] * 4, abs=1e-3)
+    assert [impact.e_height for impact in impacts[:4]] == pytest.approx([0.8] * 4, abs=1e-3)
+    assert np.isnan(impacts[-1].e_flight_time)
+    assert disagreements(Bounces(impacts)) == []
+
+
+def test_coefficients_that_disagree_are_told() -> None:
+    drop = Drop()
+    track, segment = track_of(drop)
+    first = replace(find_bounces(track, segment, UP, drop.rate_hz).impacts[0], e_flight_time=0.7)
+    (sentence,) = disagreements(Bounces((first,)))
+    assert "0.7000 from the flight time" in sentence
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 0.2, 3.0])
+def test_the_normal_of_a_tilted_floor_is_found_from_the_impacts(tilt_deg: float) -> None:
+    normal = np.array([np.sin(np.radians(tilt_deg)), 0.0, np.cos(np.radians(tilt_deg))])
+    rate, g = 20000.0, np.array([0.0, 0.0, -9.81])
+    position, velocity, segments, start = np.array([0.0, 0.0, 0.25]), np.zeros(3), [], 0.0
+    for _ in range(5):
+        a, b, c = 0.5 * g @ normal, velocity @ normal, position @ normal
+        duration = (-b - np.sqrt(b * b - 4 * a * c)) / (2 * a)
+        segments.append((start, position, velocity))
+        position = position + velocity * duration + 0.5 * g * duration**2
+        velocity = velocity + g * duration
+        velocity = velocity - (1 + 0.8) * (velocity @ normal) * normal
+        position = position - (position @ normal) * normal
+        start += duration
+    time = np.arange(round(start * rate)) / rate
+    which = np.searchsorted([segment[0] for segment in segments], time, side="right") - 1
+    d = time - np.array([segment[0] for segment in segments])[which]
+    track_m = (
+        np.array([segment[1] for segment in segments])[which].T
+        + np.array([segment[2] for segment in segments])[which].T * d
+        + 0.5 * g[:, None] * d**2
+    )
+    track_m = track_m + np.random.default_rng(0).normal(0, 20e-6, track_m.shape)
+    impacts = np.array([segment[0] for segment in segments[1:]])
+    found = find_normal(time, track_m, impacts, 9.81)
+    if tilt_deg < 0.5:
+        assert found == (0.0, 0.0, 1.0)
+    else:
+        assert np.degrees(np.arccos(min(1.0, float(normal @ found)))) < 0.2
 
 
 def test_without_impacts_there_is_no_coefficient() -> None:

@@ -119,11 +119,17 @@ def devices(
     remote: Annotated[
         str | None, typer.Option(metavar="HOST:PORT", help="NI gRPC device server instead of this computer.")
     ] = None,
+    certificate: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Certificate (PEM) of a device server with encryption (TLS).")
+    ] = None,
+    setup: Annotated[
+        Path | None, typer.Option("--setup", metavar="FILE", help="Try this setup on its device and show what it does.")
+    ] = None,
 ) -> int:
     """List the NI devices that can be reached."""
     from radargui.cli.devices import list_devices
 
-    return list_devices(remote)
+    return list_devices(remote, certificate, setup)
 
 
 @app.command()

@@ -1,37 +1,59 @@
-"""`radargui devices`: the NI devices that can be reached."""
+"""`radargui devices`: the NI devices that can be reached, and what one does with a setup."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import typer
 
 from radargui.cli.console import show_table
+from radargui.model.errors import UsageError
+from radargui.model.setup import Setup
+from radargui.model.setup_file import read_setup
 from radargui.sources.ni.device import NiDevice
 from radargui.sources.ni.discovery import find_devices
+from radargui.sources.ni.setup_check import check_setup
 
 
-def list_devices(remote: str | None) -> int:
-    """Print one line a device and return the exit status.
+def list_devices(remote: str | None, certificate: str | None = None, setup: Path | None = None) -> int:
+    """Print one line a device, and what the device of a setup does with it; return the exit status.
 
     Raises
     ------
+    UsageError
+        A certificate without a device server.
+    SetupError
+        The setup cannot be used.
     DeviceError
-        The driver is missing, or the device server cannot be reached.
+        The driver is missing, the device server cannot be reached, or the device cannot do what the setup says.
     """
-    found = find_devices(remote)
+    chosen = None if setup is None else read_setup(setup)
+    if chosen is not None:
+        remote, certificate = remote or chosen.daq.remote, certificate or chosen.daq.remote_certificate
+    if certificate is not None and remote is None:
+        raise UsageError(f"--certificate {certificate}, allowed: with --remote HOST:PORT")
+    found = find_devices(remote, certificate)
     place = remote or "this computer"
     if not found:
         typer.echo(f"No NI device at {place}. Plug it in, switch it on and look whether NI MAX shows it.")
-        return 0
-    show_table(
-        ("name", "product", "serial number", "analog inputs", "fastest", "range", "sampling"),
-        [_row(device) for device in found],
-    )
+    else:
+        header = ("name", "product", "serial number", "analog inputs", "fastest", "ranges", "sampling", "triggers")
+        show_table(header, [_row(device) for device in found])
+    if chosen is not None:
+        _try(chosen, remote, certificate)
     return 0
+
+
+def _try(setup: Setup, remote: str | None, certificate: str | None) -> None:
+    daq = setup.daq.model_copy(update={"remote": remote, "remote_certificate": certificate})
+    check = check_setup(setup.model_copy(update={"daq": daq}))
+    typer.echo(f"\nThe setup on {check.device.title}:")
+    for what, how in check.lines:
+        typer.echo(f"  {what:15} {how}")
 
 
 def _row(device: NiDevice) -> tuple[str, ...]:
     rate = device.max_rate_multi_hz or device.max_rate_single_hz
-    widest = max((high for _, high in device.ranges_v), default=None)
     notes = [note for note, true in (("simulated", device.simulated), ("not connected", not device.connected)) if true]
     return (
         device.name,
@@ -39,6 +61,24 @@ def _row(device: NiDevice) -> tuple[str, ...]:
         device.serial_number or "-",
         str(len(device.channels)),
         f"{rate / 1000:g} kS/s {'each' if device.simultaneous else 'in all'}" if rate else "-",
-        f"±{widest:g} V" if widest else "-",
+        _ranges(device.ranges_v),
         "simultaneous" if device.simultaneous else "multiplexed",
+        _triggers(device),
     )
+
+
+def _ranges(ranges_v: tuple[tuple[float, float], ...]) -> str:
+    both = [f"{high:g}" for low, high in ranges_v if low == -high]
+    others = [f"{low:g} to {high:g} V" for low, high in ranges_v if low != -high]
+    return ", ".join([*([f"±{' '.join(both)} V"] if both else []), *others]) or "-"
+
+
+def _triggers(device: NiDevice) -> str:
+    lines = device.trigger_lines
+    shown = lines if len(lines) <= 4 else (f"{lines[0]}..{lines[-1].lstrip('PFIRTSXig_')}",)
+    kinds = [
+        *shown,
+        *(["analog"] if device.analog_trigger else []),
+        *(["pre-trigger"] if device.reference_trigger else []),
+    ]
+    return " ".join(kinds) or "-"

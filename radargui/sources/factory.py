@@ -10,6 +10,7 @@ from radargui.model.setup import Setup
 from radargui.sources.clock import SYSTEM_CLOCK, Clock
 from radargui.sources.contract import Source
 from radargui.sources.replay import ReplaySource
+from radargui.sources.restarting import RestartingSource
 from radargui.sources.simulated import SimulatedSource
 
 SourceKind: TypeAlias = Literal["simulated", "ni", "replay"]
@@ -42,7 +43,7 @@ def make_source(
     file
         What is replayed.
     clock
-        Paces simulation and replay.
+        Paces simulation and replay, and the restart of a device.
 
     Raises
     ------
@@ -59,11 +60,23 @@ def make_source(
         case "replay":
             return _replay(setup, file, realtime=realtime, clock=clock)
         case "ni":
-            # loads NI's client, which a computer without it must not need
-            from radargui.sources.ni import NiSource
-
-            return NiSource(setup)
+            return _device(setup, clock)
     raise SourceError(f"{kind!r} is no source", remedy="Choose simulated, ni or replay.")
+
+
+def _device(setup: Setup, clock: Clock) -> Source:
+    # loads NI's client, which a computer without it must not need
+    from radargui.sources.ni import NiSource
+
+    # a run of fixed length about an edge cannot be continued
+    if not setup.recording.restart_after_error or setup.daq.start_pretrigger:
+        return NiSource(setup, clock=clock)
+    at_once = setup.model_copy(update={"daq": setup.daq.model_copy(update={"start": "now", "start_source": None})})
+    return RestartingSource(
+        lambda again: NiSource(at_once if again else setup, clock=clock),
+        within_s=setup.recording.restart_within_s,
+        clock=clock,
+    )
 
 
 def _replay(setup: Setup, file: Path | None, *, realtime: bool, clock: Clock) -> ReplaySource:

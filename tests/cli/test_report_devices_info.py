@@ -47,7 +47,7 @@ def test_devices_are_listed_with_what_one_must_know_to_wire_them(
 ) -> None:
     asked: list[str | None] = []
 
-    def find(remote: str | None) -> tuple[NiDevice, ...]:
+    def find(remote: str | None, certificate: str | None = None) -> tuple[NiDevice, ...]:
         asked.append(remote)
         return (PAD,)
 
@@ -55,17 +55,17 @@ def test_devices_are_listed_with_what_one_must_know_to_wire_them(
     ended = command("devices", "--remote", "lab-pc:31763")
     assert ended.status == 0
     assert asked == ["lab-pc:31763"]
-    for fact in ("Dev1", "DAQPad-6015", "01A2B3C4", "16", "200 kS/s in all", "±10 V", "multiplexed"):
+    for fact in ("Dev1", "DAQPad-6015", "01A2B3C4", "16", "200 kS/s in all", "±0.05 10 V", "multiplexed"):
         assert fact in ended.out
 
 
 def test_no_device_is_an_answer_and_no_driver_an_error(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.cli.devices.find_devices", lambda remote: ())
+    monkeypatch.setattr("radargui.cli.devices.find_devices", lambda remote, certificate: ())
     ended = command("devices")
     assert ended.status == 0
     assert ended.out.startswith("No NI device at this computer.")
 
-    def fail(remote: str | None) -> tuple[NiDevice, ...]:
+    def fail(remote: str | None, certificate: str | None) -> tuple[NiDevice, ...]:
         raise DeviceError("The NI-DAQmx driver is not installed on this computer.")
 
     monkeypatch.setattr("radargui.cli.devices.find_devices", fail)

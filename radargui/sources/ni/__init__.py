@@ -2,6 +2,7 @@
 
 from radargui.sources.ni.device import NiDevice, TerminalChoice
 from radargui.sources.ni.discovery import driver_version, find_devices
+from radargui.sources.ni.setup_check import SetupCheck, check_setup
 from radargui.sources.ni.source import NiSource
 
-__all__ = ["NiDevice", "NiSource", "TerminalChoice", "driver_version", "find_devices"]
+__all__ = ["NiDevice", "NiSource", "SetupCheck", "TerminalChoice", "check_setup", "driver_version", "find_devices"]

@@ -63,6 +63,11 @@ class NiSource:
         """The device in use, None before `open`."""
         return self._device
 
+    @property
+    def task(self) -> InputTask | None:
+        """The task as configured, None before `open`."""
+        return self._task
+
     def open(self) -> Digitisation:
         """Reserve and configure the device; return how samples will be digitised, rate and skew as in force.
 

@@ -44,6 +44,8 @@ class InputTask:
 
     Attributes
     ----------
+    settings
+        What was asked for.
     rate_hz
         Rate in force, in S/s.
     convert_rate_hz
@@ -57,7 +59,7 @@ class InputTask:
     def __init__(self, driver: Driver, device: NiDevice, settings: TaskSettings) -> None:
         self._driver = driver
         self._device = device
-        self._settings = settings
+        self.settings = settings
         self._task: Any = None
         self._running = False
         self.rate_hz = settings.rate_hz
@@ -78,7 +80,7 @@ class InputTask:
     def _configure(self) -> None:
         from nidaqmx.constants import AcquisitionType, TaskMode, TerminalConfiguration
 
-        settings = self._settings
+        settings = self.settings
         self._task = task = self._driver.new_task()
         terminal = TerminalConfiguration[_TERMINALS[settings.terminal]]
         channels = [
@@ -170,7 +172,7 @@ class InputTask:
         """
         with self._told("starting"):
             self._task.start()
-        self._left = None if self._settings.start is None else self._settings.start.total_samples
+        self._left = None if self.settings.start is None else self.settings.start.total_samples
         self._running = True
 
     @property
@@ -184,7 +186,7 @@ class InputTask:
         Too few samples within the time are no error: n is then small or 0. After an error the samples that were read
         before it come with it.
         """
-        n_channels, wanted = len(self._settings.channels), self._settings.block_samples
+        n_channels, wanted = len(self.settings.channels), self.settings.block_samples
         if self._left is not None:
             wanted = min(wanted, self._left)
         shape = (n_channels, wanted)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from radargui.model.section import Flag, Real, Section, Whole
 
@@ -36,6 +36,9 @@ class Simulation(Section):
         How long the sphere rests before and after the motion.
     drop_height_m
         Fall from the release to the first impact; left out: down to `floor.height_m`, else 0.26 m.
+    drag_per_m
+        k of the air's drag on a falling sphere (drop, bed), a = g - k |v| v, with k = 3 rho_air c_d / (4 rho_sphere d):
+        0.005 for 10 mm of steel, 0.05 for light plastic. Circle and pendulum know no air.
     lateral_speed_m_s, lateral_azimuth_deg
         Drift of a falling sphere; the azimuth is also the direction of the circle's middle and of the swing.
     bed_depth_m
@@ -80,6 +83,7 @@ class Simulation(Section):
     gravity_m_s2: Annotated[Real, Field(ge=0.1, le=30.0)] = 9.81
     drop_height_m: Annotated[Real, Field(gt=0.0, le=2.0)] | None = None
     restitution: Annotated[Real, Field(ge=0.0, lt=1.0)] = 0.8
+    drag_per_m: Annotated[Real, Field(ge=0.0, le=0.2)] = 0.0
     lateral_speed_m_s: Annotated[Real, Field(ge=0.0, le=5.0)] = 0.0
     lateral_azimuth_deg: Annotated[Real, Field(ge=-360.0, le=360.0)] = 30.0
     bed_depth_m: Annotated[Real, Field(gt=0.0, le=0.2)] = 0.01

@@ -12,7 +12,7 @@ from radargui.sources.simulated.glide import Glide
 
 REST_SPEED_M_S = 0.02
 LONGEST_S = 600.0
-_ROLL_OUT_S = 0.25
+ROLL_OUT_S = 0.25
 
 
 class Drop:
@@ -37,11 +37,7 @@ class Drop:
         height = floor.height_m(release_m)
         first_s = float(np.sqrt(2.0 * height / self._gravity_m_s2))
         speed = self._gravity_m_s2 * first_s
-        if first_s * (1.0 + e) / (1.0 - e) > LONGEST_S:
-            raise SetupError(
-                f"simulation.restitution = {e:g}: the simulated sphere would bounce for more than {LONGEST_S:g} s",
-                remedy="Choose a smaller restitution.",
-            )
+        check_it_ends(simulation, height, float(floor.normal[2]))
         rebounds = _rebounds(speed, e)
         self._rebound_m_s = rebounds
         flights_s = 2.0 * rebounds[:-1] / self._gravity_m_s2
@@ -56,7 +52,7 @@ class Drop:
     def duration_s(self) -> float:
         """Time from the release until the sphere stays where it is."""
         last = float(self._impact_s[-1])
-        return last + _ROLL_OUT_S if self._glide.speed_m_s(last) > 0.0 else last
+        return last + ROLL_OUT_S if self._glide.speed_m_s(last) > 0.0 else last
 
     def position_m(self, time_s: FloatArray) -> FloatArray:
         """Return the position, shape (3, n), at times (n,)."""
@@ -67,9 +63,26 @@ class Drop:
         since = time_s[bounced] - self._impact_s[flight[bounced]]
         rebound = self._rebound_m_s[flight[bounced]]
         height[bounced] = np.where(rebound > 0.0, rebound * since - 0.5 * self._gravity_m_s2 * since**2, 0.0)
-        along = self._glide.travel_m(time_s, float(self._impact_s[-1]), _ROLL_OUT_S)
+        along = self._glide.travel_m(time_s, float(self._impact_s[-1]), ROLL_OUT_S)
         fallen = height - self._floor.height_m(self._release_m)
         return np.asarray(self._release_m[:, None] + self._floor.normal[:, None] * fallen + along)
+
+
+def check_it_ends(simulation: Simulation, height_m: float, upward: float) -> None:
+    """Check that a fall of this height, along a normal with this share of the vertical, comes to rest in time.
+
+    Raises
+    ------
+    SetupError
+        The sphere would bounce for more than ten minutes.
+    """
+    e = simulation.restitution
+    first_s = float(np.sqrt(2.0 * height_m / (simulation.gravity_m_s2 * upward)))
+    if first_s * (1.0 + e) / (1.0 - e) > LONGEST_S:
+        raise SetupError(
+            f"simulation.restitution = {e:g}: the simulated sphere would bounce for more than {LONGEST_S:g} s",
+            remedy="Choose a smaller restitution.",
+        )
 
 
 def _rebounds(speed_m_s: float, e: float) -> FloatArray:

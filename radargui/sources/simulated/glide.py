@@ -21,9 +21,7 @@ class Glide:
 
     def __init__(self, simulation: Simulation, floor: ContactPlane) -> None:
         normal = floor.normal
-        heading = azimuth_direction(simulation.lateral_azimuth_deg)
-        heading = heading - (heading @ normal) * normal
-        self._push_m_s = simulation.lateral_speed_m_s * heading / np.linalg.norm(heading)
+        self._push_m_s = push_velocity_m_s(simulation, floor)
         down = np.array([0.0, 0.0, -simulation.gravity_m_s2])
         along = down - (down @ normal) * normal
         self._gravity_m_s2 = np.where(np.abs(along) < 1e-12, 0.0, along)
@@ -52,3 +50,10 @@ class Glide:
             + 0.5 * self._gravity_m_s2[:, None] * free**2
             + self.velocity_m_s(brake_s)[:, None] * rolled
         )
+
+
+def push_velocity_m_s(simulation: Simulation, floor: ContactPlane) -> FloatArray:
+    """Return the velocity that the push gives, along the floor, shape (3,)."""
+    heading = azimuth_direction(simulation.lateral_azimuth_deg)
+    heading = heading - (heading @ floor.normal) * floor.normal
+    return np.asarray(simulation.lateral_speed_m_s * heading / np.linalg.norm(heading))

@@ -6,6 +6,7 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
+from radargui.sources.simulated.air_fall import AirFall
 from radargui.sources.simulated.bed import Bed
 from radargui.sources.simulated.circle import Circle
 from radargui.sources.simulated.drop import Drop
@@ -78,6 +79,8 @@ class Scene:
 def _trajectory(setup: Setup, release_m: FloatArray) -> Trajectory:
     simulation = setup.simulation
     match simulation.scene:
+        case "drop" | "bed" if simulation.drag_per_m > 0.0:
+            return AirFall(simulation, release_m, contact_plane(setup))
         case "drop":
             return Drop(simulation, release_m, contact_plane(setup))
         case "bed":

@@ -19,6 +19,7 @@ _ENTRY = re.compile(r"\s*([IQ])(\d+)\s*=", re.IGNORECASE)
 _SUFFIX = "|".join(re.escape(suffix) for suffix in sorted(SUFFIXES, key=len, reverse=True))
 _WITH_SUFFIX = re.compile(rf"(.*?(?:{_SUFFIX})):(.*)", re.IGNORECASE | re.DOTALL)
 _FORM = "Write I1=NAME,Q1=NAME,... or I1=PATH:NAME,Q1=PATH:NAME,..."
+_ENDINGS = ", ".join(SUFFIXES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +71,8 @@ class ChannelMap:
 def parse_channel_map(text: str) -> ChannelMap:
     r"""Return the map that a text such as `I1=a.mat:src1.Data,Q1=b.mat:src1.Data` or `I1=x,Q1=y` describes.
 
-    A path ends with the suffix of a format that is read, so that a Windows path `C:\data\a.mat:x` is understood;
-    where no such suffix stands before a colon, the last colon parts path and name. Commas inside a path or name are
-    part of it unless `I` or `Q`, a number and `=` follow.
+    A path ends with the suffix of a format that is read, and a colon follows: so `C:\data\a.mat:x` is understood, and
+    a name may hold colons. Commas inside a path or name are part of it unless `I` or `Q`, a number and `=` follow.
 
     Raises
     ------
@@ -94,17 +94,11 @@ def parse_channel_map(text: str) -> ChannelMap:
 
 def _entry(target: str, value: str) -> ChannelEntry:
     match = _WITH_SUFFIX.fullmatch(value)
-    if match:
-        path, variable = match[1], match[2]
-    elif value.lower().endswith(SUFFIXES):
+    path, variable = (match[1].strip(), match[2].strip()) if match else ("", value)
+    if value.lower().endswith(SUFFIXES):
         raise UsageError(f"--channels: {target}={value} names a file, but nothing in it.", remedy=_FORM)
-    else:
-        path, _, variable = value.rpartition(":")
-    path, variable = path.strip(), variable.strip()
-    if not variable or (":" in value and not path):
+    if not variable:
         raise UsageError(f"--channels: {target}={value} names no column or variable.", remedy=_FORM)
-    if len(path) == 1 and variable.startswith(("\\", "/")):
-        raise UsageError(f"--channels: {target}={value} names a file, but nothing in it.", remedy=_FORM)
     return ChannelEntry(target, variable, Path(path) if path else None)
 
 
@@ -138,8 +132,7 @@ def read_mapped(
     channel_map
         Which columns or variables.
     file
-        The input file; None where the map names the files. A map whose names hold colons is taken as names where
-        `file` has them.
+        The input file; None where the map names the files.
     rate_hz
         Sample rate where the files have none.
     name
@@ -154,13 +147,10 @@ def read_mapped(
     """
     entries = channel_map.entries
     if file is not None and channel_map.has_paths:
-        names = {info.name for info in list_channels(file)}
-        if not all(entry.text in names for entry in entries):
-            raise UsageError(f"--channels names files of its own: {file} cannot be read with it.")
-        entries = tuple(ChannelEntry(entry.target, entry.text) for entry in entries)
+        raise UsageError(f"--channels names files of its own: {file} cannot be read with it.", remedy=_FORM)
+    if file is None and not channel_map.has_paths:
+        raise UsageError("--channels without paths needs an input file.", remedy=f"{_FORM}; a path ends in {_ENDINGS}.")
     files = [entry.path or file for entry in entries]
-    if any(path is None for path in files):
-        raise UsageError("--channels without paths needs an input file.", remedy=_FORM)
     grouped: dict[Path, list[ChannelEntry]] = {}
     for path, entry in zip(files, entries, strict=True):
         if path is not None:

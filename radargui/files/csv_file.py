@@ -46,7 +46,7 @@ def read_csv(path: Path, names: Sequence[str]) -> Signals:
     """
     with reading(path, WHAT), _opened(path) as file:
         present = _header(file, path)
-        own = resolved(path, names, [name for name in present if name])
+        own = resolved(path, names, [name for name in present if name not in ("", TIME_NAME)])
         timed = TIME_NAME in present
         table = _table(file, path, present, [*own, TIME_NAME] if timed else own)
         signals = tuple(Signal(name, np.ascontiguousarray(table[:, k])) for k, name in enumerate(names))
@@ -80,7 +80,7 @@ def _header(file: TextIO, path: Path) -> list[str]:
                 reasons=("it was saved with a national setting that also writes decimal commas",),
                 remedy="Save it with commas between columns and decimal points.",
             )
-    names = [name.strip() for name in next(csv.reader([line]))] if line.strip() else []
+    names = [name.strip() for name in next(csv.reader([line], skipinitialspace=True))] if line.strip() else []
     if not any(names):
         raise FileError(f"{path} holds no header.")
     if all(_is_number(name) for name in names):

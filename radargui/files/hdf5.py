@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,7 @@ from radargui.files.refusal import reading
 from radargui.files.run_layout import COMPRESSION
 from radargui.model.errors import FileError
 
+_SLACK_BYTES = 65_536
 LARGEST_RATIO = 1100
 """Deflate makes data at most about 1032 times smaller; a header that claims more is wrong."""
 
@@ -82,14 +84,16 @@ def dataset(group: Any, name: str, path: Path, n_dimensions: tuple[int, ...] = (
     found = group.get(name) if name in group else None
     if not isinstance(found, h5py.Dataset):
         raise FileError(f"{path}: holds no {name}.", reasons=("it is not the file it seems to be",))
-    if found.ndim not in n_dimensions:
+    if found.ndim not in n_dimensions or len(found.chunks or found.shape) != found.ndim:
         raise FileError(f"{path}: {name} has {found.ndim} dimensions.")
     if found.external or found.is_virtual or found.file != group.file:
         raise FileError(f"{path}: {name} is kept in another file, which is not read.")
     present = min(found.id.get_storage_size(), path.stat().st_size)
-    if found.nbytes > LARGEST_RATIO * (present + 64):
+    # The library takes memory for whole chunks, however few samples are asked for.
+    claimed = max(found.nbytes, math.prod(found.chunks or (0,)) * found.dtype.itemsize)
+    if claimed > LARGEST_RATIO * (present + _SLACK_BYTES):
         raise FileError(
-            f"{path}: {name} claims {found.nbytes / 1e9:.3g} GB, far more than the file holds.",
+            f"{path}: {name} claims {claimed / 1e9:.3g} GB, far more than the file holds.",
             reasons=("the file is damaged or cut off",),
         )
     return found

@@ -52,9 +52,10 @@ def _variable(file: Any, path: Path, name: str, item: Any, wanted: bool) -> Vari
     if "MATLAB_empty" in item.attrs or item.shape is None or item.ndim > 2 or item.dtype.kind not in "iufb":
         return Variable(name, shape)
     is_text = hdf5.text(item.attrs, "MATLAB_class") == "char"
-    if is_text and item.size <= _LONGEST_TEXT and item.dtype == np.uint16:
-        return Variable(name, value="".join(chr(code) for code in np.ravel(item[...], order="F")))
-    if is_text or not (wanted or item.size <= _SMALL):
-        return Variable(name, shape if not is_text else (0, 0))
-    checked = hdf5.dataset(file, name.replace(".", "/"), path, (0, 1, 2))
-    return variable_of(name, checked[...])
+    read = item.size <= _LONGEST_TEXT and item.dtype == np.uint16 if is_text else wanted or item.size <= _SMALL
+    if not read:
+        return Variable(name, shape, is_real=not is_text)
+    values = hdf5.dataset(file, name.replace(".", "/"), path, (0, 1, 2))[...]
+    if is_text:
+        return Variable(name, value="".join(chr(code) for code in np.ravel(values, order="F")))
+    return variable_of(name, values)

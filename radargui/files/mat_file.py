@@ -48,7 +48,7 @@ def read_mat(path: Path, names: Sequence[str]) -> Signals:
     """
     variables = _variables(path, (*names, TIME_NAME))
     vectors = [name for name, variable in variables.items() if variable.is_vector]
-    own = resolved(path, names, list(variables))
+    own = resolved(path, names, list(variables), vectors)
     signals = []
     for name in own:
         variable = variables[name]

@@ -20,6 +20,8 @@ class Variable:
         Such as `src1.Data`.
     shape
         Without sides of length 1; empty for single values.
+    is_real
+        Whether it holds real numbers.
     value
         Samples (n,), a number, a text; None where it was not read or is none of these.
     """
@@ -27,11 +29,12 @@ class Variable:
     name: str
     shape: tuple[int, ...] = ()
     value: FloatArray | float | str | None = field(default=None, repr=False)
+    is_real: bool = False
 
     @property
     def is_vector(self) -> bool:
         """Whether it can be a channel."""
-        return len(self.shape) == 1
+        return self.is_real and len(self.shape) == 1 and self.shape[0] > 0
 
 
 def variable_of(name: str, value: Any) -> Variable:
@@ -42,5 +45,8 @@ def variable_of(name: str, value: Any) -> Variable:
     if array.ndim == 0:
         single = array.item() if array.dtype.kind in "iufb" else None
         return Variable(name, value=None if single is None else float(single))
-    real = array.dtype.kind in "iufb" and array.ndim == 1
-    return Variable(name, array.shape, np.ascontiguousarray(array, dtype=np.float64) if real else None)
+    is_real = array.dtype.kind in "iufb"
+    # A damaged file may hold signalling NaN; that they are no numbers is said where samples are looked at.
+    with np.errstate(invalid="ignore"):
+        vector = np.ascontiguousarray(array, dtype=np.float64) if is_real and array.ndim == 1 and array.size else None
+    return Variable(name, array.shape, vector, is_real)

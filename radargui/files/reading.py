@@ -72,14 +72,13 @@ def canonical_names(infos: Sequence[ChannelInfo], path: Path) -> list[str]:
             f"{path} holds no channels named I1, Q1, ...; it holds {listed(names) or 'no channel'}.",
             remedy=f"Say which is which: {_example(names)}" if len(names) > 1 else "",
         )
-    wanted = list(iq_names(max(int(name[1:]) for name in present) if len(present) < 100 else 0))
-    lacking = [name for name in wanted if name not in present] if len(wanted) <= 2 * len(present) else wanted[:8]
-    if lacking or len(present) != len(wanted):
+    wanted = iq_names(len(present) // 2)
+    if set(wanted) != present:
         raise FileError(
             f"{path}: its channels {listed(sorted(present))} are not complete pairs I1, Q1, I2, ...",
             remedy=f"Say which is which: {_example(names)}",
         )
-    return wanted
+    return list(wanted)
 
 
 def _example(names: Sequence[str]) -> str:

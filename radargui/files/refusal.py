@@ -30,8 +30,19 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:SHOWN_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
-def resolved(path: Path, names: Sequence[str], present: Sequence[str]) -> list[str]:
+def resolved(path: Path, names: Sequence[str], present: Sequence[str], shown: Sequence[str] | None = None) -> list[str]:
     """Return names as a file has them; runs of blanks count as one, for messages and shells show them so.
+
+    Parameters
+    ----------
+    path
+        The file.
+    names
+        What is wanted.
+    present
+        What can be found.
+    shown
+        What a refusal names instead of all that is present.
 
     Raises
     ------
@@ -40,11 +51,10 @@ def resolved(path: Path, names: Sequence[str], present: Sequence[str]) -> list[s
     """
     loose = {" ".join(name.split()): name for name in reversed(present)}
     found = [name if name in present else loose.get(" ".join(name.split())) for name in names]
+    told = listed(present if shown is None else shown) or "no channel"
     for name, own in zip(names, found, strict=True):
         if not own:
-            raise FileError(
-                f"{path} holds no {name}; it holds {listed(present) or 'no channel'}.", remedy="Mend --channels."
-            )
+            raise FileError(f"{path} holds no {name}; it holds {told}.", remedy="Mend --channels.")
     return [own for own in found if own]
 
 

@@ -51,16 +51,16 @@ def read_run(path: Path) -> Recording:
     FileError
         Unreadable, damaged, or no run file.
     """
-    with _run(path) as file:
+    with opened_run(path) as file:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
         digitisation = read_digitisation(raw, path)
-        samples = raw[:] if "crc32" in file.attrs else raw[:, : _whole_samples(raw)]
+        samples = raw[:] if "crc32" in file.attrs else raw[:, : whole_samples(raw)]
         _want_untouched(file.attrs, samples, path)
         return Recording(
             name=path.stem,
             raw=samples,
             digitisation=digitisation,
-            gaps=_gaps(file, path),
+            gaps=read_gaps(file, path),
             trigger_index=read_trigger(raw.attrs),
             started_at=hdf5.text(raw.attrs, "started_at"),
         )
@@ -74,7 +74,7 @@ def run_is_complete(path: Path) -> bool:
     FileError
         Unreadable, or no run file.
     """
-    with _run(path) as file:
+    with opened_run(path) as file:
         return _complete(file)
 
 
@@ -88,7 +88,7 @@ def read_run_setup(path: Path) -> Setup | None:
     SetupError
         The setup in it is not valid for this version.
     """
-    with _run(path) as file:
+    with opened_run(path) as file:
         toml = hdf5.text(file.attrs, "setup")
     return parse_setup(toml, f"setup in {path}") if toml.strip() else None
 
@@ -101,7 +101,7 @@ def read_markers(path: Path) -> tuple[Marker, ...]:
     FileError
         Unreadable, or no run file.
     """
-    with _run(path) as file:
+    with opened_run(path) as file:
         if layout.MARKERS not in file:
             return ()
         rows = hdf5.dataset(file, layout.MARKERS, path, (1,))[:]
@@ -116,7 +116,7 @@ def read_run_truth(path: Path) -> Truth | None:
     FileError
         Unreadable, or no run file.
     """
-    with _run(path) as file:
+    with opened_run(path) as file:
         if layout.TRUTH not in file:
             return None
         group = file[layout.TRUTH]
@@ -128,7 +128,14 @@ def read_run_truth(path: Path) -> Truth | None:
 
 
 @contextmanager
-def _run(path: Path) -> Iterator[Any]:
+def opened_run(path: Path) -> Iterator[Any]:
+    """Open a run file whose header is sound.
+
+    Raises
+    ------
+    FileError
+        Unreadable, damaged, or no run file.
+    """
     with hdf5.opened(path, "a run file", is_run) as file:
         # Where a crash stopped the recording, it may have come between the header and its checksum.
         if _complete(file) and not (is_sound(file.attrs) and is_sound(file[layout.RAW].attrs)):
@@ -148,9 +155,11 @@ def _complete(file: Any) -> bool:
     return bool(hdf5.number(file.attrs, "complete"))
 
 
-def _whole_samples(raw: Any) -> int:
+def whole_samples(raw: Any) -> int:
     """Return how many samples lie before the first chunk that a crash kept from the disk."""
     n_channels, count = raw.shape
+    if raw.chunks is None:
+        return int(count)
     length = raw.chunks[1]
     if raw.id.get_num_chunks() == n_channels * -(-count // length):
         return int(count)
@@ -161,7 +170,14 @@ def _whole_samples(raw: Any) -> int:
     return int(count)
 
 
-def _gaps(file: Any, path: Path) -> tuple[Gap, ...]:
+def read_gaps(file: Any, path: Path) -> tuple[Gap, ...]:
+    """Return the gap records of an opened run file.
+
+    Raises
+    ------
+    FileError
+        They are damaged.
+    """
     if layout.GAPS not in file:
         return ()
     rows = hdf5.dataset(file, layout.GAPS, path, (1,))[:]

@@ -17,7 +17,9 @@ from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.refusal import why
 from radargui.files.run_header import Attribute, write_end, write_header, write_trigger
+from radargui.files.run_health import put_health
 from radargui.files.seal import rows_crc
+from radargui.files.staged_file import StagedFile
 from radargui.model.arrays import RawArray
 from radargui.model.block import Block
 from radargui.model.digitisation import Digitisation
@@ -25,7 +27,7 @@ from radargui.model.errors import FileError
 from radargui.model.truth import Truth
 
 RESERVE_BYTES = 4_000_000
-"""Kept free on the disk, so that the file can still be closed in order."""
+"""A recording ends when less than this is free on the disk."""
 
 
 class RunExistsError(FileError):
@@ -84,15 +86,15 @@ class RunWriter:
             (digitisation.n_channels, layout.chunk_length(digitisation.sample_rate_hz)),
             dtype=np.float64 if digitisation.scaling is None else np.int16,
         )
-        self._file: Any = _create(path)
+        self._staged = _create(path)
         try:
-            self._want_room(RESERVE_BYTES)
+            self._file: Any = h5py.File(self._staged, "w")
             with self._guarded() as file:
                 write_header(
                     file, digitisation, started_at=started_at, setup_toml=setup_toml, attributes=attributes or {}
                 )
                 write_trigger(file, trigger_index, digitisation.sample_rate_hz)
-                file.flush()
+            self._want_room()
         except FileError:
             path.unlink(missing_ok=True)
             raise
@@ -140,13 +142,11 @@ class RunWriter:
         """Set the trigger (t = 0 of the run), counted from the first sample written, lost samples included."""
         with self._lock, self._guarded() as file:
             write_trigger(file, index, self._digitisation.sample_rate_hz)
-            file.flush()
 
     def add_marker(self, index: int, text: str) -> None:
         """Keep an operator's note at a sample, counted from the first sample written, lost samples included."""
         with self._lock, self._guarded() as file:
             hdf5.append_row(file[layout.MARKERS], (int(index), layout.fitted(text, layout.MARKER_BYTES)))
-            file.flush()
 
     def write_truth(self, truth: Truth) -> None:
         """Store what really happened beside a simulated recording; a second call replaces the first."""
@@ -157,7 +157,11 @@ class RunWriter:
             for name in ("position_m", "path_m", "impact_time_s"):
                 values = np.asarray(getattr(truth, name), dtype=np.float64)
                 hdf5.store(group, name, values, self._buffer.shape[1])
-            file.flush()
+
+    def write_health(self, record: Mapping[str, object]) -> None:
+        """Store how the recording went, a table that JSON can hold; a second call replaces the first."""
+        with self._lock, self._guarded() as file:
+            put_health(file, record)
 
     def close(self, *, complete: bool = True) -> None:
         """Write what is left and close; idempotent.
@@ -178,9 +182,7 @@ class RunWriter:
             self._write_rows()
             with self._guarded() as file:
                 write_end(file, self._count, self._crcs, complete=complete)
-                file.flush()
-                file.close()
-            self._file = None
+            self._let_go(whole=True)
 
     def __enter__(self) -> RunWriter:
         return self
@@ -217,30 +219,28 @@ class RunWriter:
             done += take
             if self._filled == self._buffer.shape[1]:
                 self._write_rows()
-                self._want_room(RESERVE_BYTES)
+                self._want_room()
 
     def _write_rows(self) -> None:
         if not self._filled:
             return
         with self._guarded() as file:
-            self._want_room(2 * self._filled * self._buffer.shape[0] * self._buffer.itemsize)
             raw = file[layout.RAW]
             first = raw.shape[1]
             raw.resize(first + self._filled, axis=1)
             for channel in range(self._buffer.shape[0]):
                 raw[channel, first:] = self._buffer[channel, : self._filled]
-            file.flush()
-            self._crcs = rows_crc(self._buffer[:, : self._filled], self._crcs)
-            self._filled = 0
+        self._crcs = rows_crc(self._buffer[:, : self._filled], self._crcs)
+        self._filled = 0
 
-    def _want_room(self, n_bytes: int) -> None:
-        # A disk that fills up in the middle of a flush can spoil the file: stop while there is room to close it.
+    def _want_room(self) -> None:
+        # Stopping while there is room keeps every sample taken so far, and leaves some for the results.
         try:
             free = shutil.disk_usage(self._path.parent).free
         except OSError:
             return
-        if free < n_bytes:
-            self._abandon()
+        if free < RESERVE_BYTES:
+            self._let_go()
             raise FileError(
                 f"{self._path}: the disk is full; {self._kept()}.",
                 remedy="Make room on the disk or choose another data folder.",
@@ -263,39 +263,44 @@ class RunWriter:
 
     @contextmanager
     def _guarded(self) -> Iterator[Any]:
-        """Hand out the file; after a failure it is closed as well as it can be, for what is in it."""
+        """Hand out the file and commit; after a failure it stays on the disk as the commit before left it."""
         file = self._opened()
         try:
             yield file
-        except FileError:
-            self._abandon()
-            raise
+            file.flush()
+            self._staged.commit()
         except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
-            self._abandon()
+            self._let_go()
             raise FileError(
                 f"{self._path}: writing failed: {why(error)} What was written stays: {self._kept()}.",
                 reasons=("the disk is full", "the disk was taken away"),
                 remedy="Make room on the disk or choose another data folder.",
             ) from error
 
-    def _abandon(self) -> None:
+    def _let_go(self, *, whole: bool = False) -> None:
+        """Close; unless `whole`, what HDF5 writes while closing stays off the disk."""
         file, self._file = self._file, None
-        if file is None:
-            return
         try:
-            file.close()
+            if file is not None:
+                file.close()
+            if whole:
+                self._staged.commit()
+                self._staged.sync()
         except (OSError, RuntimeError, ValueError):
+            # Every sample is on the disk since the commit before.
             return
+        finally:
+            self._staged.close()
 
 
-def _create(path: Path) -> Any:
+def _create(path: Path) -> StagedFile:
     try:
-        return h5py.File(path, "x", locking="best-effort")
-    except (OSError, ValueError) as error:
-        if isinstance(error, FileExistsError) or path.exists():
-            raise RunExistsError(
-                f"{path} is there already and is not overwritten.", remedy="Choose another name or folder."
-            ) from None
+        return StagedFile(path)
+    except FileExistsError:
+        raise RunExistsError(
+            f"{path} is there already and is not overwritten.", remedy="Choose another name or folder."
+        ) from None
+    except OSError as error:
         raise FileError(
             f"{path} cannot be made: {why(error)}",
             reasons=("the folder is not there or cannot be written", "the disk is full"),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import json
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,7 +19,9 @@ from radargui.model.digitisation import iq_names
 from radargui.model.errors import FileError
 
 WHAT = "a SigMF recording"
+META_SUFFIX, DATA_SUFFIX, ARCHIVE_SUFFIX = ".sigmf-meta", ".sigmf-data", ".sigmf"
 MOST_CHANNELS = 64
+LARGEST_META = 50_000_000
 FULL_SCALE = "full scale"
 """SigMF knows no volts: fixed-point codes are parts of full scale."""
 
@@ -58,7 +60,7 @@ def read_sigmf(path: Path, names: Sequence[str]) -> Signals:
     """
     found = _load(path)
     places = {**{name: place for place, name in enumerate(found.names)}, **_numbered(len(found.names))}
-    own = resolved(path, names, list(places))
+    own = resolved(path, names, list(places), found.names)
     return Signals(
         tuple(_signal(name, found.components[:, places[name]]) for name in own),
         sample_rate_hz=found.sample_rate_hz,
@@ -85,50 +87,85 @@ def _signal(name: str, component: Any) -> Signal:
 
 
 def _load(path: Path) -> _Samples:
-    import sigmf
-    from sigmf.sigmffile import SigMFFile, dtype_info
-
-    with reading(path, WHAT), warnings.catch_warnings():
-        # The library warns of data that do not fit their metadata; here that is a refusal.
-        warnings.simplefilter("error", UserWarning)
-        handle = sigmf.fromfile(str(path), autoscale=False)
-        if not isinstance(handle, SigMFFile):
-            raise FileError(f"{path} is a collection; give one of its recordings.")
-        if handle.data_file is None and handle.data_buffer is None:
-            raise FileError(f"{path}: its data file is missing.", remedy="Put the .sigmf-data file beside it.")
+    with reading(path, WHAT):
+        handle = _opened(path)
         facts = handle.get_global_info()
-        info = dtype_info(facts.get("core:datatype"))
-        n_components = _n_channels(facts, path) * (2 if info["is_complex"] else 1)
-        components = _components(handle, info["component_dtype"], n_components)
+        components = _components(handle, facts)
         captures = handle.get_captures()
+        n_components = components.shape[1]
         names = iq_names(n_components // 2) if n_components % 2 == 0 else tuple(_numbered(n_components))
-        return _Samples(names, components, _rate(facts, path), _started(captures), _gaps(captures))
+        return _Samples(names, components, _rate(facts), _started(captures), _gaps(captures))
 
 
-def _n_channels(facts: dict[str, Any], path: Path) -> int:
-    count = facts.get("core:num_channels", 1)
-    if not isinstance(count, int) or not 1 <= count <= MOST_CHANNELS:
-        raise FileError(f"{path}: core:num_channels = {count}: allowed 1 to {MOST_CHANNELS}.")
-    return count
+def _opened(path: Path) -> Any:
+    """Return the library's handle, checked against the checksum in the metadata where there is one."""
+    import sigmf
+    from sigmf.sigmffile import SigMFFile
+
+    if path.suffix.lower() == ARCHIVE_SUFFIX:
+        return sigmf.fromarchive(str(path), autoscale=False)
+    meta = path.with_suffix(META_SUFFIX)
+    if not meta.is_file():
+        raise FileError(f"{path}: its metadata {meta.name} are missing.")
+    if meta.stat().st_size > LARGEST_META:
+        raise FileError(f"{meta} is larger than metadata can be.")
+    metadata = json.loads(meta.read_text(encoding="utf-8"))
+    data = path.with_suffix(DATA_SUFFIX)
+    named = metadata["global"].get("core:dataset")
+    if named is not None:
+        data = path.with_name(Path(str(named)).name)
+    if not data.is_file():
+        raise FileError(f"{path}: its samples {data.name} are missing.", remedy="Put that file beside it.")
+    facts = metadata["global"]
+    skipped = int(facts.get("core:trailing_bytes", 0))
+    skipped += sum(int(capture.get("core:header_bytes", 0)) for capture in metadata["captures"])
+    _count(facts, metadata.get("annotations", []), data.stat().st_size - skipped)
+    return SigMFFile(metadata=metadata, data_file=str(data), autoscale=False)
 
 
-def _components(handle: Any, dtype: Any, n_components: int) -> Any:
-    size = handle.sample_count * n_components * dtype.itemsize
-    if handle.data_file is not None:
-        count = size // dtype.itemsize
-        flat = np.fromfile(handle.data_file, dtype=dtype, count=count, offset=int(handle.data_offset))
+def _count(facts: dict[str, Any], annotations: list[dict[str, Any]], size: int) -> tuple[int, int]:
+    """Return number of samples and of components of each; what the metadata tell must be what is there."""
+    from sigmf.sigmffile import dtype_info
+
+    n_channels = facts.get("core:num_channels", 1)
+    if not isinstance(n_channels, int) or not 1 <= n_channels <= MOST_CHANNELS:
+        raise ValueError(f"core:num_channels = {n_channels}: allowed 1 to {MOST_CHANNELS}")
+    info = dtype_info(facts.get("core:datatype"))
+    n_components = n_channels * (2 if info["is_complex"] else 1)
+    count, rest = divmod(size, n_components * info["component_dtype"].itemsize)
+    ends = [int(one["core:sample_start"]) + int(one.get("core:sample_count", 0)) for one in annotations]
+    if rest or size < 0 or max(ends, default=0) > count:
+        raise ValueError(f"its samples are {size} bytes, which is not what its metadata tell")
+    return count, n_components
+
+
+def _components(handle: Any, facts: dict[str, Any]) -> Any:
+    from sigmf.sigmffile import dtype_info
+
+    dtype = dtype_info(facts["core:datatype"])["component_dtype"]
+    start, trailing = int(handle.data_offset), int(facts.get("core:trailing_bytes", 0))
+    # Within an archive the samples are a part of the file.
+    size = getattr(handle, "data_size_bytes", None)
+    if size is None:
+        held = (
+            len(handle.data_buffer.getbuffer()) if handle.data_file is None else Path(handle.data_file).stat().st_size
+        )
+        size = held - start - trailing
+    count, n_components = _count(facts, handle.get_annotations(), size)
+    if handle.data_file is None:
+        content = bytes(handle.data_buffer.getbuffer()[start : start + size])
+        flat = np.frombuffer(content, dtype=dtype, count=count * n_components)
     else:
-        start = int(handle.data_offset)
-        flat = np.frombuffer(bytes(handle.data_buffer.getbuffer()[start : start + size]), dtype=dtype)
-    return flat.reshape(-1, n_components)
+        flat = np.fromfile(handle.data_file, dtype=dtype, count=count * n_components, offset=start)
+    return flat.reshape(count, n_components)
 
 
-def _rate(facts: dict[str, Any], path: Path) -> float | None:
+def _rate(facts: dict[str, Any]) -> float | None:
     rate = facts.get("core:sample_rate")
     if rate is None:
         return None
     if not isinstance(rate, int | float) or not math.isfinite(rate) or rate <= 0:
-        raise FileError(f"{path}: core:sample_rate = {rate!r} is not a rate.")
+        raise ValueError(f"core:sample_rate = {rate!r} is not a rate")
     return float(rate)
 
 

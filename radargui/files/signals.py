@@ -75,6 +75,8 @@ class Signals:
         ISO 8601 date and time of the first sample; empty where unknown.
     device
         What digitised, for people.
+    trigger_index
+        Index of the trigger, lost samples counted, or None.
     """
 
     signals: tuple[Signal, ...]
@@ -84,3 +86,4 @@ class Signals:
     channel_skew_s: float = 0.0
     started_at: str = ""
     device: str = ""
+    trigger_index: int | None = None

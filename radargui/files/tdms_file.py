@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from radargui.files.refusal import listed, reading, resolved
 from radargui.files.signals import ChannelInfo, Signal, Signals
-from radargui.files.tdms_scaling import code_polynomial
+from radargui.files.tdms_scaling import code_polynomial, is_sound
 from radargui.files.time_axis import rate_of_step
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
@@ -31,7 +32,8 @@ def list_tdms(path: Path) -> tuple[ChannelInfo, ...]:
     """
     with _opened(path) as file:
         return tuple(
-            ChannelInfo(name, len(channel), _rate(channel), _unit(channel)) for name, channel in _named(file).items()
+            ChannelInfo(name, len(channel), _rate(channel), _unit(channel))
+            for name, channel in _named(file, path).items()
         )
 
 
@@ -44,9 +46,9 @@ def read_tdms(path: Path, names: Sequence[str]) -> Signals:
         Unreadable, no TDMS file, cut off, a channel missing, channels of different rates.
     """
     with _opened(path) as file:
-        named = _named(file)
+        named = _named(file, path)
         known = {**named, **{f"{one.group_name}/{one.name}": one for one in named.values()}}
-        chosen = [known[name] for name in resolved(path, names, list(known))]
+        chosen = [known[name] for name in resolved(path, names, list(known), list(named))]
         _want_whole(file, path, chosen)
         rates = {_rate(channel) for channel in chosen}
         if len(rates) > 1:
@@ -60,7 +62,10 @@ def read_tdms(path: Path, names: Sequence[str]) -> Signals:
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     from nptdms import TdmsFile
+    from nptdms.log import log_manager
 
+    # Its notes on damaged bytes would go to the terminal; what matters of them is said by a FileError.
+    log_manager.set_level(logging.CRITICAL)
     # An opened file and not its path: the library would believe an index file that lies beside it.
     with reading(path, WHAT), path.open("rb") as stream:
         magic = stream.read(4)
@@ -71,8 +76,12 @@ def _opened(path: Path) -> Iterator[Any]:
             yield file
 
 
-def _named(file: Any) -> dict[str, Any]:
-    channels = [channel for group in file.groups() for channel in group.channels() if _is_numbers(channel)]
+def _named(file: Any, path: Path) -> dict[str, Any]:
+    every = [channel for group in file.groups() for channel in group.channels()]
+    for channel in every:
+        if not is_sound(channel.properties):
+            raise FileError(f"{path}: the scaling of its channel {channel.name} is damaged.")
+    channels = [channel for channel in every if _is_numbers(channel)]
     names = [channel.name for channel in channels]
     return {
         channel.name if names.count(channel.name) == 1 else f"{channel.group_name}/{channel.name}": channel

@@ -11,7 +11,22 @@ from numpy.polynomial import polynomial
 _RAW = 0xFFFFFFFF
 _HIGHEST_DEGREE = 12
 _MOST_SCALES = 64
+_KINDS = frozenset(
+    ["Linear", "Polynomial", "RTD", "Strain", "Table", "Thermistor", "Thermocouple", "Add", "Subtract", "AdvancedAPI"],
+)
 _LINEAR, _POLYNOMIAL = "Linear", "Polynomial"
+
+
+def is_sound(properties: Mapping[str, Any]) -> bool:
+    """Return whether the scales of a channel can be true: not too many, each of a kind that TDMS knows.
+
+    The reading library leaves out a scale of an unknown kind, which would make codes pass for volts.
+    """
+    count = properties.get("NI_Number_Of_Scales", 0)
+    if not isinstance(count, int | np.integer) or not 0 <= count <= _MOST_SCALES:
+        return False
+    kinds = [properties.get(f"NI_Scale[{index}]_Scale_Type") for index in range(int(count))]
+    return not kinds or (kinds[-1] is not None and all(kind is None or kind in _KINDS for kind in kinds))
 
 
 def code_polynomial(properties: Mapping[str, Any]) -> tuple[float, ...] | None:
@@ -20,12 +35,11 @@ def code_polynomial(properties: Mapping[str, Any]) -> tuple[float, ...] | None:
     Scale i takes the output of another scale or the codes; the last scale gives the values. A scale without
     properties is the device's own and passes the codes on.
     """
-    count = properties.get("NI_Number_Of_Scales", 0)
-    if not isinstance(count, int | np.integer) or not 0 <= count <= _MOST_SCALES:
+    if not is_sound(properties):
         return None
     outputs: dict[int, np.ndarray[Any, np.dtype[np.float64]]] = {}
     last = np.array([0.0, 1.0])
-    for index in range(int(count)):
+    for index in range(int(properties.get("NI_Number_Of_Scales", 0))):
         prefix = f"NI_Scale[{index}]"
         kind = properties.get(f"{prefix}_Scale_Type")
         if kind is None:

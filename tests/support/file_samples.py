@@ -151,8 +151,8 @@ def result_of(recording: Recording) -> RunResult:
     )
     bounces = Bounces(
         (
-            Bounce(0.2, 2.0, 1.0, 0.5, 0.1, "fit", valid=False),
-            Bounce(0.4, 2.0, 1.6, 0.8, 0.01, "fit", valid=True),
+            Bounce(0.2, 2.0, 1.6, 0.8, 0.01, "fit", valid=True),
+            Bounce(0.4, 1.6, 0.8, 0.5, 0.1, "fit", valid=False),
         ),
         FreeFall(9.81, 0.02, 0.0, 0.2, 0.12, 0.26, (0.12, 0.0, -4.905), 1e-5),
     )

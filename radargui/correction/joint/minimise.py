@@ -1,0 +1,83 @@
+"""Damped Gauss-Newton on the joint problem, and its evidence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.correction.joint.normal import NormalMatrix
+from radargui.correction.joint.problem import Assembled, JointProblem, Linearised, State, assemble, linearise
+from radargui.model.arrays import FloatArray
+
+_CLOSE = 0.05
+_MOST_DAMPING = 1e3
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A state, the problem linearised there, and the factored normal matrix."""
+
+    problem: JointProblem
+    state: State
+    at: Linearised
+    normal: NormalMatrix
+    settled: bool
+    assembled: Assembled
+
+
+def minimise(problem: JointProblem, state: State, steps: int) -> Solution:
+    """Take up to `steps` damped Gauss-Newton steps; stop where a step gains less than 0.05 in cost."""
+    at = linearise(problem, state)
+    damping, settled = 0.0, False
+    assembled = assemble(problem, state, at)
+    for _ in range(steps):
+        trial = _step(problem, state, assembled, damping)
+        trial_at = None if trial is None else linearise(problem, trial)
+        if trial is not None and trial_at is not None and trial_at.cost < at.cost:
+            gained = at.cost - trial_at.cost
+            state, at = trial, trial_at
+            assembled = assemble(problem, state, at)
+            damping = 0.0 if damping <= 1e-5 else damping / 10.0
+            settled = gained < _CLOSE
+        else:
+            settled = trial_at is not None and trial_at.cost - at.cost < _CLOSE / 10.0
+            damping = max(10.0 * damping, 1e-5)
+        if settled or damping > _MOST_DAMPING:
+            break
+    return Solution(problem, state, at, assembled.factor(), settled, assembled)
+
+
+def _step(problem: JointProblem, state: State, assembled: Assembled, damping: float) -> State | None:
+    try:
+        motion, border = assembled.factor(damping).solve(-assembled.slope_motion, -assembled.slope_border)
+    except np.linalg.LinAlgError:
+        return None
+    theta = state.theta + border
+    edge = np.concatenate([problem.spline.edge_s[:1], theta[problem.layout.breaks], problem.spline.edge_s[-1:]])
+    if not (np.diff(edge) > 1e-3).all():
+        return None
+    return State(state.coefficients + motion.reshape(-1, 3), theta)
+
+
+def log_evidence(solution: Solution) -> float:
+    """Return the Laplace approximation of the log evidence, noise scale and jerk deviations included.
+
+    ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_jerk - sum over the channels' bins of ln noise scale.
+    """
+    problem = solution.problem
+    n_used = int(problem.use.sum())
+    return (
+        -solution.at.cost
+        - 0.5 * solution.normal.log_determinant()
+        - float(np.log(problem.prior.sd).sum())
+        - 3.0 * float(np.log(problem.jerk_sd).sum())
+        - 2.0 * n_used * float(np.log(problem.noise_scale).sum())
+    )
+
+
+def chi_square(solution: Solution) -> FloatArray:
+    """Return each receiver's mean squared residual in units of the white noise, shape (n_receivers,)."""
+    problem = solution.problem
+    square = np.minimum(solution.at.residual**2, 25.0)[:, problem.use].mean(axis=1)
+    return np.asarray(square.reshape(-1, 2).mean(axis=1) * problem.noise_scale**2)

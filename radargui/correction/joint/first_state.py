@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from radargui.correction.adaptive.place import range_law
 from radargui.correction.adaptive.rounds import Ground, Round
-from radargui.correction.joint.layout import Layout, make_layout, make_prior
+from radargui.correction.joint.layout import make_layout, make_prior
 from radargui.correction.joint.mirrors import MirrorPlane
 from radargui.correction.joint.motion_spline import MotionSpline, make_spline
 from radargui.correction.joint.problem import JointProblem, State, diagonal
@@ -16,7 +18,7 @@ from radargui.correction.joint.signal_model import Stage
 from radargui.correction.position_map import PositionBasis, make_basis
 from radargui.model.arrays import FloatArray
 
-_FIRST_JERK = 100.0
+FIRST_JERK = 100.0
 _U_PLACE_M = 1e-4
 LEVEL_LENGTH_M = 0.15
 
@@ -28,21 +30,46 @@ def first_spline(ground: Ground, place: FloatArray, start_s: float, break_s: Flo
     design = spline.design(ground.bins.time_s[moving])
     jerk, _, _ = spline.jerk()
     weight = ground.bins.count[moving] / ground.bins.count[moving].mean() / _U_PLACE_M**2
-    normal = design.T @ diagonal(weight) @ design + jerk.T @ jerk / (3.0 * _FIRST_JERK) ** 2
+    normal = design.T @ diagonal(weight) @ design + jerk.T @ jerk / (3.0 * FIRST_JERK) ** 2
     offset = (place[:, moving] - ground.release_m[:, None]).T
     return spline, np.asarray(splu(csc_matrix(normal)).solve(design.T @ (weight[:, None] * offset)))
 
 
+@dataclass(frozen=True)
+class Posed:
+    """A joint problem, where to start, and its map functions (bias, log amplitude)."""
+
+    problem: JointProblem
+    state: State
+    bases: tuple[PositionBasis, PositionBasis]
+
+
 def pose(
     ground: Ground,
-    spline: MotionSpline,
-    coefficients: FloatArray,
-    found: Round,
+    motion: tuple[MotionSpline, FloatArray],
+    constants: FloatArray,
     planes: tuple[MirrorPlane, ...],
     bias_length_m: float,
-) -> tuple[JointProblem, State, tuple[PositionBasis, PositionBasis]]:
-    """Pose the joint problem with maps at zero and start it from the constants of the adaptive rounds."""
-    bins = ground.bins
+    jerk_sd: FloatArray | None = None,
+) -> Posed:
+    """Pose the joint problem with maps and mirrors at zero.
+
+    Parameters
+    ----------
+    ground
+        Data and geometry.
+    motion
+        Spline and coefficients to start from.
+    constants
+        Phase, log amplitude, offsets, ln g, eps of each receiver, shape (n_receivers, 6).
+    planes
+        Mirrors to include.
+    bias_length_m
+        Correlation length of the bias maps.
+    jerk_sd
+        Deviations of the jerk to start from.
+    """
+    bins, (spline, coefficients) = ground.bins, motion
     place = (spline.design(bins.time_s) @ coefficients + ground.release_m).T
     visited = place[:, ~ground.rest]
     bases = make_basis(visited, bias_length_m), make_basis(visited, LEVEL_LENGTH_M)
@@ -50,18 +77,19 @@ def pose(
     layout = make_layout(spline.break_s.size, len(planes), n_receivers, bases[0].size, bases[1].size)
     theta = np.zeros(layout.size)
     theta[layout.breaks] = spline.break_s
-    _start_constants(theta, layout, found)
-    log_amplitude = np.array([theta[own.log_amplitude] for own in layout.receivers])
+    for own, values in zip(layout.receivers, constants, strict=True):
+        theta[own.phase : own.skew + 1] = values
     stage = Stage(
         ground.antennas, ground.release_m, 2.0 * np.pi / ground.wavelength_m, planes,
         bases[0](place), bases[1](place), range_law(place, ground.antennas, ground.release_m),
     )
-    _, middle, _ = spline.jerk()
+    if jerk_sd is None:
+        jerk_sd = np.full(sum(spline.spans), FIRST_JERK)
     problem = JointProblem(
-        bins, ground.delay_s, spline, layout, stage, make_prior(layout, spline.break_s, log_amplitude),
-        np.full(middle.size, _FIRST_JERK), np.ones(n_receivers), usable_bins(ground, spline.break_s),
+        bins, ground.delay_s, spline, layout, stage, make_prior(layout, spline.break_s, constants[:, 1]),
+        jerk_sd, np.ones(n_receivers), usable_bins(ground, spline.break_s),
     )
-    return problem, State(coefficients, theta), bases
+    return Posed(problem, State(coefficients, theta), bases)
 
 
 def usable_bins(ground: Ground, break_s: FloatArray) -> FloatArray:
@@ -71,16 +99,29 @@ def usable_bins(ground: Ground, break_s: FloatArray) -> FloatArray:
     return np.asarray(before == after)
 
 
-def _start_constants(theta: FloatArray, layout: Layout, found: Round) -> None:
-    """Constants of the circles, the mean of their bias maps counted as offset."""
-    for receiver, (own, fit) in enumerate(zip(layout.receivers, found.fits, strict=True)):
-        ellipse = fit.ellipse
-        bias = np.zeros(2)
+def circle_constants(found: Round) -> FloatArray:
+    """Return phase, log amplitude, offsets, ln g, eps of each receiver; the mean of the bias counts as offset."""
+    out = []
+    for receiver, fit in enumerate(found.fits):
+        ellipse, bias = fit.ellipse, np.zeros(2)
         if found.bias is not None:
             n = found.bias.size
-            at = found.bias(found.place).mean(axis=0)
-            bias = np.array([at @ fit.theta[5 : 5 + n], at @ fit.theta[5 + n : 5 + 2 * n]])
-        theta[own.phase] = found.turn_rad[receiver]
-        theta[own.log_amplitude] = np.log(found.amplitude[receiver, 0])
-        theta[own.offset] = np.array([ellipse.offset_i, ellipse.offset_q]) + bias
-        theta[own.log_gain], theta[own.skew] = ellipse.log_gain, ellipse.skew_rad
+            mean = found.bias(found.place).mean(axis=0)
+            bias = np.array([mean @ fit.theta[5 : 5 + n], mean @ fit.theta[5 + n : 5 + 2 * n]])
+        out.append([
+            found.turn_rad[receiver], np.log(found.amplitude[receiver, 0]),
+            ellipse.offset_i + bias[0], ellipse.offset_q + bias[1], ellipse.log_gain, ellipse.skew_rad,
+        ])
+    return np.array(out)
+
+
+def joint_constants(problem: JointProblem, theta: FloatArray) -> FloatArray:
+    """Return the same constants from a border vector; the mean of the bias counts as offset."""
+    mean, out = problem.stage.bias.mean(axis=0), []
+    for own in problem.layout.receivers:
+        values = theta[own.phase : own.skew + 1].copy()
+        beta = complex(mean @ theta[own.bias_i], mean @ theta[own.bias_q])
+        values[2] += beta.real
+        values[3] += np.exp(values[4]) * (np.sin(values[5]) * beta.real + np.cos(values[5]) * beta.imag)
+        out.append(values)
+    return np.array(out)

@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.sparse import eye_array, kron
 
 from radargui.correction.joint.layout import Prior
-from radargui.correction.joint.minimise import Solution, chi_square
+from radargui.correction.joint.minimise import Solution, local_chi_square
 from radargui.correction.joint.problem import JointProblem
 from radargui.model.arrays import FloatArray
 
@@ -56,6 +56,9 @@ def _jerk_deviation(solution: Solution) -> FloatArray:
 
 
 def update_noise(solution: Solution) -> JointProblem:
-    """Return the problem with each receiver's noise scaled up where the misfit asks for it."""
-    problem = solution.problem
-    return replace(problem, noise_scale=np.sqrt(np.maximum(chi_square(solution), 1.0)))
+    """Return the problem with each receiver's noise scaled up where the misfit asks for it.
+
+    The median over the record counts, so that a short misfit (unresolved bounces) does not spoil the rest.
+    """
+    typical = np.median(local_chi_square(solution), axis=1)
+    return replace(solution.problem, noise_scale=np.sqrt(np.maximum(typical, 1.0)))

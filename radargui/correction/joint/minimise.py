@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from radargui.correction.joint.normal import NormalMatrix
 from radargui.correction.joint.problem import Assembled, JointProblem, Linearised, State, assemble, linearise
 from radargui.model.arrays import FloatArray
 
+_LOCAL_BINS = 41
 _CLOSE = 0.05
 _MOST_DAMPING = 1e3
 
@@ -78,6 +80,12 @@ def log_evidence(solution: Solution) -> float:
 
 def chi_square(solution: Solution) -> FloatArray:
     """Return each receiver's mean squared residual in units of the white noise, shape (n_receivers,)."""
+    return np.asarray(local_chi_square(solution)[:, solution.problem.use].mean(axis=1))
+
+
+def local_chi_square(solution: Solution) -> FloatArray:
+    """Return the squared residual of both channels averaged over about 40 bins, shape (n_receivers, n_bins)."""
     problem = solution.problem
-    square = np.minimum(solution.at.residual**2, 25.0)[:, problem.use].mean(axis=1)
-    return np.asarray(square.reshape(-1, 2).mean(axis=1) * problem.noise_scale**2)
+    square = np.where(problem.use, solution.at.residual**2, 1.0)
+    pairs = square.reshape(-1, 2, square.shape[1]).mean(axis=1) * problem.noise_scale[:, None] ** 2
+    return np.asarray(uniform_filter1d(pairs, _LOCAL_BINS, axis=1, mode="nearest"))

@@ -24,12 +24,17 @@ class MotionSpline:
     ----------
     edge_s
         Start, breaks, end, shape (n_breaks + 2,).
-    spans
-        Number of knot spans between neighbouring edges.
+    fractions
+        Knots between neighbouring edges as shares of their distance, from 0 to 1: they move with the breaks.
     """
 
     edge_s: FloatArray
-    spans: tuple[int, ...]
+    fractions: tuple[FloatArray, ...]
+
+    @property
+    def spans(self) -> tuple[int, ...]:
+        """Number of knot spans between neighbouring edges."""
+        return tuple(share.size - 1 for share in self.fractions)
 
     @property
     def size(self) -> int:
@@ -44,8 +49,8 @@ class MotionSpline:
     def knots(self) -> FloatArray:
         """Return the knots with multiplicities 4, 3, ..., 3, 4."""
         parts = [np.repeat(self.edge_s[0], 3)]
-        for first, last, count in zip(self.edge_s[:-1], self.edge_s[1:], self.spans, strict=True):
-            parts += [np.linspace(first, last, count + 1)[:-1], np.repeat(last, 2)]
+        for first, last, share in zip(self.edge_s[:-1], self.edge_s[1:], self.fractions, strict=True):
+            parts += [first + (last - first) * share[:-1], np.repeat(last, 2)]
         return np.concatenate([*parts, np.repeat(self.edge_s[-1], 2)])
 
     def design(self, time_s: FloatArray) -> csr_matrix:
@@ -56,7 +61,7 @@ class MotionSpline:
 
     def with_breaks(self, break_s: FloatArray) -> MotionSpline:
         """Return the spline with its breaks moved."""
-        return MotionSpline(np.concatenate([self.edge_s[:1], break_s, self.edge_s[-1:]]), self.spans)
+        return MotionSpline(np.concatenate([self.edge_s[:1], break_s, self.edge_s[-1:]]), self.fractions)
 
     def break_slopes(self, time_s: FloatArray, coefficients: FloatArray) -> FloatArray:
         """Return dp/dtau of each break at fixed coefficients, shape (n_breaks, n, 3), by central differences."""
@@ -76,7 +81,8 @@ class MotionSpline:
 
         A cubic's third derivative is its third difference at four even points over h^3.
         """
-        edges = np.unique(self.knots())
+        shares = zip(self.edge_s[:-1], self.edge_s[1:], self.fractions, strict=True)
+        edges = np.concatenate([*(a + (b - a) * share[:-1] for a, b, share in shares), self.edge_s[-1:]])
         length = np.diff(edges)
         h = length / 4.0
         rows = [self.design(edges[:-1] + (0.5 + k) * h) for k in range(4)]
@@ -84,8 +90,16 @@ class MotionSpline:
         return csr_matrix(third.multiply(1.0 / h[:, None] ** 3)), edges[:-1] + length / 2.0, length
 
 
-def make_spline(start_s: float, end_s: float, break_s: FloatArray) -> MotionSpline:
-    """Return a spline with knots about every 10 ms between start, breaks and end."""
+def make_spline(start_s: float, end_s: float, break_s: FloatArray, sharp_s: FloatArray | None = None) -> MotionSpline:
+    """Return a spline with knots about every 10 ms between start, breaks and end; 2.5 ms around `sharp_s`."""
     edge = np.concatenate([[start_s], break_s, [end_s]])
-    spans = tuple(max(1, int(np.ceil(length / _KNOT_SPACING_S - 1e-9))) for length in np.diff(edge))
-    return MotionSpline(edge, spans)
+    sharp = np.zeros(0) if sharp_s is None else sharp_s
+    fractions = []
+    for first, last in zip(edge[:-1], edge[1:], strict=True):
+        count = max(1, int(np.ceil((last - first) / _KNOT_SPACING_S - 1e-9)))
+        coarse = np.linspace(0.0, 1.0, count + 1)
+        middle = first + (last - first) * (coarse[:-1] + coarse[1:]) / 2.0
+        close = (np.abs(middle[:, None] - sharp[None]) < _KNOT_SPACING_S).any(axis=1)
+        parts = [np.linspace(a, b, 5 if fine else 2)[:-1] for a, b, fine in zip(coarse, coarse[1:], close, strict=False)]
+        fractions.append(np.concatenate([*parts, [1.0]]))
+    return MotionSpline(edge, tuple(fractions))

@@ -138,11 +138,15 @@ class Assembled:
     slope_border: FloatArray
 
     def factor(self, damping: float = 0.0) -> NormalMatrix:
-        """Factor H with its diagonal raised by a share."""
-        if damping == 0.0:
-            return NormalMatrix.factor(self.s, self.c, self.m)
-        s = csr_matrix(self.s + damping * diagonal(self.s.diagonal()))
-        return NormalMatrix.factor(s, self.c, self.m + damping * np.diag(np.diag(self.m)))
+        """Factor H with its diagonal raised by a share; the least share that makes it positive definite is added."""
+        for jitter in (0.0, 1e-13, 1e-11, 1e-9, 1e-7):
+            share = damping + jitter
+            s = csr_matrix(self.s + share * diagonal(self.s.diagonal())) if share else self.s
+            try:
+                return NormalMatrix.factor(s, self.c, self.m + share * np.diag(np.diag(self.m)))
+            except np.linalg.LinAlgError:
+                continue
+        raise np.linalg.LinAlgError
 
 
 def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:

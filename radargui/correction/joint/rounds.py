@@ -3,49 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from radargui.correction.adaptive.place import range_law
 from radargui.correction.adaptive.rounds import Ground
+from radargui.correction.joint.breaks import break_speeds, misfit_times, respline, sharp_turns
+from radargui.correction.joint.first_state import Posed, joint_constants, pose
 from radargui.correction.joint.hyper import update_noise, update_priors
 from radargui.correction.joint.minimise import Solution, log_evidence, minimise
-from radargui.correction.joint.problem import JointProblem, State
-from radargui.correction.position_map import PositionBasis
+from radargui.model.arrays import FloatArray
 
 _STEPS = 6
 _ENOUGH = 0.2
+_BREAK_ROUNDS = 3
 
 
-def converge(
-    ground: Ground,
-    problem: JointProblem,
-    state: State,
-    bases: tuple[PositionBasis, PositionBasis],
-    rounds: int,
-    tick: Callable[[], None],
-) -> Solution:
+def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]) -> Solution:
     """Alternate Gauss-Newton with updates of maps and priors until the evidence settles.
 
     Parameters
     ----------
-    ground, problem, state, bases
-        Data, what is asked, where to start, the map functions.
+    ground, posed
+        Data; problem, start and map functions.
     rounds
         At most this many.
     tick
         Called once a round; may raise to cancel.
     """
     evidence = -np.inf
-    solution = minimise(problem, state, _STEPS)
+    solution = minimise(posed.problem, posed.state, _STEPS)
     for number in range(rounds):
         tick()
         problem = update_priors(solution)
         if number >= 2:
-            problem = _scaled(problem, solution)
-        place = (solution.at.design @ solution.state.coefficients + ground.release_m).T
+            problem = replace(problem, noise_scale=update_noise(solution).noise_scale)
+        place = positions(ground, solution)
         law = range_law(place, ground.antennas, ground.release_m)
-        problem = problem.with_maps(bases[0](place), bases[1](place), law)
+        problem = problem.with_maps(posed.bases[0](place), posed.bases[1](place), law)
         solution = minimise(problem, solution.state, _STEPS)
         now = log_evidence(solution)
         if number > 3 and abs(now - evidence) < _ENOUGH:
@@ -54,5 +50,29 @@ def converge(
     return solution
 
 
-def _scaled(problem: JointProblem, solution: Solution) -> JointProblem:
-    return JointProblem(**{**problem.__dict__, "noise_scale": update_noise(solution).noise_scale})
+def settle_breaks(
+    ground: Ground, posed: Posed, normal: FloatArray, bias_length_m: float, tick: Callable[[], None]
+) -> Solution:
+    """Converge, add breaks where the motion turns sharply, drop those without a jump, until neither changes."""
+    solution = converge(ground, posed, 4, tick)
+    sharp = np.zeros(0)
+    for number in range(_BREAK_ROUNDS):
+        speeds = break_speeds(solution, normal)
+        keep = speeds.time_s[speeds.are_kinks()]
+        new = sharp_turns(solution, normal) if number + 1 < _BREAK_ROUNDS else np.zeros(0)
+        stiff = misfit_times(solution)
+        if new.size == 0 and keep.size == speeds.time_s.size and stiff.size == 0:
+            break
+        breaks = np.sort(np.concatenate([keep, new]))
+        if number > 0:
+            sharp = np.concatenate([sharp, stiff])
+        motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
+        constants = joint_constants(solution.problem, solution.state.theta)
+        posed = pose(ground, motion, constants, solution.problem.stage.planes, bias_length_m)
+        solution = converge(ground, posed, 4, tick)
+    return solution
+
+
+def positions(ground: Ground, solution: Solution) -> FloatArray:
+    """Return the positions at the bins, shape (3, n_bins)."""
+    return np.asarray((solution.at.design @ solution.state.coefficients + ground.release_m).T)

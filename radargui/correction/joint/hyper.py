@@ -16,6 +16,7 @@ from radargui.model.arrays import FloatArray
 _LOWEST_JERK, _HIGHEST_JERK = 0.3, 1e5
 _LARGEST_CHANGE = 10.0
 _WINDOW_SPANS = 3.0
+_LARGEST_NOISE_STEP = 1.3
 
 
 def update_priors(solution: Solution) -> JointProblem:
@@ -61,4 +62,5 @@ def update_noise(solution: Solution) -> JointProblem:
     The median over the record counts, so that a short misfit (unresolved bounces) does not spoil the rest.
     """
     typical = np.median(local_chi_square(solution), axis=1)
-    return replace(solution.problem, noise_scale=np.sqrt(np.maximum(typical, 1.0)))
+    wanted = np.sqrt(np.maximum(typical, 1.0))
+    return replace(solution.problem, noise_scale=np.minimum(wanted, _LARGEST_NOISE_STEP * solution.problem.noise_scale))

@@ -137,9 +137,10 @@ def make_prior(layout: Layout, break_s: FloatArray, log_amplitude: FloatArray) -
         group([_pair(r.ghost, m) for r in layout.receivers], 0.01, 1e-4, 0.3)
     for own, amplitude in zip(layout.receivers, log_amplitude, strict=True):
         mean[own.log_amplitude] = amplitude
-        sd[own.phase], sd[own.offset], sd[own.log_gain], sd[own.skew] = 10.0, 3.0, 0.2, 0.2
+        sd[own.phase], sd[own.log_amplitude], sd[own.offset] = 10.0, 0.3, 3.0
+        sd[own.log_gain], sd[own.skew] = 0.2, 0.2
         group([own.bias_i, own.bias_q], _BIAS_START, 1e-4, 0.5)
-        group([own.level], _LEVEL_START, 1e-3, 0.5)
+        group([own.level], _LEVEL_START, 1e-3, 0.15)
     return prior
 
 

@@ -13,11 +13,12 @@ from radargui.correction.joint.breaks import break_speeds, misfit_times, resplin
 from radargui.correction.joint.first_state import Posed, joint_constants, pose
 from radargui.correction.joint.hyper import update_noise, update_priors
 from radargui.correction.joint.minimise import Solution, log_evidence, minimise
+from radargui.correction.joint.problem import State
 from radargui.model.arrays import FloatArray
 
 _STEPS = 6
 _ENOUGH = 0.2
-_BREAK_ROUNDS = 3
+_BREAK_ROUNDS = 5
 
 
 def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]) -> Solution:
@@ -68,9 +69,20 @@ def settle_breaks(
             sharp = np.concatenate([sharp, stiff])
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
         constants = joint_constants(solution.problem, solution.state.theta)
-        posed = pose(ground, motion, constants, solution.problem.stage.planes, bias_length_m)
+        posed = carry_mirrors(solution, pose(ground, motion, constants, solution.problem.stage.planes, bias_length_m))
         solution = converge(ground, posed, 4, tick)
     return solution
+
+
+def carry_mirrors(solution: Solution, posed: Posed) -> Posed:
+    """Start the mirrors of a newly posed problem from those of a solution."""
+    theta, old, new = posed.state.theta.copy(), solution.problem.layout, posed.problem.layout
+    theta[new.planes] = solution.state.theta[old.planes]
+    theta[new.forward] = solution.state.theta[old.forward]
+    for before, after in zip(old.receivers, new.receivers, strict=True):
+        theta[after.backward] = solution.state.theta[before.backward]
+        theta[after.ghost] = solution.state.theta[before.ghost]
+    return replace(posed, state=State(posed.state.coefficients, theta))
 
 
 def positions(ground: Ground, solution: Solution) -> FloatArray:

@@ -17,7 +17,8 @@ _APART_S = 0.008
 _GRID_S = 0.001
 _LEAST_JUMP_M_S, _SIGNIFICANT = 0.12, 7.0
 _LEAST_SPEED_M_S = 0.04
-_LEAST_KINK_M_S = 0.03
+_LEAST_KINK_M_S, _KINK_SIGNIFICANT = 0.03, 4.0
+_LEAST_DIP_M = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +46,9 @@ class BreakSpeeds:
         return np.asarray(enough & turns)
 
     def are_kinks(self) -> BoolArray:
-        """Return where the velocity jumps up by more than max(0.03 m/s, 7 u): worth a break in the motion."""
+        """Return where the velocity jumps up by more than max(0.03 m/s, 4 u): worth a break in the motion."""
         jump = self.after_m_s - self.before_m_s
-        return np.asarray(jump > np.maximum(_LEAST_KINK_M_S, _SIGNIFICANT * self.u_jump_m_s))
+        return np.asarray(jump > np.maximum(_LEAST_KINK_M_S, _KINK_SIGNIFICANT * self.u_jump_m_s))
 
 
 def break_speeds(solution: Solution, normal: FloatArray) -> BreakSpeeds:
@@ -83,20 +84,18 @@ def one_sided_slopes(spline: MotionSpline) -> tuple[csr_matrix, csr_matrix]:
 
 
 def sharp_turns(solution: Solution, normal: FloatArray) -> FloatArray:
-    """Return times where the motion turns from down to up within a span of high jerk, away from breaks."""
+    """Return times where the motion turns from down to up by 0.1 mm in 8 ms, at high jerk, away from breaks."""
     spline = solution.at.spline
     grid = np.arange(spline.edge_s[0] + _APART_S, spline.edge_s[-1] - _APART_S, _GRID_S)
     height = spline.design(grid) @ (solution.state.coefficients @ normal)
     turn = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])) + 1
+    reach = round(_APART_S / _GRID_S)
+    left, right = height[np.maximum(turn - reach, 0)], height[np.minimum(turn + reach, height.size - 1)]
+    turn = turn[np.minimum(left, right) - height[turn] > _LEAST_DIP_M]
     _, middle, _ = spline.jerk()
     jerk = solution.problem.jerk_sd[np.searchsorted(middle, grid[turn]).clip(0, middle.size - 1)]
     near = np.abs(grid[turn][:, None] - spline.edge_s[None]).min(axis=1) < _APART_S
-    moments = grid[turn][(jerk > _SHARP_JERK_M_S3) & ~near]
-    kept: list[float] = []
-    for moment in moments:
-        if not kept or moment - kept[-1] > _APART_S:
-            kept.append(float(moment))
-    return np.array(kept)
+    return grid[turn][(jerk > _SHARP_JERK_M_S3) & ~near]
 
 
 def misfit_times(solution: Solution) -> FloatArray:

@@ -18,7 +18,8 @@ from radargui.model.arrays import FloatArray
 
 _STEPS = 6
 _ENOUGH = 0.2
-_BREAK_ROUNDS = 5
+_BREAK_ROUNDS = 6
+_SAME_S, _GROUP_S = 0.004, 0.06
 
 
 def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]) -> Solution:
@@ -52,26 +53,39 @@ def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]
 
 
 def settle_breaks(
-    ground: Ground, posed: Posed, normal: FloatArray, bias_length_m: float, tick: Callable[[], None]
+    ground: Ground, solution: Solution, normal: FloatArray, bias_length_m: float, tick: Callable[[], None]
 ) -> Solution:
-    """Converge, add breaks where the motion turns sharply, drop those without a jump, until neither changes."""
-    solution = converge(ground, posed, 4, tick)
-    sharp = np.zeros(0)
+    """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
+
+    Of turns close to each other only the first is taken at a time, because what follows a missing break is wrong; a
+    break that was dropped is not tried again.
+    """
+    sharp, refused = np.zeros(0), np.zeros(0)
     for number in range(_BREAK_ROUNDS):
         speeds = break_speeds(solution, normal)
-        keep = speeds.time_s[speeds.are_kinks()]
-        new = sharp_turns(solution, normal) if number + 1 < _BREAK_ROUNDS else np.zeros(0)
-        stiff = misfit_times(solution)
-        if new.size == 0 and keep.size == speeds.time_s.size and stiff.size == 0:
+        good = speeds.are_kinks()
+        refused = np.concatenate([refused, speeds.time_s[~good]])
+        new = _first_of_each(_away(sharp_turns(solution, normal), refused)) if number < _BREAK_ROUNDS - 1 else np.zeros(0)
+        stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)
+        if new.size == 0 and good.all() and (stiff.size == 0 or sharp.size > 0):
             break
-        breaks = np.sort(np.concatenate([keep, new]))
-        if number > 0:
-            sharp = np.concatenate([sharp, stiff])
+        sharp = np.concatenate([sharp, stiff])
+        breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
         constants = joint_constants(solution.problem, solution.state.theta)
         posed = carry_mirrors(solution, pose(ground, motion, constants, solution.problem.stage.planes, bias_length_m))
         solution = converge(ground, posed, 4, tick)
     return solution
+
+
+def _away(moments: FloatArray, others: FloatArray) -> FloatArray:
+    near = np.abs(moments[:, None] - others[None]) < _SAME_S
+    return moments[~near.any(axis=1)]
+
+
+def _first_of_each(moments: FloatArray) -> FloatArray:
+    """Return the first of each group of moments less than 60 ms apart."""
+    return moments[np.diff(moments, prepend=-np.inf) > _GROUP_S]
 
 
 def carry_mirrors(solution: Solution, posed: Posed) -> Posed:

@@ -13,7 +13,7 @@ from radargui.restitution.flight_law import drift_time, fall_below_apex, speed_b
 
 _STANDARD_GRAVITY = 9.80665
 _DRAG_SD_1_M = 0.04
-_STEPS = 8
+_STEPS = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,17 +163,35 @@ def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
     q = parameters.start()
     prior = np.zeros(q.size)
     prior[1] = _DRAG_SD_1_M**-2.0
+    cost, damping = _cost(parameters, q, prior), 0.0
     for _ in range(_STEPS):
         jacobian = _jacobian(parameters, q)
         offset = parameters.x(q) - information.x0
         normal = jacobian.T @ information.matrix @ jacobian + np.diag(prior)
-        step = -_solve(normal, jacobian.T @ (information.matrix @ offset + information.slope) + prior * q)
-        q = q + step
-        if np.abs(step[: parameters.n_law]).max() < 1e-9:
-            break
+        slope = jacobian.T @ (information.matrix @ offset + information.slope) + prior * q
+        trial = q - _solve(normal + damping * np.diag(np.diag(normal)), slope)
+        trial_cost = _cost(parameters, trial, prior) if _sensible(parameters, trial) else np.inf
+        if trial_cost < cost:
+            gained, q, cost = cost - trial_cost, trial, trial_cost
+            damping /= 10.0
+            if gained < 1e-3:
+                break
+        else:
+            damping = max(10.0 * damping, 1e-6)
     jacobian = _jacobian(parameters, q)
     normal = jacobian.T @ information.matrix @ jacobian + np.diag(prior)
     return _result(parameters, q, normal)
+
+
+def _cost(parameters: _Parameters, q: FloatArray, prior: FloatArray) -> float:
+    offset = parameters.x(q) - parameters.information.x0
+    matrix, slope = parameters.information.matrix, parameters.information.slope
+    return float(0.5 * offset @ (matrix @ offset) + slope @ offset + 0.5 * (prior * q) @ q)
+
+
+def _sensible(parameters: _Parameters, q: FloatArray) -> bool:
+    rising = (np.diff(parameters.edges(parameters.split(q)[1])) > 1e-3).all()
+    return bool(rising and 5.0 < q[0] < 15.0 and abs(q[1]) < 2.0)
 
 
 def _result(parameters: _Parameters, q: FloatArray, normal: FloatArray) -> FlightFit:
@@ -189,7 +207,7 @@ def _result(parameters: _Parameters, q: FloatArray, normal: FloatArray) -> Fligh
         rows[:, column] = (_outputs(parameters, moved) - _outputs(parameters, back)) / (2.0 * step)
     covariance = rows @ _solve(normal, rows.T)
     offset = parameters.x(q) - information.x0
-    free = -_solve(information.matrix, information.slope)
+    free = -_solve(information.matrix, information.slope, 1e-10)
     chi = float((offset - free) @ information.matrix @ (offset - free))
     per = outputs[2:].reshape(-1, 7)
     return FlightFit(
@@ -227,12 +245,12 @@ def _step_of(column: int) -> float:
     return 1e-3 if column < 2 else 1e-5
 
 
-def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
+def _solve(matrix: FloatArray, right: FloatArray, cut: float = 1e-15) -> FloatArray:
     """Solve a symmetric system whose unknowns have very different sizes."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     scaled = matrix * scale[:, None] * scale[None]
     tail = (slice(None),) + (None,) * (right.ndim - 1)
-    return np.asarray(scale[tail] * np.linalg.lstsq(scaled, scale[tail] * right, rcond=1e-15)[0])
+    return np.asarray(scale[tail] * np.linalg.lstsq(scaled, scale[tail] * right, rcond=cut)[0])
 
 
 def _segment_starts(spans: tuple[int, ...]) -> FloatArray:

@@ -9,6 +9,7 @@ from radargui.model.arrays import FloatArray
 _BLOCK_S = 0.005
 _REST_S = 0.1
 _THRESHOLD = 6.0
+_MOST_WANDER = 0.02
 _SHORTEST_REST_S = 0.05
 
 
@@ -16,7 +17,7 @@ def find_onset(time_s: FloatArray, value: FloatArray) -> float | None:
     """Return the time of the last block that still looks like the rest, None where nothing moves.
 
     Means over 5 ms are compared with the mean of the first 0.1 s; the tracer moves where two blocks in turn differ by
-    more than 6 standard deviations of the rest's blocks in the root sum of squares over the channels.
+    more than 6 standard deviations of the rest's blocks in the root mean square over the channels.
 
     Parameters
     ----------
@@ -38,10 +39,9 @@ def find_onset(time_s: FloatArray, value: FloatArray) -> float | None:
     rest = start < time_s[0] + _REST_S
     if rest.sum() < 8:
         return float("-inf")
-    step = np.diff(mean[:, rest], axis=1)
-    deviation = np.sqrt((step**2).mean(axis=1) / 2.0)
     white = np.median(np.abs(np.diff(value[:, : count[0] * int(rest.sum())], axis=1)), axis=1) / 0.95 / np.sqrt(count[0])
-    size = np.maximum(np.minimum(deviation, 3.0 * white), 1e-12)
+    scale = np.median(value.std(axis=1))
+    size = np.clip(mean[:, rest].std(axis=1), white, np.maximum(white, _MOST_WANDER * scale)) + 1e-12
     distance = np.sqrt((((mean - mean[:, rest].mean(axis=1)[:, None]) / size[:, None]) ** 2).mean(axis=0))
     away = distance > _THRESHOLD
     lasting = np.flatnonzero(away[:-1] & away[1:])

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
-from radargui.correction.adaptive.place import range_law
 from radargui.correction.adaptive.rounds import Ground, Round
-from radargui.correction.joint.layout import make_layout, make_prior
+from radargui.correction.joint.drift import Drift
+from radargui.correction.joint.layout import BREAK_SD_S, Prior, Sizes, make_layout, make_prior
+from radargui.correction.joint.minimise import Solution
 from radargui.correction.joint.mirrors import MirrorPlane
 from radargui.correction.joint.motion_spline import MotionSpline, make_spline
 from radargui.correction.joint.problem import JointProblem, State, diagonal
 from radargui.correction.joint.signal_model import Stage
-from radargui.correction.position_map import PositionBasis, make_basis
+from radargui.correction.position_map import make_basis
 from radargui.model.arrays import FloatArray
 
 FIRST_JERK = 100.0
@@ -37,11 +38,10 @@ def first_spline(ground: Ground, place: FloatArray, start_s: float, break_s: Flo
 
 @dataclass(frozen=True)
 class Posed:
-    """A joint problem, where to start, and its map functions (bias, log amplitude)."""
+    """A joint problem and where to start."""
 
     problem: JointProblem
     state: State
-    bases: tuple[PositionBasis, PositionBasis]
 
 
 def pose(
@@ -50,9 +50,9 @@ def pose(
     constants: FloatArray,
     planes: tuple[MirrorPlane, ...],
     bias_length_m: float,
-    jerk_sd: FloatArray | None = None,
+    drift: Drift,
 ) -> Posed:
-    """Pose the joint problem with maps and mirrors at zero.
+    """Pose the joint problem with maps, mirrors and drift at zero.
 
     Parameters
     ----------
@@ -66,30 +66,53 @@ def pose(
         Mirrors to include.
     bias_length_m
         Correlation length of the bias maps.
-    jerk_sd
-        Deviations of the jerk to start from.
+    drift
+        Slow noise.
     """
     bins, (spline, coefficients) = ground.bins, motion
     place = (spline.design(bins.time_s) @ coefficients + ground.release_m).T
     visited = place[:, ~ground.rest]
     bases = make_basis(visited, bias_length_m), make_basis(visited, LEVEL_LENGTH_M)
     n_receivers = ground.antennas.n_receivers
-    layout = make_layout(spline.break_s.size, len(planes), n_receivers, bases[0].size, bases[1].size)
+    sizes = Sizes(spline.break_s.size, len(planes), n_receivers, bases[0].size, bases[1].size, drift.count)
+    layout = make_layout(sizes)
     theta = np.zeros(layout.size)
     theta[layout.breaks] = spline.break_s
     for own, values in zip(layout.receivers, constants, strict=True):
         theta[own.phase : own.skew + 1] = values
+    empty = np.zeros((bins.n_bins, 0))
     stage = Stage(
-        ground.antennas, ground.release_m, 2.0 * np.pi / ground.wavelength_m, planes,
-        bases[0](place), bases[1](place), range_law(place, ground.antennas, ground.release_m),
+        ground.antennas, ground.release_m, 2.0 * np.pi / ground.wavelength_m, planes, empty, empty,
+        np.zeros((n_receivers, 0)), drift.functions(bins.time_s),
     )
-    if jerk_sd is None:
-        jerk_sd = np.full(sum(spline.spans), FIRST_JERK)
+    prior = make_prior(layout, spline.break_s, constants[:, 1], drift.sd)
     problem = JointProblem(
-        bins, ground.delay_s, spline, layout, stage, make_prior(layout, spline.break_s, constants[:, 1]),
-        jerk_sd, np.ones(n_receivers), usable_bins(ground, spline.break_s),
+        bins, ground.delay_s, spline, layout, stage, prior, np.full(sum(spline.spans), FIRST_JERK),
+        np.ones(n_receivers), usable_bins(ground, spline.break_s), bases,
     )
-    return Posed(problem, State(coefficients, theta), bases)
+    return Posed(problem.at_places(place), State(coefficients, theta))
+
+
+def pose_again(ground: Ground, solution: Solution, motion: tuple[MotionSpline, FloatArray]) -> Posed:
+    """Pose a solution's problem with other breaks or knots, everything else as the solution has it."""
+    problem, (spline, coefficients) = solution.problem, motion
+    old = problem.layout
+    layout = make_layout(replace(old.sizes, breaks=spline.break_s.size))
+    rest = slice(old.breaks.stop, None)
+    _, before, _ = solution.at.spline.jerk()
+    _, now, _ = spline.jerk()
+    jerk_sd = np.exp(np.interp(now, before, np.log(problem.jerk_sd)))
+    shift = layout.breaks.stop - old.breaks.stop
+    prior = Prior(
+        np.concatenate([spline.break_s, problem.prior.mean[rest]]),
+        np.concatenate([np.full(spline.break_s.size, BREAK_SD_S), problem.prior.sd[rest]]),
+        [(index + shift, lowest, highest) for index, lowest, highest in problem.prior.groups],
+    )
+    posed = replace(
+        problem, spline=spline, layout=layout, prior=prior, jerk_sd=np.maximum(jerk_sd, 3.0),
+        use=usable_bins(ground, spline.break_s),
+    )
+    return Posed(posed, State(coefficients, np.concatenate([spline.break_s, solution.state.theta[rest]])))
 
 
 def usable_bins(ground: Ground, break_s: FloatArray) -> FloatArray:
@@ -112,16 +135,4 @@ def circle_constants(found: Round) -> FloatArray:
             found.turn_rad[receiver], np.log(found.amplitude[receiver, 0]),
             ellipse.offset_i + bias[0], ellipse.offset_q + bias[1], ellipse.log_gain, ellipse.skew_rad,
         ])
-    return np.array(out)
-
-
-def joint_constants(problem: JointProblem, theta: FloatArray) -> FloatArray:
-    """Return the same constants from a border vector; the mean of the bias counts as offset."""
-    mean, out = problem.stage.bias.mean(axis=0), []
-    for own in problem.layout.receivers:
-        values = theta[own.phase : own.skew + 1].copy()
-        beta = complex(mean @ theta[own.bias_i], mean @ theta[own.bias_q])
-        values[2] += beta.real
-        values[3] += np.exp(values[4]) * (np.sin(values[5]) * beta.real + np.cos(values[5]) * beta.imag)
-        out.append(values)
     return np.array(out)

@@ -23,6 +23,8 @@ class ReceiverLayout:
         Coefficients of the maps of bias (in Z) and of log amplitude.
     backward, ghost
         Real and imaginary parts of R and X, two a mirror.
+    drift_i, drift_q
+        Coefficients of the slow noise of each channel.
     """
 
     phase: int
@@ -35,6 +37,8 @@ class ReceiverLayout:
     level: slice
     backward: slice
     ghost: slice
+    drift_i: slice
+    drift_q: slice
 
     @property
     def first(self) -> int:
@@ -44,7 +48,19 @@ class ReceiverLayout:
     @property
     def last(self) -> int:
         """One past the last place of this receiver."""
-        return self.ghost.stop
+        return self.drift_q.stop
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """Numbers of breaks, mirrors, receivers, map functions and functions of slow noise."""
+
+    breaks: int
+    mirrors: int
+    receivers: int
+    bias: int
+    level: int
+    drift: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +77,8 @@ class Layout:
         Real and imaginary part of T, two a mirror.
     receivers
         One a receiver.
+    sizes
+        The numbers it was made from.
     size
         Length of the vector.
     """
@@ -69,11 +87,12 @@ class Layout:
     planes: slice
     forward: slice
     receivers: tuple[ReceiverLayout, ...]
+    sizes: Sizes
     size: int
 
 
-def make_layout(n_breaks: int, n_mirrors: int, n_receivers: int, n_bias: int, n_level: int) -> Layout:
-    """Return the layout for these numbers of breaks, mirrors, receivers and map functions."""
+def make_layout(sizes: Sizes) -> Layout:
+    """Return the layout for these numbers of unknowns."""
     place = 0
 
     def take(count: int) -> slice:
@@ -81,18 +100,20 @@ def make_layout(n_breaks: int, n_mirrors: int, n_receivers: int, n_bias: int, n_
         place += count
         return slice(place - count, place)
 
-    breaks, planes, forward = take(n_breaks), take(3 * n_mirrors), take(2 * n_mirrors)
+    breaks, planes, forward = take(sizes.breaks), take(3 * sizes.mirrors), take(2 * sizes.mirrors)
     receivers = []
-    for _ in range(n_receivers):
+    for _ in range(sizes.receivers):
         phase, log_amplitude, offset = take(1).start, take(1).start, take(2)
         log_gain, skew = take(1).start, take(1).start
+        bias_i, bias_q, level = take(sizes.bias), take(sizes.bias), take(sizes.level)
+        backward, ghost = take(2 * sizes.mirrors), take(2 * sizes.mirrors)
+        drift_i, drift_q = take(sizes.drift), take(sizes.drift)
         receivers.append(
             ReceiverLayout(
-                phase, log_amplitude, offset, log_gain, skew,
-                take(n_bias), take(n_bias), take(n_level), take(2 * n_mirrors), take(2 * n_mirrors),
+                phase, log_amplitude, offset, log_gain, skew, bias_i, bias_q, level, backward, ghost, drift_i, drift_q
             )
         )
-    return Layout(breaks, planes, forward, tuple(receivers), place)
+    return Layout(breaks, planes, forward, tuple(receivers), sizes, place)
 
 
 @dataclass
@@ -112,14 +133,25 @@ class Prior:
     groups: list[tuple[FloatArray, float, float]] = field(default_factory=list)
 
 
+BREAK_SD_S = 0.003
 _TILT_SD, _SHIFT_SD_M = 0.03, 0.03
 _BIAS_START, _LEVEL_START, _MIRROR_START = 0.02, 0.1, 0.1
 
 
-def make_prior(layout: Layout, break_s: FloatArray, log_amplitude: FloatArray) -> Prior:
-    """Return wide priors for the constants, narrow growing ones for maps and mirrors."""
+def make_prior(layout: Layout, break_s: FloatArray, log_amplitude: FloatArray, drift_sd: FloatArray) -> Prior:
+    """Return wide priors for the constants, narrow growing ones for maps and mirrors.
+
+    Parameters
+    ----------
+    layout
+        Where the unknowns stand.
+    break_s, log_amplitude
+        First guesses.
+    drift_sd
+        Deviations of the slow noise's coefficients, shape (n_channels, n_functions).
+    """
     mean, sd = np.zeros(layout.size), np.ones(layout.size)
-    mean[layout.breaks], sd[layout.breaks] = break_s, 0.003
+    mean[layout.breaks], sd[layout.breaks] = break_s, BREAK_SD_S
     planes = np.arange(layout.planes.start, layout.planes.stop)
     sd[planes] = np.where(planes % 3 == (layout.planes.start + 2) % 3, _SHIFT_SD_M, _TILT_SD)
     prior = Prior(mean, sd)
@@ -130,12 +162,12 @@ def make_prior(layout: Layout, break_s: FloatArray, log_amplitude: FloatArray) -
             sd[index] = start
             prior.groups.append((index, lowest, highest))
 
-    n_mirrors = (layout.forward.stop - layout.forward.start) // 2
-    for m in range(n_mirrors):
+    for m in range(layout.sizes.mirrors):
         group([_pair(layout.forward, m)], _MIRROR_START, 1e-3, 1.0)
         group([_pair(r.backward, m) for r in layout.receivers], _MIRROR_START, 1e-3, 1.0)
         group([_pair(r.ghost, m) for r in layout.receivers], 0.01, 1e-4, 0.3)
-    for own, amplitude in zip(layout.receivers, log_amplitude, strict=True):
+    for number, (own, amplitude) in enumerate(zip(layout.receivers, log_amplitude, strict=True)):
+        sd[own.drift_i], sd[own.drift_q] = drift_sd[2 * number], drift_sd[2 * number + 1]
         mean[own.log_amplitude] = amplitude
         sd[own.phase], sd[own.log_amplitude], sd[own.offset] = 10.0, 0.3, 3.0
         sd[own.log_gain], sd[own.skew] = 0.2, 0.2

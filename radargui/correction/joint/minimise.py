@@ -34,20 +34,31 @@ def minimise(problem: JointProblem, state: State, steps: int) -> Solution:
     damping, settled = 0.0, False
     assembled = assemble(problem, state, at)
     for _ in range(steps):
-        trial = _step(problem, state, assembled, damping)
-        trial_at = None if trial is None else linearise(problem, trial)
-        if trial is not None and trial_at is not None and trial_at.cost < at.cost:
-            gained = at.cost - trial_at.cost
-            state, at = trial, trial_at
-            assembled = assemble(problem, state, at)
-            damping = 0.0 if damping <= 1e-5 else damping / 10.0
-            settled = gained < _CLOSE
-        else:
-            settled = trial_at is not None and trial_at.cost - at.cost < _CLOSE / 10.0
-            damping = max(10.0 * damping, 1e-5)
-        if settled or damping > _MOST_DAMPING:
+        improved, damping = _improve(problem, state, at, assembled, damping)
+        if improved is None:
+            break
+        settled = at.cost - improved[1].cost < _CLOSE
+        state, at = improved
+        assembled = assemble(problem, state, at)
+        if settled:
             break
     return Solution(problem, state, at, assembled.factor(), settled, assembled)
+
+
+def _improve(
+    problem: JointProblem, state: State, at: Linearised, assembled: Assembled, damping: float
+) -> tuple[tuple[State, Linearised] | None, float]:
+    """Return the first of ever more damped steps that lowers the cost, None where none does, and the next damping."""
+    while damping <= _MOST_DAMPING:
+        trial = _step(problem, state, assembled, damping)
+        if trial is not None:
+            trial_at = linearise(problem, trial)
+            if trial_at.cost <= at.cost:
+                return (trial, trial_at), 0.0 if damping <= 1e-4 else damping / 30.0
+            if trial_at.cost - at.cost < _CLOSE / 5.0:
+                break
+        damping = max(10.0 * damping, 1e-4)
+    return None, damping
 
 
 def _step(problem: JointProblem, state: State, assembled: Assembled, damping: float) -> State | None:

@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix, eye_array, kron
 
+from radargui.correction.adaptive.place import range_law
 from radargui.correction.bins import Bins
 from radargui.correction.joint.layout import Layout, Prior
 from radargui.correction.joint.motion_spline import MotionSpline
 from radargui.correction.joint.normal import NormalMatrix
 from radargui.correction.joint.signal_model import ReceiverSignal, Stage, receiver_signal
+from radargui.correction.position_map import PositionBasis
 from radargui.model.arrays import BoolArray, FloatArray
 
 _HUBER = 4.0
@@ -35,6 +37,8 @@ class JointProblem:
         Misfit as a factor on each receiver's noise, shape (n_receivers,).
     use
         Bins that count, shape (n_bins,).
+    bases
+        Map functions of bias and of log amplitude.
     """
 
     bins: Bins
@@ -46,15 +50,17 @@ class JointProblem:
     jerk_sd: FloatArray
     noise_scale: FloatArray
     use: BoolArray
+    bases: tuple[PositionBasis, PositionBasis]
 
     @property
     def n_receivers(self) -> int:
         """Number of receivers."""
         return len(self.layout.receivers)
 
-    def with_maps(self, bias: FloatArray, level: FloatArray, law: FloatArray) -> JointProblem:
-        """Return the problem with maps and range law evaluated at new places."""
-        return replace(self, stage=replace(self.stage, bias=bias, level=level, law=law))
+    def at_places(self, place: FloatArray) -> JointProblem:
+        """Return the problem with maps and range law evaluated at new places (3, n_bins)."""
+        law = range_law(place, self.stage.antennas, self.stage.release_m)
+        return replace(self, stage=replace(self.stage, bias=self.bases[0](place), level=self.bases[1](place), law=law))
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from radargui.correction.adaptive.place import range_law
 from radargui.correction.adaptive.rounds import Ground
 from radargui.correction.joint.breaks import break_speeds, misfit_times, respline, sharp_turns
-from radargui.correction.joint.first_state import Posed, joint_constants, pose
+from radargui.correction.joint.first_state import Posed, pose_again
 from radargui.correction.joint.hyper import update_noise, update_priors
 from radargui.correction.joint.minimise import Solution, log_evidence, minimise
-from radargui.correction.joint.problem import State
 from radargui.model.arrays import FloatArray
 
 _STEPS = 6
@@ -28,7 +26,7 @@ def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]
     Parameters
     ----------
     ground, posed
-        Data; problem, start and map functions.
+        Data; problem and start.
     rounds
         At most this many.
     tick
@@ -41,10 +39,7 @@ def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]
         problem = update_priors(solution)
         if number >= 2:
             problem = replace(problem, noise_scale=update_noise(solution).noise_scale)
-        place = positions(ground, solution)
-        law = range_law(place, ground.antennas, ground.release_m)
-        problem = problem.with_maps(posed.bases[0](place), posed.bases[1](place), law)
-        solution = minimise(problem, solution.state, _STEPS)
+        solution = minimise(problem.at_places(positions(ground, solution)), solution.state, _STEPS)
         now = log_evidence(solution)
         if number > 3 and abs(now - evidence) < _ENOUGH:
             break
@@ -53,7 +48,7 @@ def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]
 
 
 def settle_breaks(
-    ground: Ground, solution: Solution, normal: FloatArray, bias_length_m: float, tick: Callable[[], None]
+    ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]
 ) -> Solution:
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
@@ -72,9 +67,7 @@ def settle_breaks(
         sharp = np.concatenate([sharp, stiff])
         breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
-        constants = joint_constants(solution.problem, solution.state.theta)
-        posed = carry_mirrors(solution, pose(ground, motion, constants, solution.problem.stage.planes, bias_length_m))
-        solution = converge(ground, posed, 4, tick)
+        solution = converge(ground, pose_again(ground, solution, motion), 4, tick)
     return solution
 
 
@@ -86,17 +79,6 @@ def _away(moments: FloatArray, others: FloatArray) -> FloatArray:
 def _first_of_each(moments: FloatArray) -> FloatArray:
     """Return the first of each group of moments less than 60 ms apart."""
     return moments[np.diff(moments, prepend=-np.inf) > _GROUP_S]
-
-
-def carry_mirrors(solution: Solution, posed: Posed) -> Posed:
-    """Start the mirrors of a newly posed problem from those of a solution."""
-    theta, old, new = posed.state.theta.copy(), solution.problem.layout, posed.problem.layout
-    theta[new.planes] = solution.state.theta[old.planes]
-    theta[new.forward] = solution.state.theta[old.forward]
-    for before, after in zip(old.receivers, new.receivers, strict=True):
-        theta[after.backward] = solution.state.theta[before.backward]
-        theta[after.ghost] = solution.state.theta[before.ghost]
-    return replace(posed, state=State(posed.state.coefficients, theta))
 
 
 def positions(ground: Ground, solution: Solution) -> FloatArray:

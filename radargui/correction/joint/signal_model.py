@@ -26,6 +26,8 @@ class Stage:
         Map functions at the bins, shapes (n_bins, n_functions).
     law
         Range law of the amplitude at the bins, shape (n_receivers, n_bins).
+    drift
+        Functions of slow noise at the bins, shape (n_bins, n_functions).
     """
 
     antennas: Antennas
@@ -35,6 +37,7 @@ class Stage:
     bias: FloatArray
     level: FloatArray
     law: FloatArray
+    drift: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,12 +119,15 @@ def receiver_signal(
     by_own[1, :, columns(own.bias_i)] = front.gain * front.sine * stage.bias
     by_own[1, :, columns(own.bias_q)] = front.gain * front.cosine * stage.bias
     by_own[:, :, columns(own.level)] = front(z)[:, :, None] * stage.level
+    by_own[0, :, columns(own.drift_i)] = stage.drift
+    by_own[1, :, columns(own.drift_q)] = stage.drift
     for places, slopes in ((own.backward, mirrored.by_backward), (own.ghost, mirrored.by_ghost)):
         by_own[:, :, columns(places)] = _complex_columns(front, amplitude, wave, slopes)
     by_planes = [front(amplitude * (wave * slope).mean(axis=1)) for slope in mirrored.by_plane]
     by_forward = _complex_columns(front, amplitude, wave, mirrored.by_forward)
     by_mirrors = np.concatenate([_stack(by_planes, n_bins), by_forward], axis=2)
-    value = front(z + bias) + theta[own.offset][:, None]
+    noise = np.stack([stage.drift @ theta[own.drift_i], stage.drift @ theta[own.drift_q]])
+    value = front(z + bias) + theta[own.offset][:, None] + noise
     return ReceiverSignal(value, _front_vector(front, by_position), by_own, by_mirrors, amplitude * wave.mean(axis=(0, 1)))
 
 

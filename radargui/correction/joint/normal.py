@@ -137,14 +137,28 @@ class NormalMatrix:
         """Return ln det H."""
         return self.motion.log_determinant() + float(2.0 * np.log(np.diag(self.border[0])).sum())
 
-    def row_variances(self, rows: list[csr_matrix]) -> list[FloatArray]:
-        """Return the diagonal of R H^-1 R^T of each sparse R that acts on the motion, one value a row."""
+    def row_variances(
+        self, rows: list[csr_matrix], by_border: list[FloatArray] | None = None, border: slice = slice(0, 0)
+    ) -> list[FloatArray]:
+        """Return the diagonal of R H^-1 R^T of each R, one value a row.
+
+        Parameters
+        ----------
+        rows
+            Sparse parts of R that act on the motion.
+        by_border, border
+            Dense parts that act on some places of the border; left out where R has none.
+        """
         inverse = self.motion.selected_inverse().tocsr()
         cross = self.motion.back_solve(self.half)
         spread = solve_triangular(self.border[0], cross.T, lower=True, check_finite=False).T
+        root = solve_triangular(self.border[0], np.eye(self.half.shape[1])[:, border], lower=True, check_finite=False).T
         out = []
-        for matrix in rows:
+        for number, matrix in enumerate(rows):
             padded = csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=(matrix.shape[0], inverse.shape[0]))
             own = np.asarray((padded @ inverse).multiply(padded).sum(axis=1)).ravel()
-            out.append(own + ((matrix @ spread) ** 2).sum(axis=1))
+            through = matrix @ spread
+            if by_border is not None:
+                through = through - by_border[number] @ root
+            out.append(own + (through**2).sum(axis=1))
         return out

@@ -54,8 +54,10 @@ class ReceiverSignal:
         Derivatives with respect to the receiver's own unknowns, shape (2, n_bins, n_own).
     by_mirrors
         With respect to planes and forward coefficients, shape (2, n_bins, n_planes + n_forward).
-    direct
-        A exp(j phi), the wave without mirrors and bias, shape (n_bins,).
+    direct, field
+        A exp(j phi) without and with mirrors, averaged over parts and nodes, shape (n_bins,).
+    besides
+        Offsets, bias and drift as the channels show them, shape (2, n_bins).
     """
 
     value: FloatArray
@@ -63,6 +65,8 @@ class ReceiverSignal:
     by_own: FloatArray
     by_mirrors: FloatArray
     direct: ComplexArray
+    field: ComplexArray
+    besides: FloatArray
 
 
 def receiver_signal(
@@ -127,8 +131,12 @@ def receiver_signal(
     by_forward = _complex_columns(front, amplitude, wave, mirrored.by_forward)
     by_mirrors = np.concatenate([_stack(by_planes, n_bins), by_forward], axis=2)
     noise = np.stack([stage.drift @ theta[own.drift_i], stage.drift @ theta[own.drift_q]])
-    value = front(z + bias) + theta[own.offset][:, None] + noise
-    return ReceiverSignal(value, _front_vector(front, by_position), by_own, by_mirrors, amplitude * wave.mean(axis=(0, 1)))
+    besides = front(np.stack([bias, bias])) + theta[own.offset][:, None] + noise
+    value = front(z) + besides
+    direct = amplitude * wave.mean(axis=(0, 1))
+    return ReceiverSignal(
+        value, _front_vector(front, by_position), by_own, by_mirrors, direct, z.mean(axis=0), besides
+    )
 
 
 class _FrontEnd:

@@ -36,6 +36,9 @@ class Bins:
         Samples in each bin.
     first_s, last_s
         Times of first and last sample.
+    expected
+        What the squared residual in units of `sigma` should be: below one where noise is not white, shape (n_channels,
+        n_bins).
     """
 
     time_s: FloatArray
@@ -45,6 +48,7 @@ class Bins:
     count: IntArray
     first_s: FloatArray
     last_s: FloatArray
+    expected: FloatArray
 
     @property
     def n_bins(self) -> int:
@@ -94,4 +98,4 @@ def _average(signals: Signals, label: IntArray) -> Bins:
     spread = np.sqrt(np.add.reduceat(offset**2, first) / count)
     mean = np.add.reduceat(value, first, axis=1) / count
     sigma = signals.sigma[:, None] / np.sqrt(count)
-    return Bins(mean_time, spread, mean, sigma, count, time[first], time[first + count - 1])
+    return Bins(mean_time, spread, mean, sigma, count, time[first], time[first + count - 1], np.ones_like(sigma))

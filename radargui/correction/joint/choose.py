@@ -14,10 +14,13 @@ from radargui.correction.joint.first_state import Posed, circle_constants, first
 from radargui.correction.joint.minimise import Solution, chi_square, log_evidence
 from radargui.correction.joint.mirrors import MirrorPlane
 from radargui.correction.joint.rounds import converge, settle_breaks
+from radargui.correction.joint.walls import search_wall
 from radargui.model.arrays import FloatArray
 
 _BELOW_M = 0.010
 _CONVINCING = 10.0
+_GOOD_MISFIT = 1.1
+_MOST_WALLS = 2
 _SHORTEST_LENGTH_M = 0.09
 _FIRST_ROUNDS, _LAST_ROUNDS = 5, 8
 
@@ -64,6 +67,14 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
     if drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
     solution = settle_breaks(ground, tried[1] if reflects else tried[0], normal, tick)
+    for _ in range(_MOST_WALLS):
+        if chi_square(solution).max() < _GOOD_MISFIT:
+            break
+        with_wall, gain = search_wall(ground, solution, normal, tick)
+        choices.append(f"A wall that reflects is {'kept' if gain > _CONVINCING else 'left out'}: log evidence {gain:+.0f}.")
+        if gain < _CONVINCING:
+            break
+        solution = settle_breaks(ground, with_wall, normal, tick)
     solution = converge(ground, Posed(solution.problem, solution.state), _LAST_ROUNDS, tick)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     return Chosen(solution, ground, tuple(choices))

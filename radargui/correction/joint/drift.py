@@ -15,6 +15,7 @@ _CYCLES = 20
 _POOL_HZ = 2000.0
 _FACTOR = 4.0
 _PER_BIN = 12.0
+_ROOT_12 = 3.4641  # width of a bin over the standard deviation of its times
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,11 @@ class Drift:
         """
         if self.count == 0:
             return bins
-        return replace(bins, sigma=np.sqrt(bins.sigma**2 + _PER_BIN * self.level[:, None]))
+        level = self.level[:, None]
+        variance = bins.sigma**2 + _PER_BIN * level
+        highest = self.count / 4.0 / self.length_s
+        seen = bins.sigma**2 + level * np.log(np.maximum(1.0 / (2.0 * _ROOT_12 * bins.node_s * highest + 1e-12), 1.5))
+        return replace(bins, sigma=np.sqrt(variance), expected=np.minimum(seen / variance, 1.0))
 
 
 def measure_drift(signals: Signals, onset_s: float) -> Drift:

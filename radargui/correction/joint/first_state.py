@@ -109,7 +109,7 @@ def pose_again(ground: Ground, solution: Solution, motion: tuple[MotionSpline, F
         [(index + shift, lowest, highest) for index, lowest, highest in problem.prior.groups],
     )
     posed = replace(
-        problem, spline=spline, layout=layout, prior=prior, jerk_sd=np.maximum(jerk_sd, 3.0),
+        problem, spline=spline, layout=layout, prior=prior, jerk_sd=np.clip(jerk_sd, 3.0, 3.0 * FIRST_JERK),
         use=usable_bins(ground, spline.break_s),
     )
     return Posed(posed, State(coefficients, np.concatenate([spline.break_s, solution.state.theta[rest]])))

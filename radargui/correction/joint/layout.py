@@ -169,10 +169,10 @@ def make_prior(layout: Layout, break_s: FloatArray, log_amplitude: FloatArray, d
     for number, (own, amplitude) in enumerate(zip(layout.receivers, log_amplitude, strict=True)):
         sd[own.drift_i], sd[own.drift_q] = drift_sd[2 * number], drift_sd[2 * number + 1]
         mean[own.log_amplitude] = amplitude
-        sd[own.phase], sd[own.log_amplitude], sd[own.offset] = 10.0, 0.3, 3.0
+        sd[own.phase], sd[own.log_amplitude], sd[own.offset] = 10.0, 1.0, 3.0
         sd[own.log_gain], sd[own.skew] = 0.2, 0.2
         group([own.bias_i, own.bias_q], _BIAS_START, 1e-4, 0.5)
-        group([own.level], _LEVEL_START, 1e-3, 0.15)
+        group([own.level], _LEVEL_START, 1e-3, 0.5)
     return prior
 
 

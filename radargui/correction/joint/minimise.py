@@ -97,6 +97,6 @@ def chi_square(solution: Solution) -> FloatArray:
 def local_chi_square(solution: Solution) -> FloatArray:
     """Return the squared residual of both channels averaged over about 40 bins, shape (n_receivers, n_bins)."""
     problem = solution.problem
-    square = np.where(problem.use, solution.at.residual**2, 1.0)
+    square = np.where(problem.use, solution.at.residual**2 / problem.bins.expected, 1.0)
     pairs = square.reshape(-1, 2, square.shape[1]).mean(axis=1) * problem.noise_scale[:, None] ** 2
     return np.asarray(uniform_filter1d(pairs, _LOCAL_BINS, axis=1, mode="nearest"))

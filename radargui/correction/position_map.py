@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray
 
-_LARGEST_SUBSET = 70
+_LARGEST_SUBSET = 90
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,11 +51,11 @@ def make_basis(visited: FloatArray, length_m: float, largest: int = 35) -> Posit
     length_m
         Correlation length l.
     largest
-        At most this many functions; those below 1e-5 of the strongest are left out.
+        At most this many functions; those below 1e-8 of the strongest are left out.
     """
-    centre = farthest_points(visited, 0.35 * length_m)
+    centre = farthest_points(visited, 0.15 * length_m)
     w, u = np.linalg.eigh(_kernel(centre, centre, length_m))
-    strong = np.flatnonzero(w > 1e-5 * w[-1])[-largest:]
+    strong = np.flatnonzero(w > 1e-8 * w[-1])[-largest:]
     return PositionBasis(centre, u[:, strong] / np.sqrt(w[strong]), length_m)
 
 

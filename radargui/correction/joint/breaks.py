@@ -64,6 +64,18 @@ def break_speeds(solution: Solution, normal: FloatArray) -> BreakSpeeds:
     return BreakSpeeds(moments, before @ along, after @ along, u)
 
 
+def side_covariance(solution: Solution, normal: FloatArray) -> FloatArray:
+    """Return the covariance of the velocities (before, after) along the normal at each break, (n_breaks, 2, 2)."""
+    spline = solution.at.spline
+    if spline.break_s.size == 0:
+        return np.zeros((0, 2, 2))
+    before, after = one_sided_slopes(spline)
+    rows = [csr_matrix(kron(part, normal[None], format="csr")) for part in (before, after, before + after)]
+    own, other, both = solution.normal.row_variances(rows)
+    cross = 0.5 * (both - own - other)
+    return np.stack([np.stack([own, cross], axis=1), np.stack([cross, other], axis=1)], axis=1)
+
+
 def one_sided_slopes(spline: MotionSpline) -> tuple[csr_matrix, csr_matrix]:
     """Return the matrices of the velocity just before and just after each break, shapes (n_breaks, size).
 

@@ -11,7 +11,7 @@ from radargui.correction.adaptive.found import Found
 from radargui.correction.adaptive.rounds import Ground
 from radargui.correction.joint.drift import Drift
 from radargui.correction.joint.first_state import Posed, circle_constants, first_spline, pose
-from radargui.correction.joint.minimise import Solution, chi_square, log_evidence
+from radargui.correction.joint.minimise import Solution, chi_square, local_chi_square, log_evidence
 from radargui.correction.joint.mirrors import MirrorPlane
 from radargui.correction.joint.rounds import converge, settle_breaks
 from radargui.correction.joint.walls import search_wall
@@ -22,7 +22,7 @@ _CONVINCING = 10.0
 _GOOD_MISFIT = 1.1
 _MOST_WALLS = 2
 _SHORTEST_LENGTH_M = 0.09
-_FIRST_ROUNDS, _LAST_ROUNDS = 5, 8
+_FIRST_ROUNDS, _LAST_ROUNDS = 4, 6
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
     solution = settle_breaks(ground, tried[1] if reflects else tried[0], normal, tick)
     for _ in range(_MOST_WALLS):
-        if chi_square(solution).max() < _GOOD_MISFIT:
+        if np.median(local_chi_square(solution), axis=1).max() < _GOOD_MISFIT:
             break
         with_wall, gain = search_wall(ground, solution, normal, tick)
         choices.append(f"A wall that reflects is {'kept' if gain > _CONVINCING else 'left out'}: log evidence {gain:+.0f}.")

@@ -91,6 +91,18 @@ def detour(
     return Detour(ratio, 1j * k * ratio * (mirrored - direct), 1j * k * ratio * by_plane)
 
 
+def detour_ratio(
+    place: FloatArray, antenna_m: FloatArray, plane: MirrorPlane, release_m: FloatArray, k: float
+) -> ComplexArray:
+    """Return only rho of the detour over a mirror as it stands, without derivatives."""
+    tail = (1,) * (place.ndim - 1)
+    image = plane.image(antenna_m, np.zeros(3))
+    r = np.linalg.norm(place - antenna_m.reshape(3, *tail), axis=0)
+    r_image = np.linalg.norm(place - image.reshape(3, *tail), axis=0)
+    at_rest = np.linalg.norm(release_m - image) - np.linalg.norm(release_m - antenna_m)
+    return np.asarray(r / r_image * np.exp(1j * k * (r_image - r - at_rest)))
+
+
 def _tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     least = np.eye(3)[int(np.argmin(np.abs(normal)))]
     first = np.cross(normal, least)

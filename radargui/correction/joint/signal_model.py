@@ -139,6 +139,23 @@ def receiver_signal(
     )
 
 
+def field_at_nodes(
+    node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage, receiver: int
+) -> ComplexArray:
+    """Return A exp(j phi) without mirrors at the nodes, shape (2, 2, n_bins)."""
+    own = layout.receivers[receiver]
+    path = np.zeros(node_m.shape[1:])
+    for antenna in (stage.antennas.transmitter_m, stage.antennas.receivers_m[receiver]):
+        path += np.linalg.norm(node_m - antenna[:, None, None, None], axis=0) - np.linalg.norm(stage.release_m - antenna)
+    amplitude = stage.law[receiver] * np.exp(theta[own.log_amplitude] + stage.level @ theta[own.level])
+    return np.asarray(amplitude * np.exp(1j * (stage.wavenumber * path + theta[own.phase])))
+
+
+def front_end(z: ComplexArray, theta: FloatArray, own: ReceiverLayout) -> FloatArray:
+    """Return what the two channels show of the complex Z of each part, shape (2, n)."""
+    return _FrontEnd(theta, own)(z)
+
+
 class _FrontEnd:
     """The receiver's front end: complex Z of each part (2, n) to the two channels (2, n)."""
 

@@ -6,21 +6,23 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import eye_array, kron
+from scipy.linalg import solve_triangular
+from scipy.sparse import csr_matrix, eye_array, kron
 
 from radargui.correction.adaptive.rounds import Ground
 from radargui.correction.joint.first_state import Posed
 from radargui.correction.joint.layout import Layout, make_layout, make_prior
 from radargui.correction.joint.minimise import Solution, log_evidence
-from radargui.correction.joint.mirrors import MirrorPlane
-from radargui.correction.joint.problem import JointProblem, Linearised, State, linearise
+from radargui.correction.joint.mirrors import MirrorPlane, detour_ratio
+from radargui.correction.joint.problem import JointProblem, State
 from radargui.correction.joint.rounds import converge
+from radargui.correction.joint.signal_model import field_at_nodes, front_end
 from radargui.model.arrays import FloatArray
 
 _AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
 _CARRIED = 3
 _COEFFICIENT_SD = 0.03
-_ROUNDS = 5
+_ROUNDS = 3
 
 
 def search_wall(
@@ -32,11 +34,11 @@ def search_wall(
     because the linearised ranking is not reliable.
     """
     candidates = _grid(solution, normal)
-    gains = []
+    search, gains = _LinearisedSearch(solution), []
     for number, plane in enumerate(candidates):
         if number % 20 == 0:
             tick()
-        gains.append(_linearised_gain(solution, plane))
+        gains.append(search.gain(plane))
     best: tuple[Solution, float] = (solution, -np.inf)
     for number in _peaks(np.array(gains).reshape(_AZIMUTHS, -1)):
         trial = converge(ground, add_mirror(solution, candidates[number]), _ROUNDS, tick)
@@ -99,56 +101,65 @@ def _grid(solution: Solution, normal: FloatArray) -> list[MirrorPlane]:
     return out
 
 
-def _linearised_gain(solution: Solution, plane: MirrorPlane) -> float:
-    """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2, A the Schur complement of the new coefficients, g their slope."""
-    posed = add_mirror(solution, plane)
-    at = linearise(posed.problem, posed.state)
-    columns, slope, curvature, to_motion, to_border = _wall_blocks(solution, posed.problem, at)
-    half = solution.normal.motion.half_solve(to_motion)
-    border = to_border - solution.normal.half.T @ half
-    lower = np.linalg.solve(np.tril(solution.normal.border[0]), border)
-    a = curvature - half.T @ half - lower.T @ lower + np.eye(columns) / _COEFFICIENT_SD**2
-    sign, log_determinant = np.linalg.slogdet(a)
-    if sign <= 0:
-        return -np.inf
-    return float(0.5 * slope @ np.linalg.solve(a, slope) - 0.5 * log_determinant - columns * np.log(_COEFFICIENT_SD))
+class _LinearisedSearch:
+    """What a new mirror would explain of the residuals with everything else marginalised, computed once a solution."""
 
+    def __init__(self, solution: Solution) -> None:
+        self.solution, problem = solution, solution.problem
+        self.n_bins, self.n_receivers = problem.bins.n_bins, problem.n_receivers
+        self.motion = csr_matrix(kron(solution.at.design, eye_array(3), format="csr")).T
+        slopes = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
+        self.breaks = slopes.reshape(-1, 3 * self.n_bins)
+        node = np.stack([problem.bins.time_s - problem.bins.node_s, problem.bins.time_s + problem.bins.node_s])
+        self.nodes, self.fields = [], []
+        for receiver in range(self.n_receivers):
+            delays = problem.delay_s[2 * receiver : 2 * receiver + 2]
+            place = np.stack([self._positions(node + delay) for delay in delays], axis=1)
+            self.nodes.append(place)
+            self.fields.append(field_at_nodes(place, solution.state.theta, problem.layout, problem.stage, receiver))
 
-def _wall_blocks(
-    solution: Solution, problem: JointProblem, at: Linearised
-) -> tuple[int, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return number, slope and curvature of the new mirror's T and R, and their coupling to motion and border."""
-    layout, old = problem.layout, solution.problem.layout
-    n_receivers, n_bins = problem.n_receivers, problem.bins.n_bins
-    n_new = 2 + 2 * n_receivers
-    slope, curvature = np.zeros(n_new), np.zeros((n_new, n_new))
-    to_border = np.zeros((old.size, n_new))
-    pulled = np.zeros((n_bins, 3, n_new))
-    first_forward = layout.forward.stop - layout.planes.start - 2
-    mirrors = slice(old.planes.start, old.forward.stop)
-    for receiver, (signal, before) in enumerate(zip(at.signals, solution.at.signals, strict=True)):
-        own = layout.receivers[receiver]
-        last = own.backward.stop - own.first
-        j = np.zeros((2, n_bins, n_new))
-        j[:, :, :2] = signal.by_mirrors[:, :, first_forward : first_forward + 2]
-        j[:, :, 2 + 2 * receiver : 4 + 2 * receiver] = signal.by_own[:, :, last - 2 : last]
-        pair = slice(2 * receiver, 2 * receiver + 2)
-        weight = solution.at.weight[pair]
-        weighed = weight[:, :, None] * j
-        misfit = before.value - problem.bins.value[pair]
-        slope += np.einsum("pnk,pn->k", weighed, misfit)
-        curvature += np.einsum("pnk,pnl->kl", weighed, j)
-        places = slice(old.receivers[receiver].first, old.receivers[receiver].last)
-        flat = weighed.reshape(2 * n_bins, n_new)
-        to_border[places] += before.by_own.reshape(2 * n_bins, -1).T @ flat
-        to_border[mirrors] += before.by_mirrors.reshape(2 * n_bins, -1).T @ flat
-        pulled += np.einsum("pan,pnk->nak", before.by_position, weighed)
-    flat = pulled.reshape(3 * n_bins, n_new)
-    breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
-    if breaks.shape[0]:
-        to_border[old.breaks] = breaks.reshape(-1, 3 * n_bins) @ flat
-    motion = kron(solution.at.design, eye_array(3), format="csr")
-    return n_new, slope, curvature, motion.T @ flat, to_border
+    def _positions(self, time: FloatArray) -> FloatArray:
+        at = self.solution.at.spline.design(time.ravel()) @ self.solution.state.coefficients
+        return (at + self.solution.problem.stage.release_m).T.reshape(3, *time.shape)
+
+    def gain(self, plane: MirrorPlane) -> float:
+        """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2, A the Schur complement of T and R, g their slope."""
+        n_new = 2 + 2 * self.n_receivers
+        problem, at = self.solution.problem, self.solution.at
+        old, stage = problem.layout, problem.stage
+        slope, curvature = np.zeros(n_new), np.zeros((n_new, n_new))
+        to_border = np.zeros((old.size, n_new))
+        pulled = np.zeros((self.n_bins, 3, n_new))
+        mirrors = slice(old.planes.start, old.forward.stop)
+        for receiver, before in enumerate(at.signals):
+            own = old.receivers[receiver]
+            j = np.zeros((2, self.n_bins, n_new))
+            antennas = stage.antennas.transmitter_m, stage.antennas.receivers_m[receiver]
+            for first, antenna in zip((0, 2 + 2 * receiver), antennas, strict=True):
+                ratio = detour_ratio(self.nodes[receiver], antenna, plane, stage.release_m, stage.wavenumber)
+                z = (self.fields[receiver] * ratio).mean(axis=1)
+                j[:, :, first] = front_end(z, self.solution.state.theta, own)
+                j[:, :, first + 1] = front_end(1j * z, self.solution.state.theta, own)
+            pair = slice(2 * receiver, 2 * receiver + 2)
+            weighed = at.weight[pair][:, :, None] * j
+            misfit = before.value - problem.bins.value[pair]
+            slope += np.einsum("pnk,pn->k", weighed, misfit)
+            flat = weighed.reshape(2 * self.n_bins, n_new)
+            curvature += flat.T @ j.reshape(2 * self.n_bins, n_new)
+            to_border[own.first : own.last] += before.by_own.reshape(2 * self.n_bins, -1).T @ flat
+            to_border[mirrors] += before.by_mirrors.reshape(2 * self.n_bins, -1).T @ flat
+            for part in range(2):
+                pulled += before.by_position[part].T[:, :, None] * weighed[part][:, None, :]
+        pull = pulled.reshape(3 * self.n_bins, n_new)
+        to_border[old.breaks] = self.breaks @ pull
+        normal = self.solution.normal
+        half = normal.motion.half_solve(self.motion @ pull)
+        lower = solve_triangular(normal.border[0], to_border - normal.half.T @ half, lower=True, check_finite=False)
+        a = curvature - half.T @ half - lower.T @ lower + np.eye(n_new) / _COEFFICIENT_SD**2
+        sign, log_determinant = np.linalg.slogdet(a)
+        if sign <= 0:
+            return -np.inf
+        return float(0.5 * slope @ np.linalg.solve(a, slope) - 0.5 * log_determinant - n_new * np.log(_COEFFICIENT_SD))
 
 
 def _peaks(gain: FloatArray) -> list[int]:

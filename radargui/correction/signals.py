@@ -64,7 +64,7 @@ def read_signals(recording: Recording, phase_sign: int) -> Signals:
     volts = recording.volts()
     n_receivers = recording.n_receivers
     pairs = volts[: 2 * n_receivers].reshape(n_receivers, 2, -1)
-    scale = np.sqrt(2.0) * np.median(pairs.std(axis=2), axis=1)
+    scale: FloatArray = np.sqrt(2.0) * np.median(pairs.std(axis=2), axis=1)
     if not (scale > 0).all():
         raise ProcessingError(
             "A receiver's channels never change.", reasons=("a cable is off",), remedy="Look at the scope."
@@ -76,9 +76,9 @@ def read_signals(recording: Recording, phase_sign: int) -> Signals:
     return Signals(
         recording.time_s(),
         value,
-        ~recording.clipped()[: 2 * n_receivers].any(axis=0),
+        np.asarray(~recording.clipped()[: 2 * n_receivers].any(axis=0)),
         noise_deviation(value),
-        scale,
+        np.asarray(scale, dtype=np.float64),
         delay,
         recording.digitisation.sample_rate_hz,
         phase_sign,

@@ -52,9 +52,17 @@ def judge_channels(
         verdict, reason = _verdict(snr, fringes, float(chi_square[n]))
         out.append(
             ChannelQuality(
-                str(n + 1), snr, float(np.sqrt(((radius - 1.0) ** 2).mean())) if use.any() else None, None, fringes,
-                float(valid[n, moving].mean()) if moving.any() else None, float(clipped[n]),
-                own.gain_ratio, own.quadrature_error_deg, verdict, reason,
+                str(n + 1),
+                snr,
+                float(np.sqrt(((radius - 1.0) ** 2).mean())) if use.any() else None,
+                None,
+                fringes,
+                float(valid[n, moving].mean()) if moving.any() else None,
+                float(clipped[n]),
+                own.gain_ratio,
+                own.quadrature_error_deg,
+                verdict,
+                reason,
             )
         )
     return tuple(out)

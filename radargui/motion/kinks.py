@@ -46,10 +46,12 @@ def find_kinks(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
             kept.append(moment)
     kept.sort()
     edges = [float(time[0]), *kept, float(time[-1])]
-    return np.array([
-        _meeting(time, height, u, moment, before, after)
-        for before, moment, after in zip(edges[:-2], edges[1:-1], edges[2:], strict=True)
-    ])
+    return np.array(
+        [
+            _meeting(time, height, u, moment, before, after)
+            for before, moment, after in zip(edges[:-2], edges[1:-1], edges[2:], strict=True)
+        ]
+    )
 
 
 def _local_minima(time: FloatArray, height: FloatArray) -> list[int]:

@@ -39,7 +39,9 @@ def find_onset(time_s: FloatArray, value: FloatArray) -> float | None:
     rest = start < time_s[0] + _REST_S
     if rest.sum() < 8:
         return float("-inf")
-    white = np.median(np.abs(np.diff(value[:, : count[0] * int(rest.sum())], axis=1)), axis=1) / 0.95 / np.sqrt(count[0])
+    white = (
+        np.median(np.abs(np.diff(value[:, : count[0] * int(rest.sum())], axis=1)), axis=1) / 0.95 / np.sqrt(count[0])
+    )
     scale = np.median(value.std(axis=1))
     size = np.clip(mean[:, rest].std(axis=1), white, np.maximum(white, _MOST_WANDER * scale)) + 1e-12
     distance = np.sqrt((((mean - mean[:, rest].mean(axis=1)[:, None]) / size[:, None]) ** 2).mean(axis=0))

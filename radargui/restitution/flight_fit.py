@@ -66,8 +66,11 @@ class FlightFit:
 
 
 class _Parameters:
-    """Order of the unknowns: g, k, first flight (apex time, apex height, x, y, vx, vy), further flights (apex time,
-    vx, vy), times of all breaks, coefficients left free."""
+    """The unknowns and their order.
+
+    g, k, first flight (apex time, apex height, x, y, vx, vy), further flights (apex time, vx, vy), times of all breaks,
+    coefficients left free.
+    """
 
     def __init__(self, information: MotionInformation, plan: FlightPlan) -> None:
         self.information, self.plan = information, plan
@@ -99,7 +102,9 @@ class _Parameters:
         edge, spline = self.edges(breaks), self.information.spline
         coefficients = np.full((spline.size + 1, 3), np.nan)
         coefficients[1 + self.free] = free
-        place, speeds, apexes = np.array([x, y]), [], []
+        speeds: list[FloatArray] = []
+        apexes: list[float] = []
+        place, ground = np.array([x, y]), 0.0
         along = np.array([vx, vy])
         for number, segment in enumerate(self.plan.segments):
             first, last = edge[segment], edge[segment + 1]
@@ -118,7 +123,7 @@ class _Parameters:
             begin = self.starts[segment]
             skip = self.plan.first_coefficient if number == 0 else 0
             coefficients[begin + skip : begin + own.shape[0]] = own[skip:]
-            place, ground = points[-1, :2], points[-1, 2]
+            place, ground = points[-1, :2], float(points[-1, 2])
             slowing = np.exp(-k * np.abs(np.diff(height)).sum())
             speeds.append(np.array([*(along * slowing), speed_below_apex(last - apex, g, k)]))
             apexes.append(apex)
@@ -211,8 +216,14 @@ def _result(parameters: _Parameters, q: FloatArray, normal: FloatArray) -> Fligh
     chi = float((offset - free) @ information.matrix @ (offset - free))
     per = outputs[2:].reshape(-1, 7)
     return FlightFit(
-        float(q[0]), float(q[1]), per[:, 0], per[:, 1:4], per[:, 4:7], covariance,
-        (chi, information.x0.size - q.size), parameters.law(q)[2],
+        float(q[0]),
+        float(q[1]),
+        per[:, 0],
+        per[:, 1:4],
+        per[:, 4:7],
+        covariance,
+        (chi, information.x0.size - q.size),
+        parameters.law(q)[2],
     )
 
 

@@ -77,6 +77,12 @@ def _free_fall(estimate: JointEstimate, fit: FlightFit) -> FreeFall:
     bend, slope, level = np.polyfit(time - first, height, 2)
     residual = height - np.polyval([bend, slope, level], time - first)
     return FreeFall(
-        fit.g_m_s2, _COVERAGE * fit.u_g(), first, last, float(release[2]), float(release[2] - height[-1]),
-        (float(level), float(slope), float(bend)), float(np.sqrt((residual**2).mean())),
+        fit.g_m_s2,
+        _COVERAGE * fit.u_g(),
+        first,
+        last,
+        float(release[2]),
+        float(release[2] - height[-1]),
+        (float(level), float(slope), float(bend)),
+        float(np.sqrt((residual**2).mean())),
     )

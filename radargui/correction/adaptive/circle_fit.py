@@ -102,9 +102,7 @@ def fit_circle(data: CircleData, start: FloatArray) -> CircleFit:
     """
     n_bias, n_level = data.bias.shape[1], data.level.shape[1]
     mean = np.concatenate([[0.0, 0.0, 0.0, 0.0, start[4]], np.zeros(2 * n_bias + n_level)])
-    sd = np.concatenate(
-        [[3.0, 3.0, 0.2, 0.2, 1.0], np.full(2 * n_bias, _BIAS_SD), np.full(n_level, _LOG_AMPLITUDE_SD)]
-    )
+    sd = np.concatenate([[3.0, 3.0, 0.2, 0.2, 1.0], np.full(2 * n_bias, _BIAS_SD), np.full(n_level, _LOG_AMPLITUDE_SD)])
     theta, fit = start.copy(), None
     groups = [slice(5, 5 + 2 * n_bias), slice(5 + 2 * n_bias, None)]
     for _ in range(3):
@@ -148,7 +146,7 @@ def _minimise(data: CircleData, theta: FloatArray, mean: FloatArray, sd: FloatAr
             if damping > 1e4:
                 break
     normal = (jacobian * weight[:, None]).T @ jacobian + np.diag(precision)
-    covariance = np.linalg.inv(normal)
+    covariance: FloatArray = np.asarray(np.linalg.inv(normal))
     evidence = -cost - 0.5 * np.linalg.slogdet(normal)[1] + 0.5 * float(np.log(precision).sum())
     return CircleFit(theta, covariance, evidence, float((weight * residual**2).mean()))
 

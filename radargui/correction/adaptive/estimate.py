@@ -46,14 +46,39 @@ def estimate_adaptive(recording: Recording, setup: Setup) -> MotionEstimate:
     constants = tuple(_constants(found, signals, n) for n in range(ground.antennas.n_receivers))
     chi_square = np.array([fit.chi_square for fit in last.fits])
     valid = np.broadcast_to(signals.usable, change.shape) & np.isfinite(change)
-    clipped = recording.clipped()[: 2 * signals.n_receivers].reshape(signals.n_receivers, 2, -1).any(axis=1).mean(axis=1)
+    clipped = (
+        recording.clipped()[: 2 * signals.n_receivers].reshape(signals.n_receivers, 2, -1).any(axis=1).mean(axis=1)
+    )
     channels = judge_channels(
-        np.median(last.amplitude, axis=1), signals.sigma.reshape(-1, 2).mean(axis=1), samples.i, samples.q, valid,
-        change, ground.wavelength_m, ~rest, clipped, chi_square, constants,
+        np.median(last.amplitude, axis=1),
+        signals.sigma.reshape(-1, 2).mean(axis=1),
+        samples.i,
+        samples.q,
+        valid,
+        change,
+        ground.wavelength_m,
+        ~rest,
+        clipped,
+        chi_square,
+        constants,
     )
     return MotionEstimate(
-        "adaptive", signals.time_s, change, u_change, samples.i, samples.q, valid, position, u_position, found.onset_s,
-        found.impact_s, np.full(found.impact_s.size, _U_IMPACT_S), constants, channels, chi_square, _choices(found),
+        "adaptive",
+        signals.time_s,
+        change,
+        u_change,
+        samples.i,
+        samples.q,
+        valid,
+        position,
+        u_position,
+        found.onset_s,
+        found.impact_s,
+        np.full(found.impact_s.size, _U_IMPACT_S),
+        constants,
+        channels,
+        chi_square,
+        _choices(found),
     )
 
 
@@ -67,7 +92,10 @@ def _constants(found: Found, signals: Signals, receiver: int) -> HardwareConstan
         bias = np.array([mean @ fit.theta[5 : 5 + n], mean @ fit.theta[5 + n : 5 + 2 * n]])
     gain, sign = float(np.exp(fit.theta[2])), signals.phase_sign
     return HardwareConstants(
-        gain, gain * float(u[2]), sign * float(np.degrees(fit.theta[3])), float(np.degrees(u[3])),
+        gain,
+        gain * float(u[2]),
+        sign * float(np.degrees(fit.theta[3])),
+        float(np.degrees(u[3])),
         (scale * float(fit.theta[0] + bias[0]), sign * scale * float(fit.theta[1] + bias[1])),
         (scale * float(u[0]), scale * float(u[1])),
     )

@@ -107,12 +107,14 @@ def _carry(before: Round, fit: CircleFit, bias: PositionBasis, level: PositionBa
         return np.concatenate([fit.theta[:5], np.zeros(2 * bias.size + level.size)])
     n = before.bias.size
     old_bias, old_level = before.bias(place), before.level(place)
-    return np.concatenate([
-        fit.theta[:5],
-        _project(bias(place), old_bias @ fit.theta[5 : 5 + n]),
-        _project(bias(place), old_bias @ fit.theta[5 + n : 5 + 2 * n]),
-        _project(level(place), old_level @ fit.theta[5 + 2 * n :]),
-    ])
+    return np.concatenate(
+        [
+            fit.theta[:5],
+            _project(bias(place), old_bias @ fit.theta[5 : 5 + n]),
+            _project(bias(place), old_bias @ fit.theta[5 + n : 5 + 2 * n]),
+            _project(level(place), old_level @ fit.theta[5 + 2 * n :]),
+        ]
+    )
 
 
 def _project(functions: FloatArray, values: FloatArray) -> FloatArray:
@@ -153,7 +155,9 @@ def _fit(
 ) -> Round:
     data = circle_data(ground, value, phase, place, bias, level)
     fits = tuple(fit_circle(own, theta) for own, theta in zip(data, start, strict=True))
-    better, turn = _phases([fit.point(own.i, own.q, own.bias) for fit, own in zip(fits, data, strict=True)], ground.rest)
+    better, turn = _phases(
+        [fit.point(own.i, own.q, own.bias) for fit, own in zip(fits, data, strict=True)], ground.rest
+    )
     amplitude = np.array([fit.amplitude(own.shape, own.level) for fit, own in zip(fits, data, strict=True)])
     evidence = sum(fit.log_evidence for fit in fits)
     return Round(better, turn, value, amplitude, _places(ground, better), fits, bias, level, evidence)

@@ -107,7 +107,7 @@ def sharp_turns(solution: Solution, normal: FloatArray) -> FloatArray:
     _, middle, _ = spline.jerk()
     jerk = solution.problem.jerk_sd[np.searchsorted(middle, grid[turn]).clip(0, middle.size - 1)]
     near = np.abs(grid[turn][:, None] - spline.edge_s[None]).min(axis=1) < _APART_S
-    return grid[turn][(jerk > _SHARP_JERK_M_S3) & ~near]
+    return np.asarray(grid[turn][(jerk > _SHARP_JERK_M_S3) & ~near])
 
 
 def misfit_times(solution: Solution) -> FloatArray:
@@ -122,7 +122,7 @@ def misfit_times(solution: Solution) -> FloatArray:
     doubt = 4.0 * np.sqrt(2.0 / np.maximum(count * solution.at.residual.shape[0], 1))
     bad = (count > 0) & (mean > typical * (1.5 + doubt))
     middle = np.bincount(label, weights=problem.bins.time_s) / np.maximum(count, 1)
-    return middle[bad & (middle > problem.spline.edge_s[0])]
+    return np.asarray(middle[bad & (middle > problem.spline.edge_s[0])])
 
 
 def respline(

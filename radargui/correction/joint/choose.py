@@ -71,7 +71,9 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
         if np.median(local_chi_square(solution), axis=1).max() < _GOOD_MISFIT:
             break
         with_wall, gain = search_wall(ground, solution, normal, tick)
-        choices.append(f"A wall that reflects is {'kept' if gain > _CONVINCING else 'left out'}: log evidence {gain:+.0f}.")
+        choices.append(
+            f"A wall that reflects is {'kept' if gain > _CONVINCING else 'left out'}: log evidence {gain:+.0f}."
+        )
         if gain < _CONVINCING:
             break
         solution = settle_breaks(ground, with_wall, normal, tick)

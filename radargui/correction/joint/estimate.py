@@ -102,15 +102,40 @@ def _estimate(
     misfit = chi_square(solution)
     valid = (values.misfit < _UNTRUSTED) & signals.usable
     amplitude = np.array([np.median(np.abs(signal.direct)) for signal in solution.at.signals])
-    clipped = recording.clipped()[: 2 * signals.n_receivers].reshape(signals.n_receivers, 2, -1).any(axis=1).mean(axis=1)
+    clipped = (
+        recording.clipped()[: 2 * signals.n_receivers].reshape(signals.n_receivers, 2, -1).any(axis=1).mean(axis=1)
+    )
     channels = judge_channels(
-        amplitude, signals.sigma.reshape(-1, 2).mean(axis=1), values.i, values.q, valid, values.change_m,
-        setup.radar.wavelength_m, signals.time_s >= onset_s, clipped, misfit, constants,
+        amplitude,
+        signals.sigma.reshape(-1, 2).mean(axis=1),
+        values.i,
+        values.q,
+        valid,
+        values.change_m,
+        setup.radar.wavelength_m,
+        signals.time_s >= onset_s,
+        clipped,
+        misfit,
+        constants,
     )
     return JointEstimate(
-        "joint", signals.time_s, values.change_m, values.u_change_m, values.i, values.q, valid, values.position_m,
-        values.u_position_m, onset_s, speeds.time_s[impacts], u_breaks[impacts], constants, channels, misfit,
-        chosen.choices, chosen,
+        "joint",
+        signals.time_s,
+        values.change_m,
+        values.u_change_m,
+        values.i,
+        values.q,
+        valid,
+        values.position_m,
+        values.u_position_m,
+        onset_s,
+        speeds.time_s[impacts],
+        u_breaks[impacts],
+        constants,
+        channels,
+        misfit,
+        chosen.choices,
+        chosen,
     )
 
 
@@ -126,8 +151,11 @@ def _constants(chosen: Chosen, signals: Signals) -> tuple[HardwareConstants, ...
         u_offset = scale * u[own.offset]
         out.append(
             HardwareConstants(
-                gain, gain * float(u[own.log_gain]), signals.phase_sign * float(np.degrees(theta[own.skew])),
-                float(np.degrees(u[own.skew])), (float(offset[0]), signals.phase_sign * float(offset[1])),
+                gain,
+                gain * float(u[own.log_gain]),
+                signals.phase_sign * float(np.degrees(theta[own.skew])),
+                float(np.degrees(u[own.skew])),
+                (float(offset[0]), signals.phase_sign * float(offset[1])),
                 (float(u_offset[0]), float(u_offset[1])),
             )
         )

@@ -17,14 +17,16 @@ from radargui.correction.joint.motion_spline import MotionSpline, make_spline
 from radargui.correction.joint.problem import JointProblem, State, diagonal
 from radargui.correction.joint.signal_model import Stage
 from radargui.correction.position_map import make_basis
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import BoolArray, FloatArray
 
 FIRST_JERK = 100.0
 _U_PLACE_M = 1e-4
 LEVEL_LENGTH_M = 0.15
 
 
-def first_spline(ground: Ground, place: FloatArray, start_s: float, break_s: FloatArray) -> tuple[MotionSpline, FloatArray]:
+def first_spline(
+    ground: Ground, place: FloatArray, start_s: float, break_s: FloatArray
+) -> tuple[MotionSpline, FloatArray]:
     """Fit the motion's spline to the places of the adaptive rounds; returns it with its coefficients (n, 3)."""
     spline = make_spline(start_s, float(ground.bins.last_s[-1]) + 1e-6, break_s)
     moving = ~ground.rest
@@ -82,13 +84,27 @@ def pose(
         theta[own.phase : own.skew + 1] = values
     empty = np.zeros((bins.n_bins, 0))
     stage = Stage(
-        ground.antennas, ground.release_m, 2.0 * np.pi / ground.wavelength_m, planes, empty, empty,
-        np.zeros((n_receivers, 0)), drift.functions(bins.time_s),
+        ground.antennas,
+        ground.release_m,
+        2.0 * np.pi / ground.wavelength_m,
+        planes,
+        empty,
+        empty,
+        np.zeros((n_receivers, 0)),
+        drift.functions(bins.time_s),
     )
     prior = make_prior(layout, spline.break_s, constants[:, 1], drift.sd)
     problem = JointProblem(
-        bins, ground.delay_s, spline, layout, stage, prior, np.full(sum(spline.spans), FIRST_JERK),
-        np.ones(n_receivers), usable_bins(ground, spline.break_s), bases,
+        bins,
+        ground.delay_s,
+        spline,
+        layout,
+        stage,
+        prior,
+        np.full(sum(spline.spans), FIRST_JERK),
+        np.ones(n_receivers),
+        usable_bins(ground, spline.break_s),
+        bases,
     )
     return Posed(problem.at_places(place), State(coefficients, theta))
 
@@ -109,13 +125,17 @@ def pose_again(ground: Ground, solution: Solution, motion: tuple[MotionSpline, F
         [(index + shift, lowest, highest) for index, lowest, highest in problem.prior.groups],
     )
     posed = replace(
-        problem, spline=spline, layout=layout, prior=prior, jerk_sd=np.clip(jerk_sd, 3.0, 3.0 * FIRST_JERK),
+        problem,
+        spline=spline,
+        layout=layout,
+        prior=prior,
+        jerk_sd=np.clip(jerk_sd, 3.0, 3.0 * FIRST_JERK),
         use=usable_bins(ground, spline.break_s),
     )
     return Posed(posed, State(coefficients, np.concatenate([spline.break_s, solution.state.theta[rest]])))
 
 
-def usable_bins(ground: Ground, break_s: FloatArray) -> FloatArray:
+def usable_bins(ground: Ground, break_s: FloatArray) -> BoolArray:
     """Return which bins hold no break."""
     before = np.searchsorted(break_s, ground.bins.first_s)
     after = np.searchsorted(break_s, ground.bins.last_s)
@@ -131,8 +151,14 @@ def circle_constants(found: Round) -> FloatArray:
             n = found.bias.size
             mean = found.bias(found.place).mean(axis=0)
             bias = np.array([mean @ fit.theta[5 : 5 + n], mean @ fit.theta[5 + n : 5 + 2 * n]])
-        out.append([
-            found.turn_rad[receiver], np.log(found.amplitude[receiver, 0]),
-            ellipse.offset_i + bias[0], ellipse.offset_q + bias[1], ellipse.log_gain, ellipse.skew_rad,
-        ])
+        out.append(
+            [
+                found.turn_rad[receiver],
+                np.log(found.amplitude[receiver, 0]),
+                ellipse.offset_i + bias[0],
+                ellipse.offset_q + bias[1],
+                ellipse.log_gain,
+                ellipse.skew_rad,
+            ]
+        )
     return np.array(out)

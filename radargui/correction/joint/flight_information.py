@@ -70,9 +70,7 @@ def motion_information(solution: Solution, lifted: BoolArray) -> MotionInformati
     precision = problem.prior.sd[breaks] ** -2.0
     matrix[np.arange(size, size + n_breaks), np.arange(size, size + n_breaks)] -= precision
     tau = state.theta[breaks]
-    slope = np.concatenate([
-        -(stiff @ state.coefficients).ravel(), -precision * (tau - problem.prior.mean[breaks])
-    ])
+    slope = np.concatenate([-(stiff @ state.coefficients).ravel(), -precision * (tau - problem.prior.mean[breaks])])
     value = jerk @ state.coefficients
     return MotionInformation(
         solution.at.spline,

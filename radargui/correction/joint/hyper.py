@@ -28,7 +28,7 @@ def update_priors(solution: Solution) -> JointProblem:
     for index, lowest, highest in old.groups:
         w = solution.state.theta[index] - old.mean[index]
         determined = max(index.size - float((covariance[index] / sd[index] ** 2).sum()), 1e-2)
-        sd[index] = _limited(np.sqrt((w @ w) / determined), sd[index[0]], lowest, highest)
+        sd[index] = _limited(float(np.sqrt((w @ w) / determined)), float(sd[index[0]]), lowest, highest)
     prior = Prior(old.mean, sd, old.groups)
     return replace(problem, prior=prior, jerk_sd=_jerk_deviation(solution))
 
@@ -53,7 +53,8 @@ def _jerk_deviation(solution: Solution) -> FloatArray:
         out[part] = np.sqrt((top + 1e-3) / np.maximum(low, 1e-2))
         first += count
     old = problem.jerk_sd
-    return np.clip(np.clip(out, old / _LARGEST_CHANGE, old * _LARGEST_CHANGE), _LOWEST_JERK, _HIGHEST_JERK)
+    limited = np.clip(out, old / _LARGEST_CHANGE, old * _LARGEST_CHANGE)
+    return np.asarray(np.clip(limited, _LOWEST_JERK, _HIGHEST_JERK))
 
 
 def update_noise(solution: Solution) -> JointProblem:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class ReceiverLayout:
     @property
     def last(self) -> int:
         """One past the last place of this receiver."""
-        return self.drift_q.stop
+        return int(self.drift_q.stop)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +130,7 @@ class Prior:
 
     mean: FloatArray
     sd: FloatArray
-    groups: list[tuple[FloatArray, float, float]] = field(default_factory=list)
+    groups: list[tuple[IntArray, float, float]] = field(default_factory=list)
 
 
 BREAK_SD_S = 0.003

@@ -42,10 +42,12 @@ class MirrorPlane:
 
     def image_slope(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return d image / d unknown, shape (3 unknowns, 3)."""
-        return np.array([
-            (self.image(point_m, unknown + step) - self.image(point_m, unknown - step)) / (2.0 * _STEP)
-            for step in _STEP * np.eye(3)
-        ])
+        return np.array(
+            [
+                (self.image(point_m, unknown + step) - self.image(point_m, unknown - step)) / (2.0 * _STEP)
+                for step in _STEP * np.eye(3)
+            ]
+        )
 
 
 @dataclass(frozen=True, slots=True)

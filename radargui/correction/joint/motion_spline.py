@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -100,6 +101,6 @@ def make_spline(start_s: float, end_s: float, break_s: FloatArray, sharp_s: Floa
         coarse = np.linspace(0.0, 1.0, count + 1)
         middle = first + (last - first) * (coarse[:-1] + coarse[1:]) / 2.0
         close = (np.abs(middle[:, None] - sharp[None]) < _KNOT_SPACING_S).any(axis=1)
-        parts = [np.linspace(a, b, 5 if fine else 2)[:-1] for a, b, fine in zip(coarse, coarse[1:], close, strict=False)]
+        parts = [np.linspace(a, b, 5 if fine else 2)[:-1] for (a, b), fine in zip(pairwise(coarse), close, strict=True)]
         fractions.append(np.concatenate([*parts, [1.0]]))
     return MotionSpline(edge, tuple(fractions))

@@ -44,7 +44,9 @@ class BlockTridiagonal:
         for k in range(self.count):
             block = diagonal[k]
             if k:
-                self.below[k - 1] = solve_triangular(self.lower[k - 1], below[k - 1].T, lower=True, check_finite=False).T
+                self.below[k - 1] = solve_triangular(
+                    self.lower[k - 1], below[k - 1].T, lower=True, check_finite=False
+                ).T
                 block = block - self.below[k - 1] @ self.below[k - 1].T
             self.lower[k] = np.linalg.cholesky(block)
 

@@ -121,9 +121,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
         scaled = (signal.value - bins.value[pair]) / sigma
         size = np.abs(scaled)
         robust = np.minimum(1.0, _HUBER / np.maximum(size, _HUBER)) * problem.use
-        loss += float(
-            (np.where(size < _HUBER, 0.5 * size**2, _HUBER * size - 0.5 * _HUBER**2) * problem.use).sum()
-        )
+        loss += float((np.where(size < _HUBER, 0.5 * size**2, _HUBER * size - 0.5 * _HUBER**2) * problem.use).sum())
         residual[pair], weight[pair] = scaled, robust / sigma**2
         signals.append(signal)
     jerk, _, _ = spline.jerk()

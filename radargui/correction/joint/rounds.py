@@ -47,9 +47,7 @@ def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]
     return solution
 
 
-def settle_breaks(
-    ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]
-) -> Solution:
+def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]) -> Solution:
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
     Of turns close to each other only the first is taken at a time, because what follows a missing break is wrong; a
@@ -60,7 +58,9 @@ def settle_breaks(
         speeds = break_speeds(solution, normal)
         good = speeds.are_kinks()
         refused = np.concatenate([refused, speeds.time_s[~good]])
-        new = _first_of_each(_away(sharp_turns(solution, normal), refused)) if number < _BREAK_ROUNDS - 1 else np.zeros(0)
+        new = (
+            _first_of_each(_away(sharp_turns(solution, normal), refused)) if number < _BREAK_ROUNDS - 1 else np.zeros(0)
+        )
         stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)
         if new.size == 0 and good.all() and (stiff.size == 0 or sharp.size > 0):
             break

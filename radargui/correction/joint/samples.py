@@ -52,8 +52,13 @@ def at_samples(solution: Solution, signals: Signals) -> AtSamples:
 
     i, q = _corrected(solution, signals, at_rest)
     return AtSamples(
-        np.ascontiguousarray(position.T), _COVERAGE * spread(u_position) + _SMALLEST_U_M,
-        change, _COVERAGE * spread(u_change) + _SMALLEST_U_M, i, q, spread(misfit),
+        np.ascontiguousarray(position.T),
+        _COVERAGE * spread(u_position) + _SMALLEST_U_M,
+        change,
+        _COVERAGE * spread(u_change) + _SMALLEST_U_M,
+        i,
+        q,
+        spread(misfit),
     )
 
 

@@ -134,19 +134,17 @@ def receiver_signal(
     besides = front(np.stack([bias, bias])) + theta[own.offset][:, None] + noise
     value = front(z) + besides
     direct = amplitude * wave.mean(axis=(0, 1))
-    return ReceiverSignal(
-        value, _front_vector(front, by_position), by_own, by_mirrors, direct, z.mean(axis=0), besides
-    )
+    return ReceiverSignal(value, _front_vector(front, by_position), by_own, by_mirrors, direct, z.mean(axis=0), besides)
 
 
-def field_at_nodes(
-    node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage, receiver: int
-) -> ComplexArray:
+def field_at_nodes(node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage, receiver: int) -> ComplexArray:
     """Return A exp(j phi) without mirrors at the nodes, shape (2, 2, n_bins)."""
     own = layout.receivers[receiver]
     path = np.zeros(node_m.shape[1:])
     for antenna in (stage.antennas.transmitter_m, stage.antennas.receivers_m[receiver]):
-        path += np.linalg.norm(node_m - antenna[:, None, None, None], axis=0) - np.linalg.norm(stage.release_m - antenna)
+        path += np.linalg.norm(node_m - antenna[:, None, None, None], axis=0) - np.linalg.norm(
+            stage.release_m - antenna
+        )
     amplitude = stage.law[receiver] * np.exp(theta[own.log_amplitude] + stage.level @ theta[own.level])
     return np.asarray(amplitude * np.exp(1j * (stage.wavenumber * path + theta[own.phase])))
 
@@ -231,9 +229,7 @@ def _mirrors(node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage
     by_plane: list[ComplexArray] = []
     for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
         by_plane += list(
-            t[m] * a.plane * backward
-            + forward * r[m] * b.plane
-            + x[m] * (a.plane * b.ratio + a.ratio * b.plane)
+            t[m] * a.plane * backward + forward * r[m] * b.plane + x[m] * (a.plane * b.ratio + a.ratio * b.plane)
         )
     return _Mirrored(
         forward * backward + ghost,

@@ -17,7 +17,7 @@ from radargui.correction.joint.mirrors import MirrorPlane, detour_ratio
 from radargui.correction.joint.problem import JointProblem, State
 from radargui.correction.joint.rounds import converge
 from radargui.correction.joint.signal_model import field_at_nodes, front_end
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 
 _AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
 _CARRIED = 3
@@ -57,8 +57,10 @@ def add_mirror(solution: Solution, plane: MirrorPlane) -> Posed:
     new_theta = np.zeros(layout.size)
     new_theta[place] = theta
     prior = make_prior(
-        layout, old_problem.prior.mean[old.breaks],
-        np.array([old_problem.prior.mean[own.log_amplitude] for own in old.receivers]), _drift_sd(old_problem),
+        layout,
+        old_problem.prior.mean[old.breaks],
+        np.array([old_problem.prior.mean[own.log_amplitude] for own in old.receivers]),
+        _drift_sd(old_problem),
     )
     stage = replace(old_problem.stage, planes=(*old_problem.stage.planes, plane))
     spline = solution.at.spline
@@ -73,16 +75,17 @@ def _drift_sd(problem: JointProblem) -> FloatArray:
     return np.array(rows)
 
 
-def _carried_places(old: Layout, new: Layout) -> FloatArray:
+def _carried_places(old: Layout, new: Layout) -> IntArray:
     """Return where each old unknown stands in a layout with more mirrors."""
     out = np.arange(old.size)
     pairs: list[tuple[slice, slice]] = [(old.breaks, new.breaks), (old.planes, new.planes), (old.forward, new.forward)]
-    for a, b in zip(old.receivers, new.receivers, strict=True):
-        pairs += [(slice(a.phase, a.skew + 1), slice(b.phase, b.skew + 1))]
-        pairs += [(a.bias_i, b.bias_i), (a.bias_q, b.bias_q), (a.level, b.level), (a.backward, b.backward)]
-        pairs += [(a.ghost, b.ghost), (a.drift_i, b.drift_i), (a.drift_q, b.drift_q)]
-    for a, b in pairs:
-        out[a] = np.arange(b.start, b.start + a.stop - a.start)
+    for own, now in zip(old.receivers, new.receivers, strict=True):
+        pairs += [(slice(own.phase, own.skew + 1), slice(now.phase, now.skew + 1))]
+        pairs += [(own.bias_i, now.bias_i), (own.bias_q, now.bias_q), (own.level, now.level)]
+        pairs += [(own.backward, now.backward), (own.ghost, now.ghost)]
+        pairs += [(own.drift_i, now.drift_i), (own.drift_q, now.drift_q)]
+    for before, after in pairs:
+        out[before] = np.arange(after.start, after.start + before.stop - before.start)
     return out
 
 
@@ -96,8 +99,7 @@ def _grid(solution: Solution, normal: FloatArray) -> list[MirrorPlane]:
     out = []
     for azimuth in np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False):
         outward = np.cos(azimuth) * first + np.sin(azimuth) * second
-        for distance in _DISTANCES_M:
-            out.append(MirrorPlane(middle + distance * outward, -outward, "wall"))
+        out += [MirrorPlane(middle + distance * outward, -outward, "wall") for distance in _DISTANCES_M]
     return out
 
 
@@ -120,7 +122,7 @@ class _LinearisedSearch:
 
     def _positions(self, time: FloatArray) -> FloatArray:
         at = self.solution.at.spline.design(time.ravel()) @ self.solution.state.coefficients
-        return (at + self.solution.problem.stage.release_m).T.reshape(3, *time.shape)
+        return np.asarray((at + self.solution.problem.stage.release_m).T.reshape(3, *time.shape))
 
     def gain(self, plane: MirrorPlane) -> float:
         """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2, A the Schur complement of T and R, g their slope."""

@@ -45,8 +45,15 @@ def draw_scene(seed: int, kind: str, motion: str | None = None, **fixed: float) 
     height = value("height_m", rng.uniform(0.06, 0.30))
     height = min(height, release[2] + 0.16)
     facts = {"drag_1_m": drag}
-    moving = _draw_motion(rng, chosen, release, height, value("e", rng.uniform(0.4, 0.92)), drag,
-                          value("drift_m_s", rng.uniform(0.0, 0.08)))
+    moving = _draw_motion(
+        rng,
+        chosen,
+        release,
+        height,
+        value("e", rng.uniform(0.4, 0.92)),
+        drag,
+        value("drift_m_s", rng.uniform(0.0, 0.08)),
+    )
     time = np.linspace(0.0, moving.duration_s, 2000)
     lowest = float(moving.position(time)[2].min())
     planes: list = []
@@ -57,11 +64,20 @@ def draw_scene(seed: int, kind: str, motion: str | None = None, **fixed: float) 
         planes += [draw_wall(rng, wall, n_receivers)] if wall > 0 else []
     bias = value("bias", 0.0 if physical else rng.uniform(0.01, 0.05))
     return Scene(
-        f"{kind}-{chosen}-{seed}", kind, setup, moving,
+        f"{kind}-{chosen}-{seed}",
+        kind,
+        setup,
+        moving,
         tuple(_draw_receiving(rng, setup, i, bias) for i in range(n_receivers)),
-        value("amplitude_v", rng.choice([0.05, 0.5, 1.0, 2.0])), value("snr_db", rng.uniform(20.0, 45.0)), rate, skew,
-        seed, tuple(planes), value("flicker", rng.choice([0.0, 0.003, 0.006]) if physical else 0.0),
-        drag_1_m=drag, facts=facts,
+        value("amplitude_v", rng.choice([0.05, 0.5, 1.0, 2.0])),
+        value("snr_db", rng.uniform(20.0, 45.0)),
+        rate,
+        skew,
+        seed,
+        tuple(planes),
+        value("flicker", rng.choice([0.0, 0.003, 0.006]) if physical else 0.0),
+        drag_1_m=drag,
+        facts=facts,
     )
 
 
@@ -69,7 +85,8 @@ def _draw_setup(rng: np.random.Generator, n_receivers: int) -> Setup:
     azimuth = 90.0 + 360.0 / n_receivers * np.arange(n_receivers) + rng.uniform(-15.0, 15.0, n_receivers)
     release = (float(rng.uniform(-0.02, 0.02)), float(rng.uniform(-0.02, 0.02)), float(rng.uniform(0.08, 0.14)))
     return Setup(
-        schema=1, radar=Radar(phase_sign=int(rng.choice([-1, 1]))),
+        schema=1,
+        radar=Radar(phase_sign=int(rng.choice([-1, 1]))),
         transmitter=Transmitter(distance_m=float(rng.uniform(0.6, 0.8))),
         receiver=tuple(
             Receiver(tilt_deg=float(rng.uniform(32, 50)), azimuth_deg=float(a), distance_m=float(rng.uniform(0.6, 0.8)))
@@ -82,16 +99,41 @@ def _draw_setup(rng: np.random.Generator, n_receivers: int) -> Setup:
 def _draw_motion(rng, chosen, release, height, e, drag, drift) -> motions.Motion:
     rest = float(rng.uniform(0.2, 0.4))
     if chosen == "drop":
-        return motions.drop(rng, release_m=release, height_m=height, restitution=e, drag_1_m=drag, drift_m_s=drift,
-                            rest_s=rest, duration_s=rest + 0.9)
+        return motions.drop(
+            rng,
+            release_m=release,
+            height_m=height,
+            restitution=e,
+            drag_1_m=drag,
+            drift_m_s=drift,
+            rest_s=rest,
+            duration_s=rest + 0.9,
+        )
     if chosen == "bed":
-        return motions.bed(release_m=release, height_m=height, depth_m=float(rng.uniform(0.01, 0.03)), rest_s=rest,
-                           duration_s=rest + 0.6)
+        return motions.bed(
+            release_m=release,
+            height_m=height,
+            depth_m=float(rng.uniform(0.01, 0.03)),
+            rest_s=rest,
+            duration_s=rest + 0.6,
+        )
     if chosen == "circle":
-        return motions.circle(release_m=release, radius_m=float(rng.uniform(0.04, 0.1)), rest_s=rest, duration_s=rest + 2.0,
-                              period_s=float(rng.uniform(0.8, 2.0)), slope=float(rng.uniform(-0.4, 0.4)))
-    return motions.pendulum(release_m=release, length_m=float(rng.uniform(0.4, 0.8)), rest_s=rest, duration_s=rest + 2.0,
-                            amplitude_rad=float(rng.uniform(0.05, 0.12)), azimuth_rad=float(rng.uniform(0, 6.28)))
+        return motions.circle(
+            release_m=release,
+            radius_m=float(rng.uniform(0.04, 0.1)),
+            rest_s=rest,
+            duration_s=rest + 2.0,
+            period_s=float(rng.uniform(0.8, 2.0)),
+            slope=float(rng.uniform(-0.4, 0.4)),
+        )
+    return motions.pendulum(
+        release_m=release,
+        length_m=float(rng.uniform(0.4, 0.8)),
+        rest_s=rest,
+        duration_s=rest + 2.0,
+        amplitude_rad=float(rng.uniform(0.05, 0.12)),
+        azimuth_rad=float(rng.uniform(0, 6.28)),
+    )
 
 
 def _draw_receiving(rng: np.random.Generator, setup: Setup, receiver: int, bias: float) -> Receiving:
@@ -110,7 +152,11 @@ def _draw_receiving(rng: np.random.Generator, setup: Setup, receiver: int, bias:
         return out
 
     return Receiving(
-        amplitude, smooth_field(rng, bias), smooth_field(rng, bias), float(rng.uniform(0.85, 1.15)),
-        float(np.radians(rng.uniform(-10, 10))), tuple(float(v) for v in rng.uniform(-0.5, 0.5, 2)),
+        amplitude,
+        smooth_field(rng, bias),
+        smooth_field(rng, bias),
+        float(rng.uniform(0.85, 1.15)),
+        float(np.radians(rng.uniform(-10, 10))),
+        tuple(float(v) for v in rng.uniform(-0.5, 0.5, 2)),
         float(rng.uniform(0, 2 * np.pi)),
     )

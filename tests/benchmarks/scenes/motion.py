@@ -44,15 +44,29 @@ def _flight(start: Array, velocity: Array, drag_1_m: float, floor_m: float, limi
 
     height.terminal = True
     solution = solve_ivp(
-        rate, (0.0, limit_s), np.concatenate([start, velocity]), method="DOP853", dense_output=True,
-        rtol=1e-11, atol=1e-13, events=height, max_step=0.02,
+        rate,
+        (0.0, limit_s),
+        np.concatenate([start, velocity]),
+        method="DOP853",
+        dense_output=True,
+        rtol=1e-11,
+        atol=1e-13,
+        events=height,
+        max_step=0.02,
     )
     return solution.t[-1], solution.sol
 
 
 def drop(
-    rng: np.random.Generator, *, release_m: Array, height_m: float, restitution: float, drag_1_m: float = 0.0,
-    drift_m_s: float = 0.0, rest_s: float = 0.3, duration_s: float = 1.2,
+    rng: np.random.Generator,
+    *,
+    release_m: Array,
+    height_m: float,
+    restitution: float,
+    drag_1_m: float = 0.0,
+    drift_m_s: float = 0.0,
+    rest_s: float = 0.3,
+    duration_s: float = 1.2,
 ) -> Motion:
     """Rest, fall, bounces; every bounce turns some speed sideways (`drift_m_s`)."""
     floor = release_m[2] - height_m
@@ -112,7 +126,9 @@ def _smooth_start(t: Array, start_s: float, ramp_s: float) -> Array:
     return ramp_s * (u**3 - u**4 / 2.0) + np.clip(t - start_s - ramp_s, 0.0, None)
 
 
-def circle(*, release_m: Array, radius_m: float, period_s: float, slope: float, rest_s: float, duration_s: float) -> Motion:
+def circle(
+    *, release_m: Array, radius_m: float, period_s: float, slope: float, rest_s: float, duration_s: float
+) -> Motion:
     """A circle in a sloped plane through the release position, started and never stopped."""
 
     def position(t: Array) -> Array:
@@ -124,12 +140,24 @@ def circle(*, release_m: Array, radius_m: float, period_s: float, slope: float, 
 
 
 def pendulum(
-    *, release_m: Array, length_m: float, amplitude_rad: float, azimuth_rad: float, rest_s: float, duration_s: float,
+    *,
+    release_m: Array,
+    length_m: float,
+    amplitude_rad: float,
+    azimuth_rad: float,
+    rest_s: float,
+    duration_s: float,
 ) -> Motion:
     """A plane pendulum let go at its amplitude, integrated exactly."""
     solution = solve_ivp(
-        lambda _t, s: [s[1], -GRAVITY_M_S2 / length_m * np.sin(s[0])], (0.0, duration_s), [amplitude_rad, 0.0],
-        method="DOP853", dense_output=True, rtol=1e-11, atol=1e-13, max_step=0.05,
+        lambda _t, s: [s[1], -GRAVITY_M_S2 / length_m * np.sin(s[0])],
+        (0.0, duration_s),
+        [amplitude_rad, 0.0],
+        method="DOP853",
+        dense_output=True,
+        rtol=1e-11,
+        atol=1e-13,
+        max_step=0.05,
     )
     away = np.array([np.cos(azimuth_rad), np.sin(azimuth_rad)])
 

@@ -72,7 +72,9 @@ def flicker_noise(rng: np.random.Generator, count: int, rate_hz: float) -> Array
     """Return 1/f noise of unit rms from 0.5 Hz to 1 kHz, by shaping a spectrum."""
     frequency = np.fft.rfftfreq(count, 1.0 / rate_hz)
     shape = np.where((frequency >= 0.5) & (frequency < 1000.0), 1.0 / np.sqrt(np.maximum(frequency, 0.5)), 0.0)
-    noise = np.fft.irfft(shape * (rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size)), count)
+    noise = np.fft.irfft(
+        shape * (rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size)), count
+    )
     return noise / noise.std()
 
 
@@ -96,7 +98,9 @@ def make_record(scene: Scene) -> SceneRecord:
                 + own.phase_rad
             )
             z = own.amplitude(p) * np.exp(1j * phase)
-            images = reflections(p, antennas.transmitter_m, antennas.receivers_m[receiver], receiver, scene.planes, wavenumber)
+            images = reflections(
+                p, antennas.transmitter_m, antennas.receivers_m[receiver], receiver, scene.planes, wavenumber
+            )
             z = z * (images if setup.radar.phase_sign > 0 else images.conj())
             z = z + own.bias_i(p) + 1j * own.bias_q(p)
             if part == 0:

@@ -1,0 +1,85 @@
+"""From signals to circles, places and impacts: the adaptive rounds, shared with the joint estimate as its start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.correction.adaptive.rough import rough_phases
+from radargui.correction.adaptive.rounds import Ground, Round, best_round, first_round, next_round
+from radargui.correction.bins import bin_by_fringe
+from radargui.correction.signals import Signals
+from radargui.geometry.antennas import place_antennas
+from radargui.model.arrays import FloatArray
+from radargui.model.errors import ProcessingError
+from radargui.model.setup import Setup
+from radargui.motion.kinks import find_kinks
+from radargui.motion.onset import find_onset
+
+_BEFORE_ONSET_S = 0.015
+_FIRST_LENGTH_M = 0.15
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What the adaptive rounds found.
+
+    Attributes
+    ----------
+    ground
+        Bins and geometry.
+    last
+        The last round.
+    onset_s
+        End of the rest as seen in the samples.
+    start_s
+        A little before: until then the tracer rests for sure.
+    impact_s
+        Impacts seen in the places; empty with fewer than three receivers.
+    """
+
+    ground: Ground
+    last: Round
+    onset_s: float
+    start_s: float
+    impact_s: FloatArray
+
+
+def adaptive_rounds(signals: Signals, setup: Setup) -> Found:
+    """Fit circles with maps of position; once more with the bins broken at the impacts.
+
+    Raises
+    ------
+    ProcessingError
+        Nothing moves, or the record holds no rest before the motion.
+    """
+    onset = find_onset(signals.time_s, signals.value)
+    if onset is None:
+        raise ProcessingError("Nothing moves in this recording.", reasons=("the tracer was not released",))
+    if not np.isfinite(onset):
+        raise ProcessingError(
+            "The recording starts in motion.", reasons=("the trigger came late",), remedy="Record 0.1 s of rest first."
+        )
+    rough = rough_phases(signals, onset)
+    start = max(onset - _BEFORE_ONSET_S, float(signals.time_s[0]) + 0.02)
+    antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
+    impacts = np.zeros(0)
+    for _ in range(2):
+        bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
+        ground = Ground(bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s)
+        last = best_round(ground, next_round(ground, first_round(ground, rough.ellipses), _FIRST_LENGTH_M))
+        if impacts.size or antennas.n_receivers < 3:
+            break
+        impacts = _impacts(ground, last, np.asarray(setup.floor.normal))
+        if impacts.size == 0:
+            break
+    return Found(ground, last, onset, start, impacts)
+
+
+def _impacts(ground: Ground, last: Round, normal: FloatArray) -> FloatArray:
+    height = normal @ last.place
+    moving = ~ground.rest
+    second = np.diff(height[moving], 2)
+    noise = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0) if second.size else 1e-4
+    return find_kinks(ground.bins.time_s, height, np.full(height.size, max(noise, 1e-9)))

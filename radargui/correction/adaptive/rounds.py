@@ -1,0 +1,180 @@
+"""Rounds of circle fits: places from phases, maps on places, better phases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.correction.adaptive.circle_fit import CircleData, CircleFit, fit_circle
+from radargui.correction.adaptive.place import map_places, range_law
+from radargui.correction.adaptive.unskew import unskew
+from radargui.correction.bins import Bins
+from radargui.correction.position_map import PositionBasis, make_basis
+from radargui.correction.start import StillEllipse, circle_point
+from radargui.geometry.antennas import Antennas
+from radargui.model.arrays import BoolArray, FloatArray
+
+LENGTHS_M = (0.06, 0.09, 0.13, 0.20)
+_LEVEL_LONGER = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """What stays the same over the rounds: bins, geometry, the rest."""
+
+    bins: Bins
+    antennas: Antennas
+    release_m: FloatArray
+    wavelength_m: float
+    rest: BoolArray
+    delay_s: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """One round's outcome.
+
+    Attributes
+    ----------
+    phase_rad
+        Unwrapped, zero at rest, shape (n_receivers, n_bins).
+    turn_rad
+        Phase at rest, shape (n_receivers,).
+    value
+        Means brought to the time of channel 0, shape (n_channels, n_bins).
+    amplitude
+        Shape (n_receivers, n_bins).
+    place
+        Coordinate of the maps, shape (3 or n_receivers, n_bins).
+    fits
+        One a receiver.
+    bias, level
+        The bases the fits used; None without maps.
+    log_evidence
+        Sum over the receivers.
+    """
+
+    phase_rad: FloatArray
+    turn_rad: FloatArray
+    value: FloatArray
+    amplitude: FloatArray
+    place: FloatArray
+    fits: tuple[CircleFit, ...]
+    bias: PositionBasis | None
+    level: PositionBasis | None
+    log_evidence: float
+
+
+def first_round(ground: Ground, ellipses: tuple[StillEllipse, ...]) -> Round:
+    """Fit circles whose amplitude follows the range law alone, starting from still ellipses."""
+    amplitude = np.array([np.full(ground.bins.n_bins, ellipse.amplitude) for ellipse in ellipses])
+    value = ground.bins.value
+    for _ in range(2 if ground.delay_s.any() else 1):
+        points = [circle_point(i, q, e) for i, q, e in zip(value[0::2], value[1::2], ellipses, strict=True)]
+        phase, turn = _phases(points, ground.rest)
+        value = unskew(ground.bins, ground.delay_s, phase + turn[:, None], amplitude, ellipses)
+    start = [
+        np.array([e.offset_i, e.offset_q, e.log_gain, e.skew_rad, np.log(max(e.amplitude, 0.05))]) for e in ellipses
+    ]
+    return _fit(ground, value, phase, _places(ground, phase), None, None, start)
+
+
+def next_round(ground: Ground, before: Round, length_m: float) -> Round:
+    """Fit circles with maps of correlation length l over the places of the round before."""
+    visited = before.place[:, ~ground.rest]
+    bias, level = make_basis(visited, length_m), make_basis(visited, _LEVEL_LONGER * length_m)
+    start = [_carry(before, fit, bias, level) for fit in before.fits]
+    ellipses = [fit.ellipse for fit in before.fits]
+    turned = before.phase_rad + before.turn_rad[:, None]
+    value = unskew(ground.bins, ground.delay_s, turned, before.amplitude, ellipses)
+    return _fit(ground, value, before.phase_rad, before.place, bias, level, start)
+
+
+def best_round(ground: Ground, before: Round) -> Round:
+    """Fit with several lengths and keep the one with the largest evidence, common to the receivers."""
+    extent = float(np.linalg.norm(np.ptp(before.place, axis=1)))
+    fringes = float(np.ptp(before.phase_rad, axis=1).max()) / (2.0 * np.pi)
+    shortest = 1.5 * extent / max(fringes, 1.0)
+    lengths = [length for length in LENGTHS_M if length >= shortest] or [max(LENGTHS_M[-1], shortest)]
+    return max((next_round(ground, before, length) for length in lengths), key=lambda r: r.log_evidence)
+
+
+def _carry(before: Round, fit: CircleFit, bias: PositionBasis, level: PositionBasis) -> FloatArray:
+    """Start from an earlier round's fit: its maps projected on the new functions."""
+    place = before.place
+    if before.bias is None or before.level is None:
+        return np.concatenate([fit.theta[:5], np.zeros(2 * bias.size + level.size)])
+    n = before.bias.size
+    old_bias, old_level = before.bias(place), before.level(place)
+    return np.concatenate(
+        [
+            fit.theta[:5],
+            _project(bias(place), old_bias @ fit.theta[5 : 5 + n]),
+            _project(bias(place), old_bias @ fit.theta[5 + n : 5 + 2 * n]),
+            _project(level(place), old_level @ fit.theta[5 + 2 * n :]),
+        ]
+    )
+
+
+def _project(functions: FloatArray, values: FloatArray) -> FloatArray:
+    normal = functions.T @ functions + 1e-3 * np.eye(functions.shape[1])
+    return np.asarray(np.linalg.solve(normal, functions.T @ values))
+
+
+def circle_data(
+    ground: Ground,
+    value: FloatArray,
+    phase: FloatArray,
+    place: FloatArray,
+    bias: PositionBasis | None,
+    level: PositionBasis | None,
+) -> list[CircleData]:
+    """Return each receiver's bins with map functions and the known factor of the amplitude."""
+    bins, none = ground.bins, np.zeros((ground.bins.n_bins, 0))
+    rate = np.gradient(phase, bins.time_s, axis=1)
+    shape = range_law(place, ground.antennas, ground.release_m) * np.cos(np.clip(rate * bins.node_s, -0.3, 0.3))
+    at_bias = none if bias is None else bias(place)
+    at_level = none if level is None else level(place)
+    return [
+        CircleData(
+            value[2 * n], value[2 * n + 1], bins.sigma[2 * n], bins.sigma[2 * n + 1], shape[n], at_bias, at_level
+        )
+        for n in range(ground.antennas.n_receivers)
+    ]
+
+
+def _fit(
+    ground: Ground,
+    value: FloatArray,
+    phase: FloatArray,
+    place: FloatArray,
+    bias: PositionBasis | None,
+    level: PositionBasis | None,
+    start: list[FloatArray],
+) -> Round:
+    data = circle_data(ground, value, phase, place, bias, level)
+    fits = tuple(fit_circle(own, theta) for own, theta in zip(data, start, strict=True))
+    better, turn = _phases(
+        [fit.point(own.i, own.q, own.bias) for fit, own in zip(fits, data, strict=True)], ground.rest
+    )
+    amplitude = np.array([fit.amplitude(own.shape, own.level) for fit, own in zip(fits, data, strict=True)])
+    evidence = sum(fit.log_evidence for fit in fits)
+    return Round(better, turn, value, amplitude, _places(ground, better), fits, bias, level, evidence)
+
+
+def _places(ground: Ground, phase: FloatArray) -> FloatArray:
+    change = phase * ground.wavelength_m / (2.0 * np.pi)
+    return map_places(change, ground.antennas, ground.release_m, ground.rest)
+
+
+def _phases(points: list[FloatArray], rest: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Return the unwrapped phases against their mean direction at rest, and that direction."""
+    phases, turns = [], []
+    for point in points:
+        z = point[0] + 1j * point[1]
+        reference = z[rest].mean() if rest.any() else z[0]
+        phase = np.unwrap(np.angle(z * reference.conj()))
+        phases.append(phase - 2.0 * np.pi * np.round((phase[rest].mean() if rest.any() else phase[0]) / (2.0 * np.pi)))
+        turns.append(float(np.angle(reference)))
+    return np.array(phases), np.array(turns)

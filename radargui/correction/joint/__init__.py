@@ -1,0 +1,1 @@
+"""Joint correction: the motion and every receiver's mismatch, estimated together from all channels."""

@@ -1,0 +1,118 @@
+"""Slow noise: 1/f noise measured on the rest, and the functions of time that carry its slow part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize
+
+from radargui.correction.bins import Bins
+from radargui.correction.signals import Signals
+from radargui.model.arrays import FloatArray
+
+_CYCLES = 20
+_POOL_HZ = 2000.0
+_FACTOR = 4.0
+_PER_BIN = 12.0
+_ROOT_12 = 3.4641  # width of a bin over the standard deviation of its times
+
+
+@dataclass(frozen=True, slots=True)
+class Drift:
+    """Fourier functions over the record with the deviations that 1/f noise gives them.
+
+    Attributes
+    ----------
+    first_s, length_s
+        Span of the record.
+    count
+        Number of functions; 0 where the noise is white.
+    sd
+        Deviations of the coefficients, shape (n_channels, count).
+    level
+        a of the spectral density a / f, in amplitudes^2, shape (n_channels,).
+    """
+
+    first_s: float
+    length_s: float
+    count: int
+    sd: FloatArray
+    level: FloatArray
+
+    def functions(self, time_s: FloatArray) -> FloatArray:
+        """Return the functions at times, shape (n, count): cosines and sines of whole and half cycles."""
+        turn = np.pi * (time_s - self.first_s) / self.length_s
+        order = np.arange(1, self.count // 2 + 1)
+        angle = turn[:, None] * order
+        return np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+
+    def widen(self, bins: Bins) -> Bins:
+        """Return the bins with the part of 1/f noise that the functions cannot follow added to their variance.
+
+        A bin is 1/24 fringe: noise of density a / f at the Doppler frequency f counts like white noise of variance
+        12 a in each bin.
+        """
+        if self.count == 0:
+            return bins
+        level = self.level[:, None]
+        variance = bins.sigma**2 + _PER_BIN * level
+        highest = self.count / 4.0 / self.length_s
+        seen = bins.sigma**2 + level * np.log(np.maximum(1.0 / (2.0 * _ROOT_12 * bins.node_s * highest + 1e-12), 1.5))
+        return replace(bins, sigma=np.sqrt(variance), expected=np.minimum(seen / variance, 1.0))
+
+
+def measure_drift(signals: Signals, onset_s: float) -> Drift:
+    """Fit white + a / f to the periodogram of the rest (Whittle's likelihood) and decide whether 1/f noise matters.
+
+    It does where the likelihood gains more than 4 in the sum over the channels and a / f exceeds the white density at
+    20 cycles over the record.
+
+    Parameters
+    ----------
+    signals
+        Samples.
+    onset_s
+        End of the rest.
+    """
+    rest = signals.time_s < onset_s
+    length = float(signals.time_s[-1] - signals.time_s[0])
+    n_channels = signals.value.shape[0]
+    level, gained = np.zeros(n_channels), 0.0
+    pooled = max(1, int(signals.rate_hz / _POOL_HZ))
+    count = int(rest.sum()) // pooled
+    white = 2.0 * signals.sigma**2 / signals.rate_hz
+    if count < 32:
+        return Drift(float(signals.time_s[0]), length, 0, np.zeros((n_channels, 0)), level)
+    rate = signals.rate_hz / pooled
+    for channel in range(n_channels):
+        samples = signals.value[channel, : count * pooled].reshape(count, pooled).mean(axis=1)
+        level[channel], gain = _whittle(samples - samples.mean(), rate, float(white[channel]))
+        gained += gain
+    highest = _CYCLES / length
+    if gained < _FACTOR * n_channels / 2.0 or np.median(level / highest / white) < 0.5:
+        return Drift(float(signals.time_s[0]), length, 0, np.zeros((n_channels, 0)), np.zeros(n_channels))
+    order = np.arange(1, 2 * _CYCLES + 1)
+    variance = level[:, None] / (order / (2.0 * length)) / (2.0 * length)
+    sd = np.sqrt(np.concatenate([variance, variance], axis=1))
+    return Drift(float(signals.time_s[0]), length, 4 * _CYCLES, np.maximum(sd, 1e-7), level)
+
+
+def _whittle(samples: FloatArray, rate_hz: float, white: float) -> tuple[float, float]:
+    """Return a of white + a / f for a periodogram and what it gains in log likelihood over white alone."""
+    n = samples.size
+    window = np.hanning(n)
+    power = 2.0 * np.abs(np.fft.rfft(samples * window)) ** 2 / (rate_hz * (window**2).sum())
+    frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
+    use = slice(2, max(4, int(0.8 * frequency.size)))
+    power, frequency = power[use], frequency[use]
+
+    def loss(log_level: FloatArray) -> float:
+        density = white + np.exp(log_level[0]) / frequency
+        return float((np.log(density) + power / density).sum()) * 0.5
+
+    best = min(
+        (minimize(loss, np.array([np.log(white * start)]), method="Nelder-Mead") for start in (1.0, 100.0)),
+        key=lambda result: float(result.fun),
+    )
+    return float(np.exp(best.x[0])), loss(np.array([-60.0])) - float(best.fun)

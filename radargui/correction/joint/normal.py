@@ -1,0 +1,166 @@
+"""The normal matrix: block tridiagonal in the motion, bordered by everything else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.sparse import bsr_matrix, csr_matrix
+
+from radargui.model.arrays import FloatArray
+
+_BLOCK = 24
+
+
+class BlockTridiagonal:
+    """Cholesky factor of a symmetric banded matrix, in blocks of 24; cost linear in its size.
+
+    S = L L^T with diagonal blocks L_k and blocks W_k = L_{k+1,k} below them.
+
+    Parameters
+    ----------
+    matrix
+        Positive definite, bandwidth below 24, shape (n, n).
+    """
+
+    def __init__(self, matrix: csr_matrix) -> None:
+        self.size = int(matrix.shape[0])
+        self.count = -(-self.size // _BLOCK)
+        padded = csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape, copy=True)
+        padded.resize((self.count * _BLOCK, self.count * _BLOCK))
+        blocks = bsr_matrix(padded, blocksize=(_BLOCK, _BLOCK))
+        diagonal = np.zeros((self.count, _BLOCK, _BLOCK))
+        below = np.zeros((max(self.count - 1, 0), _BLOCK, _BLOCK))
+        row = np.repeat(np.arange(self.count), np.diff(blocks.indptr))
+        on = row == blocks.indices
+        diagonal[row[on]] = blocks.data[on]
+        under = row == blocks.indices + 1
+        below[blocks.indices[under]] = blocks.data[under]
+        for k in range(self.size, self.count * _BLOCK):
+            diagonal[-1, k % _BLOCK, k % _BLOCK] = 1.0
+        self.lower = np.empty_like(diagonal)
+        self.below = np.empty_like(below)
+        for k in range(self.count):
+            block = diagonal[k]
+            if k:
+                self.below[k - 1] = solve_triangular(
+                    self.lower[k - 1], below[k - 1].T, lower=True, check_finite=False
+                ).T
+                block = block - self.below[k - 1] @ self.below[k - 1].T
+            self.lower[k] = np.linalg.cholesky(block)
+
+    def half_solve(self, right: FloatArray) -> FloatArray:
+        """Return L^-1 right for (n, m), padded to whole blocks."""
+        out = np.zeros((self.count * _BLOCK, right.shape[1]))
+        out[: self.size] = right
+        blocks = out.reshape(self.count, _BLOCK, -1)
+        for k in range(self.count):
+            if k:
+                blocks[k] -= self.below[k - 1] @ blocks[k - 1]
+            blocks[k] = solve_triangular(self.lower[k], blocks[k], lower=True, check_finite=False)
+        return out
+
+    def back_solve(self, half: FloatArray) -> FloatArray:
+        """Return L^-T half, shape (n, m)."""
+        blocks = half.copy().reshape(self.count, _BLOCK, -1)
+        for k in range(self.count - 1, -1, -1):
+            if k + 1 < self.count:
+                blocks[k] -= self.below[k].T @ blocks[k + 1]
+            blocks[k] = solve_triangular(self.lower[k], blocks[k], lower=True, trans=1, check_finite=False)
+        return np.asarray(blocks.reshape(self.count * _BLOCK, -1)[: self.size])
+
+    def log_determinant(self) -> float:
+        """Return ln det S."""
+        return float(2.0 * np.log(np.diagonal(self.lower, axis1=1, axis2=2)).sum())
+
+    def selected_inverse(self) -> bsr_matrix:
+        """Return the blocks of S^-1 on and beside the diagonal (Takahashi's recursion), padded."""
+        n = self.count
+        on, beside = np.empty_like(self.lower), np.empty_like(self.below)
+        identity = np.eye(_BLOCK)
+        for k in range(n - 1, -1, -1):
+            inverse = solve_triangular(self.lower[k], identity, lower=True, check_finite=False)
+            on[k] = inverse.T @ inverse
+            if k + 1 < n:
+                gain = self.below[k] @ inverse
+                beside[k] = -on[k + 1] @ gain
+                on[k] += gain.T @ on[k + 1] @ gain
+        indices = [0] if n == 1 else [0, 1]
+        data: list[FloatArray] = [on[0]] if n == 1 else [on[0], beside[0].T]
+        pointer = [0, len(indices)]
+        for k in range(1, n):
+            data += [beside[k - 1], on[k]]
+            indices += [k - 1, k]
+            if k + 1 < n:
+                data.append(beside[k].T)
+                indices.append(k + 1)
+            pointer.append(len(indices))
+        return bsr_matrix((np.array(data), indices, pointer), shape=(n * _BLOCK, n * _BLOCK))
+
+
+@dataclass(frozen=True, slots=True)
+class NormalMatrix:
+    """H = [[S, C], [C^T, M]] factored by the Schur complement M - C^T S^-1 C.
+
+    Attributes
+    ----------
+    motion
+        Factor of S.
+    half
+        L^-1 C.
+    border
+        Cholesky factor of the Schur complement as scipy's `cho_factor` gives it.
+    """
+
+    motion: BlockTridiagonal
+    half: FloatArray
+    border: tuple[FloatArray, bool]
+
+    @staticmethod
+    def factor(s: csr_matrix, c: FloatArray, m: FloatArray) -> NormalMatrix:
+        """Factor the matrix; raises numpy's LinAlgError where it is not positive definite."""
+        motion = BlockTridiagonal(s)
+        half = motion.half_solve(c)
+        return NormalMatrix(motion, half, cho_factor(m - half.T @ half, lower=True, check_finite=False))
+
+    def solve(self, slope_motion: FloatArray, slope_border: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return both parts of H^-1 applied to a vector."""
+        first = self.motion.half_solve(slope_motion[:, None])
+        border = cho_solve(self.border, slope_border - self.half.T @ first[:, 0], check_finite=False)
+        motion = self.motion.back_solve(first - (self.half @ border)[:, None])
+        return motion[:, 0], border
+
+    def border_covariance(self) -> FloatArray:
+        """Return the covariance of the border."""
+        return np.asarray(cho_solve(self.border, np.eye(self.half.shape[1]), check_finite=False))
+
+    def log_determinant(self) -> float:
+        """Return ln det H."""
+        return self.motion.log_determinant() + float(2.0 * np.log(np.diag(self.border[0])).sum())
+
+    def row_variances(
+        self, rows: list[csr_matrix], by_border: list[FloatArray] | None = None, border: slice = slice(0, 0)
+    ) -> list[FloatArray]:
+        """Return the diagonal of R H^-1 R^T of each R, one value a row.
+
+        Parameters
+        ----------
+        rows
+            Sparse parts of R that act on the motion.
+        by_border, border
+            Dense parts that act on some places of the border; left out where R has none.
+        """
+        inverse = self.motion.selected_inverse().tocsr()
+        cross = self.motion.back_solve(self.half)
+        spread = solve_triangular(self.border[0], cross.T, lower=True, check_finite=False).T
+        root = solve_triangular(self.border[0], np.eye(self.half.shape[1])[:, border], lower=True, check_finite=False).T
+        out = []
+        for number, matrix in enumerate(rows):
+            padded = csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=(matrix.shape[0], inverse.shape[0]))
+            own = np.asarray((padded @ inverse).multiply(padded).sum(axis=1)).ravel()
+            through = matrix @ spread
+            if by_border is not None:
+                through = through - by_border[number] @ root
+            out.append(own + (through**2).sum(axis=1))
+        return out

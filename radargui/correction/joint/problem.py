@@ -1,0 +1,220 @@
+"""The joint problem: cost, slope and normal matrix of motion and mismatch together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import bsr_matrix, csr_matrix, eye_array, kron
+
+from radargui.correction.adaptive.place import range_law
+from radargui.correction.bins import Bins
+from radargui.correction.joint.layout import Layout, Prior
+from radargui.correction.joint.motion_spline import MotionSpline
+from radargui.correction.joint.normal import NormalMatrix
+from radargui.correction.joint.signal_model import ReceiverSignal, Stage, receiver_signal
+from radargui.correction.position_map import PositionBasis
+from radargui.model.arrays import BoolArray, FloatArray
+
+_HUBER = 4.0
+
+
+@dataclass(frozen=True)
+class JointProblem:
+    """Everything that stays fixed while the unknowns are improved.
+
+    Attributes
+    ----------
+    bins, delay_s
+        Data and the channels' delays.
+    spline
+        The motion with breaks at their first guess; theta holds the breaks in force.
+    layout, stage, prior
+        Meaning, geometry and prior of the border.
+    jerk_sd
+        Prior standard deviation of the third derivative in each span, m/s^3, shape (n_spans,).
+    noise_scale
+        Misfit as a factor on each receiver's noise, shape (n_receivers,).
+    use
+        Bins that count, shape (n_bins,).
+    bases
+        Map functions of bias and of log amplitude.
+    """
+
+    bins: Bins
+    delay_s: FloatArray
+    spline: MotionSpline
+    layout: Layout
+    stage: Stage
+    prior: Prior
+    jerk_sd: FloatArray
+    noise_scale: FloatArray
+    use: BoolArray
+    bases: tuple[PositionBasis, PositionBasis]
+
+    @property
+    def n_receivers(self) -> int:
+        """Number of receivers."""
+        return len(self.layout.receivers)
+
+    def at_places(self, place: FloatArray) -> JointProblem:
+        """Return the problem with maps and range law evaluated at new places (3, n_bins)."""
+        law = range_law(place, self.stage.antennas, self.stage.release_m)
+        return replace(self, stage=replace(self.stage, bias=self.bases[0](place), level=self.bases[1](place), law=law))
+
+
+@dataclass(frozen=True)
+class State:
+    """The unknowns: spline coefficients (n, 3) relative to the release position, and the border vector."""
+
+    coefficients: FloatArray
+    theta: FloatArray
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """The problem at a state.
+
+    Attributes
+    ----------
+    cost
+        Half the robust sum of squares plus half the priors' squares.
+    residual
+        Model minus data in standard deviations, shape (n_channels, n_bins).
+    weight
+        Robust weights over variance, same shape; zero where a bin does not count.
+    signals
+        Model of each receiver.
+    spline, design
+        The motion with the breaks in force, and B at the bins.
+    """
+
+    cost: float
+    residual: FloatArray
+    weight: FloatArray
+    signals: tuple[ReceiverSignal, ...]
+    spline: MotionSpline
+    design: csr_matrix
+
+
+def linearise(problem: JointProblem, state: State) -> Linearised:
+    """Evaluate model, residuals, weights and cost."""
+    bins, theta = problem.bins, state.theta
+    spline = problem.spline.with_breaks(theta[problem.layout.breaks])
+    node = np.stack([bins.time_s - bins.node_s, bins.time_s + bins.node_s])
+    release = problem.stage.release_m
+    cache: dict[float, FloatArray] = {}
+
+    def positions(delay: float) -> FloatArray:
+        if delay not in cache:
+            at = spline.design((node + delay).ravel()) @ state.coefficients + release
+            cache[delay] = at.T.reshape(3, 2, -1)
+        return cache[delay]
+
+    residual, weight, signals = np.empty_like(bins.value), np.empty_like(bins.value), []
+    loss = 0.0
+    for receiver in range(problem.n_receivers):
+        pair = slice(2 * receiver, 2 * receiver + 2)
+        nodes = np.stack([positions(float(delay)) for delay in problem.delay_s[pair]], axis=1)
+        signal = receiver_signal(nodes, theta, problem.layout, problem.stage, receiver)
+        sigma = bins.sigma[pair] * problem.noise_scale[receiver]
+        scaled = (signal.value - bins.value[pair]) / sigma
+        size = np.abs(scaled)
+        robust = np.minimum(1.0, _HUBER / np.maximum(size, _HUBER)) * problem.use
+        loss += float((np.where(size < _HUBER, 0.5 * size**2, _HUBER * size - 0.5 * _HUBER**2) * problem.use).sum())
+        residual[pair], weight[pair] = scaled, robust / sigma**2
+        signals.append(signal)
+    jerk, _, _ = spline.jerk()
+    prior = problem.prior
+    loss += 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum())
+    loss += 0.5 * float((((jerk @ state.coefficients) / problem.jerk_sd[:, None]) ** 2).sum())
+    return Linearised(loss, residual, weight, tuple(signals), spline, spline.design(bins.time_s))
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """Blocks of the normal matrix and the slope: motion S, border M, between them C."""
+
+    s: csr_matrix
+    c: FloatArray
+    m: FloatArray
+    slope_motion: FloatArray
+    slope_border: FloatArray
+
+    def factor(self, damping: float = 0.0) -> NormalMatrix:
+        """Factor H with its diagonal raised by a share; the least share that makes it positive definite is added."""
+        for jitter in (0.0, 1e-13, 1e-11, 1e-9, 1e-7):
+            share = damping + jitter
+            s = csr_matrix(self.s + share * diagonal(self.s.diagonal())) if share else self.s
+            try:
+                return NormalMatrix.factor(s, self.c, self.m + share * np.diag(np.diag(self.m)))
+            except np.linalg.LinAlgError:
+                continue
+        raise np.linalg.LinAlgError
+
+
+def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
+    """Build H = J^T W J + priors and the slope J^T W r + priors, interleaving x, y, z in the motion."""
+    layout, n_bins = problem.layout, problem.bins.n_bins
+    motion = kron(at.design, eye_array(3), format="csr")
+    pull = np.zeros((n_bins, 3))
+    curvature = np.zeros((n_bins, 3, 3))
+    m = np.zeros((layout.size, layout.size))
+    slope = np.zeros(layout.size)
+    between: list[tuple[slice, FloatArray]] = []
+    mirrors = slice(layout.planes.start, layout.forward.stop)
+    shared = np.zeros((n_bins, 3, mirrors.stop - mirrors.start))
+    for receiver, (signal, own) in enumerate(zip(at.signals, layout.receivers, strict=True)):
+        pair = slice(2 * receiver, 2 * receiver + 2)
+        weight = at.weight[pair]
+        misfit = signal.value - problem.bins.value[pair]
+        weighted = signal.by_position * weight[:, None]
+        pull += (weighted * misfit[:, None]).sum(axis=0).T
+        curvature += np.einsum("pan,pbn->nab", weighted, signal.by_position)
+        places = slice(own.first, own.last)
+        by_own = signal.by_own.reshape(2 * n_bins, -1)
+        by_mirrors = signal.by_mirrors.reshape(2 * n_bins, -1)
+        weighed_own = by_own * weight.reshape(-1, 1)
+        m[places, places] = weighed_own.T @ by_own
+        m[mirrors, places] = by_mirrors.T @ weighed_own
+        m[places, mirrors] = m[mirrors, places].T
+        m[mirrors, mirrors] += (by_mirrors * weight.reshape(-1, 1)).T @ by_mirrors
+        slope[places] = weighed_own.T @ misfit.ravel()
+        slope[mirrors] += (by_mirrors * weight.reshape(-1, 1)).T @ misfit.ravel()
+        between.append((places, _couple(weighted, signal.by_own)))
+        shared += _couple(weighted, signal.by_mirrors)
+    between.append((mirrors, shared))
+    weight_matrix = bsr_matrix((curvature, np.arange(n_bins), np.arange(n_bins + 1)), shape=(3 * n_bins, 3 * n_bins))
+    breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients).reshape(-1, 3 * n_bins).T
+    by_breaks = weight_matrix @ breaks
+    c = np.zeros((motion.shape[1], layout.size))
+    for places, block in between:
+        block = block.reshape(3 * n_bins, -1)
+        c[:, places] = motion.T @ block
+        m[layout.breaks, places] = breaks.T @ block
+        m[places, layout.breaks] = m[layout.breaks, places].T
+    c[:, layout.breaks] = motion.T @ by_breaks
+    m[layout.breaks, layout.breaks] = breaks.T @ by_breaks
+    slope[layout.breaks] = breaks.T @ pull.ravel()
+    s = motion.T @ (weight_matrix @ motion)
+    prior = problem.prior
+    m[np.diag_indices(layout.size)] += 1.0 / prior.sd**2
+    slope += (state.theta - prior.mean) / prior.sd**2
+    jerk, _, _ = at.spline.jerk()
+    stiff = jerk.T @ diagonal(problem.jerk_sd**-2.0) @ jerk
+    s = csr_matrix(s + kron(stiff, eye_array(3), format="csr"))
+    slope_motion = motion.T @ pull.ravel() + (stiff @ state.coefficients).ravel()
+    return Assembled(s, c, m, slope_motion, slope)
+
+
+def diagonal(values: FloatArray) -> csr_matrix:
+    """Return a sparse diagonal matrix."""
+    n = values.size
+    return csr_matrix((values, np.arange(n), np.arange(n + 1)), shape=(n, n))
+
+
+def _couple(weighted: FloatArray, columns: FloatArray) -> FloatArray:
+    """Return sum over the two parts of (dm/dp)^T w J, shape (n_bins, 3, n_columns)."""
+    out = weighted[0].T[:, :, None] * columns[0][:, None, :]
+    out += weighted[1].T[:, :, None] * columns[1][:, None, :]
+    return np.asarray(out)

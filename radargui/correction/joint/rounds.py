@@ -1,0 +1,86 @@
+"""Rounds of the joint estimate: minimise, move the maps with the motion, re-estimate the priors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from radargui.correction.adaptive.rounds import Ground
+from radargui.correction.joint.breaks import break_speeds, misfit_times, respline, sharp_turns
+from radargui.correction.joint.first_state import Posed, pose_again
+from radargui.correction.joint.hyper import update_noise, update_priors
+from radargui.correction.joint.minimise import Solution, log_evidence, minimise
+from radargui.model.arrays import FloatArray
+
+_STEPS = 6
+_ENOUGH = 0.2
+_BREAK_ROUNDS = 6
+_SAME_S, _GROUP_S = 0.004, 0.06
+
+
+def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]) -> Solution:
+    """Alternate Gauss-Newton with updates of maps and priors until the evidence settles.
+
+    Parameters
+    ----------
+    ground, posed
+        Data; problem and start.
+    rounds
+        At most this many.
+    tick
+        Called once a round; may raise to cancel.
+    """
+    evidence = -np.inf
+    solution = minimise(posed.problem, posed.state, _STEPS)
+    for number in range(rounds):
+        tick()
+        problem = update_priors(solution)
+        if number >= 2:
+            problem = replace(problem, noise_scale=update_noise(solution).noise_scale)
+        solution = minimise(problem.at_places(positions(ground, solution)), solution.state, _STEPS)
+        now = log_evidence(solution)
+        if number > 3 and abs(now - evidence) < _ENOUGH:
+            break
+        evidence = now
+    return solution
+
+
+def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]) -> Solution:
+    """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
+
+    Of turns close to each other only the first is taken at a time, because what follows a missing break is wrong; a
+    break that was dropped is not tried again.
+    """
+    sharp, refused = np.zeros(0), np.zeros(0)
+    for number in range(_BREAK_ROUNDS):
+        speeds = break_speeds(solution, normal)
+        good = speeds.are_kinks()
+        refused = np.concatenate([refused, speeds.time_s[~good]])
+        new = (
+            _first_of_each(_away(sharp_turns(solution, normal), refused)) if number < _BREAK_ROUNDS - 1 else np.zeros(0)
+        )
+        stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)
+        if new.size == 0 and good.all() and (stiff.size == 0 or sharp.size > 0):
+            break
+        sharp = np.concatenate([sharp, stiff])
+        breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
+        motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
+        solution = converge(ground, pose_again(ground, solution, motion), 4, tick)
+    return solution
+
+
+def _away(moments: FloatArray, others: FloatArray) -> FloatArray:
+    near = np.abs(moments[:, None] - others[None]) < _SAME_S
+    return moments[~near.any(axis=1)]
+
+
+def _first_of_each(moments: FloatArray) -> FloatArray:
+    """Return the first of each group of moments less than 60 ms apart."""
+    return moments[np.diff(moments, prepend=-np.inf) > _GROUP_S]
+
+
+def positions(ground: Ground, solution: Solution) -> FloatArray:
+    """Return the positions at the bins, shape (3, n_bins)."""
+    return np.asarray((solution.at.design @ solution.state.coefficients + ground.release_m).T)

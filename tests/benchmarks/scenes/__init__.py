@@ -1,0 +1,1 @@
+"""Seeded scenes with known truth for the accuracy benchmark, independent of every estimator."""

@@ -1,0 +1,173 @@
+"""`radargui batch`: many stored runs processed again, on all cores or on a cluster."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Generator
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from radargui.cli.guard import FAILED, fail
+from radargui.cli.setup_choice import override
+from radargui.experiment.batch.cluster import run_on_cluster
+from radargui.experiment.batch.find import Found, FoundRun, find_runs
+from radargui.experiment.batch.local import run_local
+from radargui.experiment.batch.task import BatchOutcome, BatchTask, TablesTo
+from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.resources import default_setup_path
+from radargui.model.setup_file import read_setup
+from radargui.report.current import tables_are_current
+from radargui.report.rounding import quantity
+from radargui.report.tables import write_tables
+
+
+@dataclass(frozen=True, slots=True)
+class BatchOptions:
+    """What the command line asked for; None where nothing was said."""
+
+    paths: tuple[Path, ...]
+    workers: int | None = None
+    scheduler: str | None = None
+    setup: Path | None = None
+    correction: str | None = None
+    geometry: str | None = None
+    output: Path | None = None
+    force: bool = False
+
+
+def run_batch(options: BatchOptions) -> int:
+    """Process all runs below the paths, tell each as it ends, and return the exit status.
+
+    Raises
+    ------
+    UsageError
+        Options that do not go together, or two runs whose tables would go to the same folder.
+    SetupError
+        The setup or an option instead of it is not allowed.
+    RadarGuiError
+        The cluster cannot be used.
+    """
+    if options.workers is not None and options.scheduler is not None:
+        raise UsageError("--workers and --scheduler do not go together: the cluster has its own workers")
+    tasks = _tasks(options)
+    found = tasks.found
+    for error in found.errors:
+        fail(error)
+    states: Counter[str] = Counter(failed=len(found.errors))
+    try:
+        with BatchProgress(len(found.runs)) as progress, closing(_outcomes(tasks.tasks, options)) as outcomes:
+            for outcome in outcomes:
+                states[outcome.state] += 1
+                progress.advance(outcome)
+    except KeyboardInterrupt:
+        left = len(found.runs) - states["done"] - states["skipped"]
+        fail(RadarGuiError(f"interrupted with {left} runs left.", remedy="The same command goes on from there."))
+        return FAILED
+    finally:
+        if found.runs:
+            typer.echo(
+                f"{states['done']} processed, {states['skipped']} were up to date, {states['failed']} failed"
+                f" of {len(found.runs)} runs"
+            )
+    return FAILED if states["failed"] or states["stopped"] else 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Work:
+    found: Found
+    tasks: list[BatchTask]
+
+
+def _tasks(options: BatchOptions) -> _Work:
+    changes = {"processing.correction": options.correction, "processing.geometry": options.geometry}
+    # A value that no setup allows is told before any work.
+    override(read_setup(default_setup_path()), changes)
+    setup = read_setup(options.setup) if options.setup else None
+    found = find_runs(options.paths)
+    wanted = {key: value for key, value in changes.items() if value is not None}
+    folders = [_tables(one, options.output) for one in found.runs]
+    _refuse_collisions(folders)
+    return _Work(
+        found,
+        [
+            BatchTask(one.path, setup, wanted, options.force, tables)
+            for one, tables in zip(found.runs, folders, strict=True)
+        ],
+    )
+
+
+def _tables(one: FoundRun, output: Path | None) -> TablesTo | None:
+    if output is None:
+        return None
+    return TablesTo(output.absolute() / one.place, write_tables, tables_are_current)
+
+
+def _refuse_collisions(folders: list[TablesTo | None]) -> None:
+    # a system that takes upper and lower case for the same would write one over the other
+    count = Counter(str(one.folder).casefold() for one in folders if one)
+    twice = [folder for folder, times in count.items() if times > 1]
+    if twice:
+        raise UsageError(
+            f"The tables of several runs would go to {twice[0]}", remedy="Give the folder that holds them all as PATH."
+        )
+
+
+def _outcomes(tasks: list[BatchTask], options: BatchOptions) -> Generator[BatchOutcome, None, None]:
+    if not tasks:
+        return
+    if options.scheduler is None:
+        yield from run_local(tasks, options.workers)
+    else:
+        yield from run_on_cluster(tasks, options.scheduler)
+
+
+class BatchProgress:
+    """A line for each run that ends; on a terminal also a bar with the remaining time.
+
+    Parameters
+    ----------
+    n_runs
+        How many there are.
+    """
+
+    def __init__(self, n_runs: int) -> None:
+        self._progress: Progress | None = None
+        if sys.stderr.isatty() and n_runs:
+            columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+            self._progress = Progress(*columns, console=Console(stderr=True), transient=True)
+            self._task = self._progress.add_task("runs", total=n_runs)
+
+    def __enter__(self) -> BatchProgress:
+        """Show the bar."""
+        if self._progress:
+            self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Take the bar away."""
+        if self._progress:
+            self._progress.stop()
+
+    def advance(self, outcome: BatchOutcome) -> None:
+        """Tell the outcome of a run."""
+        if outcome.error is not None:
+            fail(outcome.error, str(outcome.run))
+        elif outcome.state == "done":
+            typer.echo(f"{outcome.run}: {_told(outcome)}")
+        if self._progress:
+            self._progress.advance(self._task)
+
+
+def _told(outcome: BatchOutcome) -> str:
+    status, e, u_e = (outcome.summary.get(key) for key in ("status", "e", "u_e"))
+    text = str(status).replace("_", " ")
+    return f"{text}, e = {quantity(e, u_e)}" if isinstance(e, float) and isinstance(u_e, float) else text

@@ -1,0 +1,130 @@
+"""A batch on the cores of this computer."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.synchronize import Event
+
+from radargui.experiment.batch.task import BatchOutcome, BatchTask, StoppedError, work_on
+from radargui.model.errors import ProcessingError
+
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+_AHEAD = 2
+"""Tasks that are handed out for each worker: one to work on, one to go on with."""
+_stop: Event | None = None
+"""In a worker: what its parent tells it to stop with."""
+
+
+def run_local(tasks: Sequence[BatchTask], workers: int | None = None) -> Generator[BatchOutcome, None, None]:
+    """Yield the outcome of each task as it ends, in no special order.
+
+    Every worker is a process of its own with one thread for numerics. Where one ends without an answer (killed, out
+    of memory, a crash in a library), the tasks that were handed out are done again one by one, each in a process of
+    its own: only the one to blame fails. Closing the iterator stops the workers at their next step; run files are
+    replaced in one step only, so none is left half written.
+
+    Parameters
+    ----------
+    tasks
+        What to do.
+    workers
+        Processes; None: as many as there are cores.
+    """
+    count = max(1, min(workers or os.cpu_count() or 1, len(tasks)))
+    waiting = deque(tasks)
+    while waiting:
+        suspects: list[BatchTask] = []
+        yield from _run_pool(waiting, count, suspects)
+        for suspect in suspects:
+            yield from _run_alone(suspect)
+
+
+def _run_alone(task: BatchTask) -> Generator[BatchOutcome, None, None]:
+    guilty: list[BatchTask] = []
+    yield from _run_pool(deque([task]), 1, guilty)
+    for one in guilty:
+        yield BatchOutcome(
+            one.run,
+            "failed",
+            ProcessingError(
+                "its worker process ended without an answer.",
+                reasons=("the memory does not suffice", "the file makes a library crash", "somebody killed it"),
+                remedy="Use fewer --workers, or process this run alone.",
+            ),
+        )
+
+
+def _run_pool(waiting: deque[BatchTask], count: int, suspects: list[BatchTask]) -> Generator[BatchOutcome, None, None]:
+    """Yield outcomes until nothing waits, or a worker is lost: then `suspects` gets what was handed out."""
+    context = multiprocessing.get_context("spawn")
+    stop = context.Event()
+    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(stop,))
+    running: dict[Future[BatchOutcome], BatchTask] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < _AHEAD * count:
+                task = waiting.popleft()
+                try:
+                    with _spawning():
+                        running[pool.submit(_work, task)] = task
+                except BrokenProcessPool:
+                    suspects.append(task)
+                    break
+            if suspects and not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                task = running.pop(future)
+                try:
+                    outcome = future.result()
+                except BrokenProcessPool:
+                    suspects += [task, *running.values()]
+                    return
+                yield outcome
+    finally:
+        stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextlib.contextmanager
+def _spawning() -> Iterator[None]:
+    """Let processes that are started here use one thread, and leave Ctrl-C to their parent."""
+    kept = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    is_main = threading.current_thread() is threading.main_thread()
+    # What a process ignores, its children ignore from their first instruction on.
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
+    try:
+        yield
+    finally:
+        if is_main:
+            signal.signal(signal.SIGINT, handler)
+        for name, value in kept.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _begin(stop: Event) -> None:
+    global _stop
+    _stop = stop
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _work(task: BatchTask) -> BatchOutcome:
+    if _stop is not None and _stop.is_set():
+        return BatchOutcome(task.run, "stopped")
+    return work_on(task, _look_for_stop)
+
+
+def _look_for_stop(_: float) -> None:
+    if _stop is not None and _stop.is_set():
+        raise StoppedError

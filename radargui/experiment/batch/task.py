@@ -1,0 +1,142 @@
+"""The work on one run of a batch, the same on this computer and on a cluster."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from radargui import __version__
+from radargui.experiment.reprocess import own_setup
+from radargui.files.run_file import read_run
+from radargui.files.run_results import results_are_current, write_results
+from radargui.files.summary import summarise
+from radargui.model.errors import ProcessingError, RadarGuiError
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.model.setup_change import changed
+from radargui.processing.offline import process
+
+State = Literal["done", "skipped", "failed", "stopped"]
+
+
+class StoppedError(Exception):
+    """The batch is being stopped."""
+
+
+@dataclass(frozen=True, slots=True)
+class TablesTo:
+    """Tables instead of results within the run file, which then is only read.
+
+    Attributes
+    ----------
+    folder
+        Where the tables of this run go.
+    write
+        Writes them; a function that another process can import.
+    are_current
+        Tells whether those in a folder were made by this version with a setup.
+    """
+
+    folder: Path
+    write: Callable[[RunResult, Path], None]
+    are_current: Callable[[Path, Setup], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class BatchTask:
+    """One run and what to do with it.
+
+    Attributes
+    ----------
+    run
+        Run file, as whoever works on it finds it.
+    setup
+        None: the one it was recorded with.
+    changes
+        Keys of the setup with another value (see `changed`).
+    force
+        Whether results that are current already are made again.
+    tables
+        Where tables go; None: the results are stored in the run.
+    version
+        Of the program that gave the task.
+    """
+
+    run: Path
+    setup: Setup | None = field(default=None, repr=False)
+    changes: Mapping[str, str] = field(default_factory=dict)
+    force: bool = False
+    tables: TablesTo | None = field(default=None, repr=False)
+    version: str = __version__
+
+
+@dataclass(frozen=True, slots=True)
+class BatchOutcome:
+    """What became of a task.
+
+    Attributes
+    ----------
+    run
+        Run file.
+    state
+        done; skipped: its results are current already; failed; stopped: not done because the batch was stopped.
+    error
+        Why it failed.
+    summary
+        See `summarise`; empty unless done.
+    """
+
+    run: Path
+    state: State
+    error: RadarGuiError | None = None
+    summary: Mapping[str, object] = field(default_factory=dict)
+
+
+def work_on(task: BatchTask, progress: Callable[[float], None] | None = None) -> BatchOutcome:
+    """Process one run; whatever goes wrong is told in the outcome.
+
+    Parameters
+    ----------
+    task
+        What to do.
+    progress
+        Called with the share done; may raise `StoppedError`.
+    """
+    try:
+        return _work_on(task, progress)
+    except StoppedError:
+        return BatchOutcome(task.run, "stopped")
+    except RadarGuiError as error:
+        return BatchOutcome(task.run, "failed", error)
+    except MemoryError:
+        return BatchOutcome(
+            task.run, "failed", ProcessingError("the memory does not suffice", remedy="Use fewer --workers.")
+        )
+    except Exception as error:  # noqa: BLE001  one run must not take the others with it
+        return BatchOutcome(task.run, "failed", ProcessingError(f"unexpected {type(error).__name__}: {error}"))
+
+
+def _work_on(task: BatchTask, progress: Callable[[float], None] | None) -> BatchOutcome:
+    if task.version != __version__:
+        raise ProcessingError(
+            f"the worker (process {os.getpid()}) has RadarGUI {__version__}, the batch was started by {task.version}.",
+            remedy="Install the same version on all workers.",
+        )
+    setup = changed(task.setup or own_setup(task.run), task.changes, "command line")
+    if not task.force and _is_current(task, setup):
+        return BatchOutcome(task.run, "skipped")
+    result = process(read_run(task.run), setup, progress)
+    if task.tables is None:
+        write_results(task.run, result)
+    else:
+        task.tables.write(result, task.tables.folder)
+    return BatchOutcome(task.run, "done", summary=summarise(result))
+
+
+def _is_current(task: BatchTask, setup: Setup) -> bool:
+    if task.tables is None:
+        return results_are_current(task.run, setup)
+    return task.tables.are_current(task.tables.folder, setup)

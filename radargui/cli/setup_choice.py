@@ -9,7 +9,8 @@ from typing import Any
 from radargui.model.errors import UsageError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
-from radargui.model.setup_file import plain, read_setup, validate_setup
+from radargui.model.setup_change import changed
+from radargui.model.setup_file import read_setup
 
 RUN_SUFFIXES = (".h5", ".hdf5")
 
@@ -58,14 +59,7 @@ def override(setup: Setup, changes: dict[str, Any]) -> Setup:
     SetupError
         A new value is not allowed.
     """
-    wanted = {key: value for key, value in changes.items() if value is not None}
-    if not wanted:
-        return setup
-    document = plain(setup)
-    for place, value in wanted.items():
-        table, _, key = place.partition(".")
-        document.setdefault(table, {})[key] = value
-    return validate_setup(document, "command line")
+    return changed(setup, changes, "command line")
 
 
 def parse_release(text: str | None) -> list[float] | None:

@@ -74,6 +74,7 @@ def assemble(
         ),
         gaps=gaps,
         file_time_s=time_s,
+        trigger_index=next((part.trigger_index for part in parts if part.trigger_index is not None), None),
         started_at=next((part.started_at for part in parts if part.started_at), ""),
     )
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from radargui.files.csv_file import list_csv, read_csv
+from radargui.files.exported_signals import with_own_facts
 from radargui.files.mat_file import list_mat, read_mat
+from radargui.files.own_facts import csv_facts, mat_codes, mat_facts, sigmf_facts, tdms_facts
 from radargui.files.run_signals import list_run, read_run_signals
 from radargui.files.sigmf_file import list_sigmf, read_sigmf
 from radargui.files.signals import ChannelInfo, Signals
@@ -28,10 +30,10 @@ class Format:
 RUN = Format("RadarGUI run", (".h5", ".hdf5"), list_run, read_run_signals)
 FORMATS = (
     RUN,
-    Format("CSV", (".csv",), list_csv, read_csv),
-    Format("MATLAB", (".mat",), list_mat, read_mat),
-    Format("TDMS", (".tdms",), list_tdms, read_tdms),
-    Format("SigMF", (".sigmf-meta", ".sigmf-data", ".sigmf"), list_sigmf, read_sigmf),
+    Format("CSV", (".csv",), list_csv, with_own_facts(read_csv, csv_facts)),
+    Format("MATLAB", (".mat",), list_mat, with_own_facts(read_mat, mat_facts, mat_codes)),
+    Format("TDMS", (".tdms",), list_tdms, with_own_facts(read_tdms, tdms_facts)),
+    Format("SigMF", (".sigmf-meta", ".sigmf-data", ".sigmf"), list_sigmf, with_own_facts(read_sigmf, sigmf_facts)),
 )
 SUFFIXES = tuple(suffix for one in FORMATS for suffix in one.suffixes)
 

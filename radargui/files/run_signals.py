@@ -47,13 +47,21 @@ def read_run_signals(path: Path, names: Sequence[str]) -> Signals:
         tuple(signals),
         sample_rate_hz=known.sample_rate_hz,
         gaps=recording.gaps,
-        channel_skew_s=_skew(known.channel_skew_s, rows, path),
+        channel_skew_s=skew_of_rows(known.channel_skew_s, rows, path),
         started_at=recording.started_at,
         device=known.device,
+        trigger_index=recording.trigger_index,
     )
 
 
-def _skew(skew_s: float, rows: list[int], path: Path) -> float:
+def skew_of_rows(skew_s: float, rows: Sequence[int], path: Path) -> float:
+    """Return the delay of each chosen channel against the one chosen before.
+
+    Raises
+    ------
+    FileError
+        They do not follow one another in steps of the same length.
+    """
     steps = {later - earlier for earlier, later in pairwise(rows)}
     if skew_s == 0.0 or not steps:
         return 0.0

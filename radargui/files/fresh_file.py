@@ -1,0 +1,72 @@
+"""A file that appears whole or not at all, and takes the place of another only when that is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from radargui.files.refusal import why
+from radargui.model.errors import FileError
+
+
+@contextmanager
+def fresh_files(paths: Sequence[Path], *, force: bool = False) -> Iterator[tuple[Path, ...]]:
+    """Hand out a working path for each file; they get their names when the block ends well, else they vanish.
+
+    Parameters
+    ----------
+    paths
+        Files to make, all in folders that are there.
+    force
+        Whether files that are there are replaced.
+
+    Raises
+    ------
+    FileError
+        One is there already, or cannot be written.
+    """
+    refuse_existing(paths, force=force)
+    partial = tuple(path.with_name(path.name + ".part") for path in paths)
+    try:
+        yield partial
+        for part, path in zip(partial, paths, strict=True):
+            part.replace(path)
+    except OSError as error:
+        raise FileError(
+            f"{paths[0]} cannot be written: {why(error)}",
+            reasons=("the disk is full", "another program has the file open"),
+            remedy="Choose another folder.",
+        ) from error
+    finally:
+        for part in partial:
+            part.unlink(missing_ok=True)
+
+
+def refuse_existing(paths: Sequence[Path], *, force: bool) -> None:
+    """Refuse to go on where a file is there already, unless `force`.
+
+    Raises
+    ------
+    FileError
+        One is there.
+    """
+    there = [path for path in paths if path.exists()]
+    if there and not force:
+        told = ", ".join(str(path) for path in there[:3]) + (" ..." if len(there) > 3 else "")
+        verb = "is" if len(there) == 1 else "are"
+        raise FileError(f"{told} {verb} there already.", remedy="Choose another folder, or write over with --force.")
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder where it is not there.
+
+    Raises
+    ------
+    FileError
+        It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{folder} cannot be made: {why(error)}", remedy="Choose another folder.") from error

@@ -1,0 +1,32 @@
+"""Where each sample lies when samples before it were lost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from radargui.model.arrays import IntArray
+from radargui.model.block import Gap
+
+
+def absolute_index(first: int, count: int, gaps: Sequence[Gap]) -> IntArray:
+    """Return the index, lost samples counted, of the stored samples `first` to `first + count`."""
+    index = np.arange(first, first + count, dtype=np.int64)
+    for gap in sorted(gaps, key=lambda gap: gap.first_index):
+        index[index >= gap.first_index] += gap.count
+    return index
+
+
+def stored_starts(gaps: Sequence[Gap], n_samples: int) -> list[tuple[int, int]]:
+    """Return for each gapless stretch the stored number and the absolute index of its first sample."""
+    starts, lost = [(0, 0)], 0
+    for gap in sorted(gaps, key=lambda gap: gap.first_index):
+        stored = gap.first_index - lost
+        lost += gap.count
+        if stored >= n_samples:
+            break
+        if stored == starts[-1][0]:
+            starts.pop()
+        starts.append((stored, stored + lost))
+    return starts

@@ -1,0 +1,12 @@
+"""How far a long piece of work is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+Progress = Callable[[float], None]
+"""Takes the share done, 0 to 1."""
+
+
+def silent(share: float) -> None:
+    """Take the share done and tell nobody."""

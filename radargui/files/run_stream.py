@@ -1,0 +1,92 @@
+"""A run file read piece by piece, for recordings that need not fit into memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radargui.files import hdf5
+from radargui.files import run_layout as layout
+from radargui.files.export_facts import ExportFacts
+from radargui.files.run_file import opened_run, read_gaps, read_markers, whole_samples
+from radargui.files.run_header import read_digitisation, read_trigger
+from radargui.files.seal import rows_crc
+from radargui.model.arrays import RawArray
+from radargui.model.errors import FileError
+
+PIECE = 1 << 18
+"""Samples of each channel that are in memory at a time."""
+
+
+class RunStream:
+    """The samples of an opened run file in pieces, with all that is known of them; see `run_stream`."""
+
+    def __init__(self, file: Any, path: Path, facts: ExportFacts) -> None:
+        self._file = file
+        self._path = path
+        self.facts = facts
+
+    @property
+    def path(self) -> Path:
+        """The run file."""
+        return self._path
+
+    def pieces(self) -> Iterator[RawArray]:
+        """Yield the stored samples in order, untouched, shape (n_channels, at most PIECE), checked at the end.
+
+        Raises
+        ------
+        FileError
+            A piece cannot be read, or the whole does not have the checksum that was stored with it.
+        """
+        raw = self._file[layout.RAW]
+        crcs = [0] * raw.shape[0]
+        # Whole chunks of the file: each is inflated once only.
+        length = max(PIECE // raw.chunks[1], 1) * raw.chunks[1] if raw.chunks else PIECE
+        for first in range(0, self.facts.n_samples, length):
+            try:
+                piece = raw[:, first : min(first + length, self.facts.n_samples)]
+            except (OSError, RuntimeError, ValueError) as error:
+                raise FileError(f"{self._path}: its samples are damaged.") from error
+            crcs = rows_crc(piece, crcs)
+            yield piece
+        attributes = self._file.attrs
+        if "crc32" in attributes and crcs != np.ravel(attributes["crc32"]).tolist():
+            raise FileError(f"{self._path}: its samples are damaged.", remedy="Take the file from a backup.")
+
+
+@contextmanager
+def run_stream(path: Path, session: Mapping[str, str] | None = None) -> Iterator[RunStream]:
+    """Open a run file for reading piece by piece.
+
+    Parameters
+    ----------
+    path
+        Run file, also one that was never closed.
+    session
+        Facts of its session that shall travel with it.
+
+    Raises
+    ------
+    FileError
+        Unreadable, damaged, or no run file.
+    """
+    markers = read_markers(path)
+    with opened_run(path) as file:
+        raw = hdf5.dataset(file, layout.RAW, path, (2,))
+        facts = ExportFacts(
+            name=path.stem,
+            digitisation=read_digitisation(raw, path),
+            n_samples=int(raw.shape[1]) if "crc32" in file.attrs else whole_samples(raw),
+            gaps=read_gaps(file, path),
+            trigger_index=read_trigger(raw.attrs),
+            started_at=hdf5.text(raw.attrs, "started_at"),
+            markers=markers,
+            setup_toml=hdf5.text(file.attrs, "setup"),
+            session=dict(session or {}),
+        )
+        yield RunStream(file, path, facts)

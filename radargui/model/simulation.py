@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from radargui.model.section import Flag, Real, Section, Whole
 
@@ -69,6 +69,8 @@ class Simulation(Section):
         Magnitude of the reflection coefficient of the container's bottom.
     mains, mains_frequency_hz
         Largest amplitude of a pick-up at this frequency.
+    flicker
+        Root mean square of 1/f noise between 0.1 Hz and 1 kHz, independent in each of I and Q, whatever `noise` says.
     snr_db, noise
         White noise, 10 log10(A^2 / (2 sigma^2)) with A = `amplitude_v` and sigma of one channel; false: none.
     adc_bits
@@ -106,6 +108,8 @@ class Simulation(Section):
     reflection: Relative | None = None
     mains: Relative | None = None
     mains_frequency_hz: Annotated[Real, Field(ge=10.0, le=400.0)] = 50.0
+
+    flicker: Relative = 0.0
 
     snr_db: Annotated[Real, Field(ge=0.0, le=400.0)] = 40.0
     noise: Flag = True

@@ -14,6 +14,7 @@ from radargui.sources.simulated.arrays import ComplexArray
 from radargui.sources.simulated.checks import check_clearance
 from radargui.sources.simulated.converter import Converter
 from radargui.sources.simulated.disturbance import Disturbance
+from radargui.sources.simulated.flicker import Flicker
 from radargui.sources.simulated.hardware import make_mixer
 from radargui.sources.simulated.noise import WhiteNoise
 from radargui.sources.simulated.reflection import make_waves, reflectors_of
@@ -50,6 +51,9 @@ class SimulatedRadar:
         self._tracer = [TracerMismatch(simulation, receiver, release) for receiver in range(setup.n_receivers)]
         self._disturbance = [Disturbance(simulation, channel, run) for channel in range(2 * setup.n_receivers)]
         self._noise = WhiteNoise(simulation, run)
+        self._flicker: Flicker | None = None
+        if simulation.flicker:
+            self._flicker = Flicker(simulation, setup.daq.rate_hz, 2 * setup.n_receivers, run, CHUNK)
         self._converter = Converter(simulation, setup.daq)
         self.digitisation = Digitisation(
             channel_names=setup.channel_names,
@@ -83,6 +87,8 @@ class SimulatedRadar:
         if self._kept is None or self._kept[0] != chunk:
             volts = self._volts(np.arange(chunk * CHUNK, (chunk + 1) * CHUNK) / self._rate_hz)
             self._noise.add_to(volts, chunk)
+            if self._flicker is not None:
+                self._flicker.add_to(volts, chunk)
             self._kept = (chunk, self._converter.convert(volts))
         return self._kept[1]
 

@@ -18,6 +18,9 @@ class Stream(IntEnum):
     MAINS = 6
     NOISE = 7
     MAINS_PHASE = 8
+    FLICKER = 9
+    FLICKER_ANCHORS = 10
+    WALL = 11
 
 
 def generator(seed: int, stream: Stream, *key: int) -> np.random.Generator:

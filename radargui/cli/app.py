@@ -115,6 +115,71 @@ def report(
 
 
 @app.command()
+def export(
+    path: Annotated[Path, typer.Argument(metavar="SESSION|RUN", help="Session folder or run file.")],
+    format_name: Annotated[
+        Literal["csv", "mat", "tdms", "sigmf"], typer.Option("--format", help="What to write.", show_default=False)
+    ],
+    output: OutputOption = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over files that are there.")] = False,
+) -> int:
+    """Write runs as CSV, MATLAB, NI TDMS or SigMF, with settings and units."""
+    from radargui.cli.export import export_runs
+
+    return export_runs(path, format_name, output, force=force)
+
+
+@app.command("import")
+def import_(
+    files: Annotated[
+        list[Path] | None, typer.Argument(metavar="[FILE...]", help="CSV, MATLAB, TDMS, SigMF: each becomes a run.")
+    ] = None,
+    channels: Annotated[
+        str | None,
+        typer.Option(
+            metavar="I1=VAR,Q1=...",
+            help="Which column or variable is which channel; remembered for files with the same names.",
+        ),
+    ] = None,
+    rate_hz: Annotated[
+        float | None, typer.Option("--rate-hz", metavar="R", help="Samples per second where the file has no rate.")
+    ] = None,
+    setup: SetupOption = None,
+    output: OutputOption = None,
+    operator: Annotated[str, typer.Option(metavar="NAME", help="Who recorded it.")] = "",
+    notes: Annotated[str, typer.Option(metavar="TEXT", help="What is worth knowing.")] = "",
+) -> int:
+    """Take recordings of other programs as a new session."""
+    from radargui.cli.importing import ImportOptions, import_files
+
+    return import_files(ImportOptions(tuple(files or ()), channels, rate_hz, setup, output, operator, notes))
+
+
+@app.command()
+def batch(
+    paths: Annotated[
+        list[Path], typer.Argument(metavar="PATH...", help="Sessions, runs, or folders of them at any depth.")
+    ],
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes; left out: one a core.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Work on this Dask cluster instead.")
+    ] = None,
+    setup: SetupOption = None,
+    correction: Annotated[str | None, typer.Option(help="Instead of the setup's.")] = None,
+    geometry: Annotated[str | None, typer.Option(help="Instead of the setup's: exact, plane.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write tables below this folder; the runs themselves are left as they are."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Also runs whose results are up to date.")] = False,
+) -> int:
+    """Process many runs again, on all cores or on a cluster; goes on where it was interrupted."""
+    from radargui.cli.batch import BatchOptions, run_batch
+
+    return run_batch(BatchOptions(tuple(paths), workers, scheduler, setup, correction, geometry, output, force))
+
+
+@app.command()
 def devices(
     remote: Annotated[
         str | None, typer.Option(metavar="HOST:PORT", help="NI gRPC device server instead of this computer.")
@@ -130,6 +195,23 @@ def devices(
     from radargui.cli.devices import list_devices
 
     return list_devices(remote, certificate, setup)
+
+
+@app.command()
+def wiring(
+    source: Annotated[
+        Literal["ni", "simulated"], typer.Option(help="The device, or a simulated operator to see how it goes.")
+    ] = "ni",
+    setup: SetupOption = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", metavar="FILE", help="Write the setup with the proposed settings.")
+    ] = None,
+    fast: Annotated[bool, typer.Option("--fast", help="Do not keep real time (simulated).")] = False,
+) -> int:
+    """Find swapped channels, inverted Q and dead inputs in a guided half minute at the antennas."""
+    from radargui.cli.wiring import check_wiring
+
+    return check_wiring(source, setup, output, fast=fast)
 
 
 @app.command()

@@ -62,7 +62,7 @@ class Scene:
         returning = phase_s > self._run_s
         if returning.any():
             share = (phase_s[returning] - self._run_s) / RETURN_S
-            position[:, returning] = self._end_m[:, None] + (self._release_m - self._end_m)[:, None] * _minimum_jerk(
+            position[:, returning] = self._end_m[:, None] + (self._release_m - self._end_m)[:, None] * minimum_jerk(
                 share
             )
         return position
@@ -93,6 +93,6 @@ def _trajectory(setup: Setup, release_m: FloatArray) -> Trajectory:
             return Rest(release_m)
 
 
-def _minimum_jerk(share: FloatArray) -> FloatArray:
+def minimum_jerk(share: FloatArray) -> FloatArray:
     """Return 10 s^3 - 15 s^4 + 6 s^5 (Flash & Hogan 1985): from 0 to 1, at rest at both ends."""
     return np.asarray(share**3 * (10.0 + share * (6.0 * share - 15.0)))

@@ -1,0 +1,93 @@
+"""`radargui wiring`: a guided half minute that finds swapped channels, inverted Q and dead inputs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import typer
+
+from radargui.cli.guard import fail
+from radargui.cli.setup_choice import named_or_default
+from radargui.experiment.wiring import WiringGuide
+from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.setup import Setup
+from radargui.model.setup_file import write_setup
+from radargui.processing.wiring import WiringReport
+from radargui.sources.contract import Source
+from radargui.sources.factory import make_source
+
+
+def check_wiring(source: Literal["ni", "simulated"], setup: Path | None, output: Path | None, *, fast: bool) -> int:
+    """Guide the operator through the check, tell what was found, and return the exit status: 0 where all is right.
+
+    Raises
+    ------
+    UsageError
+        Options that do not go together.
+    SetupError
+        The setup cannot be used or written.
+    SourceError
+        The device failed.
+    """
+    if fast and source == "ni":
+        raise UsageError("--fast, allowed: only with --source simulated; a device keeps its own time")
+    chosen = named_or_default(setup)
+    report = guided(_source(source, chosen, fast=fast), chosen)
+    for finding in report.findings:
+        typer.echo(f"{'ok  ' if finding.kind == 'good' else 'BAD '} {finding}")
+    for line in report.settings():
+        typer.echo(f"proposed: {line}")
+    if report.mends and output is not None:
+        write_setup(report.mended(chosen), output)
+        typer.echo(f"Setup with the proposed settings: {output}")
+    if report.is_good:
+        typer.echo("The wiring is right.")
+        return 0
+    wrong = sum(finding.kind != "good" for finding in report.findings)
+    remedy = "Mend it, or take the settings proposed (--output FILE writes them), and check again."
+    return fail(RadarGuiError(f"the wiring is not right: {wrong} finding{'s'[: wrong > 1]}.", remedy=remedy))
+
+
+def guided(source: Source, setup: Setup) -> WiringReport:
+    """Read a source while the operator is told what to do; return what was found.
+
+    Raises
+    ------
+    SourceError
+        The source failed, or ended before the check did.
+    """
+    try:
+        guide = WiringGuide(setup, source.open())
+        source.start()
+        told = 0
+        while not guide.is_done:
+            told = _tell(guide, told)
+            block = source.read()
+            if block is None:
+                raise RadarGuiError("The samples ended before the wiring check did.", remedy="Check again.")
+            guide.push(block)
+    finally:
+        source.stop()
+        source.close()
+    return guide.report()
+
+
+def _tell(guide: WiringGuide, told: int) -> int:
+    """Say what comes next, once; return the number of the step that was told."""
+    state = guide.state()
+    if state.step is None or state.number == told:
+        return told
+    step = state.step
+    ready_s, measured_s = step.start_s - step.announce_s, step.end_s - step.start_s
+    typer.echo(f"{state.number} of {state.total}: in {ready_s:g} s, for {measured_s:g} s: {step.instruction}")
+    return state.number
+
+
+def _source(source: Literal["ni", "simulated"], setup: Setup, *, fast: bool) -> Source:
+    if source == "simulated":
+        from radargui.sources.simulated.wiring_scene import WiringScene
+
+        return WiringScene(setup, realtime=not fast)
+    at_once = setup.daq.model_copy(update={"start": "now", "start_source": None, "start_pretrigger": False})
+    return make_source("ni", setup.model_copy(update={"daq": at_once}))

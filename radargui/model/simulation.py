@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from radargui.model.section import Flag, Real, Section, Whole
 
 Scene = Literal["drop", "circle", "pendulum", "bed", "rest"]
 Relative = Annotated[Real, Field(ge=0.0, le=0.5)]
+WallDistance = Annotated[Real, Field(gt=0.0, le=10.0)]
+WallAzimuth = Annotated[Real, Field(ge=-360.0, le=360.0)]
 MismatchKind = Literal[
     "dc_offset",
     "gain_error",
@@ -52,7 +54,8 @@ class Simulation(Section):
     beamwidth_deg
         Full width of each antenna's main lobe at half power; all look at the origin.
     mismatch
-        Size of every kind of mismatch at once; each kind set beside it overrides it.
+        Size of every kind of mismatch at once; each kind set beside it overrides it. Walls, 1/f noise and drag are
+        not of these kinds: they are off until they are set.
     dc_offset
         Length of the offset of (I, Q), its direction random.
     gain_error
@@ -66,7 +69,15 @@ class Simulation(Section):
     drift
         Root mean square of an offset of (I, Q) that varies slowly with time.
     reflection
-        Magnitude of the reflection coefficient of the container's bottom.
+        Magnitude of the reflection coefficient of the container's bottom: seen from the tracer, the mirrored antenna
+        over the real one, apart from range and lobe.
+    wall_reflection
+        Magnitude of every mirrored antenna over the real one, apart from range, for a tracer at the release: walls are
+        met by the antennas' side lobes, so the coefficient of the wall itself would tell little. Phases random, one for
+        the transmitter and one for each receiver.
+    wall_distance_m, wall_azimuth_deg
+        One or two upright walls: how far from the z axis and in which direction. An antenna beyond a wall shines
+        through it and has no image in it.
     mains, mains_frequency_hz
         Largest amplitude of a pick-up at this frequency.
     flicker
@@ -106,6 +117,11 @@ class Simulation(Section):
     amplitude_variation: Relative | None = None
     drift: Relative | None = None
     reflection: Relative | None = None
+    wall_reflection: Relative = 0.0
+    wall_distance_m: Annotated[tuple[WallDistance, ...], Field(min_length=1, max_length=2)] = (0.3,)
+    wall_azimuth_deg: Annotated[tuple[WallAzimuth, ...], Field(min_length=1, max_length=2, validate_default=True)] = (
+        30.0,
+    )
     mains: Relative | None = None
     mains_frequency_hz: Annotated[Real, Field(ge=10.0, le=400.0)] = 50.0
 
@@ -114,6 +130,14 @@ class Simulation(Section):
     snr_db: Annotated[Real, Field(ge=0.0, le=400.0)] = 40.0
     noise: Flag = True
     adc_bits: Annotated[Whole, Field(ge=0, le=16)] = 16
+
+    @field_validator("wall_azimuth_deg")
+    @classmethod
+    def _an_azimuth_for_each_wall(cls, azimuths: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        distances = info.data.get("wall_distance_m", azimuths)
+        if len(distances) != len(azimuths):
+            raise ValueError(f"allowed: as many values as in simulation.wall_distance_m = {list(distances)}")
+        return azimuths
 
     def size(self, kind: MismatchKind) -> float:
         """Return the relative size of one kind of mismatch: its own value, else `mismatch`."""

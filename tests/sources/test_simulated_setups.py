@@ -15,9 +15,9 @@ from radargui.sources.simulated.model import SimulatedRadar
 SETUPS = shipped_setups()
 
 
-def test_setups_are_shipped_for_one_receiver_high_speed_a_bed_and_a_perfect_radar() -> None:
+def test_setups_are_shipped_for_one_receiver_high_speed_a_bed_a_perfect_radar_and_physical_mismatch() -> None:
     names = {path.stem for path in SETUPS}
-    assert {"default", "clean", "granular-bed", "high-speed", "one-receiver"} <= names
+    assert {"default", "clean", "granular-bed", "high-speed", "one-receiver", "physical"} <= names
 
 
 @pytest.mark.parametrize("path", SETUPS, ids=lambda path: path.stem)

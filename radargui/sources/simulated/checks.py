@@ -34,9 +34,16 @@ def check_clearance(setup: Setup, scene: Scene, antennas: Antennas, reflectors: 
                 remedy="Check the antennas' distances, tracer.release_position_m and the sizes in [simulation].",
             )
     for reflector in reflectors:
-        if float((dot(reflector.normal[:, None], position) - reflector.distance_m).min()) < 0.0:
+        if float(reflector.height_m(position).min()) >= 0.0:
+            continue
+        if reflector.wall is not None:
             raise SetupError(
-                "The simulated sphere would pass through the bottom that reflects",
-                remedy="Lower the floor (floor.height_m or simulation.drop_height_m), make the motion smaller, or set "
-                "simulation.reflection = 0.",
+                f"The simulated sphere would pass through wall {reflector.wall + 1}",
+                remedy="Raise simulation.wall_distance_m, make the motion smaller, or set "
+                "simulation.wall_reflection = 0.",
             )
+        raise SetupError(
+            "The simulated sphere would pass through the bottom that reflects",
+            remedy="Lower the floor (floor.height_m or simulation.drop_height_m), make the motion smaller, or set "
+            "simulation.reflection = 0.",
+        )

@@ -48,13 +48,19 @@ class Antenna:
     lobe
         Its pattern.
     coefficient
-        1 for the real one, the reflection coefficient for a mirrored one.
+        1 for the real one, the reflection coefficient for a mirrored one: beside the direct path the mirrored one of
+        length r' has the amplitude |coefficient| (r / r') (ratio of the lobes' gains).
     """
 
     place_m: FloatArray
     axis: FloatArray
     lobe: Lobe
     coefficient: complex = 1.0
+
+    def gain(self, position_m: FloatArray) -> FloatArray:
+        """Return the gain of its lobe towards positions (3, n), shape (n,)."""
+        away = position_m - self.place_m[:, None]
+        return self.lobe.gain(dot(self.axis[:, None], away) / np.sqrt(dot(away, away)))
 
     def wave(self, position_m: FloatArray, wavelength_m: float) -> ComplexArray:
         """Return coefficient gain exp(j 2 pi r / wavelength) / r at positions (3, n), shape (n,)."""

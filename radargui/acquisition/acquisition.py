@@ -9,6 +9,7 @@ from types import TracebackType
 
 from radargui.acquisition.faults import attempt
 from radargui.acquisition.health import Health
+from radargui.acquisition.health_record import health_record
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.ring import Ring
@@ -185,6 +186,7 @@ class Acquisition:
 
     def _begin(self, stream: Stream) -> bool:
         if self._recorder is not None:
+            self._recorder.health_of_run = lambda: self._health_of_run(stream)
             self._recorder.prepare(stream.digitisation, datetime.now().astimezone(), self._source.truth)
         with self._lock:
             # Under the lock, so that nobody stops the source between the question and the start.
@@ -218,8 +220,12 @@ class Acquisition:
             return
 
         def push_all() -> None:
+            armed_at = None
             while not recorder.is_done and (block := queue.get()) is not None:
                 recorder.push(block)
+                if recorder.armed_again_at != armed_at:
+                    armed_at = recorder.armed_again_at
+                    self._armed_again(stream, armed_at)
             recorder.finish(self._ending())
 
         self._fail(attempt(push_all, "Recording"))
@@ -227,6 +233,15 @@ class Acquisition:
         queue.close()
         queue.clear()
         self._stop_soon()
+
+    def _armed_again(self, stream: Stream, index: int | None) -> None:
+        """Begin the health record of the next run; a run is armed where the tracer hangs at its release."""
+        stream.peaks.clear()
+        if stream.worker is not None and index is not None:
+            stream.worker.at_release(index)
+
+    def _health_of_run(self, stream: Stream) -> dict[str, object]:
+        return health_record(self.health, stream.peaks)
 
     def _estimate(self, stream: Stream) -> None:
         if stream.worker is None:

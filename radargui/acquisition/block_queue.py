@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from dataclasses import replace
 
 from radargui.model.block import Block, Gap
 
@@ -65,7 +66,7 @@ class BlockQueue:
                 self._dropped_last = Block(block.samples[:, :0].copy(), block.end_index)
                 return False
             if self._dropped_gap is not None:
-                block = Block(block.samples, block.first_index, _joined(self._dropped_gap, block, with_samples=False))
+                block = replace(block, gap=_joined(self._dropped_gap, block, with_samples=False))
                 self._dropped_gap = None
             self._blocks.append(block)
             self._depth += block.count

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import shutil
+import tempfile
 from pathlib import Path
 
 from radargui.model.errors import FileError
 
 MINIMUM_FREE_BYTES = 200_000_000
+LOW_S = 600.0
+"""Recording time left at which the operator is warned."""
 
 
 def free_bytes(folder: Path) -> int | None:
@@ -16,6 +19,25 @@ def free_bytes(folder: Path) -> int | None:
         return shutil.disk_usage(folder).free
     except OSError:
         return None
+
+
+def want_writable(folder: Path) -> None:
+    """Make sure that files can be made in a folder, before anything is recorded.
+
+    Raises
+    ------
+    FileError
+        None can be made there.
+    """
+    try:
+        with tempfile.TemporaryFile(dir=folder, prefix=".writable-") as probe:
+            probe.write(b"0")
+    except OSError as error:
+        raise FileError(
+            f"Nothing can be written to {folder}: {error.strerror or error}",
+            reasons=("the folder is not there any more", "it belongs to somebody else", "the disk is full"),
+            remedy="Choose another folder for the sessions.",
+        ) from None
 
 
 def low_disk_error(folder: Path, free: int, minimum: int) -> FileError:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from radargui.acquisition.disk import LOW_S
 from radargui.acquisition.level import Level
 from radargui.acquisition.state import AcquisitionState, RecorderState
 from radargui.model.errors import RadarGuiError
@@ -74,6 +75,11 @@ class Health:
         """Names of the channels that clip."""
         return tuple(level.name for level in self.levels if level.clipped)
 
+    @property
+    def disk_is_low(self) -> bool:
+        """Whether less than ten minutes can still be recorded."""
+        return self.disk_left_s is not None and self.disk_left_s < LOW_S
+
     def line(self) -> str:
         """Return the snapshot as one line for the operator."""
         parts = [f"{self.samples_read} samples"]
@@ -82,14 +88,19 @@ class Health:
         parts.append(f"{self.samples_lost} lost" if self.samples_lost else "none lost")
         if self.samples_not_written:
             parts.append(f"{self.samples_not_written} not written")
+        if self.backlog_samples:
+            parts.append(f"backlog {self.backlog_samples}")
         if self.writer_queue_capacity_samples:
             parts.append(f"writer queue {self.writer_queue_samples / self.writer_queue_capacity_samples:.0%}")
+        if self.live_lag_s is not None:
+            parts.append(f"live {1e3 * self.live_lag_s:.0f} ms behind")
         if self.live_skipped_samples:
             parts.append(f"live skipped {self.live_skipped_samples}")
         if self.clipped:
             parts.append(f"clipping: {' '.join(self.clipped)}")
         if self.disk_left_s is not None:
-            parts.append(f"disk for {_duration(self.disk_left_s)}")
+            low = "LOW DISK: " if self.disk_is_low else ""
+            parts.append(f"{low}disk for {_duration(self.disk_left_s)}")
         return ", ".join(parts)
 
 

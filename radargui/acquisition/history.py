@@ -21,11 +21,9 @@ class History:
         while self._blocks[0].end_index <= oldest and len(self._blocks) > 1:
             self._blocks.popleft()
 
-    def take_from(self, index: int) -> tuple[Block, ...]:
-        """Return and forget all samples from absolute index `index` on."""
-        blocks = [cut(block, index, block.end_index) for block in self._blocks if block.end_index > index]
-        self._blocks.clear()
-        return tuple(blocks)
+    def since(self, index: int) -> tuple[Block, ...]:
+        """Return all samples held from absolute index `index` on; they stay, for the next run may need them too."""
+        return tuple(cut(block, index, block.end_index) for block in self._blocks if block.end_index > index)
 
 
 def cut(block: Block, first: int, last: int) -> Block:

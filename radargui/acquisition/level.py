@@ -9,7 +9,7 @@ import numpy as np
 from radargui.model.arrays import RawArray
 from radargui.model.digitisation import Digitisation
 
-_LOWEST, _HIGHEST = -32768, 32767
+LOWEST_CODE, HIGHEST_CODE = -32768, 32767
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ def levels(samples: RawArray, digitisation: Digitisation) -> tuple[Level, ...]:
             lowest_v=float(volts[channel, 0]),
             highest_v=float(volts[channel, 1]),
             full_scale_v=None if full_scale is None else float(np.abs(full_scale[channel]).max()),
-            clipped=bool(codes and (extremes[channel, 0] <= _LOWEST or extremes[channel, 1] >= _HIGHEST)),
+            clipped=bool(codes and (extremes[channel, 0] <= LOWEST_CODE or extremes[channel, 1] >= HIGHEST_CODE)),
         )
         for channel, name in enumerate(digitisation.channel_names)
     )

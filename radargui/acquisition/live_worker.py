@@ -20,6 +20,9 @@ class Processor(Protocol):
     def push(self, samples: RawArray, first_index: int) -> LiveEstimate:
         """Take the next samples, shape (n_channels, n), and return estimates; a jump of the index is a hole."""
 
+    def at_release(self) -> None:
+        """Take the tracer to rest at its release now."""
+
 
 class LiveWorker:
     """Turns what the ring gets into a live track, in a thread that calls `run`.
@@ -44,6 +47,7 @@ class LiveWorker:
         self._next = 0
         self._new = threading.Event()
         self._ended = False
+        self._release_at: int | None = None
         self.skipped = 0
 
     @property
@@ -54,6 +58,10 @@ class LiveWorker:
     def wake(self) -> None:
         """Tell that the ring has new samples; never waits."""
         self._new.set()
+
+    def at_release(self, index: int) -> None:
+        """Tell that the tracer hangs at its release and rests at absolute sample index `index`; from any thread."""
+        self._release_at = index
 
     def finish(self) -> None:
         """Let `run` return soon."""
@@ -82,4 +90,7 @@ class LiveWorker:
         self._next = end
 
     def _estimate(self, block: Block) -> None:
+        if self._release_at is not None and block.end_index > self._release_at:
+            self._release_at = None
+            self._processor.at_release()
         self._track.append(self._processor.push(block.samples, block.first_index))

@@ -1,80 +1,71 @@
-"""The recorder: armed, recording, done; writes the blocks of one run, those before the trigger included."""
+"""The recorder: armed, recording, armed again; writes each run with the samples before its trigger."""
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Protocol
 
-from radargui.acquisition.disk import MINIMUM_FREE_BYTES, free_bytes, low_disk_error
-from radargui.acquisition.history import History, cut
-from radargui.acquisition.recorded_truth import TruthOf, recorded_truth
+from radargui.acquisition.disk import MINIMUM_FREE_BYTES, free_bytes, low_disk_error, want_writable
+from radargui.acquisition.history import History
+from radargui.acquisition.recorded_truth import TruthOf
+from radargui.acquisition.run_output import FinishedRun, OpenRun, RunFile, RunOutput
 from radargui.acquisition.run_plan import FixedPlan, MotionPlan, RunPlan
 from radargui.acquisition.state import Ending, RecorderState
-from radargui.model.block import Block, Gap
+from radargui.model.arrays import RawArray
+from radargui.model.block import Block
 from radargui.model.daq import RecordingLimits
 from radargui.model.digitisation import Digitisation
-from radargui.model.errors import RadarGuiError
-from radargui.model.truth import Truth
 
-_logger = logging.getLogger(__name__)
+__all__ = ["Judge", "OpenRun", "Recorder", "RunFile"]
+
 _DISK_CHECK_S = 0.5
+_SLICE_S = 0.01
+"""Blocks are taken in slices, so that a run that ends within a block leaves its rest to the next run."""
 
 
-class RunFile(Protocol):
-    """What the recorder needs of a run writer."""
+class Judge(Protocol):
+    """Looks at a run while it is recorded and tells at its end whether it is one that was wanted."""
 
-    @property
-    def path(self) -> Path:
-        """The file."""
+    def push(self, samples: RawArray) -> None:
+        """Take the next samples of the run, shape (n_channels, n)."""
 
-    def write(self, block: Block) -> None:
-        """Append a block and the gap before it; indices count from the first sample of the run."""
-
-    def write_truth(self, truth: Truth) -> None:
-        """Store what really happened."""
-
-    def close(self, *, complete: bool = True) -> None:
-        """Finish the file; idempotent. Not complete: the recording ended by a failure."""
-
-
-class OpenRun(Protocol):
-    """Makes the file of a run; `Session.new_run` is one."""
-
-    def __call__(self, digitisation: Digitisation, *, started_at: str, trigger_index: int | None) -> RunFile:
-        """Return the writer of a new run whose first sample was taken at `started_at`."""
+    def refusal(self) -> str:
+        """Return why the run is none that was wanted; empty where it is one."""
 
 
 class Recorder:
-    """Records one run; has no thread of its own, whoever calls `push` pays for the disk.
+    """Records runs one after the other; has no thread of its own, whoever calls `push` pays for the disk.
+
+    A run that the judge refuses is kept, but does not count: the recorder arms for another one. It arms as soon as it
+    has been quiet for `quiet_s`, from the samples that it holds: nothing between two runs is lost.
 
     Parameters
     ----------
     open_run
-        Makes the run's file when the run starts.
+        Makes a run's file when the run starts.
     limits
         Pre-trigger length, quiet time, longest run, longest wait.
     folder
-        Where the file will be, to watch the disk; None: not watched.
+        Where the files will be, to watch the disk; None: not watched.
     seconds
         Length of a run that starts at once; None: wait for motion.
+    n_runs
+        Runs wanted.
+    make_judge
+        Makes the judge of a run; None: every run is wanted.
     minimum_free_bytes
         Recording stops when the disk has less.
     on_change
         Called at each change of state, in the thread that caused it.
+    on_run
+        Called with each run whose file is closed, before the change of state.
 
     Attributes
     ----------
-    first_index
-        Absolute index of the run's first sample.
-    count, lost
-        Samples of each channel written, and lost between them.
-    trigger_index
-        Of the trigger, counted from the run's first sample; None without trigger.
-    path
-        The file; None before the run has started.
+    health_of_run
+        Asked at the end of each run for how it went; the acquisition sets it.
     disk_free_bytes
         Looked up about twice a second; None where it is not watched.
     ending
@@ -88,25 +79,31 @@ class Recorder:
         *,
         folder: Path | None = None,
         seconds: float | None = None,
+        n_runs: int = 1,
+        make_judge: Callable[[Digitisation], Judge] | None = None,
         minimum_free_bytes: int = MINIMUM_FREE_BYTES,
         on_change: Callable[[RecorderState], None] | None = None,
+        on_run: Callable[[FinishedRun], None] | None = None,
     ) -> None:
         self._open_run = open_run
         self._limits = limits
         self._seconds = seconds
+        self._n_runs = n_runs
+        self._make_judge = make_judge
         self._minimum_free = minimum_free_bytes
         self._on_change = on_change
-        self._gaps: list[Gap] = []
+        self._on_run = on_run
         self._state = RecorderState.IDLE
-        self._file: RunFile | None = None
+        self._output: RunOutput | None = None
+        self._writing = False
+        self._judge: Judge | None = None
+        self._n_opened = 0
+        self._n_wanted = 0
         self._unchecked = 0
+        self._armed_again_at: int | None = None
         self._folder = folder
+        self.health_of_run: Callable[[], Mapping[str, object]] = dict
         self.disk_free_bytes: int | None = None
-        self.first_index = 0
-        self.count = 0
-        self.lost = 0
-        self.trigger_index: int | None = None
-        self.path: Path | None = None
         self.ending: Ending | None = None
 
     @property
@@ -118,6 +115,50 @@ class Recorder:
     def is_done(self) -> bool:
         """Whether it takes no more blocks."""
         return self._state is RecorderState.DONE
+
+    @property
+    def first_index(self) -> int:
+        """Absolute index of the first sample of the present or last run."""
+        return self._output.first_index if self._output else 0
+
+    @property
+    def count(self) -> int:
+        """Samples of each channel written to the present or last run."""
+        return self._output.count if self._output else 0
+
+    @property
+    def lost(self) -> int:
+        """Samples of each channel lost within the present or last run."""
+        return self._output.lost if self._output else 0
+
+    @property
+    def trigger_index(self) -> int | None:
+        """Index of the trigger counted from the run's first sample; None without trigger."""
+        return self._output.trigger_index if self._output else None
+
+    @property
+    def path(self) -> Path | None:
+        """File of the present or last run; None before one has started."""
+        return self._output.path if self._output else None
+
+    @property
+    def n_wanted(self) -> int:
+        """Runs recorded so far that were wanted."""
+        return self._n_wanted
+
+    @property
+    def minimum_free_bytes(self) -> int:
+        """What stays free on the disk."""
+        return self._minimum_free
+
+    @property
+    def armed_again_at(self) -> int | None:
+        """Absolute index from which the recorder is armed again after a run; None before it is."""
+        return self._armed_again_at
+
+    def at_rail(self) -> dict[str, int]:
+        """Return how many samples of the present or last run sit at the end of the range, by channel."""
+        return self._output.tally.at_rail if self._output else {}
 
     def prepare(self, digitisation: Digitisation, started: datetime, truth: TruthOf | None = None) -> None:
         """Arm: from now on blocks are taken.
@@ -134,7 +175,7 @@ class Recorder:
         Raises
         ------
         FileError
-            The disk is almost full.
+            The disk is almost full, or nothing can be written to the folder.
         """
         self._digitisation = digitisation
         self._started = started
@@ -142,7 +183,10 @@ class Recorder:
         self._plan: RunPlan = (
             MotionPlan(digitisation, self._limits) if self._seconds is None else FixedPlan(digitisation, self._seconds)
         )
+        self._slice = max(1, round(_SLICE_S * digitisation.sample_rate_hz))
         self._history = History(self._plan.history)
+        if self._folder is not None:
+            want_writable(self._folder)
         self._check_disk()
         self._enter(RecorderState.ARMED)
 
@@ -152,85 +196,153 @@ class Recorder:
         Raises
         ------
         RadarGuiError
-            The file cannot be made or written, or the disk is almost full; call `fail` then.
+            A file cannot be made or written, or the disk is almost full; call `fail` then.
         """
-        if self.is_done:
-            return
-        if block.count:
-            self._plan.push(block)
-        if self._file is None:
-            self._wait(block)
-        else:
-            self._write(block)
+        for part in self._slices(block):
+            if self.is_done:
+                return
+            self._push(part)
         self._unchecked += block.count
         if self._unchecked >= _DISK_CHECK_S * self._digitisation.sample_rate_hz and not self.is_done:
             self._unchecked = 0
-            self._check_disk()
+            self._watch_disk()
 
     def finish(self, ending: Ending) -> None:
-        """End the run here: the source gave its last sample, or somebody wants to stop; idempotent."""
+        """End here: the source gave its last sample, or somebody wants to stop; idempotent."""
         if self.is_done:
             return
-        if self._file is None and ending is Ending.END_OF_DATA:
+        if self._writing:
+            self._complete(ending, is_last=True)
+            return
+        if ending is Ending.END_OF_DATA and self._n_opened == 0:
             ending = Ending.NO_MOTION
-        self._complete(ending)
+        self._end(ending)
 
     def fail(self) -> None:
         """Close the file after a failure of `push`, keeping what was written; never raises; idempotent."""
         if self.is_done:
             return
-        try:
-            if self._file is not None:
-                self._file.close(complete=False)
-        except (RadarGuiError, OSError):
-            _logger.exception("The run file could not be closed after a failure")
+        if self._writing and self._output is not None:
+            self._writing = False
+            self._output.abandon()
+            self._tell(self._output, Ending.FAILED, "", {}, is_last=True)
         self._end(Ending.FAILED)
 
-    def _wait(self, block: Block) -> None:
+    def _slices(self, block: Block) -> Iterator[Block]:
+        if block.count <= self._slice:
+            yield block
+            return
+        for first in range(0, block.count, self._slice):
+            part = block.samples[:, first : first + self._slice]
+            if first:
+                yield Block(part, block.first_index + first)
+            else:
+                yield Block(part, block.first_index, block.gap, block.trigger_index)
+
+    def _push(self, block: Block) -> None:
         self._history.push(block)
-        if self._plan.first_index is not None:
+        if self._state is RecorderState.SETTLING:
+            if block.count and self._plan.rest(block):
+                self._arm(block.end_index)
+            return
+        if block.count:
+            self._plan.push(block)
+        if self._writing:
+            self._write(block)
+        elif self._plan.first_index is not None:
             self._begin(self._plan.first_index)
         elif self._plan.ending is Ending.WAITED:
             self._end(Ending.WAITED)
 
     def _begin(self, first_index: int) -> None:
-        blocks = self._history.take_from(first_index)
-        self.first_index = blocks[0].first_index
+        blocks = self._history.since(first_index)
+        first_index = blocks[0].first_index
         trigger = self._plan.trigger_index
-        self.trigger_index = None if trigger is None else max(0, trigger - self.first_index)
-        seconds = self.first_index / self._digitisation.sample_rate_hz
+        trigger = None if trigger is None else max(0, trigger - first_index)
+        seconds = first_index / self._digitisation.sample_rate_hz
         started_at = (self._started + timedelta(seconds=seconds)).isoformat(timespec="microseconds")
-        self._file = self._open_run(self._digitisation, started_at=started_at, trigger_index=self.trigger_index)
-        self.path = self._file.path
+        file = self._open_run(self._digitisation, started_at=started_at, trigger_index=trigger)
+        self._output = RunOutput(file, self._digitisation, first_index, trigger)
+        self._writing = True
+        self._n_opened += 1
+        self._judge = None if self._make_judge is None else self._make_judge(self._digitisation)
         self._enter(RecorderState.RECORDING)
         for number, block in enumerate(blocks):
-            self._write(block if number else Block(block.samples, block.first_index))
-            if self.is_done:
+            if not self._writing:
                 return
+            # what was lost before the first sample is not part of the run
+            self._write(block if number else Block(block.samples, block.first_index))
 
     def _write(self, block: Block) -> None:
-        last = self._plan.last_index
-        part = block if last is None else cut(block, self.first_index, last)
-        if (part.count or part.gap) and self._file is not None:
-            gap = part.gap and Gap(part.gap.first_index - self.first_index, part.gap.count, part.gap.reason)
-            self._file.write(Block(part.samples, part.first_index - self.first_index, gap))
-            self.count += part.count
-            if gap is not None:
-                self._gaps.append(gap)
-                self.lost += gap.count
+        output, last = self._output, self._plan.last_index
+        if output is None:
+            return
+        output.write(block, last)
+        if self._judge is not None:
+            self._judge.push(block.samples)
         if last is not None and block.end_index >= last:
-            self._complete(self._plan.ending or Ending.MAXIMUM)
+            self._complete(self._plan.ending or Ending.MAXIMUM, is_last=False)
 
-    def _complete(self, ending: Ending) -> None:
-        file = self._file
-        if file is not None:
-            try:
-                truth = recorded_truth(self._truth, self.first_index, self.count, self._gaps)
-                if truth is not None:
-                    file.write_truth(truth)
-            finally:
-                file.close(complete=ending is not Ending.FAILED)
-        self._end(ending)
+    def _complete(self, ending: Ending, *, is_last: bool) -> None:
+        output = self._output
+        if output is None:
+            return
+        self._writing = False
+        refusal = "" if self._judge is None or ending is Ending.FAILED else self._judge.refusal()
+        self._n_wanted += not refusal
+        is_last = is_last or self._n_wanted >= self._n_runs
+        health = {
+            **self.health_of_run(),
+            "ending": ending.value,
+            "samples_recorded": output.count,
+            "samples_lost_in_run": output.lost,
+            "gaps_in_run": len(output.gaps),
+            "disk_free_bytes": self.disk_free_bytes,
+            "channels": output.tally.channels(),
+        }
+        try:
+            output.complete(self._truth, health, whole=ending is not Ending.FAILED)
+        except BaseException:
+            self._tell(output, Ending.FAILED, refusal, health, is_last=True)
+            self._end(Ending.FAILED)
+            raise
+        self._tell(output, ending, refusal, health, is_last=is_last)
+        if is_last:
+            self._end(ending)
+        else:
+            self._between(ending, output.end_index)
+
+    def _between(self, ending: Ending, end_index: int) -> None:
+        """Wait for quiet after a run; where it ended because it was quiet, the next one is armed at once."""
+        if ending in (Ending.QUIET, Ending.SECONDS):
+            self._arm(end_index)
+        else:
+            self._enter(RecorderState.SETTLING)
+
+    def _arm(self, index: int) -> None:
+        self._plan.arm(index)
+        self._armed_again_at = index
+        self._enter(RecorderState.ARMED)
+
+    def _tell(
+        self, output: RunOutput, ending: Ending, refusal: str, health: Mapping[str, object], *, is_last: bool
+    ) -> None:
+        if self._on_run is None:
+            return
+        self._on_run(
+            FinishedRun(
+                number=self._n_opened,
+                path=output.path,
+                ending=ending,
+                first_index=output.first_index,
+                end_index=output.end_index,
+                count=output.count,
+                lost=output.lost,
+                set_aside=refusal,
+                is_last=is_last,
+                health=health,
+            )
+        )
 
     def _end(self, ending: Ending) -> None:
         self.ending = ending
@@ -240,6 +352,17 @@ class Recorder:
         self._state = state
         if self._on_change is not None:
             self._on_change(state)
+
+    def _watch_disk(self) -> None:
+        """Look at the disk; a run under way is completed while there is room to do so."""
+        try:
+            self._check_disk()
+        except Exception:
+            if self._writing:
+                self._complete(Ending.DISK, is_last=True)
+            else:
+                self._end(Ending.DISK)
+            raise
 
     def _check_disk(self) -> None:
         if self._folder is None:

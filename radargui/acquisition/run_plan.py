@@ -16,8 +16,15 @@ from radargui.motion.trigger import MotionTrigger, TriggerState
 class Trigger(Protocol):
     """What a plan needs of a motion trigger."""
 
-    def push(self, samples_raw: RawArray) -> TriggerState:
+    @property
+    def state(self) -> TriggerState:
+        """What is known now."""
+
+    def push(self, samples_raw: RawArray, /) -> TriggerState:
         """Take the next samples, shape (n_channels, n), and return what is known after them."""
+
+    def relearn(self) -> None:
+        """Take what is now for quiet."""
 
 
 class RunPlan(Protocol):
@@ -34,6 +41,12 @@ class RunPlan(Protocol):
 
     def push(self, block: Block) -> None:
         """Take the next block."""
+
+    def rest(self, block: Block) -> bool:
+        """Take the next block between two runs; return whether the next one can be armed after it."""
+
+    def arm(self, index: int) -> None:
+        """Wait for the next run, from absolute index `index` on."""
 
 
 class FixedPlan:
@@ -59,6 +72,16 @@ class FixedPlan:
             self.last_index = block.first_index + self._length
             self.ending = Ending.SECONDS
 
+    def rest(self, block: Block) -> bool:
+        """Take a block between two runs: the next one can always begin."""
+        del block
+        return True
+
+    def arm(self, index: int) -> None:
+        """Begin the next run with the next block."""
+        del index
+        self.first_index = self.last_index = self.ending = None
+
 
 class MotionPlan:
     """The run starts `pretrigger_s` before motion and ends when it was quiet for `quiet_s`, or at `maximum_s`.
@@ -69,6 +92,8 @@ class MotionPlan:
 
     _DETECTION_S = 1.0
     """How much later than it began a slow motion may be found with its pre-trigger history still there."""
+    _RELEARN_S = 10.0
+    """What has moved for so long after a run, and for as long as the longest run, is the new quiet."""
     _SLICE_S = 0.01
     """The trigger tells its latest news only: it gets long blocks in slices, so that no short motion is missed."""
 
@@ -80,8 +105,12 @@ class MotionPlan:
         self._maximum = round(limits.maximum_s * rate)
         self._wait = round(limits.wait_s * rate)
         self._detection = round(self._DETECTION_S * rate)
+        self._relearn = round(self._RELEARN_S * rate)
         self._slice = max(1, round(self._SLICE_S * rate))
         self._index = IndexMap()
+        self._armed = 0
+        self._restless = 0
+        self._quiet_since: int | None = None
         self.first_index: int | None = None
         self.trigger_index: int | None = None
         self.last_index: int | None = None
@@ -105,21 +134,54 @@ class MotionPlan:
             part = block.samples[:, first : first + self._slice]
             self._judge(self._trigger.push(part), block.first_index + first + part.shape[1])
 
+    def rest(self, block: Block) -> bool:
+        """Take the next block between two runs; return whether it has been quiet for `quiet_s`.
+
+        What does not end is the new quiet: a lamp was switched on, a fan.
+        """
+        self._index.push(block.first_index, block.count)
+        for first in range(0, block.count, self._slice):
+            state = self._trigger.push(block.samples[:, first : first + self._slice])
+        if self._is_quiet(state, block.end_index):
+            self._restless = 0
+            return True
+        self._restless += block.count
+        if self._restless > max(self._maximum, self._relearn):
+            self._restless = 0
+            self._trigger.relearn()
+        return False
+
+    def arm(self, index: int) -> None:
+        """Wait for the next motion, from absolute index `index` on; only quiet samples go before it."""
+        quiet = self._trigger.state.quiet_since_index
+        self._quiet_since = None if quiet is None else self._index.absolute(quiet)
+        self._armed = index
+        self.first_index = self.trigger_index = self.last_index = self.ending = None
+
     def _judge(self, state: TriggerState, end_index: int) -> None:
         if self.trigger_index is not None:
             if self._is_quiet(state, end_index):
                 self.last_index = end_index if self.last_index is None else min(self.last_index, end_index)
                 self.ending = Ending.QUIET
-        elif state.since_index is not None:
-            self._start(self._index.absolute(state.since_index))
-        elif end_index >= self._wait:
+        elif (since := self._motion_since(state)) is not None:
+            self._start(since)
+        elif end_index - self._armed >= self._wait:
             self.ending = Ending.WAITED
 
     def _start(self, trigger_index: int) -> None:
         self.trigger_index = trigger_index
-        self.first_index = trigger_index - self._pretrigger
+        # in a series nothing of the motion before: the rest before a fall must be one
+        self.first_index = max(trigger_index - self._pretrigger, self._quiet_since or 0)
         self.last_index = trigger_index + self._maximum
         self.ending = Ending.MAXIMUM
+
+    def _motion_since(self, state: TriggerState) -> int | None:
+        """Return where the motion began that was found since this was armed; it may have begun a little before."""
+        if state.since_index is None:
+            return None
+        since = self._index.absolute(state.since_index)
+        begun = self._quiet_since is None or since >= self._quiet_since
+        return since if begun else None
 
     def _is_quiet(self, state: TriggerState, end_index: int) -> bool:
         if state.quiet_since_index is None:

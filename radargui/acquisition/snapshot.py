@@ -40,7 +40,11 @@ def snapshot(
         live_skipped_samples=0 if worker is None else worker.skipped,
         levels=stream.levels(),
         disk_free_bytes=free,
-        disk_left_s=None if free is None else free / stream.bytes_per_second(),
+        disk_left_s=None if free is None or recorder is None else _left_s(free, recorder, stream),
         live_error=live_error,
         error=error,
     )
+
+
+def _left_s(free: int, recorder: Recorder, stream: Stream) -> float:
+    return max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()

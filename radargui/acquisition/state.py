@@ -22,11 +22,15 @@ class AcquisitionState(Enum):
 
 
 class RecorderState(Enum):
-    """Where a recorder is: IDLE until the source is open, ARMED until something moves, RECORDING, then DONE."""
+    """Where a recorder is: IDLE until the source is open, ARMED until something moves, RECORDING, at last DONE.
+
+    Where further runs follow it is ARMED again after each run; SETTLING in between where it is not quiet yet.
+    """
 
     IDLE = "idle"
     ARMED = "armed"
     RECORDING = "recording"
+    SETTLING = "settling"
     DONE = "done"
 
 
@@ -39,6 +43,7 @@ class Ending(Enum):
     END_OF_DATA = "the source gave no more samples"
     STOPPED = "stopped by the operator"
     FAILED = "recording failed"
+    DISK = "the disk was almost full"
     NO_MOTION = "the source ended before anything moved"
     WAITED = "nothing moved in the time allowed for waiting"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from radargui.acquisition.block_queue import BlockQueue
 from radargui.acquisition.level import Level, levels
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.live_worker import LONGEST_LAG_S, LiveWorker, Processor
+from radargui.acquisition.peaks import Peaks
 from radargui.acquisition.reading import Reading
 from radargui.acquisition.ring import Ring
 from radargui.model.block import Block
@@ -42,6 +43,8 @@ class Stream:
         The live track and what fills it; None without.
     patient
         Whether the reader waits for the recorder where that is too slow.
+    peaks
+        How far they fell behind at worst.
     """
 
     digitisation: Digitisation
@@ -51,6 +54,7 @@ class Stream:
     track: LiveTrack | None
     worker: LiveWorker | None
     patient: bool
+    peaks: Peaks = field(default_factory=Peaks)
 
     def take(self, block: Block) -> None:
         """Hand a block on; the reader's thread only.
@@ -66,6 +70,11 @@ class Stream:
             self.queue.put(block, wait=self.patient)
         if self.worker is not None:
             self.worker.wake()
+        self.peaks.note(
+            self.reading.backlog,
+            0 if self.queue is None else self.queue.depth,
+            0 if self.worker is None else self.worker.lag,
+        )
 
     def close(self) -> None:
         """Tell recorder and live worker that no block follows."""

@@ -67,11 +67,17 @@ def record(
     output: OutputOption = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the simulated source.")] = None,
     fast: Annotated[bool, typer.Option("--fast", help="Do not keep real time (simulated, replay).")] = False,
+    hands_free: Annotated[
+        bool,
+        typer.Option(
+            "--hands-free", help="Go on from drop to drop without a pause, as with a device (simulated, replay)."
+        ),
+    ] = False,
 ) -> int:
     """Record drops, process them and save them as a session."""
     from radargui.cli.record import RecordOptions, record_session
 
-    return record_session(RecordOptions(source, file, setup, runs, seconds, release, output, seed, fast))
+    return record_session(RecordOptions(source, file, setup, runs, seconds, release, output, seed, fast, hands_free))
 
 
 @app.command()

@@ -38,6 +38,7 @@ class RecordOptions:
     output: Path | None = None
     seed: int | None = None
     fast: bool = False
+    hands_free: bool = False
 
 
 def record_session(options: RecordOptions) -> int:
@@ -65,8 +66,10 @@ def record_session(options: RecordOptions) -> int:
             session,
             seconds=options.seconds,
             listener=progress,
-            live=False,
+            # without real time the live track could not keep up and would mean nothing
+            live=not options.fast,
             patient=options.fast,
+            continuous=_goes_on(options, setup),
             attributes={"source": options.source},
         )
         error = _record(experiment, options.runs, runs)
@@ -109,13 +112,24 @@ def _setup(options: RecordOptions) -> Setup:
 
 
 def _make_source(options: RecordOptions, setup: Setup, run: int) -> Source:
-    return make_source(options.source, setup, run=run, realtime=not options.fast, file=options.file)
+    repeat = options.hands_free and options.source == "simulated"
+    return make_source(options.source, setup, run=run, realtime=not options.fast, repeat=repeat, file=options.file)
+
+
+def _goes_on(options: RecordOptions, setup: Setup) -> bool:
+    """Whether the source goes on after a run; a device that waits for a start signal begins anew with each."""
+    if options.source == "ni":
+        return setup.daq.start == "now"
+    return options.hands_free
 
 
 def _row(run: RecordedRun) -> tuple[str, ...]:
     name = run.path.stem if run.path else f"run {run.number}"
     if run.result is None:
-        return (name, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, "not processed" if run.path else "not recorded")
+        status = "not recorded"
+        if run.path:
+            status = f"set aside: {run.set_aside}" if run.set_aside else "not processed"
+        return (name, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, status)
     summary = summarise(run.result)
 
     def value(key: str) -> float | None:

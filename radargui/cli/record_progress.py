@@ -52,7 +52,7 @@ class RecordProgress:
         if event.kind is EventKind.WARNING:
             self._say(f"run {event.number}: warning: {one_line(event.message)}", err=True)
         elif event.kind is EventKind.RUN:
-            self._say(f"run {event.number}: {self._health}")
+            self._say(f"run {event.number}: {_outcome(event) or self._health}")
         elif self._progress:
             self._show(event)
 
@@ -72,3 +72,13 @@ class RecordProgress:
         typer.echo(text, err=err)
         if self._progress:
             self._progress.start()
+
+
+def _outcome(event: Event) -> str:
+    """Return what to say of a run instead of the health of its recording."""
+    run = event.run
+    if run is None:
+        return ""
+    if run.set_aside:
+        return one_line(run.message)
+    return ""

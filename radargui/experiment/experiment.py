@@ -10,28 +10,33 @@ from pathlib import Path
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.faults import attempt
-from radargui.acquisition.recorder import Recorder
-from radargui.acquisition.state import Ending, RecorderState
-from radargui.experiment.event import Event, EventKind
+from radargui.acquisition.recorder import Judge, Recorder
+from radargui.acquisition.run_output import FinishedRun
+from radargui.experiment.finished import FinishedJob, process_finished
+from radargui.experiment.live_agreement import LiveAgreement
+from radargui.experiment.processing_apart import ProcessingApart
 from radargui.experiment.recorded_run import RecordedRun
-from radargui.experiment.reprocess import process_run
+from radargui.experiment.series import Ended, Progress, Series, Signal, Signals, unprocessed
 from radargui.experiment.state import ExperimentState
+from radargui.experiment.teller import Listener, Teller
+from radargui.model.digitisation import Digitisation
 from radargui.model.errors import RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.motion.fall import FallTest
+from radargui.processing.live import LiveProcessor
+from radargui.processing.live_memory import LiveMemory
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 
-_HEALTH_S = 0.25
-
-Listener = Callable[[Event], None]
+__all__ = ["Experiment", "Listener"]
 
 
 class Experiment:
     """Runs recorded one after the other into one session.
 
     `record_run` and `record` do the work in the caller's thread, where the listener is called too; `finish`, `cancel`
-    and the properties may be used from any thread.
+    and the properties may be used from any thread. Runs are processed in a thread of their own, in order.
 
     Parameters
     ----------
@@ -51,8 +56,14 @@ class Experiment:
         Whether to make a live track.
     patient
         Whether the source loses nothing when it has to wait: a simulation or replay that is as fast as asked.
+    continuous
+        Whether the source goes on after a run: `record` then opens one source, arms again after each run without
+        losing a sample, and processes a run while the next one is armed. Runs without a fall are set aside, where
+        `recording.falls_only` is true: rejected in the session, not counted, not processed.
     attributes
         Further facts to keep with each run file.
+    memory
+        What the live corrections of earlier runs of the session have learned.
     """
 
     def __init__(
@@ -66,27 +77,29 @@ class Experiment:
         listener: Listener | None = None,
         live: bool = True,
         patient: bool = False,
+        continuous: bool = False,
         attributes: Mapping[str, str | float | int] | None = None,
+        memory: LiveMemory | None = None,
     ) -> None:
         self._setup = setup
         self._source_factory = source_factory
         self._session = session
         self._seconds = seconds
         self._process = process
-        self._listener = listener
+        self._teller = Teller(listener)
         self._live = live
         self._patient = patient
+        self._continuous = continuous
         self._attributes = dict(attributes or {})
+        self._memory = LiveMemory() if memory is None else memory
         self._lock = threading.Lock()
         self._cancelled = False
-        self._number = 0
-        self._state = ExperimentState.IDLE
         self._acquisition: Acquisition | None = None
 
     @property
     def state(self) -> ExperimentState:
         """Where the experiment is."""
-        return self._state
+        return self._teller.state
 
     @property
     def acquisition(self) -> Acquisition | None:
@@ -104,13 +117,18 @@ class Experiment:
         return self._cancelled
 
     def record(self, n_runs: int) -> Iterator[RecordedRun]:
-        """Record runs one after the other and yield each; the last one has no file where nothing moved any more.
+        """Record runs and yield each when it is processed, in order.
+
+        Those that were set aside come too and do not count. The last one has no file where nothing moved any more.
 
         Raises
         ------
         RadarGuiError
             A run failed while it was recorded.
         """
+        if self._continuous:
+            yield from self._series(n_runs)
+            return
         for _ in range(n_runs):
             if self._cancelled:
                 return
@@ -132,19 +150,7 @@ class Experiment:
         RadarGuiError
             The source or the disk failed; what was recorded until then is kept, the error says where.
         """
-        self._number += 1
-        try:
-            recorder = self._acquire()
-        except RadarGuiError as error:
-            self._enter(ExperimentState.FAILED, str(error), error=error)
-            raise
-        run = self._processed(recorder) if self._wants_processing(recorder) else self._unprocessed(recorder)
-        if run.error is None:
-            self._enter(ExperimentState.DONE if run.path else ExperimentState.IDLE, run.message)
-        else:
-            self._enter(ExperimentState.FAILED, run.message, error=run.error)
-        self._tell(EventKind.RUN, run.message, run=run)
-        return run
+        return list(self._series(1))[-1]
 
     def finish(self) -> None:
         """End the recording that is under way; it is kept and processed."""
@@ -158,111 +164,94 @@ class Experiment:
             self._cancelled = True
         self.finish()
 
-    def _acquire(self) -> Recorder:
-        """Record until the run is complete; all threads are gone afterwards."""
-        signals: queue.SimpleQueue[RecorderState | None] = queue.SimpleQueue()
+    def _series(self, n_runs: int) -> Iterator[RecordedRun]:
+        """Record runs from one source, opened once."""
+        self._teller.number += 1
+        signals: Signals = queue.SimpleQueue[Signal]()
+        try:
+            acquisition, recorder = self._make(signals, n_runs)
+        except RadarGuiError as error:
+            self._teller.fail(error)
+            raise
+        apart = ProcessingApart()
+        series = Series(
+            acquisition,
+            recorder,
+            signals,
+            self._teller,
+            process=partial(self._processed, acquisition, signals, apart) if self._process else None,
+            set_aside=lambda run: self._session.reject(run.path, run.set_aside),
+            is_cancelled=lambda: self._cancelled,
+            waits_for_motion=self._seconds is None,
+        )
+        try:
+            yield from series.runs()
+        finally:
+            apart.close()
+        if acquisition.error is not None:
+            failure = _with_place(acquisition.error, recorder.path)
+            self._teller.fail(failure)
+            raise failure
+
+    def _make(self, signals: Signals, n_runs: int) -> tuple[Acquisition, Recorder]:
+        sets_aside = self._continuous and self._seconds is None and self._setup.recording.falls_only
         recorder = Recorder(
             partial(self._session.new_run, attributes=self._attributes),
             self._setup.recording,
             folder=self._session.path,
             seconds=self._seconds,
+            n_runs=n_runs,
+            make_judge=self._judge if sets_aside else None,
             on_change=signals.put,
+            on_run=signals.put,
         )
         acquisition = Acquisition(
-            self._source_factory(self._number - 1),
+            self._source_factory(self._teller.number - 1),
             self._setup,
             recorder=recorder,
             live=self._live,
             patient=self._patient,
-            on_end=lambda: signals.put(None),
+            on_end=lambda: signals.put(Ended()),
+            make_processor=lambda setup, digitisation: LiveProcessor(setup, digitisation, self._memory),
         )
         with self._lock:
             self._acquisition = acquisition
             if self._cancelled:
                 acquisition.request_stop()
-        acquisition.start()
-        try:
-            self._follow(acquisition, signals)
-        finally:
-            acquisition.stop()
-        if acquisition.error is not None:
-            raise _with_place(acquisition.error, recorder.path)
-        self._warn(acquisition)
-        return recorder
+        return acquisition, recorder
 
-    def _follow(self, acquisition: Acquisition, signals: queue.SimpleQueue[RecorderState | None]) -> None:
-        """Tell what happens until the acquisition has ended."""
-        while True:
-            try:
-                signal = signals.get(timeout=_HEALTH_S)
-            except queue.Empty:
-                health = acquisition.health
-                self._tell(EventKind.HEALTH, health.line(), health=health)
-                if self._cancelled:
-                    return
-                continue
-            if signal is None:
-                return
-            if signal is RecorderState.ARMED and self._seconds is None:
-                self._enter(ExperimentState.ARMED, "waiting for the sphere to move")
-            elif signal is RecorderState.RECORDING:
-                self._enter(ExperimentState.RECORDING, "recording")
+    def _judge(self, digitisation: Digitisation) -> Judge:
+        return FallTest(self._setup, digitisation)
 
-    def _warn(self, acquisition: Acquisition) -> None:
-        health = acquisition.health
-        if health.samples_lost:
-            self._tell(
-                EventKind.WARNING,
-                f"{health.samples_lost} samples of each channel were lost by the source in {health.gaps} gaps",
-            )
-        if health.samples_not_written:
-            self._tell(
-                EventKind.WARNING,
-                f"{health.samples_not_written} samples of each channel could not be written in time and are lost",
-            )
-        if health.live_error is not None:
-            self._tell(EventKind.WARNING, str(health.live_error), error=health.live_error)
-        self._tell(EventKind.HEALTH, health.line(), health=health)
+    def _processed(
+        self, acquisition: Acquisition, signals: Signals, apart: ProcessingApart, run: FinishedRun, number: int
+    ) -> RecordedRun:
+        """Process a run and return what came of it; in the thread of the jobs."""
+        live = None if acquisition.live is None else acquisition.live.since(run.first_index)
+        job = FinishedJob(run.path, self._setup, run.first_index, live)
+        found: list[tuple[RunResult, LiveAgreement | None]] = []
 
-    def _wants_processing(self, recorder: Recorder) -> bool:
-        return self._process and not self._cancelled and recorder.path is not None
+        def progress(fraction: float) -> None:
+            if self._cancelled:
+                raise _CancelledError("Processing was cancelled")
+            signals.put(Progress(number, fraction))
 
-    def _unprocessed(self, recorder: Recorder) -> RecordedRun:
-        ending = recorder.ending or Ending.STOPPED
-        if recorder.path is None:
-            message = f"No run was recorded: {ending.value}."
-        else:
-            message = f"{recorder.path.name}: recorded, not processed."
-        return RecordedRun(self._number, recorder.path, None, ending, message)
+        def work() -> None:
+            progress(0.0)
+            while_recording = not self._patient and not acquisition.state.is_final
+            found.append(apart.process(job, progress) if while_recording else process_finished(job, progress))
 
-    def _processed(self, recorder: Recorder) -> RecordedRun:
-        path, ending = recorder.path, recorder.ending or Ending.STOPPED
-        if path is None:
-            return self._unprocessed(recorder)
-        self._enter(ExperimentState.PROCESSING, "processing")
-        results: list[RunResult] = []
-        error = attempt(lambda: results.append(process_run(path, self._setup, progress=self._progress)), "Processing")
+        error = attempt(work, "Processing")
         if isinstance(error, _CancelledError):
-            return self._unprocessed(recorder)
+            return unprocessed(run, number)
+        name = run.path.name
         if error is not None:
-            error = _with_place(error, path)
-            return RecordedRun(self._number, path, None, ending, f"{path.name}: {error}", error)
-        for warning in results[0].warnings:
-            self._tell(EventKind.WARNING, warning)
-        return RecordedRun(self._number, path, results[0], ending, f"{path.name}: {_said(results[0])}")
-
-    def _progress(self, fraction: float) -> None:
-        if self._cancelled:
-            raise _CancelledError("Processing was cancelled")
-        self._tell(EventKind.PROGRESS, fraction=fraction)
-
-    def _enter(self, state: ExperimentState, message: str, *, error: RadarGuiError | None = None) -> None:
-        self._state = state
-        self._tell(EventKind.STATE, message, error=error)
-
-    def _tell(self, kind: EventKind, message: str = "", **facts: object) -> None:
-        if self._listener is not None:
-            self._listener(Event(kind, self._state, self._number, message, **facts))  # type: ignore[arg-type]
+            error = _with_place(error, run.path)
+            return RecordedRun(number, run.path, None, run.ending, f"{name}: {error}", error)
+        result, agreement = found[0]
+        return RecordedRun(
+            number, run.path, result, run.ending, f"{name}: {_said(result, agreement)}", agreement=agreement
+        )
 
 
 class _CancelledError(RadarGuiError):
@@ -277,8 +266,9 @@ def _with_place(error: RadarGuiError, path: Path | None) -> RadarGuiError:
     return error
 
 
-def _said(result: RunResult) -> str:
+def _said(result: RunResult, agreement: LiveAgreement | None) -> str:
     if result.status != "ok":
         return f"{result.status.replace('_', ' ')}, {result.reason}".rstrip(", ")
     bounce = next((bounce for bounce in result.bounces.impacts if bounce.valid), None)
-    return "processed, no bounce" if bounce is None else f"e = {bounce.e:.4f} ± {bounce.u_e:.4f}"
+    said = "processed, no bounce" if bounce is None else f"e = {bounce.e:.4f} ± {bounce.u_e:.4f}"
+    return said if agreement is None else f"{said}, live within {1e3 * agreement.rms_m:.2f} mm"

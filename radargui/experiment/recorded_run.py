@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from radargui.acquisition.state import Ending
+from radargui.experiment.live_agreement import LiveAgreement
 from radargui.model.errors import RadarGuiError
 from radargui.model.result import RunResult
 
@@ -28,6 +29,10 @@ class RecordedRun:
         What came of it, one sentence.
     error
         Why processing failed; the recording is safe.
+    set_aside
+        Why the run was rejected by itself, in a series; empty where it counts.
+    agreement
+        How far the live track was from the result; None where there was none to compare.
     """
 
     number: int
@@ -36,3 +41,5 @@ class RecordedRun:
     ending: Ending
     message: str
     error: RadarGuiError | None = None
+    set_aside: str = ""
+    agreement: LiveAgreement | None = None

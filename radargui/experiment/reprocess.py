@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from radargui.files.run_file import read_run, read_run_setup
@@ -14,7 +14,11 @@ from radargui.processing.offline import process
 
 
 def process_run(
-    path: Path, setup: Setup | None = None, *, progress: Callable[[float], None] | None = None
+    path: Path,
+    setup: Setup | None = None,
+    *,
+    progress: Callable[[float], None] | None = None,
+    health_of: Callable[[RunResult], Mapping[str, object]] | None = None,
 ) -> RunResult:
     """Process a run file and store the results in it, in place of older ones; its samples are not touched.
 
@@ -26,6 +30,8 @@ def process_run(
         None: the one it was recorded with.
     progress
         Called with the share done, 0 to 1.
+    health_of
+        Returns what the result adds to the health record of the run.
 
     Raises
     ------
@@ -40,7 +46,7 @@ def process_run(
     """
     recording = read_run(path)
     result = process(recording, setup or own_setup(path), progress)
-    write_results(path, result)
+    write_results(path, result, health=None if health_of is None else health_of(result))
     return result
 
 

@@ -11,6 +11,7 @@ class ExperimentState(Enum):
     IDLE = "idle"
     ARMED = "armed"
     RECORDING = "recording"
+    SETTLING = "settling"
     PROCESSING = "processing"
     DONE = "done"
     FAILED = "failed"

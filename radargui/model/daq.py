@@ -91,6 +91,9 @@ class RecordingLimits(Section):
         Motion is this many times the quiet level.
     wait_s
         Longest wait for the trigger.
+    falls_only
+        In a hands-free series, whether runs in which nothing falls freely are set aside: a hand that puts the sphere
+        back. They are kept, hidden, and can be taken back.
     restart_after_error
         Whether a device that failed is started again within a run; the samples lost meanwhile are a gap.
     restart_within_s
@@ -102,5 +105,6 @@ class RecordingLimits(Section):
     maximum_s: Annotated[Real, Field(ge=0.1, le=3600.0)] = 10.0
     threshold: Annotated[Real, Field(ge=3.0, le=1000.0)] = 8.0
     wait_s: Annotated[Real, Field(ge=0.1, le=86400.0)] = 600.0
+    falls_only: Flag = True
     restart_after_error: Flag = False
     restart_within_s: Annotated[Real, Field(ge=0.1, le=3600.0)] = 30.0

@@ -193,7 +193,7 @@ def test_a_failed_source_leaves_a_file_that_says_it_is_not_complete() -> None:
 
 def test_a_failed_write_closes_the_file() -> None:
     run = MemoryRun()
-    run.error, run.fail_at = FileError("The disk is full"), 1
+    run.error, run.fail_at = FileError("The disk is full"), 15
     recorder = armed(run, seconds=1.0)
     recorder.push(Block(codes(1000), 0))
     with pytest.raises(FileError, match="disk is full"):
@@ -229,7 +229,10 @@ def test_a_disk_that_fills_up_stops_the_run_while_the_file_can_be_closed(
     recorder.push(Block(codes(4000), 0))
     with pytest.raises(FileError, match="MB left"):
         recorder.push(Block(codes(4000), 4000))
+    recorder.fail()
     assert run.raw.shape[1] == 8000
+    assert recorder.ending is Ending.DISK
+    assert run.complete is True
 
 
 def test_the_free_space_of_a_folder_that_is_not_there_is_unknown(tmp_path: Path) -> None:

@@ -25,6 +25,14 @@ class ScriptedTrigger:
         self._since: int | None = None
         self._quiet: int | None = None
 
+    @property
+    def state(self) -> TriggerState:
+        moving = self._since is not None and self._quiet is None
+        return TriggerState(ready=True, moving=moving, since_index=self._since, quiet_since_index=self._quiet)
+
+    def relearn(self) -> None:
+        self._quiet = self._pushed
+
     def push(self, samples: RawArray) -> TriggerState:
         for value in samples[0]:
             moving = value == 1
@@ -33,8 +41,7 @@ class ScriptedTrigger:
             if not moving and self._since is not None and self._quiet is None:
                 self._quiet = self._pushed
             self._pushed += 1
-        moving = self._since is not None and self._quiet is None
-        return TriggerState(ready=True, moving=moving, since_index=self._since, quiet_since_index=self._quiet)
+        return self.state
 
 
 def plan() -> MotionPlan:
@@ -103,9 +110,8 @@ def test_a_history_forgets_old_blocks_only() -> None:
     history = History(100)
     for first in range(0, 500, 50):
         history.push(block(first, 50))
-    taken = history.take_from(420)
-    assert [(part.first_index, part.count) for part in taken] == [(420, 30), (450, 50)]
-    assert history.take_from(0) == ()
+    assert [(part.first_index, part.count) for part in history.since(420)] == [(420, 30), (450, 50)]
+    assert [part.first_index for part in history.since(0)] == [400, 450]
 
 
 def test_a_cut_block_keeps_the_part_of_its_gap_that_lies_inside() -> None:
@@ -123,3 +129,45 @@ def test_indices_count_lost_samples() -> None:
     index.push(250, 10)
     assert index.absolutes(np.array([0, 99, 100, 205])).tolist() == [0, 99, 150, 255]
     assert index.pushed == 210
+
+
+def test_an_armed_plan_waits_for_the_next_motion_and_takes_only_the_quiet_before_it() -> None:
+    a_plan = plan()
+    a_plan.push(block(0, 500))
+    a_plan.push(block(500, 100, moving=True))
+    a_plan.push(block(600, 200))
+    assert (a_plan.ending, a_plan.last_index) == (Ending.QUIET, 800)
+    a_plan.arm(800)
+    assert (a_plan.first_index, a_plan.ending) == (None, None)
+    a_plan.push(block(800, 10))
+    assert a_plan.first_index is None
+    a_plan.push(block(810, 20, moving=True))
+    assert (a_plan.first_index, a_plan.trigger_index) == (710, 810)
+    a_plan.push(block(830, 200))
+    a_plan.arm(1030)
+    a_plan.push(block(1030, 20, moving=True))
+    assert a_plan.first_index == 930
+    a_plan.push(block(1050, 200))
+    a_plan.arm(1250)
+    a_plan.push(block(1250, 50, moving=True))
+    assert (a_plan.first_index, a_plan.trigger_index) == (1150, 1250)
+
+
+def test_between_two_runs_it_must_be_quiet() -> None:
+    a_plan = plan()
+    a_plan.push(block(0, 500))
+    a_plan.push(block(500, 2100, moving=True))
+    assert a_plan.ending is Ending.MAXIMUM
+    assert not a_plan.rest(block(2600, 300, moving=True))
+    assert not a_plan.rest(block(2900, 150))
+    assert a_plan.rest(block(3050, 60))
+
+
+def test_what_never_ends_is_the_new_quiet() -> None:
+    a_plan = plan()
+    a_plan.push(block(0, 500))
+    a_plan.push(block(500, 2100, moving=True))
+    assert not any(a_plan.rest(block(first, 100, moving=True)) for first in range(2600, 12600, 100))
+    assert not a_plan.rest(block(12600, 100, moving=True))
+    assert not a_plan.rest(block(12700, 100))
+    assert a_plan.rest(block(12800, 150))

@@ -14,7 +14,7 @@ from support.controlled_source import LONGEST_S, ControlledSource, codes
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.state import AcquisitionState, Ending
-from radargui.experiment import experiment as experiment_module
+from radargui.experiment import finished
 from radargui.experiment.event import Event, EventKind
 from radargui.experiment.experiment import Experiment
 from radargui.experiment.state import ExperimentState
@@ -201,7 +201,7 @@ def test_a_failed_processing_keeps_the_recording_and_the_series_goes_on(
     def refuse(*_: object, **__: object) -> None:
         raise ProcessingError("It does not fit")
 
-    monkeypatch.setattr(experiment_module, "process_run", refuse)
+    monkeypatch.setattr(finished, "process_run", refuse)
     an_experiment, listener = experiment(tmp_path, drop_setup())
     runs = list(an_experiment.record(2))
     assert len(runs) == 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -126,6 +127,7 @@ class MemoryRun:
         self.fail_at: int | None = None
         self.error: Exception | None = None
         self.opened = 0
+        self.health: dict[str, object] = {}
 
     def __call__(self, _: Digitisation, *, started_at: str, trigger_index: int | None) -> MemoryRun:
         self.opened += 1
@@ -150,6 +152,9 @@ class MemoryRun:
 
     def write_truth(self, truth: Truth) -> None:
         self.truth = truth
+
+    def write_health(self, record: Mapping[str, object]) -> None:
+        self.health = dict(record)
 
     def close(self, *, complete: bool = True) -> None:
         if self.complete is None:

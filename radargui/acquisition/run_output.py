@@ -1,0 +1,181 @@
+"""One run on its way into its file: which samples, the gaps between them, the truth beside them, how it ended."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from radargui.acquisition.history import cut
+from radargui.acquisition.recorded_truth import TruthOf, recorded_truth
+from radargui.acquisition.run_tally import RunTally
+from radargui.acquisition.state import Ending
+from radargui.model.block import Block, Gap
+from radargui.model.digitisation import Digitisation
+from radargui.model.errors import RadarGuiError
+from radargui.model.truth import Truth
+
+_logger = logging.getLogger(__name__)
+
+
+class RunFile(Protocol):
+    """What the recorder needs of a run writer."""
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+
+    def write(self, block: Block) -> None:
+        """Append a block and the gap before it; indices count from the first sample of the run."""
+
+    def write_truth(self, truth: Truth) -> None:
+        """Store what really happened."""
+
+    def write_health(self, record: Mapping[str, object]) -> None:
+        """Store how the recording went."""
+
+    def close(self, *, complete: bool = True) -> None:
+        """Finish the file; idempotent. Not complete: the recording ended by a failure."""
+
+
+class OpenRun(Protocol):
+    """Makes the file of a run; `Session.new_run` is one."""
+
+    def __call__(self, digitisation: Digitisation, *, started_at: str, trigger_index: int | None) -> RunFile:
+        """Return the writer of a new run whose first sample was taken at `started_at`."""
+
+
+@dataclass(frozen=True, slots=True)
+class FinishedRun:
+    """A run whose file is closed.
+
+    Attributes
+    ----------
+    number
+        Counted from 1 within the recorder, candidates that were set aside included.
+    path
+        The file.
+    ending
+        Why it ended.
+    first_index, end_index
+        Absolute indices of its first sample and after its last.
+    count, lost
+        Samples of each channel written, and lost between them.
+    set_aside
+        Why it is no run that was wanted; empty where it is one.
+    is_last
+        Whether nothing is recorded after it.
+    health
+        How the recording went, as it is in the file.
+    """
+
+    number: int
+    path: Path
+    ending: Ending
+    first_index: int
+    end_index: int
+    count: int
+    lost: int
+    set_aside: str
+    is_last: bool
+    health: Mapping[str, object]
+
+
+class RunOutput:
+    """Writes the samples of one run, told in absolute indices.
+
+    Parameters
+    ----------
+    file
+        The file, open.
+    digitisation
+        Of the samples.
+    first_index
+        Absolute index of the first sample.
+    trigger_index
+        Counted from the run's first sample; None where there is no trigger.
+
+    Attributes
+    ----------
+    first_index, end_index
+        Absolute index of the first sample, and after the last one so far.
+    count, lost
+        Samples of each channel written, and lost between them.
+    trigger_index
+        As given.
+    tally
+        What the samples are like.
+    """
+
+    def __init__(self, file: RunFile, digitisation: Digitisation, first_index: int, trigger_index: int | None) -> None:
+        self._file = file
+        self._gaps: list[Gap] = []
+        self.first_index = self.end_index = first_index
+        self.trigger_index = trigger_index
+        self.count = 0
+        self.lost = 0
+        self.tally = RunTally(digitisation)
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self._file.path
+
+    @property
+    def gaps(self) -> tuple[Gap, ...]:
+        """Samples lost, their indices counted from the run's first sample."""
+        return tuple(self._gaps)
+
+    def write(self, block: Block, last_index: int | None) -> None:
+        """Write what of a block lies before `last_index` (None: all of it).
+
+        Raises
+        ------
+        FileError
+            The file cannot be written.
+        """
+        part = block if last_index is None else cut(block, self.first_index, last_index)
+        if not part.count and part.gap is None:
+            return
+        gap = part.gap and Gap(part.gap.first_index - self.first_index, part.gap.count, part.gap.reason)
+        self._file.write(Block(part.samples, part.first_index - self.first_index, gap))
+        self.tally.push(part.samples)
+        self.count += part.count
+        self.end_index = max(self.end_index, part.end_index)
+        if gap is not None:
+            self._gaps.append(gap)
+            self.lost += gap.count
+
+    def complete(self, truth_of: TruthOf | None, health: Mapping[str, object], *, whole: bool) -> None:
+        """Write truth and health and close the file, which is closed also where one of them fails.
+
+        Parameters
+        ----------
+        truth_of
+            Asks the source.
+        health
+            How the recording went.
+        whole
+            Whether it ended in order.
+
+        Raises
+        ------
+        FileError
+            The file cannot be written.
+        """
+        try:
+            truth = recorded_truth(truth_of, self.first_index, self.count, self._gaps)
+            if truth is not None:
+                self._file.write_truth(truth)
+            self._file.write_health(health)
+        finally:
+            self._file.close(complete=whole)
+
+    def abandon(self) -> None:
+        """Close the file after a failure, keeping what was written; never raises."""
+        try:
+            self._file.close(complete=False)
+        except (RadarGuiError, OSError):
+            _logger.exception("The run file could not be closed after a failure")

@@ -1,0 +1,96 @@
+"""How far the live track was from the result of the same run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.acquisition.live_track import LiveSpan
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.result import RunResult
+
+
+@dataclass(frozen=True, slots=True)
+class LiveAgreement:
+    """Live against offline, from the first fringe to the end of the motion.
+
+    Attributes
+    ----------
+    rms_m, max_m
+        Of the distance between the two positions; of the path lengths' differences where there is no track.
+    n_compared
+        Live estimates that had a counterpart.
+    share_known
+        Share of the live estimates within the motion that knew where the tracer was.
+    """
+
+    rms_m: float
+    max_m: float
+    n_compared: int
+    share_known: float
+
+    def record(self) -> dict[str, object]:
+        """Return what is kept in the health record of the run."""
+        return {
+            "live_rms_m": self.rms_m,
+            "live_max_m": self.max_m,
+            "live_n_compared": self.n_compared,
+            "live_share_known": self.share_known,
+        }
+
+
+def live_agreement(span: LiveSpan, first_index: int, result: RunResult) -> LiveAgreement | None:
+    """Compare the live track of a run with its result.
+
+    Parameters
+    ----------
+    span
+        Live estimates, absolute sample indices.
+    first_index
+        Absolute index of the run's first sample.
+    result
+        Of the same run.
+
+    Returns
+    -------
+    LiveAgreement or None
+        None where either knows nothing.
+    """
+    if result.paths is None or result.segment is None or span.index.size == 0:
+        return None
+    index = result.recording.index()
+    place = np.asarray(np.searchsorted(index, span.index - first_index), dtype=np.intp)
+    there: BoolArray = np.asarray(place < index.size)
+    there[there] = index[place[there]] == (span.index - first_index)[there]
+    begin = _after_first_fringe(result)
+    there &= (place >= begin) & (place < result.segment.last)
+    if begin < 0 or not there.any():
+        return None
+    place = place[there]
+    valid: BoolArray
+    if result.track is not None:
+        offline, valid = result.track.position_m[:, place], result.track.valid[place]
+        away = np.linalg.norm(span.position_m[:, there] - offline, axis=0)
+    else:
+        offline, valid = result.paths.change_m[:, place], np.asarray(result.paths.valid[:, place].all(axis=0))
+        away = np.abs(span.change_m[:, there] - offline).max(axis=0)
+    live_known = np.isfinite(away) | ~np.isfinite(offline).all(axis=0)
+    compared: FloatArray = away[np.isfinite(away) & valid]
+    if compared.size == 0:
+        return None
+    return LiveAgreement(
+        rms_m=float(np.sqrt(np.mean(compared**2))),
+        max_m=float(compared.max()),
+        n_compared=int(compared.size),
+        share_known=float(np.mean(live_known)),
+    )
+
+
+def _after_first_fringe(result: RunResult) -> int:
+    """Return the stored sample after which the path has changed by a wavelength; -1 where it never has."""
+    if result.paths is None:
+        return -1
+    change = np.nan_to_num(np.abs(result.paths.change_m)).max(axis=0)
+    beyond = np.flatnonzero(change > result.setup.radar.wavelength_m)
+    return int(beyond[0]) if beyond.size else -1

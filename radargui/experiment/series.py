@@ -1,0 +1,219 @@
+"""A series: runs from one source opened once, each processed while the next one is armed."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from radargui.acquisition.acquisition import Acquisition
+from radargui.acquisition.recorder import Recorder
+from radargui.acquisition.run_output import FinishedRun
+from radargui.acquisition.state import Ending, RecorderState
+from radargui.experiment.jobs import Jobs
+from radargui.experiment.recorded_run import RecordedRun
+from radargui.experiment.running_warnings import RunningWarnings, losses, signal_warnings
+from radargui.experiment.state import ExperimentState
+from radargui.experiment.teller import Teller
+
+HEALTH_S = 0.25
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far the processing of a run is."""
+
+    number: int
+    fraction: float
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """The acquisition has ended: nothing more will be recorded."""
+
+
+Signal: TypeAlias = RecorderState | FinishedRun | RecordedRun | Progress | Ended
+Signals: TypeAlias = "queue.SimpleQueue[Signal]"
+
+
+class Series:
+    """Follows an acquisition that records runs; tells what happens and hands out runs in order.
+
+    Parameters
+    ----------
+    acquisition, recorder
+        Not started; both tell `signals`.
+    signals
+        Changes of the recorder, finished runs, the end of the acquisition; processing adds its own.
+    teller
+        Its `number` is that of the first run.
+    process
+        Processes a run, in another thread; never raises. None: runs are not processed.
+    set_aside
+        Rejects a run in the session.
+    is_cancelled
+        Whether the operator wants nothing more.
+    waits_for_motion
+        Whether the recorder waits while it is armed.
+    """
+
+    def __init__(
+        self,
+        acquisition: Acquisition,
+        recorder: Recorder,
+        signals: Signals,
+        teller: Teller,
+        *,
+        process: Callable[[FinishedRun, int], RecordedRun] | None,
+        set_aside: Callable[[FinishedRun], None],
+        is_cancelled: Callable[[], bool],
+        waits_for_motion: bool,
+    ) -> None:
+        self._acquisition = acquisition
+        self._recorder = recorder
+        self._signals = signals
+        self._teller = teller
+        self._process = process
+        self._reject = set_aside
+        self._is_cancelled = is_cancelled
+        self._waits_for_motion = waits_for_motion
+        self._base = teller.number - 1
+        self._warnings = RunningWarnings()
+        self._held: FinishedRun | None = None
+        self._n_processing = 0
+        self._ended = False
+        self._last_number: int | None = None
+        self._next_number = teller.number
+        self._outcomes: dict[int, RecordedRun] = {}
+
+    def runs(self) -> Iterator[RecordedRun]:
+        """Start, and yield runs until the acquisition has ended and all are processed."""
+        process = self._process
+
+        def work(run: FinishedRun) -> None:
+            if process is not None:
+                self._signals.put(process(run, self._base + run.number))
+
+        self._acquisition.start()
+        try:
+            with closing(Jobs[FinishedRun](work)) as jobs:
+                while not self._ended or self._n_processing:
+                    self._take(self._next(), jobs)
+                    yield from self._in_order()
+        finally:
+            self._acquisition.stop()
+
+    def _next(self) -> Signal:
+        """Return the next signal; tell the health while there is none."""
+        while True:
+            try:
+                return self._signals.get(timeout=HEALTH_S)
+            except queue.Empty:
+                if self._ended:
+                    continue
+                if self._acquisition.wait(0.0):
+                    # stopped before it had begun: then nobody tells
+                    return Ended()
+                health = self._acquisition.health
+                self._teller.health(health)
+                for warning in self._warnings.of(health):
+                    self._teller.warn(warning)
+                if self._is_cancelled():
+                    self._acquisition.stop()
+
+    def _take(self, signal: Signal, jobs: Jobs[FinishedRun]) -> None:
+        match signal:
+            case RecorderState():
+                self._enter_as(signal)
+            case Progress():
+                self._teller.progress(signal.number, signal.fraction)
+            case FinishedRun():
+                self._finished(signal, jobs)
+            case RecordedRun():
+                self._n_processing -= 1
+                self._outcomes[signal.number] = signal
+            case Ended():
+                self._end(jobs)
+
+    def _in_order(self) -> Iterator[RecordedRun]:
+        """Yield what came of runs, none before those of lower number, the last one when all is over."""
+        while (run := self._outcomes.get(self._next_number)) is not None:
+            if run.number == self._last_number and not self._ended:
+                return
+            del self._outcomes[self._next_number]
+            self._next_number += 1
+            yield self._told(run, is_last=self._ended and not self._n_processing and not self._outcomes)
+
+    def _enter_as(self, state: RecorderState) -> None:
+        if state is RecorderState.ARMED and self._waits_for_motion:
+            self._teller.enter(ExperimentState.ARMED, "waiting for the sphere to move")
+        elif state is RecorderState.RECORDING:
+            self._teller.enter(ExperimentState.RECORDING, "recording")
+        elif state is RecorderState.SETTLING:
+            self._teller.enter(ExperimentState.SETTLING, "waiting until nothing moves")
+
+    def _finished(self, run: FinishedRun, jobs: Jobs[FinishedRun]) -> None:
+        number = self._base + run.number
+        if run.is_last:
+            self._last_number = number
+        else:
+            self._teller.number = number + 1
+        if run.ending is Ending.FAILED:
+            return
+        for warning in signal_warnings(run):
+            self._teller.warn(warning, number=number)
+        if run.set_aside:
+            self._reject(run)
+            message = f"{run.path.name}: set aside, {run.set_aside}"
+            self._outcomes[number] = RecordedRun(number, run.path, None, run.ending, message, set_aside=run.set_aside)
+        elif self._process is None or self._is_cancelled():
+            self._outcomes[number] = unprocessed(run, number)
+        elif run.is_last:
+            # the processing of the last one can wait until all else is done
+            self._held = run
+        else:
+            self._submit(run, jobs)
+
+    def _end(self, jobs: Jobs[FinishedRun]) -> None:
+        self._ended = True
+        self._acquisition.stop()
+        self._warn()
+        if self._held is not None or self._n_processing:
+            self._teller.enter(ExperimentState.PROCESSING, "processing")
+        if self._held is not None:
+            self._submit(self._held, jobs)
+        if self._last_number is None and self._acquisition.error is None:
+            ending = self._recorder.ending or Ending.STOPPED
+            message = f"No run was recorded: {ending.value}."
+            number = self._teller.number
+            self._outcomes[number] = RecordedRun(number, None, None, ending, message)
+
+    def _submit(self, run: FinishedRun, jobs: Jobs[FinishedRun]) -> None:
+        self._n_processing += 1
+        jobs.add(run)
+
+    def _told(self, run: RecordedRun, *, is_last: bool) -> RecordedRun:
+        if run.result is not None:
+            for warning in run.result.warnings:
+                self._teller.warn(warning, number=run.number)
+        if is_last and run.error is not None:
+            self._teller.enter(ExperimentState.FAILED, run.message, error=run.error)
+        elif is_last:
+            self._teller.enter(ExperimentState.DONE if run.path else ExperimentState.IDLE, run.message)
+        self._teller.run(run)
+        return run
+
+    def _warn(self) -> None:
+        health = self._acquisition.health
+        for warning in losses(health):
+            self._teller.warn(warning)
+        if health.live_error is not None:
+            self._teller.warn(str(health.live_error), error=health.live_error)
+        self._teller.health(health)
+
+
+def unprocessed(run: FinishedRun, number: int) -> RecordedRun:
+    """Return what came of a run that is kept as it is."""
+    return RecordedRun(number, run.path, None, run.ending, f"{run.path.name}: recorded, not processed.")

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radargui.correction.hum import without_hum
 from radargui.correction.noise import noise_deviation
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
+from radargui.motion.segment import find_segment, floor_of_noise, held
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,9 @@ def read_signals(recording: Recording, phase_sign: int) -> Signals:
     """
     if recording.n_samples < 64:
         raise ProcessingError("The recording is too short.", remedy="Record at least 0.2 s.")
-    volts = recording.volts()
+    rate_hz = recording.digitisation.sample_rate_hz
+    volts = held(recording.volts())
+    volts = without_hum(volts, rate_hz, find_segment(volts, rate_hz), floor_of_noise(volts))
     n_receivers = recording.n_receivers
     pairs = volts[: 2 * n_receivers].reshape(n_receivers, 2, -1)
     scale: FloatArray = np.sqrt(2.0) * np.median(pairs.std(axis=2), axis=1)
@@ -71,15 +75,15 @@ def read_signals(recording: Recording, phase_sign: int) -> Signals:
         )
     value = pairs / scale[:, None, None]
     value[:, 1] *= phase_sign
-    value = value.reshape(2 * n_receivers, -1)
-    delay = recording.digitisation.channel_skew_s * np.arange(2 * n_receivers)
+    value = np.asarray(value.reshape(2 * n_receivers, -1), dtype=np.float64)
+    delay = recording.digitisation.channel_skew_s * np.arange(2 * n_receivers, dtype=np.float64)
     return Signals(
         recording.time_s(),
         value,
         np.asarray(~recording.clipped()[: 2 * n_receivers].any(axis=0)),
-        noise_deviation(value),
+        np.asarray(noise_deviation(value), dtype=np.float64),
         np.asarray(scale, dtype=np.float64),
         delay,
-        recording.digitisation.sample_rate_hz,
+        rate_hz,
         phase_sign,
     )

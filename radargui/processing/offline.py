@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.correction.correct import correct
+from radargui.correction.hum import without_hum
 from radargui.correction.skew import remove_skew
 from radargui.geometry.antennas import place_antennas
 from radargui.model.bounce import Bounces
@@ -72,7 +73,7 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
     unusable = recording.clipped()[:, stretch] | ~np.isfinite(volts)
     volts = held(volts)
     noise_v = floor_of_noise(volts)
-    volts = remove_skew(volts, rate_hz, recording.digitisation.channel_skew_s)
+    volts = remove_skew(without_hum(volts, rate_hz, segment, noise_v), rate_hz, recording.digitisation.channel_skew_s)
     tell(0.2)
     time_s = recording.time_s()[stretch]
     method = setup.processing.correction

@@ -22,7 +22,7 @@ LARGEST_U_E = 0.1
 """A coefficient less certain than this is told as not valid."""
 LEAST_SAMPLES = 8
 LARGEST_RESIDUAL = 5.0
-LEAST_RESIDUAL_M = 0.2e-3
+LEAST_RESIDUAL_M = 1.0e-3
 """A flight is no parabola where it misses its own by this, and by five times what the flights of the run do."""
 
 

@@ -25,7 +25,7 @@ class Signals:
     value
         I1, Q1, I2, ... divided by `scale_v`; Q negated where the wiring inverts it, shape (2 n_receivers, n_samples).
     usable
-        False where any channel is clipped, shape (n_samples,).
+        False where any channel is clipped or not a number, shape (n_samples,).
     sigma
         White noise of each channel in amplitudes, shape (2 n_receivers,).
     scale_v
@@ -64,7 +64,9 @@ def read_signals(recording: Recording, phase_sign: int) -> Signals:
     if recording.n_samples < 64:
         raise ProcessingError("The recording is too short.", remedy="Record at least 0.2 s.")
     rate_hz = recording.digitisation.sample_rate_hz
-    volts = held(recording.volts())
+    volts = recording.volts()
+    unusable = ~np.isfinite(volts) | recording.clipped()
+    volts = held(volts)
     volts = without_hum(volts, rate_hz, find_segment(volts, rate_hz), floor_of_noise(volts))
     n_receivers = recording.n_receivers
     pairs = volts[: 2 * n_receivers].reshape(n_receivers, 2, -1)
@@ -80,7 +82,7 @@ def read_signals(recording: Recording, phase_sign: int) -> Signals:
     return Signals(
         recording.time_s(),
         value,
-        np.asarray(~recording.clipped()[: 2 * n_receivers].any(axis=0)),
+        np.asarray(~unusable[: 2 * n_receivers].any(axis=0)),
         np.asarray(noise_deviation(value), dtype=np.float64),
         np.asarray(scale, dtype=np.float64),
         delay,

@@ -72,7 +72,7 @@ def read_signals(recording: Recording, phase_sign: int) -> Signals:
     value = pairs / scale[:, None, None]
     value[:, 1] *= phase_sign
     value = value.reshape(2 * n_receivers, -1)
-    delay = recording.digitisation.channel_skew_s * np.arange(2 * n_receivers)
+    delay = np.asarray(recording.digitisation.channel_skew_s * np.arange(2 * n_receivers), dtype=np.float64)
     return Signals(
         recording.time_s(),
         value,

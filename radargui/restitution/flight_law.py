@@ -10,20 +10,18 @@ from radargui.model.arrays import FloatArray
 def fall_below_apex(after_apex_s: FloatArray, g_m_s2: float, drag_1_m: float) -> FloatArray:
     """Return how far below its apex a body is, D seconds after it (D < 0 before).
 
-    With drag k v^2: z_a - z = g (D^2 / 2 + s g k D^4 / 12 + (g k)^2 D^6 / 45), s = +1 rising, -1 falling; the series of
-    ln cosh and -ln cos, valid for g k D^2 << 1.
+    With drag k v^2: z_a - z = g (D^2 / 2 + s g k D^4 / 12 + (g k)^2 D^6 / 45 + s 17 (g k)^3 D^8 / 2520), s = +1
+    rising, -1 falling; the series of ln cosh and -ln cos, valid for g k D^2 << 1.
     """
     d2 = after_apex_s**2
-    gk = g_m_s2 * drag_1_m
-    side = np.where(after_apex_s < 0.0, 1.0, -1.0)
-    return np.asarray(g_m_s2 * d2 * (0.5 + side * gk * d2 / 12.0 + gk**2 * d2**2 / 45.0))
+    x = np.where(after_apex_s < 0.0, 1.0, -1.0) * g_m_s2 * drag_1_m * d2
+    return np.asarray(g_m_s2 * d2 * (0.5 + x / 12.0 + x**2 / 45.0 + 17.0 * x**3 / 2520.0))
 
 
 def speed_below_apex(after_apex_s: float, g_m_s2: float, drag_1_m: float) -> float:
     """Return the upward velocity D seconds after the apex: the derivative of the fall, negative when falling."""
-    d, gk = after_apex_s, g_m_s2 * drag_1_m
-    side = 1.0 if d < 0.0 else -1.0
-    return -g_m_s2 * d * (1.0 + side * gk * d**2 / 3.0 + 2.0 * (gk * d**2) ** 2 / 15.0)
+    x = (1.0 if after_apex_s < 0.0 else -1.0) * g_m_s2 * drag_1_m * after_apex_s**2
+    return -g_m_s2 * after_apex_s * (1.0 + x / 3.0 + 2.0 * x**2 / 15.0 + 17.0 * x**3 / 315.0)
 
 
 def drift_time(time_s: FloatArray, height_m: FloatArray, drag_1_m: float) -> FloatArray:

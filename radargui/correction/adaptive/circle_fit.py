@@ -10,6 +10,7 @@ from radargui.correction.start import StillEllipse
 from radargui.model.arrays import FloatArray
 
 _N_CONSTANTS = 5  # offset I, offset Q, ln g, eps, ln A
+_CONSTANTS_SD = (0.3, 0.3, 0.15, 0.15, 0.5)
 _HUBER = 3.0
 _BIAS_SD, _LOG_AMPLITUDE_SD = 0.2, 0.2
 _MAXIMUM_STEPS = 25
@@ -87,10 +88,10 @@ class CircleFit:
         return np.asarray(noise + fitted)
 
 
-def fit_circle(data: CircleData, start: FloatArray) -> CircleFit:
+def fit_circle(data: CircleData, start: FloatArray, home: FloatArray) -> CircleFit:
     """Fit r = |z| / A - 1 - sigma^2 / (2 A^2) by damped Gauss-Newton with robust weights.
 
-    z = X + iY with X = I - b_I, Y = ((Q - b_Q) / g - X sin eps) / cos eps. Constants have wide priors, the map
+    z = X + iY with X = I - b_I, Y = ((Q - b_Q) / g - X sin eps) / cos eps. Constants keep near `home`, the map
     coefficients N(0, sd^2) with sd re-estimated (MacKay 1992) so that a map nobody needs vanishes.
 
     Parameters
@@ -99,10 +100,12 @@ def fit_circle(data: CircleData, start: FloatArray) -> CircleFit:
         The bins.
     start
         First guess of theta.
+    home
+        Prior means of the five constants: a still ellipse is never far from the truth, a map's freedom can be.
     """
     n_bias, n_level = data.bias.shape[1], data.level.shape[1]
-    mean = np.concatenate([[0.0, 0.0, 0.0, 0.0, start[4]], np.zeros(2 * n_bias + n_level)])
-    sd = np.concatenate([[3.0, 3.0, 0.2, 0.2, 1.0], np.full(2 * n_bias, _BIAS_SD), np.full(n_level, _LOG_AMPLITUDE_SD)])
+    mean = np.concatenate([home, np.zeros(2 * n_bias + n_level)])
+    sd = np.concatenate([_CONSTANTS_SD, np.full(2 * n_bias, _BIAS_SD), np.full(n_level, _LOG_AMPLITUDE_SD)])
     theta, fit = start.copy(), None
     groups = [slice(5, 5 + 2 * n_bias), slice(5 + 2 * n_bias, None)]
     for _ in range(3):

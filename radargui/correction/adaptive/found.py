@@ -29,8 +29,8 @@ class Found:
     ----------
     ground
         Bins and geometry.
-    last
-        The last round.
+    first, last
+        The first round (range law alone) and the last (maps).
     onset_s
         End of the rest as seen in the samples.
     start_s
@@ -40,6 +40,7 @@ class Found:
     """
 
     ground: Ground
+    first: Round
     last: Round
     onset_s: float
     start_s: float
@@ -68,13 +69,14 @@ def adaptive_rounds(signals: Signals, setup: Setup) -> Found:
     for _ in range(2):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         ground = Ground(bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s)
-        last = best_round(ground, next_round(ground, first_round(ground, rough.ellipses), _FIRST_LENGTH_M))
+        first = first_round(ground, rough.ellipses)
+        last = best_round(ground, next_round(ground, first, _FIRST_LENGTH_M))
         if impacts.size or antennas.n_receivers < 3:
             break
         impacts = _impacts(ground, last, np.asarray(setup.floor.normal))
         if impacts.size == 0:
             break
-    return Found(ground, last, onset, start, impacts)
+    return Found(ground, first, last, onset, start, impacts)
 
 
 def _impacts(ground: Ground, last: Round, normal: FloatArray) -> FloatArray:

@@ -53,6 +53,8 @@ class Round:
         The bases the fits used; None without maps.
     log_evidence
         Sum over the receivers.
+    home
+        Constants of the first round, prior means of the further ones, shape (n_receivers, 5).
     """
 
     phase_rad: FloatArray
@@ -64,6 +66,7 @@ class Round:
     bias: PositionBasis | None
     level: PositionBasis | None
     log_evidence: float
+    home: FloatArray
 
 
 def first_round(ground: Ground, ellipses: tuple[StillEllipse, ...]) -> Round:
@@ -77,7 +80,7 @@ def first_round(ground: Ground, ellipses: tuple[StillEllipse, ...]) -> Round:
     start = [
         np.array([e.offset_i, e.offset_q, e.log_gain, e.skew_rad, np.log(max(e.amplitude, 0.05))]) for e in ellipses
     ]
-    return _fit(ground, value, phase, _places(ground, phase), None, None, start)
+    return _fit(ground, value, phase, _places(ground, phase), None, None, start, _home(start))
 
 
 def next_round(ground: Ground, before: Round, length_m: float) -> Round:
@@ -88,7 +91,7 @@ def next_round(ground: Ground, before: Round, length_m: float) -> Round:
     ellipses = [fit.ellipse for fit in before.fits]
     turned = before.phase_rad + before.turn_rad[:, None]
     value = unskew(ground.bins, ground.delay_s, turned, before.amplitude, ellipses)
-    return _fit(ground, value, before.phase_rad, before.place, bias, level, start)
+    return _fit(ground, value, before.phase_rad, before.place, bias, level, start, before.home)
 
 
 def best_round(ground: Ground, before: Round) -> Round:
@@ -152,15 +155,25 @@ def _fit(
     bias: PositionBasis | None,
     level: PositionBasis | None,
     start: list[FloatArray],
+    home: FloatArray,
 ) -> Round:
     data = circle_data(ground, value, phase, place, bias, level)
-    fits = tuple(fit_circle(own, theta) for own, theta in zip(data, start, strict=True))
+    fits = tuple(fit_circle(own, theta, one) for own, theta, one in zip(data, start, home, strict=True))
     better, turn = _phases(
         [fit.point(own.i, own.q, own.bias) for fit, own in zip(fits, data, strict=True)], ground.rest
     )
     amplitude = np.array([fit.amplitude(own.shape, own.level) for fit, own in zip(fits, data, strict=True)])
     evidence = sum(fit.log_evidence for fit in fits)
-    return Round(better, turn, value, amplitude, _places(ground, better), fits, bias, level, evidence)
+    if bias is None:
+        home = np.array([fit.theta[:5] for fit in fits])
+    return Round(better, turn, value, amplitude, _places(ground, better), fits, bias, level, evidence, home)
+
+
+def _home(start: list[FloatArray]) -> FloatArray:
+    """Return prior means for the first round: the still ellipses' offsets and amplitude, no gain or skew."""
+    home = np.array(start)
+    home[:, 2:4] = 0.0
+    return home
 
 
 def _places(ground: Ground, phase: FloatArray) -> FloatArray:

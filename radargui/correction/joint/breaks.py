@@ -17,7 +17,6 @@ _APART_S = 0.008
 _GRID_S = 0.001
 _LEAST_JUMP_M_S, _SIGNIFICANT = 0.12, 7.0
 _LEAST_SPEED_M_S = 0.04
-_LEAST_KINK_M_S, _KINK_SIGNIFICANT = 0.03, 4.0
 _LEAST_DIP_M = 1e-4
 
 
@@ -46,9 +45,11 @@ class BreakSpeeds:
         return np.asarray(enough & turns)
 
     def are_kinks(self) -> BoolArray:
-        """Return where the velocity jumps up by more than max(0.03 m/s, 4 u): worth a break in the motion."""
-        jump = self.after_m_s - self.before_m_s
-        return np.asarray(jump > np.maximum(_LEAST_KINK_M_S, _KINK_SIGNIFICANT * self.u_jump_m_s))
+        """Return where the velocity jumps up at all.
+
+        A weak break costs nothing; one taken away again bends the motion around it when a bounce was there.
+        """
+        return np.asarray(self.after_m_s > self.before_m_s)
 
 
 def break_speeds(solution: Solution, normal: FloatArray) -> BreakSpeeds:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.correction.adaptive.found import Found
-from radargui.correction.adaptive.rounds import Ground
+from radargui.correction.adaptive.rounds import Ground, Round
 from radargui.correction.joint.drift import Drift
 from radargui.correction.joint.first_state import Posed, circle_constants, first_spline, pose
 from radargui.correction.joint.minimise import Solution, chi_square, local_chi_square, log_evidence
@@ -19,7 +19,7 @@ from radargui.model.arrays import FloatArray
 
 _BELOW_M = 0.010
 _CONVINCING = 10.0
-_GOOD_MISFIT = 1.1
+_GOOD_MISFIT, _LOST_MISFIT, _HOPELESS_MISFIT = 1.15, 4.0, 100.0
 _MOST_WALLS = 2
 _SHORTEST_LENGTH_M = 0.09
 _FIRST_ROUNDS, _LAST_ROUNDS = 4, 6
@@ -49,26 +49,30 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
         Called once a round; may raise to cancel.
     """
     ground = replace(found.ground, bins=drift.widen(found.ground.bins))
-    motion = first_spline(ground, found.last.place, found.start_s, found.impact_s)
     length = found.last.bias.length_m if found.last.bias is not None else _SHORTEST_LENGTH_M
-    constants = circle_constants(found.last)
-    lowest = found.last.place[:, int(np.argmin(normal @ found.last.place))]
-    floor = MirrorPlane(lowest - _BELOW_M * normal, normal, "floor")
-    tried = []
-    for planes in ((), (floor,)):
-        posed = pose(ground, motion, constants, planes, max(_SHORTEST_LENGTH_M, length), drift)
-        tried.append(converge(ground, posed, _FIRST_ROUNDS, tick))
-    gain = log_evidence(tried[1]) - log_evidence(tried[0])
+    length = max(_SHORTEST_LENGTH_M, length)
+
+    def attempt(start: Round, reflects: bool) -> Solution:
+        motion = first_spline(ground, start.place, found.start_s, found.impact_s)
+        lowest = start.place[:, int(np.argmin(normal @ start.place))]
+        floor = MirrorPlane(lowest - _BELOW_M * normal, normal, "floor")
+        posed = pose(ground, motion, circle_constants(start), (floor,) if reflects else (), length, drift)
+        return converge(ground, posed, _FIRST_ROUNDS, tick)
+
+    plain, floored = attempt(found.last, False), attempt(found.last, True)
+    if min(_typical_misfit(plain), _typical_misfit(floored)) > _LOST_MISFIT:
+        floored = max(floored, attempt(found.first, True), key=log_evidence)
+    gain = log_evidence(floored) - log_evidence(plain)
     reflects = gain > _CONVINCING
     choices = [
         f"A floor that reflects is {'kept' if reflects else 'left out'}: log evidence {gain:+.0f}.",
-        f"Bias maps with a correlation length of {max(_SHORTEST_LENGTH_M, length):.2f} m.",
+        f"Bias maps with a correlation length of {length:.2f} m.",
     ]
     if drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
-    solution = settle_breaks(ground, tried[1] if reflects else tried[0], normal, tick)
+    solution = settle_breaks(ground, floored if reflects else plain, normal, tick)
     for _ in range(_MOST_WALLS):
-        if np.median(local_chi_square(solution), axis=1).max() < _GOOD_MISFIT:
+        if not _GOOD_MISFIT < _typical_misfit(solution) < _HOPELESS_MISFIT:
             break
         with_wall, gain = search_wall(ground, solution, normal, tick)
         choices.append(
@@ -80,3 +84,8 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
     solution = converge(ground, Posed(solution.problem, solution.state), _LAST_ROUNDS, tick)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     return Chosen(solution, ground, tuple(choices))
+
+
+def _typical_misfit(solution: Solution) -> float:
+    """Return the largest over the receivers of the median local chi-square."""
+    return float(np.median(local_chi_square(solution), axis=1).max())

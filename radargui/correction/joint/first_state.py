@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 from radargui.correction.adaptive.rounds import Ground, Round
 from radargui.correction.joint.drift import Drift
-from radargui.correction.joint.layout import BREAK_SD_S, Prior, Sizes, make_layout, make_prior
+from radargui.correction.joint.layout import FOUND_BREAK_SD_S, Prior, Sizes, make_layout, make_prior
 from radargui.correction.joint.minimise import Solution
 from radargui.correction.joint.mirrors import MirrorPlane
 from radargui.correction.joint.motion_spline import MotionSpline, make_spline
@@ -121,7 +121,7 @@ def pose_again(ground: Ground, solution: Solution, motion: tuple[MotionSpline, F
     shift = layout.breaks.stop - old.breaks.stop
     prior = Prior(
         np.concatenate([spline.break_s, problem.prior.mean[rest]]),
-        np.concatenate([np.full(spline.break_s.size, BREAK_SD_S), problem.prior.sd[rest]]),
+        np.concatenate([np.full(spline.break_s.size, FOUND_BREAK_SD_S), problem.prior.sd[rest]]),
         [(index + shift, lowest, highest) for index, lowest, highest in problem.prior.groups],
     )
     posed = replace(

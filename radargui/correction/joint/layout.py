@@ -133,7 +133,7 @@ class Prior:
     groups: list[tuple[IntArray, float, float]] = field(default_factory=list)
 
 
-BREAK_SD_S = 0.003
+BREAK_SD_S, FOUND_BREAK_SD_S = 0.003, 0.001
 _TILT_SD, _SHIFT_SD_M = 0.03, 0.03
 _BIAS_START, _LEVEL_START, _MIRROR_START = 0.02, 0.1, 0.1
 

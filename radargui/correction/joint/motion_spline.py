@@ -96,7 +96,7 @@ def make_spline(start_s: float, end_s: float, break_s: FloatArray, sharp_s: Floa
     edge = np.concatenate([[start_s], break_s, [end_s]])
     sharp = np.zeros(0) if sharp_s is None else sharp_s
     fractions = []
-    for first, last in zip(edge[:-1], edge[1:], strict=True):
+    for first, last in pairwise(edge):
         count = max(1, int(np.ceil((last - first) / _KNOT_SPACING_S - 1e-9)))
         coarse = np.linspace(0.0, 1.0, count + 1)
         middle = first + (last - first) * (coarse[:-1] + coarse[1:]) / 2.0

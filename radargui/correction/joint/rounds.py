@@ -17,7 +17,7 @@ from radargui.model.arrays import FloatArray
 _STEPS = 6
 _ENOUGH = 0.2
 _BREAK_ROUNDS = 6
-_SAME_S, _GROUP_S = 0.004, 0.06
+_SAME_S = 0.0015
 
 
 def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]) -> Solution:
@@ -50,17 +50,16 @@ def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]
 def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]) -> Solution:
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
-    Of turns close to each other only the first is taken at a time, because what follows a missing break is wrong; a
-    break that was dropped is not tried again.
+    A break that was dropped is not tried again at the same place.
     """
     sharp, refused = np.zeros(0), np.zeros(0)
     for number in range(_BREAK_ROUNDS):
         speeds = break_speeds(solution, normal)
         good = speeds.are_kinks()
-        refused = np.concatenate([refused, speeds.time_s[~good]])
-        new = (
-            _first_of_each(_away(sharp_turns(solution, normal), refused)) if number < _BREAK_ROUNDS - 1 else np.zeros(0)
-        )
+        inserted = solution.problem.prior.mean[solution.problem.layout.breaks]
+        refused = np.concatenate([refused, inserted[~good]])
+        last = number == _BREAK_ROUNDS - 1
+        new = np.zeros(0) if last else _away(sharp_turns(solution, normal), refused)
         stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)
         if new.size == 0 and good.all() and (stiff.size == 0 or sharp.size > 0):
             break
@@ -74,11 +73,6 @@ def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: 
 def _away(moments: FloatArray, others: FloatArray) -> FloatArray:
     near = np.abs(moments[:, None] - others[None]) < _SAME_S
     return moments[~near.any(axis=1)]
-
-
-def _first_of_each(moments: FloatArray) -> FloatArray:
-    """Return the first of each group of moments less than 60 ms apart."""
-    return moments[np.diff(moments, prepend=-np.inf) > _GROUP_S]
 
 
 def positions(ground: Ground, solution: Solution) -> FloatArray:

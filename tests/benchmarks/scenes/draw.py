@@ -82,7 +82,7 @@ def draw_scene(seed: int, kind: str, motion: str | None = None, **fixed: float) 
 
 
 def _draw_setup(rng: np.random.Generator, n_receivers: int) -> Setup:
-    azimuth = 90.0 + 360.0 / n_receivers * np.arange(n_receivers) + rng.uniform(-15.0, 15.0, n_receivers)
+    azimuth = (90.0 + 360.0 / n_receivers * np.arange(n_receivers) + rng.uniform(-15.0, 15.0, n_receivers)) % 360.0
     release = (float(rng.uniform(-0.02, 0.02)), float(rng.uniform(-0.02, 0.02)), float(rng.uniform(0.08, 0.14)))
     return Setup(
         schema=1,

@@ -1,0 +1,119 @@
+"""The joint estimate's algebra against dense matrices and numerical derivatives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csr_matrix, eye_array, kron
+
+from radargui.correction.joint.layout import Sizes, make_layout
+from radargui.correction.joint.mirrors import MirrorPlane, detour
+from radargui.correction.joint.motion_spline import make_spline
+from radargui.correction.joint.normal import NormalMatrix
+from radargui.correction.joint.signal_model import Stage, receiver_signal
+from radargui.geometry.antennas import Antennas
+
+ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 9), st.floats(0.08, 0.9))
+def test_bordered_solver_equals_the_dense_one(seed: int, border: int, length: float) -> None:
+    rng = np.random.default_rng(seed)
+    spline = make_spline(0.0, length, np.array([0.4 * length]))
+    design = kron(spline.design(np.sort(rng.uniform(0, length, 400))), eye_array(3), format="csr")
+    s = csr_matrix(design.T @ design + 0.1 * eye_array(design.shape[1]))
+    c = 0.01 * rng.standard_normal((s.shape[0], border))
+    m = np.eye(border) * 5.0
+    dense = np.block([[s.toarray(), c], [c.T, m]])
+    normal = NormalMatrix.factor(s, c, m)
+    right = rng.standard_normal(dense.shape[0])
+    found = np.concatenate(normal.solve(right[: s.shape[0]], right[s.shape[0] :]))
+    assert found == pytest.approx(np.linalg.solve(dense, right), rel=1e-8, abs=1e-10)
+    assert normal.log_determinant() == pytest.approx(np.linalg.slogdet(dense)[1], rel=1e-9)
+    inverse = np.linalg.inv(dense)[: s.shape[0], : s.shape[0]]
+    wanted = np.einsum("ij,jk,ik->i", design.toarray(), inverse, design.toarray())
+    assert normal.row_variances([design])[0] == pytest.approx(wanted, rel=1e-8)
+
+
+def test_the_motion_is_continuous_at_breaks_and_its_velocity_is_not() -> None:
+    rng = np.random.default_rng(3)
+    spline = make_spline(0.0, 0.5, np.array([0.2]))
+    c = np.cumsum(rng.standard_normal(spline.size))
+    at = spline.design(np.array([0.2 - 1e-7, 0.2, 0.2 + 1e-7])) @ c
+    assert np.ptp(at) < 1e-3
+    assert abs((at[2] - at[1]) - (at[1] - at[0])) > 1e-7
+
+
+def test_jerk_matrix_is_exact_for_a_cubic() -> None:
+    spline = make_spline(0.1, 0.4, np.array([0.25]), np.array([0.3]))
+    t = np.linspace(0.1, 0.4, 500)
+    design = spline.design(t).toarray()
+    c = np.linalg.lstsq(design, 5.0 * (t - 0.1) ** 3 - (t - 0.1), rcond=None)[0]
+    matrix, _, _ = spline.jerk()
+    assert matrix @ c == pytest.approx(30.0, rel=1e-4)
+
+
+def stage_and_layout():
+    rng = np.random.default_rng(5)
+    n = 40
+    planes = (
+        MirrorPlane(np.array([0.0, 0.0, -0.15]), np.array([0.0, 0.0, 1.0]), "floor"),
+        MirrorPlane(np.array([0.15, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0]), "wall"),
+    )
+    layout = make_layout(Sizes(0, 2, 3, 3, 2, 2))
+    stage = Stage(
+        ANTENNAS,
+        np.array([0.0, 0.01, 0.12]),
+        209.6,
+        planes,
+        rng.standard_normal((n, 3)),
+        rng.standard_normal((n, 2)),
+        rng.uniform(0.8, 1.2, (3, n)),
+        rng.standard_normal((n, 2)),
+    )
+    theta = 0.1 * rng.standard_normal(layout.size)
+    theta[layout.planes] *= 0.05
+    z = np.linspace(0.12, -0.1, n)
+    node = np.stack([0.02 * z, 0.01 + 0 * z, z])[:, None, None, :] + 1e-4 * rng.standard_normal((3, 2, 2, n))
+    return stage, layout, theta, node
+
+
+def test_signal_derivatives_equal_numerical_ones() -> None:
+    stage, layout, theta, node = stage_and_layout()
+    own = layout.receivers[1]
+    at = receiver_signal(node, theta, layout, stage, 1)
+    for column in range(own.first, own.last):
+        step = np.zeros_like(theta)
+        step[column] = 1e-6
+        up, down = (receiver_signal(node, theta + s * step, layout, stage, 1).value for s in (1, -1))
+        assert at.by_own[:, :, column - own.first] == pytest.approx((up - down) / 2e-6, abs=1e-6)
+    for column in range(layout.planes.start, layout.forward.stop):
+        step = np.zeros_like(theta)
+        step[column] = 1e-6
+        up, down = (receiver_signal(node, theta + s * step, layout, stage, 1).value for s in (1, -1))
+        slope = (up - down) / 2e-6
+        # the slope of r / r' is left out of the planes' derivative
+        allowed = 1e-6 if column >= layout.forward.start else 0.02 * np.abs(slope).max()
+        assert at.by_mirrors[:, :, column - layout.planes.start] == pytest.approx(slope, abs=allowed)
+
+
+def test_position_derivative_is_right_up_to_the_amplitudes_slope() -> None:
+    stage, layout, theta, node = stage_and_layout()
+    at = receiver_signal(node, theta, layout, stage, 0)
+    for axis in range(3):
+        step = np.zeros((3, 1, 1, 1))
+        step[axis] = 1e-7
+        up, down = (receiver_signal(node + s * step, theta, layout, stage, 0).value for s in (1, -1))
+        slope = (up - down) / 2e-7
+        assert np.abs(at.by_position[:, axis] - slope).max() < 0.01 * np.abs(slope).max()
+
+
+def test_the_detour_over_a_mirror_has_no_phase_at_release() -> None:
+    release = np.array([0.0, 0.0, 0.1])
+    plane = MirrorPlane(np.array([0.0, 0.0, -0.2]), np.array([0.0, 0.0, 1.0]), "floor")
+    over = detour(release[:, None], ANTENNAS.transmitter_m, plane, np.array([0.01, -0.02, 0.005]), release, 209.6)
+    assert np.angle(over.ratio) == pytest.approx(0.0, abs=1e-9)
+    assert np.abs(over.ratio) < 1.0

@@ -38,8 +38,8 @@ class Generator:
         What it said when it was ready: address, device, block_samples, period_samples, prepared_s, pid.
     report
         What it said at its end: streamed_s, cpu_s, cpu_share (of one core), reads, samples, longest_backlog_s,
-        overwritten, started_at_s (`time.perf_counter` of each start of a task: sample k was taken at
-        started_at_s + k / rate); empty before.
+        overwritten, tasks (made, cleared, left), started_at_s (`time.perf_counter` of each start of a task: sample k
+        was taken at started_at_s + k / rate); empty before.
     """
 
     setup: Setup

@@ -208,6 +208,11 @@ class InputTask:
             self._left -= n_read
         return _packed(block, n_read)
 
+    @property
+    def nidaqmx_task(self) -> Any:
+        """The task of nidaqmx, None after `close`."""
+        return self._task
+
     def available(self) -> int:
         """Return how many samples per channel wait in the driver; raises the driver's own error."""
         return int(self._task.in_stream.avail_samp_per_chan) if self._running else 0

@@ -51,8 +51,9 @@ def main() -> None:
     )
     sys.stdin.read()
     streamed_s, cpu_s = time.perf_counter() - ready, time.process_time() - ready_cpu
+    tasks = {"made": server.calls["CreateTask"], "cleared": server.calls["ClearTask"], "left": len(server.tasks)}
     server.kill()
-    say(streamed_s=streamed_s, cpu_s=cpu_s, cpu_share=cpu_s / streamed_s, **vars(server.meter))
+    say(streamed_s=streamed_s, cpu_s=cpu_s, cpu_share=cpu_s / streamed_s, tasks=tasks, **vars(server.meter))
 
 
 def say(**facts: Any) -> None:

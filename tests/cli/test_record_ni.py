@@ -92,7 +92,7 @@ def test_a_certificate_without_server_is_wrong_usage(command: Command) -> None:
     assert "allowed: with --remote HOST:PORT" in done.error
 
 
-def test_a_run_about_an_edge_has_its_trigger_there(command: Command, drop: Setup, tmp_path: Path) -> None:
+def test_each_run_about_an_edge_has_its_trigger_there(command: Command, drop: Setup, tmp_path: Path) -> None:
     recording, _ = simulate_recording(drop)
     with serve(recording, [usb_6356("Dev1")], pace=RealTime(now=time.monotonic)) as server:
         level_v = float(recording.volts()[0, :1000].mean()) + 0.3
@@ -103,10 +103,12 @@ def test_a_run_about_an_edge_has_its_trigger_there(command: Command, drop: Setup
             recording={"maximum_s": 0.8},
         )
         write_setup(setup, tmp_path / "lab.toml")
-        done = command("record", "--source", "ni", "--setup", tmp_path / "lab.toml", "--output", tmp_path)
+        done = command("record", "--source", "ni", "--runs", 2, "--setup", tmp_path / "lab.toml", "--output", tmp_path)
         assert done.status == 0, done.err
         assert not server.tasks
-    (path,) = tmp_path.glob("*/run-0001.h5")
+        assert server.calls["CfgAnlgEdgeRefTrig"] == 2
+    path, second = sorted(tmp_path.glob("*/run-000*.h5"))
+    assert np.array_equal(read_run(path).raw, read_run(second).raw)
     run = read_run(path)
     assert run.trigger_index == round(0.2 * 20e6 / 600)
     volts = run.volts()[0]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from radargui.files.lost_samples import are_possible
 from radargui.files.signals import Signal, Signals
 from radargui.files.time_axis import uniform
 from radargui.model.arrays import FloatArray, RawArray
@@ -57,6 +58,8 @@ def assemble(
     if lengths == {0}:
         raise FileError(f"{where} holds no samples.")
     time_s, gaps, timed_rate_hz = _times(parts, where)
+    if not are_possible(gaps):
+        raise FileError(f"{where} tells of lost samples that cannot be.", reasons=("it is damaged",))
     rate = _rate(parts, timed_rate_hz, rate_hz, where)
     raw, scaling = _stack(signals)
     _want_numbers(raw, signals, where)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -11,15 +10,16 @@ from typing import Any
 import tomlkit
 
 from radargui import __version__
+from radargui.files.lost_samples import LARGEST_INDEX, are_possible
 from radargui.files.run_file import Marker
 from radargui.model.block import Gap
 from radargui.model.digitisation import Digitisation
+from radargui.model.toml_source import load_toml
 
 FORMAT = "radargui-export"
 FORMAT_VERSION = 1
 LARGEST_TEXT = 2_000_000
 """Longest table that is read, in characters."""
-_LARGEST_INDEX = 2**62
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +104,8 @@ def facts_of_text(text: str) -> ExportFacts | None:
     if len(text) > LARGEST_TEXT or FORMAT not in text:
         return None
     try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError):
+        table = load_toml(text)
+    except ValueError:
         return None
     return facts_of_table(table)
 
@@ -126,7 +126,7 @@ def _facts(table: Mapping[str, Any]) -> ExportFacts:
         raise ValueError("channel names")
     trigger = table.get("trigger_index")
     gaps = tuple(Gap(_index(row["first_index"]), _index(row["count"]), _text(row["reason"])) for row in table["gaps"])
-    if any(gap.count < 1 for gap in gaps):
+    if not are_possible(gaps):
         raise ValueError("gaps")
     return ExportFacts(
         name=_text(table["name"]),
@@ -164,7 +164,7 @@ def _text(value: Any) -> str:
 
 
 def _index(value: Any) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < _LARGEST_INDEX:
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < LARGEST_INDEX:
         raise TypeError("an index")
     return value
 

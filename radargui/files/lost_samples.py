@@ -9,6 +9,17 @@ import numpy as np
 from radargui.model.arrays import IntArray
 from radargui.model.block import Gap
 
+LARGEST_INDEX = 2**53
+"""No recording is that long: 28 years at 10 MS/s."""
+
+
+def are_possible(gaps: Sequence[Gap]) -> bool:
+    """Return whether gaps can be those of a recording: none negative or empty, none beyond any recording."""
+    return (
+        all(0 <= gap.first_index < LARGEST_INDEX and gap.count >= 1 for gap in gaps)
+        and sum(gap.count for gap in gaps) < LARGEST_INDEX
+    )
+
 
 def absolute_index(first: int, count: int, gaps: Sequence[Gap]) -> IntArray:
     """Return the index, lost samples counted, of the stored samples `first` to `first + count`."""

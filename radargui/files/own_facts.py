@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 
 from radargui.files import hdf5
+from radargui.files.bounded_file import BoundedFile
 from radargui.files.csv_file import LONGEST_HEADER
 from radargui.files.export_facts import FORMAT, LARGEST_TEXT, ExportFacts, facts_of_table, facts_of_text, uncommented
 from radargui.files.mat_layout import CODES
 from radargui.files.mat_layout import FACTS as MAT_FACTS
 from radargui.files.refusal import reading
 from radargui.files.run_file import opened_run
-from radargui.files.sigmf_file import ARCHIVE_SUFFIX, LARGEST_META, META_SUFFIX
+from radargui.files.sigmf_archive import LARGEST_META
+from radargui.files.sigmf_file import ARCHIVE_SUFFIX, META_SUFFIX
 from radargui.files.sigmf_writer import FACTS as SIGMF_FACTS
 from radargui.files.tdms_writer import FACTS as TDMS_FACTS
 from radargui.model.arrays import RawArray
@@ -73,7 +75,7 @@ def tdms_facts(path: Path) -> ExportFacts | None:
     """Return what the property `RadarGUI` of a TDMS file tells; None where it is no export of ours."""
     from nptdms import TdmsFile
 
-    with reading(path, "an NI TDMS file"), path.open("rb") as stream, TdmsFile.open(stream) as file:
+    with reading(path, "an NI TDMS file"), BoundedFile(path) as stream, TdmsFile.open(stream) as file:
         text = file.properties.get(TDMS_FACTS)
     return facts_of_text(text) if isinstance(text, str) else None
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from radargui.files.refusal import reading, resolved
+from radargui.files.sigmf_archive import LARGEST_META, want_plain_archive
 from radargui.files.signals import ChannelInfo, Signal, Signals
 from radargui.model.block import Gap
 from radargui.model.digitisation import iq_names
@@ -21,7 +22,6 @@ from radargui.model.errors import FileError
 WHAT = "a SigMF recording"
 META_SUFFIX, DATA_SUFFIX, ARCHIVE_SUFFIX = ".sigmf-meta", ".sigmf-data", ".sigmf"
 MOST_CHANNELS = 64
-LARGEST_META = 50_000_000
 FULL_SCALE = "full scale"
 """SigMF knows no volts: fixed-point codes are parts of full scale."""
 
@@ -103,6 +103,7 @@ def _opened(path: Path) -> Any:
     from sigmf.sigmffile import SigMFFile
 
     if path.suffix.lower() == ARCHIVE_SUFFIX:
+        want_plain_archive(path)
         return sigmf.fromarchive(str(path), autoscale=False)
     meta = path.with_suffix(META_SUFFIX)
     if not meta.is_file():

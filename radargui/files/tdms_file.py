@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from radargui.files.bounded_file import BoundedFile
 from radargui.files.refusal import listed, reading, resolved
 from radargui.files.signals import ChannelInfo, Signal, Signals
 from radargui.files.tdms_scaling import code_polynomial, is_sound
@@ -67,7 +68,7 @@ def _opened(path: Path) -> Iterator[Any]:
     # Its notes on damaged bytes would go to the terminal; what matters of them is said by a FileError.
     log_manager.set_level(logging.CRITICAL)
     # An opened file and not its path: the library would believe an index file that lies beside it.
-    with reading(path, WHAT), path.open("rb") as stream:
+    with reading(path, WHAT), BoundedFile(path) as stream:
         magic = stream.read(4)
         if magic != b"TDSm":
             raise FileError(f"{path} is no TDMS file.")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from tomlkit.exceptions import TOMLKitError
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
 from radargui.model.setup_error import describe
+from radargui.model.toml_source import load_toml
 
 MAXIMUM_BYTES = 1_000_000
 
@@ -27,13 +27,9 @@ def parse_setup(text: str, name: str = "setup") -> Setup:
         Not TOML, or a key missing, unknown or out of range; one line names key, value and allowed range.
     """
     try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        document = load_toml(text)
+    except ValueError as error:
         raise _not_toml(name, str(error)) from None
-    except RecursionError:
-        raise _not_toml(name, "tables or lists nested too deep") from None
-    except ValueError:
-        raise _not_toml(name, "a number has too many digits") from None
     return validate_setup(document, name)
 
 

@@ -10,8 +10,8 @@ LONGEST = 60
 
 
 def key_text(key: str) -> str:
-    """Return a key, quoted where TOML wants quotes."""
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _short(json.dumps(key, ensure_ascii=False))
+    """Return a key, quoted where TOML wants quotes, cut where it is long."""
+    return _short(key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key, ensure_ascii=False))
 
 
 def value_text(value: object) -> str:

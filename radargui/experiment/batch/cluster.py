@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Generator, Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ from radargui.model.errors import ProcessingError, RadarGuiError, UsageError
 
 ANSWER_S = 10
 WORKER_S = 30
+_ADDRESS = re.compile(r"(tcp|tls|wss?)://[^\s/]+:\d{1,5}")
 
 
 def run_on_cluster(tasks: Sequence[BatchTask], scheduler: str) -> Generator[BatchOutcome, None, None]:
@@ -46,7 +48,7 @@ def _outcomes(client: Any, tasks: Sequence[BatchTask]) -> Generator[BatchOutcome
     futures = client.map(work_on, tasks, pure=False)
     runs = {future.key: task.run for future, task in zip(futures, tasks, strict=True)}
     try:
-        for future in as_completed(futures):
+        for future in as_completed(futures, loop=client.loop):
             run = runs[future.key]
             yield future.result() if future.status == "finished" else BatchOutcome(run, "failed", _why(future))
             future.release()
@@ -55,6 +57,8 @@ def _outcomes(client: Any, tasks: Sequence[BatchTask]) -> Generator[BatchOutcome
 
 
 def _connected(scheduler: str) -> Any:
+    if not _ADDRESS.fullmatch(scheduler):
+        raise UsageError(f"--scheduler = {scheduler!r}, allowed: tcp://HOST:PORT or tls://HOST:PORT")
     try:
         from distributed import Client
     except ImportError:
@@ -64,8 +68,6 @@ def _connected(scheduler: str) -> Any:
         ) from None
     try:
         return Client(scheduler, timeout=ANSWER_S, set_as_default=False)
-    except ValueError as error:
-        raise UsageError(f"--scheduler = {scheduler!r}, allowed: tcp://HOST:PORT ({error})") from None
     except OSError:
         # TimeoutError is one, too.
         raise RadarGuiError(

@@ -17,18 +17,19 @@ def test_the_version_is_told(command: Command) -> None:
     assert command("--version").out == f"radargui {__version__}\n"
 
 
-def test_help_offers_the_commands_that_work_and_no_others(command: Command) -> None:
+def test_help_offers_commands_that_explain_themselves(command: Command) -> None:
     ended = command("--help")
     assert ended.status == 0
     listed = ended.out.partition("Commands:\n")[2].partition("\n\n")[0].splitlines()
-    assert [line.split()[0] for line in listed] == ["record", "process", "report", "devices", "info"]
+    offered = [line.split()[0] for line in listed]
+    assert {"record", "process", "report", "devices", "wiring", "info"} <= set(offered)
+    assert all(command(name, "--help").status == 0 for name in offered)
 
 
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
         (["frobnicate"], "No such command 'frobnicate'"),
-        (["export", "x"], "No such command 'export'"),
         (["record", "--frobnicate"], "No such option"),
         (["record", "--source", "radio"], "'radio' is not one of 'simulated', 'ni', 'replay'"),
         (["record", "--runs", "0"], "--runs"),

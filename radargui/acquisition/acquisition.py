@@ -39,7 +39,7 @@ class Acquisition:
     setup
         For the length of the writer's queue (`daq.buffer_s`) and the live track.
     ring_s
-        Seconds that ring and live track hold.
+        Seconds that the ring holds; the live track holds a whole run, if that is longer.
     recorder
         Records a run; when it is done the acquisition stops. None: nothing is recorded.
     live

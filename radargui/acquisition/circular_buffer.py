@@ -25,7 +25,9 @@ class CircularBuffer:
     """
 
     def __init__(self, n_rows: int, length: int, dtype: DTypeLike) -> None:
-        self._data: NDArray[Any] = np.zeros((n_rows, max(1, length)), dtype=dtype)
+        self._data: NDArray[Any] = np.empty((n_rows, max(1, length)), dtype=dtype)
+        # written, so that the system gives the memory now and not while samples come
+        self._data.fill(0)
         self._announced = 0
         self._end = 0
 

@@ -56,10 +56,14 @@ class LiveTrack:
         Rate that the indices count at.
     length_s
         Time span held; less where the estimates are so dense that they exceed `MAXIMUM_COLUMNS`.
+    estimates_hz
+        Estimates per second; None: one a sample.
     """
 
-    def __init__(self, n_receivers: int, sample_rate_hz: float, length_s: float) -> None:
-        columns = min(math.ceil(length_s * sample_rate_hz), MAXIMUM_COLUMNS)
+    def __init__(
+        self, n_receivers: int, sample_rate_hz: float, length_s: float, estimates_hz: float | None = None
+    ) -> None:
+        columns = min(math.ceil(length_s * (estimates_hz or sample_rate_hz)), MAXIMUM_COLUMNS)
         self._n = n_receivers
         self._rate_hz = sample_rate_hz
         self._values = CircularBuffer(3 * n_receivers + 3, columns, np.float64)

@@ -18,9 +18,13 @@ from radargui.acquisition.ring import Ring
 from radargui.model.block import Block
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
+from radargui.processing.live_samples import LIVE_RATE_HZ
 from radargui.sources.clock import Clock
 
 _LEVEL_S = 0.25
+LIVE_MARGIN_S = 4.0
+LIVE_DENSITY = 1.5
+"""Most estimates for one that the live road means to make: blocks are a whole number of samples."""
 
 MakeProcessor = Callable[[Setup, Digitisation], Processor]
 
@@ -135,7 +139,10 @@ def make_stream(
     ring = Ring(digitisation.n_channels, math.ceil(ring_s * rate_hz), dtype, digitisation)
     track = worker = None
     if make_processor is not None:
-        track = LiveTrack(digitisation.n_receivers, rate_hz, ring_s)
+        limits = setup.recording
+        # a whole run, so that it can be compared with its result
+        live_s = max(ring_s, limits.pretrigger_s + limits.maximum_s + LIVE_MARGIN_S)
+        track = LiveTrack(digitisation.n_receivers, rate_hz, live_s, min(rate_hz, LIVE_DENSITY * LIVE_RATE_HZ))
         longest_lag_s = max(LONGEST_LAG_S, 3.0 * setup.daq.read_interval_s)
         worker = LiveWorker(ring, make_processor(setup, digitisation), track, math.ceil(longest_lag_s * rate_hz))
     return Stream(

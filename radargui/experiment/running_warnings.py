@@ -28,7 +28,8 @@ class RunningWarnings:
 def losses(health: Health) -> Iterator[str]:
     """Yield what was lost between source and file during an acquisition."""
     if health.samples_lost:
-        yield f"{health.samples_lost} samples of each channel were lost by the source in {health.gaps} gaps"
+        gaps = f"{health.gaps} gap{'s' if health.gaps > 1 else ''}"
+        yield f"{health.samples_lost} samples of each channel were lost by the source in {gaps}"
     if health.samples_not_written:
         yield f"{health.samples_not_written} samples of each channel could not be written in time and are lost"
 
@@ -41,8 +42,12 @@ def signal_warnings(run: FinishedRun) -> Iterator[str]:
             continue
         if channel["at_rail"]:
             yield (
-                f"{channel['name']} sat at the end of its range in {channel['at_rail']} samples: "
+                f"{channel['name']} sat at the end of its range in {_samples(channel['at_rail'])}: "
                 "set a larger range (daq.range_v) or less gain"
             )
         if channel["not_a_number"]:
-            yield f"{channel['name']} gave no number in {channel['not_a_number']} samples"
+            yield f"{channel['name']} gave no number in {_samples(channel['not_a_number'])}"
+
+
+def _samples(count: int) -> str:
+    return f"{count} sample{'s' if count > 1 else ''}"

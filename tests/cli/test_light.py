@@ -31,7 +31,7 @@ def load(unwanted: tuple[str, ...], *commands: list[str], folder: Path) -> tuple
     SESSION in an argument stands for the session below `folder`/sessions. Returns the statuses, which of the unwanted
     modules were loaded in the end, and stderr.
     """
-    own = {name: str(folder) for name in ("XDG_STATE_HOME", "XDG_CACHE_HOME", "LOCALAPPDATA", "HOME", "USERPROFILE")}
+    own = {name: str(folder) for name in ("XDG_STATE_HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "LOCALAPPDATA", "HOME", "USERPROFILE")}
     ended = subprocess.run(
         [sys.executable, "-c", SCRIPT, json.dumps([unwanted, str(folder / "sessions"), commands])],
         capture_output=True,
@@ -50,12 +50,15 @@ def test_no_headless_command_loads_qt(setup_file: Path, tmp_path: Path) -> None:
         ["record", "--fast", "--setup", str(setup_file), "--output", str(tmp_path / "sessions")],
         ["process", str(Path("SESSION", "run-0001.h5"))],
         ["report", "SESSION"],
+        ["export", "SESSION", "--format", "mat"],
+        ["import", str(Path("SESSION", "export", "run-0001.mat")), "--output", str(tmp_path / "imported")],
+        ["batch", "SESSION", "--force", "--workers", "1"],
         ["info"],
         # nobody answers there, but by then it has loaded all that it needs
         ["devices", "--remote", "localhost:1"],
         folder=tmp_path,
     )
-    assert (statuses, loaded) == ([0, 0, 0, 0, 1], []), err
+    assert (statuses, loaded) == ([0, 0, 0, 0, 0, 0, 0, 1], []), err
 
 
 def test_version_and_help_load_nothing_heavy(tmp_path: Path) -> None:

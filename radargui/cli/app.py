@@ -73,11 +73,21 @@ def record(
             "--hands-free", help="Go on from drop to drop without a pause, as with a device (simulated, replay)."
         ),
     ] = False,
+    operator: Annotated[str, typer.Option(metavar="NAME", help="Who records.")] = "",
+    sample: Annotated[str, typer.Option(metavar="TEXT", help="What is measured: material, make, surface.")] = "",
+    target: Annotated[str, typer.Option(metavar="TEXT", help="What it falls on, or moves in.")] = "",
+    notes: Annotated[str, typer.Option(metavar="TEXT", help="What else is worth knowing.")] = "",
+    like: Annotated[
+        Path | None, typer.Option(metavar="SESSION", help="Set up as in this session: setup, operator, sample, target.")
+    ] = None,
 ) -> int:
     """Record drops, process them and save them as a session."""
-    from radargui.cli.record import RecordOptions, record_session
+    from radargui.cli.record import RecordOptions, SessionWords, record_session
 
-    return record_session(RecordOptions(source, file, setup, runs, seconds, release, output, seed, fast, hands_free))
+    words = SessionWords(operator, sample, target, notes)
+    return record_session(
+        RecordOptions(source, file, setup, runs, seconds, release, output, seed, fast, hands_free, words, like)
+    )
 
 
 @app.command()
@@ -183,6 +193,60 @@ def batch(
     from radargui.cli.batch import BatchOptions, run_batch
 
     return run_batch(BatchOptions(tuple(paths), workers, scheduler, setup, correction, geometry, output, force))
+
+
+@app.command()
+def compare(
+    paths: Annotated[
+        list[Path], typer.Argument(metavar="PATH...", help="Sessions, runs, or folders of them at any depth.")
+    ],
+    setup: SetupOption = None,
+    correction: Annotated[str | None, typer.Option(help="Instead of the setup's.")] = None,
+    geometry: Annotated[str | None, typer.Option(help="Instead of the setup's: exact, plane.")] = None,
+    keep: Annotated[bool, typer.Option("--keep", help="Store the new results; the old figures stay beside.")] = False,
+) -> int:
+    """Show old and new results side by side: with other settings, else those stored before the present ones."""
+    from radargui.cli.compare import CompareOptions, compare_runs
+
+    return compare_runs(CompareOptions(tuple(paths), setup, correction, geometry, keep))
+
+
+@app.command()
+def sessions(
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="[FOLDER]", help="Sessions below it; left out: your data folder.")
+    ] = None,
+    since: Annotated[str | None, typer.Option(metavar="DAY", help="First day, like 2026-11-20.")] = None,
+    until: Annotated[str | None, typer.Option(metavar="DAY", help="Last day.")] = None,
+    operator: Annotated[str, typer.Option(metavar="NAME", help="A part of the name.")] = "",
+    sample: Annotated[str, typer.Option(metavar="TEXT", help="A part of what sample or target say.")] = "",
+    setup: Annotated[
+        str,
+        typer.Option(metavar="NAME|FILE", help="A part of the setup's name, or a setup file with the same antennas."),
+    ] = "",
+    e: Annotated[
+        str | None, typer.Option("--e", metavar="LOW:HIGH", help="A first bounce with e in this range.")
+    ] = None,
+    text: Annotated[str, typer.Option(metavar="WORDS", help="Words in notes, journal and markers.")] = "",
+    runs: Annotated[bool, typer.Option("--runs", help="Show each run.")] = False,
+) -> int:
+    """Find sessions by day, operator, sample, setup, coefficient and words."""
+    from radargui.cli.sessions import SessionsOptions, list_sessions
+
+    return list_sessions(SessionsOptions(folder, since, until, operator, sample, setup, e, text, runs))
+
+
+@app.command()
+def recover(
+    path: Annotated[
+        Path | None, typer.Argument(metavar="[PATH]", help="Folder, session or run; left out: your data folder.")
+    ] = None,
+    only_list: Annotated[bool, typer.Option("--list", help="Show them, change nothing.")] = False,
+) -> int:
+    """Finish and process runs that a crash left unfinished."""
+    from radargui.cli.recover import recover_runs
+
+    return recover_runs(path, only_list=only_list)
 
 
 @app.command()

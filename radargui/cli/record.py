@@ -20,9 +20,20 @@ from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup import Setup
 from radargui.report.rounding import UNKNOWN, plain, quantity
 from radargui.session.data_folder import default_data_folder
+from radargui.session.info import Calibration, SessionInfo, calibration_of_file
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 from radargui.sources.factory import make_source
+
+
+@dataclass(frozen=True, slots=True)
+class SessionWords:
+    """What the operator says about a session; empty where nothing was said."""
+
+    operator: str = ""
+    sample: str = ""
+    target: str = ""
+    notes: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +50,8 @@ class RecordOptions:
     seed: int | None = None
     fast: bool = False
     hands_free: bool = False
+    words: SessionWords = SessionWords()
+    like: Path | None = None
 
 
 def record_session(options: RecordOptions) -> int:
@@ -53,10 +66,22 @@ def record_session(options: RecordOptions) -> int:
     RadarGuiError
         The session or the source cannot be used.
     """
-    setup = _setup(options)
+    like = None if options.like is None else Session.open(options.like, write=False).info
+    setup = _setup(options, like)
     # a source that cannot even be made must not leave an empty session behind
     first = _make_source(options, setup, run=0)
-    session = Session.create(options.output or default_data_folder(), setup, now=datetime.now().astimezone())
+    words = options.words
+    session = Session.create(
+        options.output or default_data_folder(),
+        setup,
+        operator=words.operator or (like.operator if like else ""),
+        sample=words.sample or (like.sample if like else ""),
+        target=words.target or (like.target if like else ""),
+        notes=words.notes,
+        calibration=_calibration(options, like),
+        setup_name=options.setup.stem if options.setup else like.setup_name if like else "",
+        now=datetime.now().astimezone(),
+    )
     typer.echo(f"Session: {session.path}")
     runs: list[RecordedRun] = []
     with RecordProgress(options.runs) as progress:
@@ -98,7 +123,14 @@ def _record(experiment: Experiment, n_runs: int, runs: list[RecordedRun]) -> Rad
     return None
 
 
-def _setup(options: RecordOptions) -> Setup:
+def _calibration(options: RecordOptions, like: SessionInfo | None) -> Calibration:
+    """Return where the antennas of the setup come from."""
+    if options.setup is not None:
+        return calibration_of_file(options.setup)
+    return like.calibration if like else Calibration(origin="shipped default setup")
+
+
+def _setup(options: RecordOptions, like: SessionInfo | None) -> Setup:
     positive("--seconds", options.seconds)
     if (options.source == "replay") != (options.file is not None):
         raise UsageError("--source replay and --file FILE go together, allowed: both or neither")
@@ -106,7 +138,9 @@ def _setup(options: RecordOptions) -> Setup:
         raise UsageError(f"--seed = {options.seed}, allowed: only with --source simulated")
     if options.fast and options.source == "ni":
         raise UsageError("--fast, allowed: only with --source simulated or replay; a device keeps its own time")
-    setup = own_setup(options.file) if options.file and options.setup is None else None
+    if like is not None and options.setup is not None:
+        raise UsageError("--like and --setup, allowed: one of them")
+    setup = like.setup if like else own_setup(options.file) if options.file and options.setup is None else None
     changes = {"tracer.release_position_m": parse_release(options.release), "simulation.seed": options.seed}
     return override(setup or named_or_default(options.setup), changes)
 

@@ -26,7 +26,7 @@ def report_sessions(folders: tuple[Path, ...], output: Path | None) -> int:
     status = 0
     for folder in folders:
         try:
-            session = Session.open(folder)
+            session = Session.open(folder, write=False)
             below = output / session.path.resolve().name if output and len(folders) > 1 else output
             with progress_bar(f"Report of {session.path.name}") as tell:
                 report = write_report(session, below, tell)

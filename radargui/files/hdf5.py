@@ -57,13 +57,12 @@ def is_hdf5(path: Path) -> bool:
         return False
 
 
-def store(group: Any, name: str, values: NDArray[Any], chunk: int) -> None:
-    """Store an array (n,) or (rows, n) in compressed chunks of one row."""
-    if values.size == 0:
-        group.create_dataset(name, data=values)
-        return
-    chunks = (*(1,) * (values.ndim - 1), min(chunk, values.shape[-1]))
-    group.create_dataset(name, data=values, chunks=chunks, **COMPRESSION)
+def store(group: Any, name: str, values: NDArray[Any], chunk: int, *, unit: str) -> None:
+    """Store an array (n,) or (rows, n) in compressed chunks of one row, with the unit of its values."""
+    options: dict[str, Any] = {}
+    if values.size:
+        options = {"chunks": (*(1,) * (values.ndim - 1), min(chunk, values.shape[-1])), **COMPRESSION}
+    put_text(group.create_dataset(name, data=values, **options).attrs, "unit", unit)
 
 
 def append_row(dataset: Any, row: tuple[Any, ...]) -> None:

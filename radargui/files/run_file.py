@@ -12,9 +12,11 @@ import numpy as np
 
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
+from radargui.files.lost_samples import are_possible
 from radargui.files.run_header import is_run, read_digitisation, read_trigger
 from radargui.files.run_results import read_summary, write_results
 from radargui.files.seal import is_sound, rows_crc
+from radargui.files.whole_samples import whole_samples
 from radargui.model.arrays import RawArray
 from radargui.model.block import Gap
 from radargui.model.errors import FileError
@@ -31,6 +33,7 @@ __all__ = [
     "read_run_truth",
     "read_summary",
     "run_is_complete",
+    "whole_samples",
     "write_results",
 ]
 
@@ -155,21 +158,6 @@ def _complete(file: Any) -> bool:
     return bool(hdf5.number(file.attrs, "complete"))
 
 
-def whole_samples(raw: Any) -> int:
-    """Return how many samples lie before the first chunk that a crash kept from the disk."""
-    n_channels, count = raw.shape
-    if raw.chunks is None:
-        return int(count)
-    length = raw.chunks[1]
-    if raw.id.get_num_chunks() == n_channels * -(-count // length):
-        return int(count)
-    for first in range(0, count, length):
-        for channel in range(n_channels):
-            if raw.id.get_chunk_info_by_coord((channel, first)).byte_offset is None:
-                return first
-    return int(count)
-
-
 def read_gaps(file: Any, path: Path) -> tuple[Gap, ...]:
     """Return the gap records of an opened run file.
 
@@ -182,7 +170,7 @@ def read_gaps(file: Any, path: Path) -> tuple[Gap, ...]:
         return ()
     rows = hdf5.dataset(file, layout.GAPS, path, (1,))[:]
     gaps = tuple(Gap(int(row["first_index"]), int(row["count"]), _text(row["reason"])) for row in rows)
-    if any(gap.first_index < 0 or gap.count < 1 for gap in gaps):
+    if not are_possible(gaps):
         raise FileError(f"{path}: its gap records are damaged.")
     return gaps
 

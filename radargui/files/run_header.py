@@ -38,8 +38,12 @@ def write_header(
         chunks=(1, layout.chunk_length(digitisation.sample_rate_hz)),
         **layout.COMPRESSION,
     )
-    for name, kind in ((layout.GAPS, layout.GAP_TYPE), (layout.MARKERS, layout.MARKER_TYPE)):
-        file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(16,), dtype=kind, **layout.COMPRESSION)
+    for name, kind, units in (
+        (layout.GAPS, layout.GAP_TYPE, ("sample", "sample", "text")),
+        (layout.MARKERS, layout.MARKER_TYPE, ("sample", "text")),
+    ):
+        table = file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(16,), dtype=kind, **layout.COMPRESSION)
+        hdf5.put_texts(table.attrs, "units", units)
     for key, value in attributes.items():
         if isinstance(value, str):
             hdf5.put_text(file.attrs, key, value)
@@ -54,6 +58,7 @@ def write_header(
     for place in (file, raw):
         place.attrs["sample_rate_hz"] = float(digitisation.sample_rate_hz)
         hdf5.put_text(place.attrs, "unit", digitisation.unit)
+        hdf5.put_text(place.attrs, "stored_unit", stored_unit(digitisation))
         hdf5.put_texts(place.attrs, "channel_names", digitisation.channel_names)
         place.attrs["channel_skew_s"] = float(digitisation.channel_skew_s)
         hdf5.put_text(place.attrs, "device", digitisation.device)
@@ -61,6 +66,11 @@ def write_header(
         if digitisation.scaling is not None:
             place.attrs["scaling"] = _padded(digitisation.scaling)
     write_trigger(file, None, digitisation.sample_rate_hz)
+
+
+def stored_unit(digitisation: Digitisation) -> str:
+    """Return the unit of the samples as they are stored."""
+    return digitisation.unit if digitisation.scaling is None else "code"
 
 
 def write_trigger(file: Any, index: int | None, sample_rate_hz: float) -> None:

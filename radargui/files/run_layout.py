@@ -14,6 +14,9 @@ GAPS = "gaps"
 MARKERS = "markers"
 TRUTH = "truth"
 RESULTS = "results"
+EARLIER = "earlier_results"
+OVERVIEW = "overview"
+THUMBNAIL = "thumbnail"
 NO_TRIGGER = -1
 
 CHUNK_S = 0.5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
+from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,16 +12,24 @@ from typing import Any
 import h5py
 import numpy as np
 
+from radargui import __version__
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.refusal import why
+from radargui.files.rewriting import copy_attribute, rewritten
 from radargui.files.run_header import is_run
+from radargui.files.run_health import health_in, put_health
 from radargui.files.seal import is_sound, seal
+from radargui.files.stored_results import keep_earlier
 from radargui.files.summary import summarise
+from radargui.files.thumbnail import put_thumbnail
 from radargui.model.bounce import Bounce, Bounces
 from radargui.model.errors import FileError
 from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.model.setup_file import dump_setup
 
+_UNITS = {"rad": "rad", "m": "m", "s": "s"}
+_BOUNCE_UNITS = ("s", "m/s", "m/s", "1", "1", "text", "1")
 BOUNCE_TYPE = np.dtype(
     [
         ("time_s", "<f8"),
@@ -35,63 +43,47 @@ BOUNCE_TYPE = np.dtype(
 )
 
 
-def write_results(path: Path, result: RunResult) -> None:
-    """Store a result beside the samples of a run, in place of an older one.
+def write_results(path: Path, result: RunResult, *, health: Mapping[str, object] | None = None) -> None:
+    """Store a result beside the samples of a run, in place of an older one, whose figures are kept (`stored_results`).
 
     The file is written anew under another name and put in place in one step: a crash meanwhile leaves the
     recording as it was, and replaced results do not make the file grow.
 
+    Parameters
+    ----------
+    path
+        Run file.
+    result
+        What the run gave.
+    health
+        Facts to add to the health record of the run.
+
     Raises
     ------
     FileError
-        The run cannot be read or the folder cannot be written; the recording is as it was.
+        The run cannot be read, is being recorded, or the folder cannot be written; the recording is as it was.
     """
-    partial = path.with_name(path.name + ".part")
-    try:
-        with hdf5.opened(path, "a run file", is_run) as source:
-            _write_anew(source, partial, path, result)
-        _replace(partial, path)
-    except FileError:
-        partial.unlink(missing_ok=True)
-        raise
+    with rewritten(path, "the results cannot be saved") as (source, target):
+        _want_ended(source.attrs, path)
+        for key in source.attrs:
+            copy_attribute(source.attrs, target.attrs, key)
+        for name in source:
+            if name != layout.RESULTS:
+                source.copy(name, target)
+        keep_earlier(source, target, (__version__, dump_setup(result.setup)))
+        _write(target.create_group(layout.RESULTS), result)
+        if health is not None:
+            put_health(target, {**(health_in(source) or {}), **health})
 
 
-def _write_anew(source: Any, partial: Path, path: Path, result: RunResult) -> None:
-    try:
-        with h5py.File(partial, "w") as target:
-            for key in source.attrs:
-                _copy_attribute(source.attrs, target.attrs, key)
-            for name in source:
-                if name != layout.RESULTS:
-                    source.copy(name, target)
-            _write(target.create_group(layout.RESULTS), result)
-        with partial.open("rb+") as written:
-            os.fsync(written.fileno())
-    except (OSError, RuntimeError, ValueError, TypeError) as error:
-        raise _refused(path, error) from error
-
-
-def _copy_attribute(source: Any, target: Any, key: str) -> None:
-    value = source[key]
-    if isinstance(value, bytes):
-        hdf5.put_text(target, key, value.decode("utf-8", "replace"))
-    else:
-        target[key] = value
-
-
-def _replace(partial: Path, path: Path) -> None:
-    try:
-        partial.replace(path)
-    except OSError as error:
-        raise _refused(path, error) from error
-
-
-def _refused(path: Path, error: Exception) -> FileError:
-    return FileError(
-        f"{path}: the results cannot be saved: {why(error)} The recording is as it was.",
-        reasons=("the disk is full", "another program has the file open"),
-        remedy="Process the run again once that is settled.",
-    )
+def _want_ended(attributes: Any, path: Path) -> None:
+    """Refuse a file that a recorder may still be writing: what it writes from now on would be lost."""
+    if hdf5.number(attributes, "complete") == 0.0 and "crc32" not in attributes:
+        raise FileError(
+            f"{path}: its recording has not ended.",
+            reasons=("it is being recorded", "the program was stopped while it was recorded"),
+            remedy="If nothing records it any more, finish it first: radargui recover.",
+        )
 
 
 def read_summary(path: Path) -> dict[str, object] | None:
@@ -111,10 +103,27 @@ def read_summary(path: Path) -> dict[str, object] | None:
     return summary if isinstance(summary, dict) else None
 
 
+def results_are_current(path: Path, setup: Setup) -> bool:
+    """Return whether a run holds sound results that this version made with this setup.
+
+    Raises
+    ------
+    FileError
+        Unreadable, or no run file.
+    """
+    with hdf5.opened(path, "a run file", is_run) as file:
+        attributes = file[layout.RESULTS].attrs if layout.RESULTS in file else {}
+        if not attributes or not is_sound(attributes):
+            return False
+        made_by, made_with = hdf5.text(attributes, "version"), hdf5.text(attributes, "setup")
+    return made_by == __version__ and made_with == dump_setup(setup)
+
+
 def _write(group: Any, result: RunResult) -> None:
     summary = summarise(result)
     for key in ("version", "correction", "geometry", "status", "reason"):
         hdf5.put_text(group.attrs, key, str(summary[key]))
+    hdf5.put_text(group.attrs, "setup", dump_setup(result.setup))
     hdf5.put_text(group.attrs, "processed_at", datetime.now(UTC).isoformat(timespec="seconds"))
     hdf5.put_text(group.attrs, "summary", json.dumps(summary))
     hdf5.put_text(group.attrs, "warnings", json.dumps(list(result.warnings)))
@@ -130,11 +139,13 @@ def _write(group: Any, result: RunResult) -> None:
     if result.track is not None:
         track = group.create_group("track")
         _write_columns(track, result.track, ("time_s", "position_m", "u_position_m", "valid"), chunk)
+    put_thumbnail(group, result)
 
 
 def _write_bounces(group: Any, bounces: Bounces) -> None:
     rows = np.array([_row(bounce) for bounce in bounces.impacts], dtype=BOUNCE_TYPE)
     table = group.create_dataset("bounces", data=rows)
+    hdf5.put_texts(table.attrs, "units", _BOUNCE_UNITS)
     if bounces.free_fall is not None:
         for key, value in asdict(bounces.free_fall).items():
             table.attrs[key] = value
@@ -154,4 +165,5 @@ def _row(bounce: Bounce) -> tuple[Any, ...]:
 
 def _write_columns(group: Any, values: Any, names: tuple[str, ...], chunk: int) -> None:
     for name in names:
-        hdf5.store(group, name, np.asarray(getattr(values, name)), chunk)
+        unit = _UNITS.get(name.rpartition("_")[2], "1")
+        hdf5.store(group, name, np.asarray(getattr(values, name)), chunk, unit=unit)

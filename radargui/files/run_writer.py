@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import threading
 from collections.abc import Iterator, Mapping
@@ -15,8 +16,9 @@ import numpy as np
 
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
+from radargui.files.overview import OverviewMaker, write_overview
 from radargui.files.refusal import why
-from radargui.files.run_header import Attribute, write_end, write_header, write_trigger
+from radargui.files.run_header import Attribute, stored_unit, write_end, write_header, write_trigger
 from radargui.files.run_health import put_health
 from radargui.files.seal import rows_crc
 from radargui.files.staged_file import StagedFile
@@ -86,6 +88,7 @@ class RunWriter:
             (digitisation.n_channels, layout.chunk_length(digitisation.sample_rate_hz)),
             dtype=np.float64 if digitisation.scaling is None else np.int16,
         )
+        self._overview = OverviewMaker(self._buffer.shape[0], self._buffer.dtype)
         self._staged = _create(path)
         try:
             self._file: Any = h5py.File(self._staged, "w")
@@ -148,6 +151,13 @@ class RunWriter:
         with self._lock, self._guarded() as file:
             hdf5.append_row(file[layout.MARKERS], (int(index), layout.fitted(text, layout.MARKER_BYTES)))
 
+    def mark(self, text: str) -> int:
+        """Keep an operator's note at the sample that comes next, and return its index."""
+        with self._lock:
+            index = self._next_index - (self._first_index or 0)
+            self.add_marker(index, text)
+            return index
+
     def write_truth(self, truth: Truth) -> None:
         """Store what really happened beside a simulated recording; a second call replaces the first."""
         with self._lock, self._guarded() as file:
@@ -156,7 +166,7 @@ class RunWriter:
             group = file.create_group(layout.TRUTH)
             for name in ("position_m", "path_m", "impact_time_s"):
                 values = np.asarray(getattr(truth, name), dtype=np.float64)
-                hdf5.store(group, name, values, self._buffer.shape[1])
+                hdf5.store(group, name, values, self._buffer.shape[1], unit=name.rpartition("_")[2])
 
     def write_health(self, record: Mapping[str, object]) -> None:
         """Store how the recording went, a table that JSON can hold; a second call replaces the first."""
@@ -181,6 +191,8 @@ class RunWriter:
                 return
             self._write_rows()
             with self._guarded() as file:
+                if self._free_bytes() > 2 * RESERVE_BYTES:
+                    write_overview(file, self._overview, stored_unit(self._digitisation))
                 write_end(file, self._count, self._crcs, complete=complete)
             self._let_go(whole=True)
 
@@ -231,20 +243,23 @@ class RunWriter:
             for channel in range(self._buffer.shape[0]):
                 raw[channel, first:] = self._buffer[channel, : self._filled]
         self._crcs = rows_crc(self._buffer[:, : self._filled], self._crcs)
+        self._overview.add(self._buffer[:, : self._filled])
         self._filled = 0
 
     def _want_room(self) -> None:
         # Stopping while there is room keeps every sample taken so far, and leaves some for the results.
-        try:
-            free = shutil.disk_usage(self._path.parent).free
-        except OSError:
-            return
-        if free < RESERVE_BYTES:
+        if self._free_bytes() < RESERVE_BYTES:
             self._let_go()
             raise FileError(
                 f"{self._path}: the disk is full; {self._kept()}.",
                 remedy="Make room on the disk or choose another data folder.",
             )
+
+    def _free_bytes(self) -> float:
+        try:
+            return shutil.disk_usage(self._path.parent).free
+        except OSError:
+            return math.inf
 
     def _add_gap(self, block: Block) -> None:
         reason = layout.fitted(block.gap.reason if block.gap else "", layout.REASON_BYTES)

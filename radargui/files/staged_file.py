@@ -47,6 +47,11 @@ class StagedFile(io.RawIOBase):
         self._counting = 0
         self._error: OSError | None = None
 
+    @property
+    def name(self) -> str:
+        """Where the file is."""
+        return str(self._file.name)
+
     def commit(self) -> None:
         """Put everything staged on the disk.
 

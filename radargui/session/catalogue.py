@@ -1,13 +1,29 @@
-"""The catalogue: sessions found in a data folder."""
+"""The catalogue: every session below a data folder, found again by what is known of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import TracebackType
+from typing import Any
 
-from radargui.model.errors import SessionError
-from radargui.session.info import FILE_NAME, read_info
-from radargui.session.session import run_paths
+from radargui.session.index import IN_MEMORY, bring_up_to_date, default_index_path, open_index
+from radargui.session.query import Query, antenna_key
+
+__all__ = ["Catalogue", "Query", "RunLine", "SessionSummary", "find_sessions"]
+
+_SUMMARY = """
+SELECT s.folder, s.name, s.created_at, s.operator, s.sample, s.target, s.notes, s.setup_name, s.problem,
+    count(r.name), sum(r.rejected != ''), sum(r.finished = 0),
+    count(CASE WHEN r.rejected = '' THEN r.e END), avg(CASE WHEN r.rejected = '' THEN r.e END),
+    min(CASE WHEN r.rejected = '' THEN r.e END), max(CASE WHEN r.rejected = '' THEN r.e END)
+FROM sessions s LEFT JOIN runs r ON r.folder = s.folder
+"""
+_ORDER = "GROUP BY s.folder ORDER BY coalesce(nullif(s.created_at, ''), s.name) DESC, s.name DESC"
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,10 +38,12 @@ class SessionSummary:
         Its name.
     created_at
         ISO 8601 date and time; empty where the record is damaged.
-    operator, notes
+    operator, sample, target, notes, setup_name
         As in the record.
-    n_runs
-        Run files in it.
+    n_runs, n_rejected, n_unfinished
+        Run files in it; those of them that were set aside; those that were never closed.
+    n_e, e_mean, e_min, e_max
+        First bounces with a coefficient in the runs that count: how many, their mean, the range; None without any.
     problem
         Why the record cannot be read; empty where it can.
     """
@@ -34,29 +52,208 @@ class SessionSummary:
     name: str
     created_at: str = ""
     operator: str = ""
+    sample: str = ""
+    target: str = ""
     notes: str = ""
-    n_runs: int = 0
+    setup_name: str = ""
     problem: str = ""
+    n_runs: int = 0
+    n_rejected: int = 0
+    n_unfinished: int = 0
+    n_e: int = 0
+    e_mean: float | None = None
+    e_min: float | None = None
+    e_max: float | None = None
 
 
-def find_sessions(data_folder: Path) -> tuple[SessionSummary, ...]:
-    """Return the sessions directly in a folder, newest first; damaged ones are listed with their problem."""
-    try:
-        folders = [folder for folder in data_folder.iterdir() if folder.is_dir()]
-    except OSError:
-        return ()
-    found = [_summary(folder) for folder in folders if _is_session(folder)]
-    return tuple(sorted(found, key=lambda one: (one.created_at or one.name, one.name), reverse=True))
+@dataclass(frozen=True, slots=True)
+class RunLine:
+    """One line of the list of runs.
+
+    Attributes
+    ----------
+    path
+        Run file.
+    started_at
+        ISO 8601; empty where unknown.
+    finished
+        Whether its recording was closed.
+    recovered_at
+        When it was finished after a crash; empty for others.
+    duration_s
+        Stored samples / rate.
+    summary
+        See `files.summary.summarise`; empty where not processed.
+    rejected
+        Why it was set aside; empty where it counts.
+    problem
+        Why the file cannot be read; empty where it can.
+    """
+
+    path: Path
+    started_at: str
+    finished: bool
+    recovered_at: str
+    duration_s: float
+    summary: dict[str, object] = field(repr=False)
+    rejected: str
+    problem: str
 
 
-def _is_session(folder: Path) -> bool:
-    return (folder / FILE_NAME).is_file() or bool(run_paths(folder))
+class Catalogue:
+    """All sessions below a data folder.
+
+    Looks are quick because an index is kept; each one first takes in what has changed in the folders.
+    May be used from any thread, one at a time.
+
+    Parameters
+    ----------
+    data_folder
+        Its sessions, at any depth.
+    index
+        File of the index; None: in the user's cache folder.
+    """
+
+    def __init__(self, data_folder: Path, index: Path | None = None) -> None:
+        self._data_folder = data_folder
+        self._path = index or default_index_path(data_folder)
+        self._index = open_index(self._path)
+
+    def __enter__(self) -> Catalogue:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the index; idempotent."""
+        self._index.close()
+
+    def refresh(self, tell: Callable[[float], None] = lambda _: None) -> int:
+        """Take in what has changed in the folders, and return how many files were read for that.
+
+        Parameters
+        ----------
+        tell
+            Called with the share done; the first time takes a few milliseconds a run.
+        """
+        try:
+            return bring_up_to_date(self._index, self._data_folder, tell)
+        except sqlite3.Error:
+            # damaged since it was opened, or another program keeps it to itself: go on without
+            self._index.close()
+            self._index = open_index(IN_MEMORY)
+            return bring_up_to_date(self._index, self._data_folder, tell)
+
+    def find(self, query: Query | None = None, *, refresh: bool = True) -> tuple[SessionSummary, ...]:
+        """Return the sessions that a query asks for, the newest first; without a query all of them.
+
+        Parameters
+        ----------
+        query
+            What is looked for.
+        refresh
+            Whether to look at the folders first.
+        """
+        if refresh:
+            self.refresh()
+        conditions, values = _conditions(query or Query())
+        where = f"WHERE {' AND '.join(conditions)} " if conditions else ""
+        rows = self._index.execute(f"{_SUMMARY} {where}{_ORDER}", values)
+        return tuple(_summary(self._data_folder, row) for row in rows)
+
+    def runs(self, session: Path) -> tuple[RunLine, ...]:
+        """Return the runs of a session in the order of their numbers, as of the last look at the folders."""
+        return self._runs("WHERE folder = ?", (session.relative_to(self._data_folder).as_posix(),))
+
+    def unfinished(self) -> tuple[RunLine, ...]:
+        """Return the runs that were never closed, as of the last look at the folders, the newest last."""
+        return self._runs("WHERE finished = 0", ())
+
+    def _runs(self, where: str, values: tuple[str, ...]) -> tuple[RunLine, ...]:
+        rows = self._index.execute(
+            "SELECT folder, name, started_at, finished, recovered_at, n_samples, sample_rate_hz, summary, rejected, "  # noqa: S608
+            f"problem FROM runs {where} ORDER BY folder, length(name), name",
+            values,
+        )
+        return tuple(
+            RunLine(
+                self._data_folder / folder / name,
+                started_at,
+                bool(finished),
+                recovered_at,
+                n_samples / rate_hz if rate_hz else 0.0,
+                json.loads(summary),
+                rejected,
+                problem,
+            )
+            for folder, name, started_at, finished, recovered_at, n_samples, rate_hz, summary, rejected, problem in rows
+        )
 
 
-def _summary(folder: Path) -> SessionSummary:
-    n_runs = len(run_paths(folder))
-    try:
-        info = read_info(folder)
-    except SessionError as error:
-        return SessionSummary(folder, folder.name, n_runs=n_runs, problem=str(error))
-    return SessionSummary(folder, folder.name, info.created_at, info.operator, info.notes, n_runs)
+def find_sessions(data_folder: Path, query: Query | None = None) -> tuple[SessionSummary, ...]:
+    """Return the sessions below a folder, newest first, without keeping an index; damaged ones tell their problem."""
+    with closing(Catalogue(data_folder, IN_MEMORY)) as catalogue:
+        return catalogue.find(query)
+
+
+def _summary(data_folder: Path, row: tuple[Any, ...]) -> SessionSummary:
+    folder, *texts, n_runs, n_rejected, n_unfinished, n_e, mean, low, high = row
+    name, created_at, operator, sample, target, notes, setup_name, problem = texts
+    return SessionSummary(
+        data_folder / folder,
+        name,
+        created_at,
+        operator,
+        sample,
+        target,
+        notes,
+        setup_name,
+        problem,
+        n_runs,
+        n_rejected or 0,
+        n_unfinished or 0,
+        n_e,
+        mean,
+        low,
+        high,
+    )
+
+
+def _conditions(query: Query) -> tuple[list[str], list[object]]:
+    conditions: list[str] = []
+    values: list[object] = []
+
+    def want(condition: str, *given: object) -> None:
+        conditions.append(condition)
+        values.extend(given)
+
+    if query.since:
+        want("s.day >= ?", query.since.isoformat())
+    if query.until:
+        want("s.day != '' AND s.day <= ?", query.until.isoformat())
+    if query.operator:
+        want("instr(fold(s.operator), ?)", query.operator.casefold())
+    if query.sample:
+        want("instr(fold(s.sample || char(10) || s.target), ?)", query.sample.casefold())
+    if query.setup_name:
+        want("instr(fold(s.setup_name), ?)", query.setup_name.casefold())
+    if query.antennas is not None:
+        want("s.antennas = ?", antenna_key(query.antennas))
+    if query.e_min is not None or query.e_max is not None:
+        low = 0.0 if query.e_min is None else query.e_min
+        high = 1e9 if query.e_max is None else query.e_max
+        want(
+            "s.folder IN (SELECT folder FROM runs WHERE e BETWEEN ? AND ? AND rejected = '')",
+            low,
+            high,
+        )
+    for word in query.text.casefold().split():
+        want(
+            "(instr(s.searched, ?) OR s.folder IN (SELECT folder FROM runs WHERE instr(searched, ?)))",
+            word,
+            word,
+        )
+    return conditions, values

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from radargui.files.export import ExportFormat, export_run
 from radargui.files.fresh_file import refuse_existing
@@ -106,6 +108,13 @@ def _session_facts(folder: Path) -> dict[str, str]:
         info = read_info(folder)
     except SessionError:
         return {}
-    table = info.model_dump(mode="json", exclude={"setup", "versions"})
-    facts = {key: value for key, value in table.items() if isinstance(value, str) and value}
-    return facts | {f"version_{name}": text for name, text in info.versions.items()}
+    return dict(_texts(info.model_dump(mode="json", exclude={"setup"})))
+
+
+def _texts(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield name and text of all that is said, tables laid out flat, lists as JSON."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from _texts(value, f"{prefix}{key}_")
+        elif value not in ("", None, []):
+            yield prefix + key, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

@@ -16,6 +16,7 @@ from radargui.model.errors import FileError, RadarGuiError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.setup_file import parse_setup
+from radargui.session.info import Calibration
 from radargui.session.session import Session
 
 PIECE = 1 << 18
@@ -82,19 +83,30 @@ class Import:
         Geometry and processing of the session.
     now
         Date and time with offset from UTC.
-    operator, notes
+    operator, notes, calibration, setup_name
         As for any session.
     """
 
-    def __init__(self, parent: Path, setup: Setup, *, now: datetime, operator: str = "", notes: str = "") -> None:
+    def __init__(
+        self,
+        parent: Path,
+        setup: Setup,
+        *,
+        now: datetime,
+        operator: str = "",
+        notes: str = "",
+        calibration: Calibration | None = None,
+        setup_name: str = "",
+    ) -> None:
         self._parent, self._setup, self._now = parent, setup, now
         self._operator, self._notes = operator, notes
+        self._calibration, self._setup_name = calibration, setup_name
         self.session: Session | None = None
 
     def carry_out(
         self, inputs: Sequence[ImportInput], tell: Callable[[float], None] = lambda _: None
     ) -> Iterator[ImportedRun]:
-        """Import one input after the other; one that fails does not stop the others.
+        """Import one input after the other, then close the session; one that fails does not stop the others.
 
         Parameters
         ----------
@@ -108,15 +120,21 @@ class Import:
         SessionError
             The session cannot be made.
         """
-        for done, one in enumerate(inputs, start=1):
-            try:
-                recording = one.read()
-                self._want_fit(recording, one)
-            except RadarGuiError as error:
-                yield ImportedRun(one, error=error)
-            else:
-                yield self._written(one, recording)
-            tell(done / len(inputs))
+        try:
+            for done, one in enumerate(inputs, start=1):
+                yield self._imported(one)
+                tell(done / len(inputs))
+        finally:
+            if self.session is not None:
+                self.session.close()
+
+    def _imported(self, one: ImportInput) -> ImportedRun:
+        try:
+            recording = one.read()
+            self._want_fit(recording, one)
+        except RadarGuiError as error:
+            return ImportedRun(one, error=error)
+        return self._written(one, recording)
 
     def _want_fit(self, recording: Recording, one: ImportInput) -> None:
         wanted = self._setup.n_receivers
@@ -129,7 +147,13 @@ class Import:
     def _written(self, one: ImportInput, recording: Recording) -> ImportedRun:
         if self.session is None:
             self.session = Session.create(
-                self._parent, self._setup, operator=self._operator, notes=self._notes, now=self._now
+                self._parent,
+                self._setup,
+                operator=self._operator,
+                notes=self._notes,
+                calibration=self._calibration,
+                setup_name=self._setup_name,
+                now=self._now,
             )
         try:
             with self.session.new_run(

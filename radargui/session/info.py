@@ -1,9 +1,10 @@
-"""What session.json holds: setup, operator, notes, versions."""
+"""What session.json holds: setup, calibration, operator, sample, target, notes, journal, versions."""
 
 from __future__ import annotations
 
 import json
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +18,31 @@ FILE_NAME = "session.json"
 MAXIMUM_BYTES = 10_000_000
 
 
+class Calibration(BaseModel):
+    """Where the antenna calibration in the setup comes from."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    made_at: str = ""
+    """ISO 8601 date, or date and time; empty where nobody knows."""
+    origin: str = ""
+    """How it was made or which file it was read from."""
+
+
+class JournalEntry(BaseModel):
+    """A note made while the session was under way."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    at: str
+    """ISO 8601 date and time with offset from UTC."""
+    text: str
+    run: str = ""
+    """Name of the run file that was being recorded; empty between runs."""
+    index: int | None = None
+    """Sample of that run, counted from its first, lost ones included."""
+
+
 class SessionInfo(BaseModel):
     """The facts of a session; the setup holds settings and antenna calibration with its uncertainties."""
 
@@ -26,9 +52,28 @@ class SessionInfo(BaseModel):
     name: str
     created_at: str
     operator: str = ""
+    sample: str = ""
+    """What is measured: material, make, surface of the sphere, ..."""
+    target: str = ""
+    """What it falls on, or moves in."""
     notes: str = ""
+    calibration: Calibration = Calibration()
+    setup_name: str = ""
+    """Name of the setup file, without folder and suffix; empty where there was none."""
+    journal: tuple[JournalEntry, ...] = ()
     versions: dict[str, str] = Field(default_factory=dict)
+    rejected: dict[str, str] = Field(default_factory=dict)
+    """Runs that were set aside, by the name of the file, each with the reason: kept, hidden, reversible."""
     setup: Setup
+
+
+def calibration_of_file(path: Path) -> Calibration:
+    """Return the calibration that a setup file brings: its name, and when it was last changed."""
+    try:
+        changed_at = datetime.fromtimestamp(path.stat().st_mtime, UTC).astimezone().isoformat(timespec="seconds")
+    except OSError:
+        changed_at = ""
+    return Calibration(made_at=changed_at, origin=f"setup file {path.name}, as last changed then")
 
 
 def write_info(info: SessionInfo, folder: Path) -> None:

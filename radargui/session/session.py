@@ -2,38 +2,45 @@
 
 from __future__ import annotations
 
-import platform
+import json
 import re
-from collections.abc import Mapping
+import threading
+import weakref
+from collections.abc import Callable, Mapping
 from datetime import datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from radargui import __version__
-from radargui.files.run_layout import SUFFIX
+from radargui.files.run_layout import SUFFIX, fitted
 from radargui.files.run_writer import RunExistsError, RunWriter
 from radargui.model.digitisation import Digitisation
-from radargui.model.errors import SessionError
+from radargui.model.errors import FileError, SessionError
 from radargui.model.setup import Setup
 from radargui.model.setup_file import dump_setup
-from radargui.session.info import SessionInfo, read_info, write_info
+from radargui.session.folder import NAME_FORMAT, fit_name, new_folder
+from radargui.session.info import Calibration, JournalEntry, SessionInfo, read_info, write_info
+from radargui.session.lock import SessionLock, SessionLockedError, SessionReadOnlyError
+from radargui.session.versions import versions
 
-NAME_FORMAT = "%Y-%m-%dT%H-%M-%S"
+__all__ = ["Session", "SessionLockedError", "SessionReadOnlyError", "run_paths"]
+
+_LARGEST_FACT = 16_000
+"""Bytes of a text that are kept in each run file too; an attribute holds at most 64 kB."""
 _RUN = re.compile(r"run-(\d{4,})" + re.escape(SUFFIX))
-_UNFIT = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
-_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
-_LIBRARIES = ("numpy", "scipy", "h5py", "nidaqmx")
 
 
 class Session:
     """A session on disk: `session.json` and run-0001.h5, run-0002.h5, ...
 
-    Made by `create` or `open`.
+    Made by `create` or `open`. One program at a time writes to it; in a second one it is read-only.
     """
 
-    def __init__(self, path: Path, info: SessionInfo) -> None:
+    _changing = threading.RLock()
+
+    def __init__(self, path: Path, info: SessionInfo, lock: SessionLock | SessionError) -> None:
         self._path = path
         self._info = info
+        self._right = lock
+        self._writer: weakref.ref[RunWriter] | None = None
 
     @classmethod
     def create(
@@ -42,7 +49,11 @@ class Session:
         setup: Setup,
         *,
         operator: str = "",
+        sample: str = "",
+        target: str = "",
         notes: str = "",
+        calibration: Calibration | None = None,
+        setup_name: str = "",
         name: str | None = None,
         now: datetime,
     ) -> Session:
@@ -54,8 +65,12 @@ class Session:
             Folder of sessions; made where it is not there.
         setup
             Settings and antenna calibration.
-        operator, notes
-            Who, and what is worth knowing.
+        operator, sample, target, notes
+            Who; what is measured; what it falls on; what else is worth knowing.
+        calibration
+            Date and origin of the antenna calibration in the setup.
+        setup_name
+            Name of the setup file, without folder and suffix.
         name
             Name of the folder; None: the date and time. Where it is taken, -2, -3, ... is added.
         now
@@ -66,31 +81,61 @@ class Session:
         SessionError
             The folder cannot be made or written, or the name cannot be one of a folder.
         """
-        wanted = now.strftime(NAME_FORMAT) if name is None else _fit(name)
-        folder = _new_folder(parent, wanted)
+        wanted = now.strftime(NAME_FORMAT) if name is None else fit_name(name)
+        folder = new_folder(parent, wanted)
+        lock = SessionLock(folder)
         created_at = (now if now.tzinfo else now.astimezone()).isoformat(timespec="seconds")
         info = SessionInfo(
             name=folder.name,
             created_at=created_at,
             operator=operator,
+            sample=sample,
+            target=target,
             notes=notes,
-            versions=_versions(),
+            calibration=calibration or Calibration(),
+            setup_name=setup_name,
+            versions=versions(),
             setup=setup,
         )
-        session = cls(folder, info)
+        session = cls(folder, info, lock)
         session._write(info)
         return session
 
     @classmethod
-    def open(cls, path: Path) -> Session:
+    def open(cls, path: Path, *, write: bool = True) -> Session:
         """Return the session in a folder.
+
+        Parameters
+        ----------
+        path
+            The folder.
+        write
+            Whether runs or changes are to come. Where another program writes to it, or the disk is read-only, it is
+            opened all the same, for looking: `read_only` says why.
 
         Raises
         ------
         SessionError
             No session there, or its record is damaged.
         """
-        return cls(path, read_info(path))
+        info = read_info(path)
+        if not write:
+            return cls(path, info, SessionReadOnlyError(f"{path} was opened for looking only."))
+        try:
+            return cls(path, info, SessionLock(path))
+        except (SessionLockedError, SessionReadOnlyError) as error:
+            return cls(path, info, error)
+
+    @property
+    def read_only(self) -> str:
+        """Why nothing can be written, for people; empty where it can."""
+        return "" if isinstance(self._right, SessionLock) else str(self._right)
+
+    def close(self) -> None:
+        """Let other programs write to it; idempotent. What this one does later fails."""
+        if isinstance(self._right, SessionLock):
+            self._right.release()
+            self._right = SessionReadOnlyError(f"{self._path} was closed.", remedy="Open it again.")
 
     @property
     def path(self) -> Path:
@@ -107,16 +152,81 @@ class Session:
         """The setup the session was begun with."""
         return self._info.setup
 
-    def update(self, *, operator: str | None = None, notes: str | None = None) -> None:
-        """Change operator or notes; what is None stays.
+    def update(
+        self,
+        *,
+        operator: str | None = None,
+        sample: str | None = None,
+        target: str | None = None,
+        notes: str | None = None,
+        calibration: Calibration | None = None,
+    ) -> None:
+        """Change what the record says; what is None stays.
 
         Raises
         ------
         SessionError
             The folder cannot be written.
         """
-        given = {"operator": operator, "notes": notes}
-        self._write(self._info.model_copy(update={key: text for key, text in given.items() if text is not None}))
+        given = {"operator": operator, "sample": sample, "target": target, "notes": notes, "calibration": calibration}
+        self._change(lambda _: {key: value for key, value in given.items() if value is not None})
+
+    def mark(self, text: str, *, now: datetime) -> JournalEntry:
+        """Keep a note of this moment: in the journal, and as a marker in the run that is being recorded.
+
+        Waits for the disk; not to be called from the thread that draws.
+
+        Raises
+        ------
+        SessionError
+            The folder cannot be written.
+        """
+        self._want_right()
+        writer = None if self._writer is None else self._writer()
+        run, index = "", None
+        if writer is not None and not writer.closed:
+            try:
+                run, index = writer.path.name, writer.mark(text)
+            except FileError:
+                # the run has ended just now, or its disk failed: the recorder tells
+                run = ""
+        at = (now if now.tzinfo else now.astimezone()).isoformat(timespec="milliseconds")
+        entry = JournalEntry(at=at, text=text, run=run, index=index)
+        self._change(lambda info: {"journal": (*info.journal, entry)})
+        return entry
+
+    @property
+    def recording(self) -> Path | None:
+        """The run that is being recorded through this session; None between runs."""
+        writer = None if self._writer is None else self._writer()
+        return None if writer is None or writer.closed else writer.path
+
+    @property
+    def rejected(self) -> Mapping[str, str]:
+        """Runs that were set aside, by the name of the file, each with the reason."""
+        return dict(self._info.rejected)
+
+    def reject(self, run: Path, reason: str) -> None:
+        """Set a run aside: it is kept, but hidden from lists, report and statistics, until `restore`.
+
+        Raises
+        ------
+        SessionError
+            No such run here, or the folder cannot be written.
+        """
+        name = self._own(run)
+        self._change(lambda info: {"rejected": {**info.rejected, name: reason}})
+
+    def restore(self, run: Path) -> None:
+        """Take back that a run was set aside; idempotent.
+
+        Raises
+        ------
+        SessionError
+            No such run here, or the folder cannot be written.
+        """
+        name = self._own(run)
+        self._change(lambda info: {"rejected": {key: why for key, why in info.rejected.items() if key != name}})
 
     def new_run(
         self,
@@ -130,30 +240,67 @@ class Session:
 
         Raises
         ------
+        SessionError
+            The session is read-only.
         FileError
             The file cannot be made.
         """
-        numbers = [int(match[1]) for path in self.run_paths() if (match := _RUN.fullmatch(path.name))]
+        self._want_right()
+        numbers = [int(match[1]) for path in run_paths(self._path) if (match := _RUN.fullmatch(path.name))]
         number = max(numbers, default=0)
         setup_toml = dump_setup(self.setup)
         while True:
             number += 1
             try:
-                return RunWriter(
+                writer = RunWriter(
                     self._path / f"run-{number:04d}{SUFFIX}",
                     digitisation,
                     started_at=started_at,
                     trigger_index=trigger_index,
                     setup_toml=setup_toml,
-                    attributes=attributes,
+                    attributes={**self._facts(), **(attributes or {})},
                 )
             except RunExistsError:
-                # Taken between looking and making, by another program recording into the same session.
+                # Taken between looking and making, by whoever does not heed the lock.
                 continue
+            self._writer = weakref.ref(writer)
+            return writer
 
-    def run_paths(self) -> tuple[Path, ...]:
-        """Return the run files in the order of their numbers."""
-        return run_paths(self._path)
+    def run_paths(self, *, with_rejected: bool = False) -> tuple[Path, ...]:
+        """Return the run files in the order of their numbers, those that were set aside only where asked for."""
+        hidden = {} if with_rejected else self._info.rejected
+        return tuple(path for path in run_paths(self._path) if path.name not in hidden)
+
+    def _facts(self) -> dict[str, str]:
+        """Return what each run file says about its session, so that it can be understood alone."""
+        info = self._info
+        facts = {
+            "session": info.name,
+            "operator": info.operator,
+            "sample": info.sample,
+            "target": info.target,
+            "notes": info.notes,
+            "calibration": info.calibration.model_dump_json(),
+            "versions": json.dumps(info.versions, ensure_ascii=False),
+        }
+        return {key: fitted(text, _LARGEST_FACT).decode("utf-8") for key, text in facts.items()}
+
+    def _want_right(self) -> None:
+        right = self._right
+        if not isinstance(right, SessionLock):
+            raise type(right)(right.message, reasons=right.reasons, remedy=right.remedy)
+
+    def _own(self, run: Path) -> str:
+        if run.name not in {path.name for path in run_paths(self._path)}:
+            raise SessionError(f"{self._path} holds no run {run.name}.")
+        return run.name
+
+    def _change(self, change: Callable[[SessionInfo], dict[str, object]]) -> None:
+        """Change the record as it is on the disk now: another part of this program may have changed it."""
+        self._want_right()
+        with self._changing:
+            info = read_info(self._path)
+            self._write(info.model_copy(update=change(info)))
 
     def _write(self, info: SessionInfo) -> None:
         try:
@@ -167,48 +314,15 @@ class Session:
         self._info = info
 
 
+def is_run_name(name: str) -> bool:
+    """Return whether a file of that name is a run."""
+    return _RUN.fullmatch(name) is not None
+
+
 def run_paths(folder: Path) -> tuple[Path, ...]:
-    """Return the run files in a folder in the order of their numbers."""
+    """Return all run files in a folder in the order of their numbers."""
     try:
         found = [(int(match[1]), path) for path in folder.iterdir() if (match := _RUN.fullmatch(path.name))]
     except OSError:
         return ()
     return tuple(path for _, path in sorted(found))
-
-
-def _new_folder(parent: Path, name: str) -> Path:
-    try:
-        parent.mkdir(parents=True, exist_ok=True)
-        for number in range(1, 10_000):
-            folder = parent / (name if number == 1 else f"{name}-{number}")
-            try:
-                folder.mkdir()
-            except FileExistsError:
-                continue
-            return folder
-    except OSError as error:
-        raise SessionError(
-            f"No session can be made in {parent}: {error.strerror or error}.",
-            reasons=("the folder cannot be written", "part of the path is a file", "the disk is full"),
-            remedy="Choose another data folder.",
-        ) from None
-    raise SessionError(f"{parent} holds too many sessions named {name}.", remedy="Choose another name.")
-
-
-def _fit(name: str) -> str:
-    if not name or name != name.strip() or name.endswith(".") or _UNFIT.search(name) or _RESERVED.fullmatch(name):
-        raise SessionError(
-            f"{name!r} cannot be the name of a session.",
-            remedy='Use letters, digits, space, "-", "_" and "." inside.',
-        )
-    return name
-
-
-def _versions() -> dict[str, str]:
-    found = {"radargui": __version__, "python": platform.python_version(), "system": platform.platform()}
-    for library in _LIBRARIES:
-        try:
-            found[library] = version(library)
-        except PackageNotFoundError:
-            continue
-    return found

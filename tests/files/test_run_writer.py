@@ -80,7 +80,7 @@ def test_plain_hdf5_shows_the_layout_of_the_contract(tmp_path: Path) -> None:
         assert file["gaps"][0]["first_index"] == 900
         assert file["gaps"][0]["count"] == 10
         assert file["truth/position_m"].shape == (3, 1800)
-        assert set(file) == {"raw", "gaps", "markers", "truth"}
+        assert set(file) == {"raw", "gaps", "markers", "truth", "overview"}
 
 
 def test_a_gap_is_recorded_from_the_first_sample_written(tmp_path: Path) -> None:

@@ -34,6 +34,7 @@ def test_a_session_is_a_folder_named_by_its_time_with_its_record(tmp_path: Path)
         tmp_path / "deep" / "data", default_setup(), operator="Änne", notes="10 mm steel\nno wind", now=NOW
     )
     assert session.path == tmp_path / "deep" / "data" / "2026-11-20T15-04-05"
+    session.close()
     assert [path.name for path in session.path.iterdir()] == ["session.json"]
     content = json.loads((session.path / "session.json").read_text(encoding="utf-8"))
     assert content["operator"] == "Änne"

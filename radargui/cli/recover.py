@@ -1,0 +1,73 @@
+"""`radargui recover`: runs that a crash left unfinished are finished and processed."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+import typer
+
+from radargui.cli.console import progress_bar, show_table
+from radargui.cli.guard import FAILED, fail
+from radargui.experiment.recovery import RecoveredRun, recover_run
+from radargui.files.summary import summarise
+from radargui.model.errors import RadarGuiError, UsageError
+from radargui.report.rounding import UNKNOWN, quantity
+from radargui.session.data_folder import default_data_folder
+from radargui.session.recovery import UnfinishedRun, unfinished_runs
+
+
+def recover_runs(path: Path | None, *, only_list: bool = False) -> int:
+    """Finish and process the unfinished runs below a folder, print a table, and return the exit status.
+
+    Parameters
+    ----------
+    path
+        Data folder, session or run file; None: the data folder of the user.
+    only_list
+        Show them, change nothing.
+
+    Raises
+    ------
+    UsageError
+        No such file or folder.
+    """
+    where = path or default_data_folder()
+    if path is not None and not path.exists():
+        raise UsageError(f"{path}: no such file or folder")
+    found = unfinished_runs(where if where.is_dir() else where.parent)
+    if where.is_file():
+        found = tuple(one for one in found if one.path.name == where.name)
+    if not found:
+        typer.echo(f"No unfinished run in {where}.")
+        return 0
+    if only_list:
+        show_table(("run", "started", "length"), [_listed(one) for one in found])
+        return 0
+    status, rows = 0, []
+    for one in found:
+        try:
+            with progress_bar(f"Recovery of {one.path.name}") as tell:
+                recovered = recover_run(one.path, now=datetime.now().astimezone(), progress=tell)
+        except RadarGuiError as error:
+            status = fail(error, str(one.path))
+            continue
+        if recovered.error is not None:
+            fail(recovered.error, str(one.path))
+            status = FAILED
+        rows.append((*_listed(one), *_told(recovered)))
+    if rows:
+        show_table(("run", "started", "length", "e ± u_e", "status"), rows)
+    return status
+
+
+def _listed(one: UnfinishedRun) -> tuple[str, str, str]:
+    return str(one.path), one.started_at or UNKNOWN, f"{one.duration_s:.2f} s"
+
+
+def _told(recovered: RecoveredRun) -> tuple[str, str]:
+    if recovered.result is None:
+        return UNKNOWN, "recovered, not processed" if recovered.n_samples else "set aside: nothing was recorded"
+    summary = summarise(recovered.result)
+    e, u_e = (value if isinstance(value, float) else None for value in (summary["e"], summary["u_e"]))
+    return quantity(e, u_e), f"recovered, {recovered.result.status.replace('_', ' ')}"

@@ -1,0 +1,213 @@
+"""Two results of a run side by side: what was set differently, and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from radargui.experiment.reprocess import own_setup, process_run
+from radargui.files.run_file import read_run
+from radargui.files.stored_results import StoredResult, read_stored_results
+from radargui.files.summary import summarise
+from radargui.model.errors import SetupError
+from radargui.model.setup import Setup
+from radargui.model.setup_change import changed
+from radargui.model.setup_file import parse_setup
+from radargui.processing.offline import process
+
+FIGURES = (
+    ("e", "u_e", ""),
+    ("drop_height_m", "", "m"),
+    ("impact_speed_m_s", "", "m/s"),
+    ("g_m_s2", "u_g_m_s2", "m/s²"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """One of the two results.
+
+    Attributes
+    ----------
+    summary
+        See `files.summary.summarise`.
+    setup
+        What it was made with; None where this version cannot read it.
+    processed_at
+        ISO 8601; empty where it was made just now.
+    """
+
+    summary: Mapping[str, object]
+    setup: Setup | None
+    processed_at: str = ""
+
+    def figure(self, key: str) -> float | None:
+        """Return a figure of the summary; None where it is not known."""
+        value = self.summary.get(key)
+        return float(value) if isinstance(value, int | float) else None
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedFigure:
+    """A figure of both results.
+
+    Attributes
+    ----------
+    name, unit
+        As in the summary.
+    before, after
+        None where it is not known.
+    u_before, u_after
+        Standard uncertainties, None where there are none.
+    """
+
+    name: str
+    unit: str
+    before: float | None
+    after: float | None
+    u_before: float | None = None
+    u_after: float | None = None
+
+    @property
+    def difference(self) -> float | None:
+        """After less before; None where one is not known."""
+        return None if self.before is None or self.after is None else self.after - self.before
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedSetting:
+    """A key of the setup with two values; None where it is left out."""
+
+    key: str
+    before: object
+    after: object
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Two results of one run.
+
+    Attributes
+    ----------
+    run
+        Run file.
+    before, after
+        The results.
+    """
+
+    run: Path
+    before: Side
+    after: Side
+
+    @property
+    def figures(self) -> tuple[ComparedFigure, ...]:
+        """The figures of both."""
+        return tuple(
+            ComparedFigure(
+                name,
+                unit,
+                self.before.figure(name),
+                self.after.figure(name),
+                self.before.figure(uncertainty),
+                self.after.figure(uncertainty),
+            )
+            for name, uncertainty, unit in FIGURES
+        )
+
+    @property
+    def settings(self) -> tuple[ChangedSetting, ...]:
+        """What was set differently; empty where one of the setups cannot be read."""
+        if self.before.setup is None or self.after.setup is None:
+            return ()
+        return changed_settings(self.before.setup, self.after.setup)
+
+
+def compare_stored(run: Path) -> Comparison | None:
+    """Return the result that is stored with a run beside the one before; None where there was none before.
+
+    Raises
+    ------
+    FileError
+        The run cannot be read.
+    """
+    *earlier, present = read_stored_results(run) or (None,)
+    if not earlier or present is None or earlier[-1] is None:
+        return None
+    return Comparison(run, _side(earlier[-1]), _side(present))
+
+
+def compare_with(
+    run: Path,
+    setup: Setup | None = None,
+    changes: Mapping[str, Any] | None = None,
+    *,
+    keep: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Comparison:
+    """Process a run with other settings and return the result beside the one that is stored; the samples stay.
+
+    Parameters
+    ----------
+    run
+        Run file.
+    setup
+        Antennas, calibration, processing; None: what the run was recorded with.
+    changes
+        Keys of it with another value, such as `processing.correction`.
+    keep
+        Whether the new result takes the place of the stored one, whose figures are kept beside it.
+    progress
+        Called with the share done.
+
+    Raises
+    ------
+    FileError
+        The run cannot be read, or the results not be kept.
+    SetupError
+        A value is not allowed.
+    UsageError
+        No setup is given and the run holds none.
+    ProcessingError
+        The samples do not fit the setup.
+    """
+    other = changed(setup or own_setup(run), changes or {}, "the other settings")
+    stored = read_stored_results(run)
+    recording = None
+    if stored and stored[-1].is_present:
+        before = _side(stored[-1])
+    else:
+        recording = read_run(run)
+        first = process(recording, own_setup(run))
+        before = Side(summarise(first), first.setup)
+    result = (
+        process_run(run, other, progress=progress) if keep else process(recording or read_run(run), other, progress)
+    )
+    return Comparison(run, before, Side(summarise(result), result.setup))
+
+
+def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
+    """Return the keys that two setups give different values, in the order of the setup file."""
+    old, new = (dict(_flat(one.model_dump(by_alias=True, exclude_none=True, mode="json"))) for one in (before, after))
+    keys = [*old, *(key for key in new if key not in old)]
+    return tuple(ChangedSetting(key, old.get(key), new.get(key)) for key in keys if old.get(key) != new.get(key))
+
+
+def _flat(value: object, place: str = "") -> Iterator[tuple[str, object]]:
+    if isinstance(value, Mapping):
+        for key, below in value.items():
+            yield from _flat(below, f"{place}.{key}" if place else str(key))
+    elif isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
+        for number, below in enumerate(value, 1):
+            yield from _flat(below, f"{place}[{number}]")
+    else:
+        yield place, list(value) if isinstance(value, tuple) else value
+
+
+def _side(stored: StoredResult) -> Side:
+    try:
+        setup = parse_setup(stored.setup_toml, "setup in the results")
+    except SetupError:
+        setup = None
+    return Side(stored.summary, setup, stored.processed_at)

@@ -1,0 +1,185 @@
+"""The overview of a run: lowest and highest sample of each bin, at some levels, so that a picture needs no samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radargui.files import hdf5
+from radargui.files import run_layout as layout
+from radargui.files.run_header import is_run, read_digitisation
+from radargui.files.whole_samples import whole_samples
+from radargui.model.arrays import FloatArray, RawArray
+
+FINEST_BIN = 64
+"""Samples in a bin of the finest level of a short run."""
+MOST_BINS = 1 << 18
+"""Bins of the finest level; a longer run gets larger ones, so that memory stays bounded overnight."""
+STEP = 16
+"""Bins of one level that make one of the next."""
+FEWEST_BINS = 2048
+"""A level with fewer bins has none above it."""
+_PIECE = 1 << 18
+
+
+@dataclass(frozen=True, slots=True)
+class Overview:
+    """Lowest and highest sample of each bin.
+
+    Attributes
+    ----------
+    lowest, highest
+        Shape (n_channels, n_bins), in the unit of the run (volts); NaN where a bin holds no number.
+    bin_samples
+        Stored samples in a bin; the last one may hold fewer.
+    n_samples
+        Stored samples of each channel in all.
+    sample_rate_hz
+        Rate of each channel.
+    channel_names
+        One a row.
+    """
+
+    lowest: FloatArray
+    highest: FloatArray
+    bin_samples: int
+    n_samples: int
+    sample_rate_hz: float
+    channel_names: tuple[str, ...]
+
+
+class OverviewMaker:
+    """Makes the finest level while samples come, in bounded memory.
+
+    Parameters
+    ----------
+    n_channels, dtype
+        As the samples.
+    """
+
+    def __init__(self, n_channels: int, dtype: Any) -> None:
+        self._bin = FINEST_BIN
+        self._room = np.empty((2, n_channels, MOST_BINS), dtype=dtype)
+        self._n_bins = 0
+        self._left = np.empty((n_channels, 0), dtype=dtype)
+
+    def add(self, samples: RawArray) -> None:
+        """Take the samples that follow, shape (n_channels, n)."""
+        samples = np.concatenate([self._left, samples], axis=1)
+        done = 0
+        while (count := (samples.shape[1] - done) // self._bin) > 0:
+            if self._n_bins == MOST_BINS:
+                self._coarser()
+                continue
+            take = min(count, MOST_BINS - self._n_bins)
+            binned = samples[:, done : done + take * self._bin].reshape(samples.shape[0], take, self._bin)
+            self._put(np.fmin.reduce(binned, axis=2), np.fmax.reduce(binned, axis=2))
+            done += take * self._bin
+        self._left = samples[:, done:].copy()
+
+    def level(self) -> tuple[RawArray, RawArray, int]:
+        """Return lowest and highest, shape (n_channels, n_bins), and the samples in a bin; the last may hold fewer."""
+        lowest, highest = (part[:, : self._n_bins] for part in self._room)
+        if self._left.shape[1]:
+            lowest = np.concatenate([lowest, np.fmin.reduce(self._left, axis=1)[:, None]], axis=1)
+            highest = np.concatenate([highest, np.fmax.reduce(self._left, axis=1)[:, None]], axis=1)
+        return lowest, highest, self._bin
+
+    def _put(self, lowest: RawArray, highest: RawArray) -> None:
+        end = self._n_bins + lowest.shape[1]
+        self._room[0, :, self._n_bins : end] = lowest
+        self._room[1, :, self._n_bins : end] = highest
+        self._n_bins = end
+
+    def _coarser(self) -> None:
+        half = self._n_bins // 2
+        self._room[0, :, :half] = np.fmin(self._room[0, :, 0::2], self._room[0, :, 1::2])
+        self._room[1, :, :half] = np.fmax(self._room[1, :, 0::2], self._room[1, :, 1::2])
+        self._n_bins, self._bin = half, 2 * self._bin
+
+
+def write_overview(file: Any, maker: OverviewMaker, unit: str) -> None:
+    """Store the levels in an open run file, in place of older ones."""
+    if layout.OVERVIEW in file:
+        del file[layout.OVERVIEW]
+    group = file.create_group(layout.OVERVIEW)
+    lowest, highest, size = maker.level()
+    number = 0
+    while lowest.shape[1]:
+        level = group.create_group(f"level_{number}")
+        level.attrs["bin_samples"] = size
+        for name, values in (("lowest", lowest), ("highest", highest)):
+            hdf5.store(level, name, values, layout.LARGEST_CHUNK, unit=unit)
+        if lowest.shape[1] < FEWEST_BINS:
+            return
+        lowest, highest, size, number = _reduced(np.fmin, lowest), _reduced(np.fmax, highest), size * STEP, number + 1
+
+
+def read_overview(path: Path, least_bins: int = 2000) -> Overview:
+    """Return the coarsest stored level with at least so many bins, else the finest; computed where none is stored.
+
+    Parameters
+    ----------
+    path
+        Run file.
+    least_bins
+        About the width of the picture in pixels.
+
+    Raises
+    ------
+    FileError
+        Unreadable, damaged, or no run file.
+    """
+    with hdf5.opened(path, "a run file", is_run) as file:
+        raw = hdf5.dataset(file, layout.RAW, path, (2,))
+        digitisation = read_digitisation(raw, path)
+        found = _stored(file, path, least_bins)
+        count = int(raw.shape[1])
+        if found is None:
+            count = whole_samples(raw)
+            found = _computed(raw, count)
+        lowest, highest, size = found
+        ends = digitisation.volts(lowest), digitisation.volts(highest)
+        return Overview(
+            # a negative factor in the scaling turns them round
+            np.fmin(*ends),
+            np.fmax(*ends),
+            size,
+            count,
+            digitisation.sample_rate_hz,
+            digitisation.channel_names,
+        )
+
+
+def _stored(file: Any, path: Path, least_bins: int) -> tuple[RawArray, RawArray, int] | None:
+    n_channels, count = file[layout.RAW].shape
+    levels = []
+    for level in file[layout.OVERVIEW].values() if layout.OVERVIEW in file else ():
+        size = int(hdf5.number(level.attrs, "bin_samples") or 0)
+        lowest, highest = (hdf5.dataset(level, name, path, (2,)) for name in ("lowest", "highest"))
+        if size >= 1 and lowest.shape == highest.shape == (n_channels, -(-count // size)):
+            levels.append((lowest, highest, size))
+    if not levels:
+        return None
+    levels.sort(key=lambda level: level[2], reverse=True)
+    best = next((level for level in levels if level[0].shape[1] >= least_bins), levels[-1])
+    return best[0][:], best[1][:], best[2]
+
+
+def _computed(raw: Any, count: int) -> tuple[RawArray, RawArray, int]:
+    maker = OverviewMaker(raw.shape[0], raw.dtype)
+    length = max(_PIECE // raw.chunks[1], 1) * raw.chunks[1] if raw.chunks else _PIECE
+    for first in range(0, count, length):
+        maker.add(raw[:, first : min(first + length, count)])
+    return maker.level()
+
+
+def _reduced(of: np.ufunc, values: RawArray) -> RawArray:
+    whole = values.shape[1] // STEP * STEP
+    out = of.reduce(values[:, :whole].reshape(values.shape[0], -1, STEP), axis=2)
+    if whole < values.shape[1]:
+        out = np.concatenate([out, of.reduce(values[:, whole:], axis=1)[:, None]], axis=1)
+    return np.asarray(out)

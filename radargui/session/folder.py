@@ -1,0 +1,54 @@
+"""The folder of a session: made anew, under a name that every system can have."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from radargui.model.errors import SessionError
+
+NAME_FORMAT = "%Y-%m-%dT%H-%M-%S"
+_UNFIT = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
+_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+
+
+def new_folder(parent: Path, name: str) -> Path:
+    """Make a folder that was not there; where the name is taken, -2, -3, ... is added.
+
+    Raises
+    ------
+    SessionError
+        It cannot be made.
+    """
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        for number in range(1, 10_000):
+            folder = parent / (name if number == 1 else f"{name}-{number}")
+            try:
+                folder.mkdir()
+            except FileExistsError:
+                continue
+            return folder
+    except OSError as error:
+        raise SessionError(
+            f"No session can be made in {parent}: {error.strerror or error}.",
+            reasons=("the folder cannot be written", "part of the path is a file", "the disk is full"),
+            remedy="Choose another data folder.",
+        ) from None
+    raise SessionError(f"{parent} holds too many sessions named {name}.", remedy="Choose another name.")
+
+
+def fit_name(name: str) -> str:
+    """Return a name that every system can have.
+
+    Raises
+    ------
+    SessionError
+        It cannot be the name of a folder.
+    """
+    if not name or name != name.strip() or name.endswith(".") or _UNFIT.search(name) or _RESERVED.fullmatch(name):
+        raise SessionError(
+            f"{name!r} cannot be the name of a session.",
+            remedy='Use letters, digits, space, "-", "_" and "." inside.',
+        )
+    return name

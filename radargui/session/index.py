@@ -1,0 +1,213 @@
+"""The index of a data folder: a small database in the user's cache folder; the folders are the truth.
+
+Each look compares the dates and sizes of all files with those in the index and reads what has changed. An index that is
+missing, damaged, or of another version is made anew; where none can be kept, it is made in memory.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import logging
+import os
+import sqlite3
+from collections.abc import Callable, Iterable
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from radargui.files.run_card import RunCard, read_run_card
+from radargui.model.errors import FileError, SessionError
+from radargui.session.info import SessionInfo, read_info
+from radargui.session.query import antenna_key
+from radargui.session.scan import SeenSession, sessions_below
+
+SCHEMA = 1
+IN_MEMORY = Path(":memory:")
+_WAIT_S = 2.0
+_log = logging.getLogger(__name__)
+
+_SESSION_KEYS = (
+    "folder", "stamp", "name", "created_at", "day", "operator", "sample", "target", "notes", "setup_name", "antennas",
+    "searched", "problem",
+)  # fmt: skip
+_RUN_KEYS = (
+    "folder", "name", "stamp", "started_at", "finished", "recovered_at", "n_samples", "sample_rate_hz", "status", "e",
+    "u_e", "summary", "searched", "rejected", "problem",
+)  # fmt: skip
+_TABLES = (
+    f"CREATE TABLE sessions ({', '.join(_SESSION_KEYS)}, PRIMARY KEY (folder))",
+    f"CREATE TABLE runs ({', '.join(_RUN_KEYS)}, PRIMARY KEY (folder, name)) WITHOUT ROWID",
+    "CREATE INDEX runs_e ON runs (e)",
+    f"PRAGMA user_version = {SCHEMA}",
+)
+
+
+def default_index_path(data_folder: Path) -> Path:
+    """Return where the index of a data folder is kept; it may not be there yet."""
+    real = os.path.normcase(os.path.realpath(data_folder))
+    name = f"catalogue-{hashlib.sha256(real.encode('utf-8', 'surrogatepass')).hexdigest()[:16]}.sqlite3"
+    return platformdirs.user_cache_path("radargui", appauthor=False) / name
+
+
+def open_index(path: Path) -> sqlite3.Connection:
+    """Return the index in a file; made anew where it cannot be used, in memory where it cannot be kept."""
+    index = None
+    for attempt in (_opened, _made_anew) if path != IN_MEMORY else ():
+        try:
+            index = attempt(path)
+            break
+        except (sqlite3.Error, OSError) as error:
+            _log.info("The index %s cannot be used: %s", path, error)
+    if index is None:
+        index = _with_tables(sqlite3.connect(IN_MEMORY, check_same_thread=False))
+    index.create_function("fold", 1, str.casefold, deterministic=True)
+    return index
+
+
+def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, tell: Callable[[float], None]) -> int:
+    """Read what has changed since the last time, and return how many files that were.
+
+    Parameters
+    ----------
+    index
+        The index.
+    data_folder
+        The truth.
+    tell
+        Called with the share done.
+    """
+    seen = {_relative(one.path, data_folder): one for one in sessions_below(data_folder)}
+    known_sessions = dict(index.execute("SELECT folder, stamp FROM sessions"))
+    known_runs: dict[str, dict[str, str]] = {}
+    for folder, name, stamp in index.execute("SELECT folder, name, stamp FROM runs"):
+        known_runs.setdefault(folder, {})[name] = stamp
+    changed = [
+        folder
+        for folder, one in seen.items()
+        if known_sessions.get(folder) != one.stamp or known_runs.get(folder, {}) != one.runs
+    ]
+    gone = known_sessions.keys() - seen.keys()
+    if not changed and not gone:
+        return 0
+    with index:
+        for folder in gone:
+            _forget(index, folder)
+    n_read, total = 0, sum(1 + len(seen[folder].runs) for folder in changed)
+    for folder in changed:
+        old_stamp = known_sessions.get(folder)
+        with index:
+            n_read += _renew(index, folder, seen[folder], old_stamp, known_runs.get(folder, {}))
+        tell(min(n_read / total, 1.0))
+    return n_read
+
+
+def _renew(index: sqlite3.Connection, folder: str, one: SeenSession, old_stamp: str | None, old: dict[str, str]) -> int:
+    info, problem = _info(one)
+    rejected = info.rejected if info else {}
+    _put(index, "sessions", _SESSION_KEYS, [_session_row(folder, one, info, problem)])
+    gone = [(folder, name) for name in old if name not in one.runs]
+    index.executemany("DELETE FROM runs WHERE folder = ? AND name = ?", gone)
+    if one.stamp != old_stamp:
+        # the reason of a rejection stands in the record of the session
+        index.executemany(
+            "UPDATE runs SET rejected = ? WHERE folder = ? AND name = ?",
+            [(rejected.get(name, ""), folder, name) for name in one.runs],
+        )
+    fresh = [name for name, stamp in one.runs.items() if old.get(name) != stamp]
+    _put(index, "runs", _RUN_KEYS, (_run_row(folder, name, one, rejected.get(name, "")) for name in fresh))
+    return 1 + len(fresh)
+
+
+def _session_row(folder: str, one: SeenSession, info: SessionInfo | None, problem: str) -> tuple[Any, ...]:
+    name = one.path.name
+    if info is None:
+        return (folder, one.stamp, name, "", "", "", "", "", "", "", "", name.casefold(), problem)
+    words = [info.name, name, info.operator, info.sample, info.target, info.notes, info.setup_name]
+    words += [entry.text for entry in info.journal] + list(info.rejected.values())
+    return (
+        folder, one.stamp, name, info.created_at, _day(info.created_at), info.operator, info.sample, info.target,
+        info.notes, info.setup_name, antenna_key(info.setup), "\n".join(words).casefold(), "",
+    )  # fmt: skip
+
+
+def _run_row(folder: str, name: str, one: SeenSession, rejected: str) -> tuple[Any, ...]:
+    try:
+        card, problem = read_run_card(one.path / name), ""
+    except FileError as error:
+        card, problem = RunCard(finished=False), str(error)
+    return (
+        folder, name, one.runs[name], card.started_at, card.finished, card.recovered_at, card.n_samples,
+        card.sample_rate_hz, str(card.summary.get("status", "")), card.summary.get("e"), card.summary.get("u_e"),
+        json.dumps(card.summary), "\n".join(card.markers).casefold(), rejected, problem,
+    )  # fmt: skip
+
+
+def _info(one: SeenSession) -> tuple[SessionInfo | None, str]:
+    try:
+        return read_info(one.path), ""
+    except SessionError as error:
+        return None, str(error)
+
+
+def _put(index: sqlite3.Connection, table: str, keys: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> None:
+    marks = ", ".join("?" * len(keys))
+    index.executemany(f"INSERT OR REPLACE INTO {table} ({', '.join(keys)}) VALUES ({marks})", rows)  # noqa: S608
+
+
+def _forget(index: sqlite3.Connection, folder: str) -> None:
+    index.execute("DELETE FROM sessions WHERE folder = ?", (folder,))
+    index.execute("DELETE FROM runs WHERE folder = ?", (folder,))
+
+
+def _relative(path: Path, data_folder: Path) -> str:
+    return path.relative_to(data_folder).as_posix()
+
+
+def _day(created_at: str) -> str:
+    try:
+        return datetime.fromisoformat(created_at).date().isoformat()
+    except ValueError:
+        return ""
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    index = sqlite3.connect(path, timeout=_WAIT_S, check_same_thread=False)
+    try:
+        # it can always be made again: no waiting for the disk
+        index.execute("PRAGMA synchronous = OFF")
+        (empty,) = index.execute("SELECT count(*) = 0 FROM sqlite_master").fetchone()
+        if empty:
+            return _with_tables(index)
+        _want_sound(index)
+    except BaseException:
+        index.close()
+        raise
+    return index
+
+
+def _want_sound(index: sqlite3.Connection) -> None:
+    (version,) = index.execute("PRAGMA user_version").fetchone()
+    if version != SCHEMA:
+        raise sqlite3.DatabaseError(f"it is of version {version}")
+    for table, keys in (("sessions", _SESSION_KEYS), ("runs", _RUN_KEYS)):
+        index.execute(f"SELECT {', '.join(keys)} FROM {table} LIMIT 1").fetchone()  # noqa: S608
+    if index.execute("PRAGMA quick_check(1)").fetchone() != ("ok",):
+        raise sqlite3.DatabaseError("it is damaged")
+
+
+def _made_anew(path: Path) -> sqlite3.Connection:
+    with contextlib.suppress(FileNotFoundError):
+        path.unlink()
+    return _opened(path)
+
+
+def _with_tables(index: sqlite3.Connection) -> sqlite3.Connection:
+    with index:
+        for statement in _TABLES:
+            index.execute(statement)
+    return index

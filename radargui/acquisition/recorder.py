@@ -156,6 +156,13 @@ class Recorder:
         """Absolute index from which the recorder is armed again after a run; None before it is."""
         return self._armed_again_at
 
+    def want_another(self) -> bool:
+        """Record one run more than was asked for; False where it is too late. From any thread."""
+        if self.is_done:
+            return False
+        self._n_runs += 1
+        return True
+
     def at_rail(self) -> dict[str, int]:
         """Return how many samples of the present or last run sit at the end of the range, by channel."""
         return self._output.tally.at_rail if self._output else {}

@@ -158,6 +158,20 @@ class Experiment:
         if acquisition is not None:
             acquisition.request_stop()
 
+    def reject(self, run: Path, reason: str = "rejected by the operator") -> None:
+        """Set a run aside (kept, hidden, reversible); a series that goes on records another one in its place.
+
+        Raises
+        ------
+        SessionError
+            No such run, or the session cannot be written.
+        """
+        known = run.name in self._session.rejected
+        self._session.reject(run, reason)
+        acquisition = self._acquisition
+        if not known and acquisition is not None and acquisition.recorder is not None:
+            acquisition.recorder.want_another()
+
     def cancel(self) -> None:
         """End everything soon: what was recorded is kept, nothing more is recorded or processed."""
         with self._lock:

@@ -140,3 +140,26 @@ def test_the_live_track_of_a_falling_sphere_follows_the_truth() -> None:
     error_m = np.linalg.norm(span.position_m - truth, axis=0)[falling]
     assert np.sqrt(np.mean(error_m**2)) < 3e-3
     assert live.skipped == 0
+
+
+def test_the_worker_is_told_when_the_tracer_hangs_at_its_release_again() -> None:
+    calls: list[object] = []
+
+    class Told:
+        def push(self, samples: RawArray, first_index: int) -> LiveEstimate:
+            calls.append(first_index)
+            return estimate(first_index, samples.shape[1])
+
+        def at_release(self) -> None:
+            calls.append("release")
+
+    ring = Ring(2, 1000, np.int16)
+    worker = LiveWorker(ring, Told(), LiveTrack(1, 1000.0, 1.0), 900)
+    ring.append(Block(np.zeros((2, 100), dtype=np.int16), 0))
+    worker.at_release(100)
+    worker.catch_up()
+    ring.append(Block(np.zeros((2, 50), dtype=np.int16), 100))
+    worker.catch_up()
+    ring.append(Block(np.zeros((2, 50), dtype=np.int16), 150))
+    worker.catch_up()
+    assert calls == [0, "release", 100, 150]

@@ -12,10 +12,12 @@ from support.controlled_source import MemoryRun, codes, digitisation
 from radargui.acquisition import disk
 from radargui.acquisition import recorder as recorder_module
 from radargui.acquisition.recorder import Recorder
+from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.state import Ending, RecorderState
 from radargui.model.arrays import RawArray
 from radargui.model.block import Block, Gap
 from radargui.model.daq import RecordingLimits
+from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError
 from radargui.model.truth import Truth
 
@@ -238,3 +240,65 @@ def test_a_disk_that_fills_up_stops_the_run_while_the_file_can_be_closed(
 def test_the_free_space_of_a_folder_that_is_not_there_is_unknown(tmp_path: Path) -> None:
     assert disk.free_bytes(tmp_path / "nowhere") is None
     assert (disk.free_bytes(tmp_path) or 0) > 0
+
+
+class Runs:
+    """Opens one file in memory after the other."""
+
+    def __init__(self) -> None:
+        self.files: list[MemoryRun] = []
+
+    def __call__(self, how: Digitisation, *, started_at: str, trigger_index: int | None) -> MemoryRun:
+        self.files.append(MemoryRun())
+        return self.files[-1](how, started_at=started_at, trigger_index=trigger_index)
+
+
+class Fussy:
+    """A judge that wants runs of more than a length."""
+
+    def __init__(self, _: Digitisation) -> None:
+        self.count = 0
+
+    def push(self, samples: RawArray) -> None:
+        self.count += samples.shape[1]
+
+    def refusal(self) -> str:
+        return "" if self.count > 4500 else "too short"
+
+
+@pytest.mark.parametrize("size", [37, 200, 5000])
+def test_runs_follow_each_other_bit_exact_and_those_refused_do_not_count(size: int) -> None:
+    samples = codes(60_000)
+    for first, length in ((5000, 2000), (12_000, 300), (20_000, 2500), (40_000, 2000)):
+        samples[:, first : first + length] = codes(length, seed=first, moving=slice(0, length))
+    runs, told = Runs(), list[FinishedRun]()
+    states: list[RecorderState] = []
+    recorder = Recorder(runs, LIMITS, n_runs=2, make_judge=Fussy, on_run=told.append, on_change=states.append)
+    recorder.prepare(digitisation(), START)
+    for block in blocks(samples, size):
+        recorder.push(block)
+    assert [run.set_aside for run in told] == ["", "too short", ""]
+    assert [run.is_last for run in told] == [False, False, True]
+    assert [run.number for run in told] == [1, 2, 3]
+    assert recorder.n_wanted == 2
+    for run, file in zip(told, runs.files, strict=True):
+        assert np.array_equal(file.raw, samples[:, run.first_index : run.end_index])
+        assert file.health["samples_recorded"] == run.count
+        assert file.complete
+    assert [run.first_index + 2000 for run in told] == pytest.approx([5000, 12_000, 20_000], abs=250)
+    assert states.count(RecorderState.ARMED) == 3
+    assert states[-1] is RecorderState.DONE
+
+
+def test_one_run_more_can_be_wanted_while_there_is_time() -> None:
+    samples = codes(40_000)
+    for first in (5000, 20_000):
+        samples[:, first : first + 2000] = codes(2000, seed=first, moving=slice(0, 2000))
+    runs = Runs()
+    recorder = Recorder(runs, LIMITS)
+    recorder.prepare(digitisation(), START)
+    assert recorder.want_another()
+    for block in blocks(samples, 200):
+        recorder.push(block)
+    assert len(runs.files) == 2
+    assert not recorder.want_another()

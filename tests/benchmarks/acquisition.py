@@ -32,7 +32,6 @@ from radargui.experiment.experiment import Experiment
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_health import read_health
 from radargui.model.block import Block
-from radargui.model.digitisation import Digitisation
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup

@@ -139,3 +139,15 @@ def test_a_source_in_which_nothing_moves_records_no_run_and_is_status_1(
     assert ended.status == 1
     assert "No run was recorded" in ended.error
     assert json.loads((only_session(tmp_path / "out").path / "session.json").read_text(encoding="utf-8"))
+
+
+def test_hands_free_records_drops_from_one_stream_and_sets_the_hand_aside(command: Command, setup_file: Path) -> None:
+    ended = command(
+        "record", "--fast", "--hands-free", "--runs", 2, "--setup", setup_file, "--output", setup_file.parent / "out"
+    )
+    assert ended.status == 0, ended.err
+    session = only_session(setup_file.parent / "out")
+    assert [path.name for path in session.run_paths()] == ["run-0001.h5", "run-0003.h5"]
+    assert list(session.rejected) == ["run-0002.h5"]
+    assert "run 2: run-0002.h5: set aside, nothing in it falls freely" in ended.out
+    assert [line.split()[0] for line in ended.out.splitlines()[-3:]] == ["run-0001", "run-0002", "run-0003"]

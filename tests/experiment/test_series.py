@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
+import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -52,6 +54,16 @@ class Endless(SimulatedSource):
     def open(self):  # type: ignore[no-untyped-def]
         type(self).opened += 1
         return super().open()
+
+
+class Quick:
+    """Time that runs five times as fast."""
+
+    def now(self) -> float:
+        return 5.0 * time.perf_counter()
+
+    def wait(self, seconds: float, interrupt: threading.Event) -> bool:
+        return interrupt.wait(max(seconds, 0.0) / 5.0)
 
 
 def series(
@@ -124,7 +136,7 @@ def test_every_sample_between_two_drops_was_taken_from_one_stream(tmp_path: Path
     for run in found:
         assert np.array_equal(read_run(run.path).raw, whole.samples(run.first_index, run.count))
         assert run.end_index == run.first_index + run.count
-    for before, after in zip(found[:-1], found[1:], strict=True):
+    for before, after in itertools.pairwise(found):
         # the pre-trigger history of the next one reaches back into the quiet end of the one before
         assert after.first_index <= before.end_index + 15000
         assert after.first_index > before.end_index - 0.3 * 10000 - 400
@@ -142,6 +154,20 @@ def test_a_run_set_aside_can_be_taken_back_and_processed(tmp_path: Path) -> None
     assert hand in session.run_paths()
     session.reject(hand, "false trigger")
     assert Session.open(session.path).rejected == {hand.name: "false trigger"}
+
+
+def test_a_run_that_the_operator_rejects_is_recorded_again(tmp_path: Path) -> None:
+    setup = drops()
+    experiment, _ = series(tmp_path, setup, lambda _: SimulatedSource(setup, repeat=True, realtime=True, clock=Quick()))
+    runs = []
+    for run in experiment.record(2):
+        runs.append(run)
+        if run.number == 1 and run.path is not None:
+            experiment.reject(run.path)
+            experiment.reject(run.path, "a cable moved")
+    assert [run.number for run in runs if not run.set_aside] == [1, 3, 5]
+    assert experiment.session.rejected["run-0001.h5"] == "a cable moved"
+    assert len(experiment.session.run_paths()) == 2
 
 
 def test_all_that_moves_is_a_run_where_the_setup_says_so(tmp_path: Path) -> None:

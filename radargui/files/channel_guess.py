@@ -112,7 +112,7 @@ def _told(name: str) -> tuple[int, str] | None:
     """Return the number (0 where there is none) and I or Q that a name tells; None where it does not."""
     tokens = [token.lower() for token in _TOKEN.findall(name)]
     parts = [_PARTS[token] for token in tokens if token in _PARTS]
-    numbers = [int(token) for token in tokens if token.isascii() and token.isdigit()]
+    numbers = [int(token[-15:]) for token in tokens if token.isascii() and token.isdigit()]
     if len(parts) != 1:
         return None
     return (numbers[-1] if numbers else 0, parts[0])

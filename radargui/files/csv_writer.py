@@ -15,9 +15,11 @@ from radargui.files.progress import Progress
 from radargui.files.run_stream import RunStream
 from radargui.files.signals import TIME_NAME
 from radargui.model.arrays import IntArray, RawArray
+from radargui.model.errors import FileError
 
 _Bytes = NDArray[np.uint8]
 _NS = 1e9
+_LARGEST_NS = 9e18
 _ROWS = 1 << 14
 _NOTHING = 0
 _COMMA, _NEWLINE, _POINT, _ZERO = b",\n.0"
@@ -47,6 +49,8 @@ def _write_rows(run: RunStream, file: BinaryIO, tell: Progress) -> None:
         for first in range(0, piece.shape[1], _ROWS):
             part = piece[:, first : first + _ROWS]
             index = absolute_index(done, part.shape[1], facts.gaps)
+            if index[-1] * (_NS / facts.digitisation.sample_rate_hz) > _LARGEST_NS:
+                raise FileError(f"{run.path}: its gap records tell of more time than a table can hold.")
             times = _texts_of_times(index, facts.digitisation.sample_rate_hz)
             if tables is None:
                 file.writelines(_rows_of_values(times, part))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from radargui.files.signals import Signal, Signals
 from radargui.model.arrays import RawArray
 from radargui.model.digitisation import Digitisation
 
+_NUMBERED = re.compile(r"ch([0-9]{1,4})")
 Read = Callable[[Path, Sequence[str]], Signals]
 FindFacts = Callable[[Path], ExportFacts | None]
 FindCodes = Callable[[Path, ExportFacts], RawArray | None]
@@ -62,7 +64,8 @@ def _row(name: str, known: Digitisation) -> int | None:
     last = name.rpartition("/")[2]
     if last in known.channel_names:
         return known.channel_names.index(last)
-    place = int(last[2:]) - 1 if last.startswith("ch") and last[2:].isascii() and last[2:].isdigit() else -1
+    match = _NUMBERED.fullmatch(last)
+    place = int(match[1]) - 1 if match else -1
     return place if 0 <= place < known.n_channels else None
 
 

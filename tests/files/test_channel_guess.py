@@ -50,6 +50,7 @@ def test_a_lone_pair_needs_no_number() -> None:
         (("upper", "lower", "left"), ["upper", "lower"]),
         (tuple(f"x{k}" for k in range(11)), [f"x{k}" for k in range(8)]),
         (("I1", "Q2"), ["I1", "Q2"]),
+        (("9" * 5000, "x"), ["9" * 5000, "x"]),
         (("I1", "Q1", "i_1", "q_1"), ["I1", "Q1", "i_1", "q_1"]),
     ],
 )

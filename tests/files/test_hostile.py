@@ -84,6 +84,12 @@ def test_any_text_as_channel_map_is_refused_or_complete_pairs(text: str) -> None
         assert len(found.entries) == 2 * found.n_receivers
 
 
+def test_a_receiver_of_five_thousand_digits_is_no_channel_map() -> None:
+    with pytest.raises(UsageError) as refusal:
+        parse_channel_map(f"I{'9' * 5000}=x,Q1=y")
+    assert "\n" not in str(refusal.value)
+
+
 @settings(deadline=None, max_examples=150)
 @given(st.text(max_size=200) | st.text("[]{}=\"'.#\n ae1_-", max_size=60))
 def test_any_text_as_setup_is_refused_in_one_line(text: str) -> None:

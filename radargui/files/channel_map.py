@@ -15,7 +15,7 @@ from radargui.model.recording import Recording
 __all__ = ["ChannelEntry", "ChannelMap", "list_channels", "parse_channel_map", "read_mapped"]
 
 LARGEST = 4
-_ENTRY = re.compile(r"\s*([IQ])(\d{1,9})\s*=", re.IGNORECASE)
+_ENTRY = re.compile(r"\s*([IQ])(\d{1,99})\s*=", re.IGNORECASE)
 _SUFFIX = "|".join(re.escape(suffix) for suffix in sorted(SUFFIXES, key=len, reverse=True))
 _WITH_SUFFIX = re.compile(rf"(.*?(?:{_SUFFIX})):(.*)", re.IGNORECASE | re.DOTALL)
 _FORM = "Write I1=NAME,Q1=NAME,... or I1=PATH:NAME,Q1=PATH:NAME,..."

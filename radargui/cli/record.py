@@ -83,7 +83,7 @@ def record_session(options: RecordOptions) -> int:
         now=datetime.now().astimezone(),
     )
     typer.echo(f"Session: {session.path}")
-    runs: list[RecordedRun] = []
+    runs: list[_Listed] = []
     with RecordProgress(options.runs) as progress:
         experiment = Experiment(
             setup,
@@ -99,17 +99,25 @@ def record_session(options: RecordOptions) -> int:
         )
         error = _record(experiment, options.runs, runs)
     if runs:
-        show_table(("run", "drop height", "impact speed", "e ± u_e", "g", "status"), [_row(run) for run in runs])
+        show_table(("run", "drop height", "impact speed", "e ± u_e", "g", "status"), [run.row for run in runs])
     if error is not None:
         return fail(error)
-    return FAILED if any(run.error or run.path is None for run in runs) else 0
+    return FAILED if any(run.failed for run in runs) else 0
 
 
-def _record(experiment: Experiment, n_runs: int, runs: list[RecordedRun]) -> RadarGuiError | None:
+@dataclass(frozen=True, slots=True)
+class _Listed:
+    """What is remembered of a run: not its samples, for there may be a night full of runs."""
+
+    row: tuple[str, ...]
+    failed: bool
+
+
+def _record(experiment: Experiment, n_runs: int, runs: list[_Listed]) -> RadarGuiError | None:
     """Fill `runs` and return what ended the recording early."""
     try:
         for run in experiment.record(n_runs):
-            runs.append(run)
+            runs.append(_Listed(_row(run), failed=run.error is not None or run.path is None))
             if run.error is not None:
                 fail(run.error, run.path.name if run.path else "")
             elif run.path is None:

@@ -18,6 +18,7 @@ from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
 from radargui.session.data_folder import default_data_folder
 from radargui.session.importing import Import, ImportInput, own_setup_of
+from radargui.session.info import calibration_of_file
 from radargui.session.map_memory import MapMemory
 
 
@@ -57,6 +58,8 @@ def import_files(options: ImportOptions) -> int:
         now=datetime.now().astimezone(),
         operator=options.operator,
         notes=options.notes,
+        calibration=calibration_of_file(options.setup) if options.setup else None,
+        setup_name=options.setup.stem if options.setup else "",
     )
     lines = []
     with progress_bar("import") as tell:

@@ -11,7 +11,8 @@ from radargui.model.arrays import RawArray
 from radargui.model.block import Block
 from radargui.processing.live import LiveEstimate
 
-LONGEST_LAG_S = 0.25
+LONGEST_LAG_S = 2.0
+"""Catching up is many times faster than real time, and a skip loses the track until the next rest."""
 
 
 class Processor(Protocol):

@@ -273,7 +273,8 @@ def test_a_run_file_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     assert source.calls[-1] == "close"
 
 
-def test_a_stalled_live_track_holds_nobody_back_and_skips() -> None:
+def test_a_stalled_live_track_holds_nobody_back_and_skips(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radargui.acquisition.stream.LONGEST_LAG_S", 0.25)
     source = ControlledSource()
     run = MemoryRun()
     entered, go, resumed = threading.Event(), threading.Event(), threading.Event()

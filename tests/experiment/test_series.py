@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import threading
-import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -54,16 +53,6 @@ class Endless(SimulatedSource):
     def open(self):  # type: ignore[no-untyped-def]
         type(self).opened += 1
         return super().open()
-
-
-class Quick:
-    """Time that runs five times as fast."""
-
-    def now(self) -> float:
-        return 5.0 * time.perf_counter()
-
-    def wait(self, seconds: float, interrupt: threading.Event) -> bool:
-        return interrupt.wait(max(seconds, 0.0) / 5.0)
 
 
 def series(
@@ -157,16 +146,23 @@ def test_a_run_set_aside_can_be_taken_back_and_processed(tmp_path: Path) -> None
 
 
 def test_a_run_that_the_operator_rejects_is_recorded_again(tmp_path: Path) -> None:
-    setup = drops()
-    experiment, _ = series(tmp_path, setup, lambda _: SimulatedSource(setup, repeat=True, realtime=True, clock=Quick()))
-    runs = []
-    for run in experiment.record(2):
-        runs.append(run)
-        if run.number == 1 and run.path is not None:
-            experiment.reject(run.path)
-            experiment.reject(run.path, "a cable moved")
-    assert [run.number for run in runs if not run.set_aside] == [1, 3, 5]
-    assert experiment.session.rejected["run-0001.h5"] == "a cable moved"
+    setup = changed(drops(), recording={"falls_only": False})
+    source = ControlledSource()
+    experiment, _ = series(tmp_path, setup, lambda _: source)
+
+    def listen(event: Event) -> None:
+        if event.kind is EventKind.STATE and event.state is ExperimentState.ARMED and event.number == 2:
+            (first,) = experiment.session.run_paths()
+            experiment.reject(first)
+            experiment.reject(first, "a cable moved")
+            source.push_all(codes(14000, moving=slice(5000, 9000), seed=2))
+            source.push_all(codes(14000, moving=slice(5000, 9000), seed=3))
+
+    experiment._teller._listener = listen
+    source.push_all(codes(14000, moving=slice(5000, 9000)))
+    runs = list(experiment.record(2))
+    assert [run.number for run in runs] == [1, 2, 3]
+    assert experiment.session.rejected == {"run-0001.h5": "a cable moved"}
     assert len(experiment.session.run_paths()) == 2
 
 

@@ -62,6 +62,9 @@ def open_index(path: Path) -> sqlite3.Connection:
             break
         except (sqlite3.Error, OSError) as error:
             _log.info("The index %s cannot be used: %s", path, error)
+            if getattr(error, "sqlite_errorcode", None) in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+                # another program is at it
+                break
     if index is None:
         index = _with_tables(sqlite3.connect(IN_MEMORY, check_same_thread=False))
     index.create_function("fold", 1, str.casefold, deterministic=True)

@@ -1,0 +1,131 @@
+"""`radargui sessions`, `recover`, `compare`, and `record --like`."""
+
+from __future__ import annotations
+
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from support.command_line import Command
+from support.file_samples import codes, int16_digitisation
+
+from radargui.files.run_file import read_summary, run_is_complete
+from radargui.model.block import Block
+from radargui.session import index
+from radargui.session.session import Session
+
+NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(index.platformdirs, "user_cache_path", lambda *_, **__: tmp_path / "cache")
+
+
+@pytest.fixture
+def session(recorded: Path, tmp_path: Path) -> Session:
+    folder = tmp_path / "data" / recorded.name
+    shutil.copytree(recorded, folder)
+    return Session.open(folder)
+
+
+def crash(session: Session) -> Path:
+    writer = session.new_run(int16_digitisation(), started_at=NOW.isoformat())
+    writer.write(Block(codes(6, 1200), 0))
+    writer._let_go()
+    session.close()
+    return writer.path
+
+
+def test_sessions_are_found_and_told(command: Command, session: Session) -> None:
+    session.update(operator="Ada", sample="steel", notes="first\ntry")
+    data = session.path.parent
+    ended = command("sessions", data, "--operator", "ada", "--text", "TRY", "--e", "0.1:", "--since", "2020-01-01")
+    assert ended.status == 0
+    assert session.path.name in ended.out
+    assert "first try" in ended.out
+    assert "run-0002.h5" in command("sessions", data, "--runs").out
+    assert "No such session" in command("sessions", data, "--e", ":0.01").out
+    assert command("sessions", session.path).out.count(session.path.name) == 1
+
+
+def test_sessions_of_the_users_own_folder_need_no_path(
+    command: Command, session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("radargui.cli.sessions.default_data_folder", lambda: session.path.parent)
+    assert session.path.name in command("sessions").out
+    monkeypatch.setattr("radargui.cli.sessions.default_data_folder", lambda: session.path.parent / "none")
+    assert command("sessions").status == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--since", "yesterday"], "--since = 'yesterday', allowed: a day like 2026-11-20"),
+        (["--e", "much"], "--e = 'much', allowed: LOW:HIGH"),
+        (["nowhere"], "nowhere is no folder"),
+    ],
+)
+def test_wrong_questions_are_refused(command: Command, arguments: list[str], said: str) -> None:
+    ended = command("sessions", *arguments)
+    assert ended.status == 2
+    assert said in ended.error
+
+
+def test_sessions_are_found_by_a_setup_file_with_the_same_antennas(
+    command: Command, session: Session, setup_file: Path
+) -> None:
+    assert session.path.name in command("sessions", session.path.parent, "--setup", setup_file).out
+    text = setup_file.read_text(encoding="utf-8").replace("distance_m = 0.7", "distance_m = 0.9")
+    setup_file.write_text(text, encoding="utf-8")
+    assert "No such session" in command("sessions", session.path.parent, "--setup", setup_file).out
+
+
+def test_an_unfinished_run_is_shown_recovered_and_told(command: Command, session: Session) -> None:
+    run = crash(session)
+    data = session.path.parent
+    before = run.read_bytes()
+    assert "run-0003.h5" in command("recover", data, "--list").out
+    assert run.read_bytes() == before
+    assert "1 unfinished" in " ".join(command("sessions", data).out.split())
+    ended = command("recover", run)
+    assert ended.status == 0
+    assert "recovered" in ended.out
+    assert run_is_complete(run)
+    assert read_summary(run) is not None
+    assert "No unfinished run" in command("recover", data).out
+    assert "recovered" in command("sessions", data, "--runs").out
+
+
+def test_recovery_without_anything_to_do_or_without_a_place(command: Command, tmp_path: Path) -> None:
+    assert command("recover", tmp_path).status == 0
+    assert command("recover", tmp_path / "none").status == 2
+
+
+def test_results_are_compared_kept_and_compared_again(command: Command, session: Session) -> None:
+    path = session.path
+    assert "no result before" in command("compare", path).out
+    tried = command("compare", path, "--geometry", "plane")
+    assert tried.status == 0
+    assert "processing.geometry: exact -> plane" in tried.out
+    assert "mean e of 2 runs" in tried.out
+    kept = command("compare", path, "--geometry", "plane", "--keep")
+    assert command("compare", path).out == kept.out == tried.out
+    assert command("compare", path, "--keep").status == 2
+    assert command("compare", path, "--geometry", "flat").status == 2
+    assert command("compare", path / "none").status == 1
+
+
+def test_a_session_is_set_up_as_another_one(command: Command, session: Session, tmp_path: Path) -> None:
+    session.update(operator="Ada", sample="steel")
+    session.close()
+    other = tmp_path / "other"
+    ended = command("record", "--fast", "--like", session.path, "--sample", "brass", "--notes", "n", "--output", other)
+    assert ended.status == 0
+    (made,) = (Session.open(path, write=False) for path in other.iterdir())
+    assert made.setup == session.setup
+    assert (made.info.operator, made.info.sample, made.info.notes) == ("Ada", "brass", "n")
+    assert made.info.calibration == session.info.calibration
+    assert "setup file small.toml" in made.info.calibration.origin
+    assert command("record", "--fast", "--like", session.path, "--setup", "x.toml").status == 2

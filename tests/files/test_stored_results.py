@@ -1,0 +1,81 @@
+"""Results that were made with other settings stay beside the present ones."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from support.file_samples import result_of, write_run
+
+from radargui.files.run_file import read_run
+from radargui.files.run_results import write_results
+from radargui.files.stored_results import read_stored_results
+from radargui.model.setup_change import changed
+
+
+def test_the_figures_before_are_kept_and_the_present_ones_come_last(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    samples = write_run(path)
+    assert read_stored_results(path) == ()
+    first = result_of(read_run(path))
+    plane = replace(first, setup=changed(first.setup, {"processing.geometry": "plane"}))
+    other = replace(first, setup=changed(first.setup, {"processing.correction": "ellipse"}))
+    for result in (first, first, plane, other, plane, first):
+        write_results(path, result)
+    stored = read_stored_results(path)
+    assert [one.is_present for one in stored] == [False, False, False, True]
+    assert [one.setup for one in stored] == [first.setup, plane.setup, other.setup, first.setup]
+    assert all(one.summary["e"] == 0.8 for one in stored)
+    assert all(one.thumbnail is not None for one in stored)
+    with h5py.File(path) as file:
+        assert "track" not in file["earlier_results/000001"]
+        assert file["earlier_results/000001/bounces"]["e"].tolist() == [0.8, 0.5]
+    np.testing.assert_array_equal(read_run(path).raw, samples)
+
+
+def test_results_of_another_version_are_kept_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "run.h5"
+    write_run(path)
+    result = result_of(read_run(path))
+    monkeypatch.setattr("radargui.files.summary.__version__", "0.0.1")
+    write_results(path, result)
+    monkeypatch.undo()
+    write_results(path, result)
+    assert read_stored_results(path)[0].version == "0.0.1"
+    assert len(read_stored_results(path)) == 2
+
+
+def test_two_programs_that_store_results_do_not_share_a_working_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "run.h5"
+    samples = write_run(path)
+    result = result_of(read_run(path))
+    inner = iter([True])
+
+    def interrupted(*arguments: object, **options: object) -> None:
+        # the other program stores its results while this one is at it
+        if next(inner, False):
+            write_results(path, result)
+
+    monkeypatch.setattr("radargui.files.run_results.keep_earlier", interrupted)
+    write_results(path, result)
+    np.testing.assert_array_equal(read_run(path).raw, samples)
+    assert sorted(tmp_path.iterdir()) == [path]
+
+
+def test_a_working_file_that_a_crash_left_behind_is_taken_away_after_a_day(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    write_run(path)
+    old, young = tmp_path / "run.h5.12-1.part", tmp_path / "run.h5.13-1.part"
+    for left in (old, young):
+        left.write_bytes(b"half")
+    before = time.time() - 2 * 86_400
+    os.utime(old, (before, before))
+    write_results(path, result_of(read_run(path)))
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["run.h5", "run.h5.13-1.part"]

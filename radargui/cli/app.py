@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -26,6 +27,8 @@ OutputOption = Annotated[Path | None, typer.Option("--output", metavar="DIR", he
 
 def main() -> None:
     """Run the command line and end with its exit status: 0, 1 something failed, 2 wrong usage or bad setup."""
+    # a frozen program starts its worker processes by starting itself
+    multiprocessing.freeze_support()
     raise SystemExit(guarded(app))
 
 

@@ -52,7 +52,7 @@ class RecordProgress:
         if event.kind is EventKind.WARNING:
             self._say(f"run {event.number}: warning: {one_line(event.message)}", err=True)
         elif event.kind is EventKind.RUN:
-            self._say(f"run {event.number}: {_outcome(event) or self._health}")
+            self._say(f"run {event.number}: {_outcome(event) or _line(event) or self._health}")
         elif self._progress:
             self._show(event)
 
@@ -82,3 +82,7 @@ def _outcome(event: Event) -> str:
     if run.set_aside:
         return one_line(run.message)
     return ""
+
+
+def _line(event: Event) -> str:
+    return event.run.health_line if event.run is not None else ""

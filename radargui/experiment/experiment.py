@@ -261,10 +261,16 @@ class Experiment:
         name = run.path.name
         if error is not None:
             error = _with_place(error, run.path)
-            return RecordedRun(number, run.path, None, run.ending, f"{name}: {error}", error)
+            return RecordedRun(number, run.path, None, run.ending, f"{name}: {error}", error, health=run.health)
         result, agreement = found[0]
         return RecordedRun(
-            number, run.path, result, run.ending, f"{name}: {_said(result, agreement)}", agreement=agreement
+            number,
+            run.path,
+            result,
+            run.ending,
+            f"{name}: {_said(result, agreement)}",
+            agreement=agreement,
+            health=run.health,
         )
 
 

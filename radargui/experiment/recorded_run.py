@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from radargui.acquisition.state import Ending
@@ -33,6 +34,8 @@ class RecordedRun:
         Why the run was rejected by itself, in a series; empty where it counts.
     agreement
         How far the live track was from the result; None where there was none to compare.
+    health
+        How the recording went, as it is in the file.
     """
 
     number: int
@@ -43,3 +46,9 @@ class RecordedRun:
     error: RadarGuiError | None = None
     set_aside: str = ""
     agreement: LiveAgreement | None = None
+    health: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def health_line(self) -> str:
+        """How the recording went, as one line; empty where nobody knows."""
+        return str(self.health.get("line", ""))

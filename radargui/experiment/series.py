@@ -167,7 +167,9 @@ class Series:
         if run.set_aside:
             self._reject(run)
             message = f"{run.path.name}: set aside, {run.set_aside}"
-            self._outcomes[number] = RecordedRun(number, run.path, None, run.ending, message, set_aside=run.set_aside)
+            self._outcomes[number] = RecordedRun(
+                number, run.path, None, run.ending, message, set_aside=run.set_aside, health=run.health
+            )
         elif self._process is None or self._is_cancelled():
             self._outcomes[number] = unprocessed(run, number)
         elif run.is_last:
@@ -216,4 +218,5 @@ class Series:
 
 def unprocessed(run: FinishedRun, number: int) -> RecordedRun:
     """Return what came of a run that is kept as it is."""
-    return RecordedRun(number, run.path, None, run.ending, f"{run.path.name}: recorded, not processed.")
+    message = f"{run.path.name}: recorded, not processed."
+    return RecordedRun(number, run.path, None, run.ending, message, health=run.health)

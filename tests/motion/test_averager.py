@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,7 +22,7 @@ def test_the_means_are_those_of_the_whole_record(pieces: list[int], size: int) -
     raw = np.random.default_rng(3).integers(-32768, 32768, (2, sum(pieces))).astype(np.int16)
     averager = Averager(CODES, size)
     edges = np.cumsum([0, *pieces])
-    means = np.concatenate([averager.push(raw[:, a:b]) for a, b in zip(edges[:-1], edges[1:], strict=True)], axis=1)
+    means = np.concatenate([averager.push(raw[:, a:b]) for a, b in itertools.pairwise(edges)], axis=1)
     n = raw.shape[1] // size
     expected = CODES.volts(raw)[:, : n * size].reshape(2, n, size).mean(axis=2)
     assert means == pytest.approx(expected, rel=1e-5, abs=1e-6)

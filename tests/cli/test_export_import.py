@@ -43,7 +43,9 @@ def imported(ended_out: str) -> tuple[Path, ...]:
     return Session.open(Path(folder.removeprefix("Session: "))).run_paths()
 
 
-@pytest.mark.parametrize(("name", "suffix"), [("csv", "csv"), ("mat", "mat"), ("tdms", "tdms"), ("sigmf", "sigmf-meta")])
+@pytest.mark.parametrize(
+    ("name", "suffix"), [("csv", "csv"), ("mat", "mat"), ("tdms", "tdms"), ("sigmf", "sigmf-meta")]
+)
 def test_a_session_goes_out_and_comes_back_with_its_own_setup(
     command: Command, session: Path, tmp_path: Path, name: str, suffix: str
 ) -> None:

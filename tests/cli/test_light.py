@@ -31,7 +31,10 @@ def load(unwanted: tuple[str, ...], *commands: list[str], folder: Path) -> tuple
     SESSION in an argument stands for the session below `folder`/sessions. Returns the statuses, which of the unwanted
     modules were loaded in the end, and stderr.
     """
-    own = {name: str(folder) for name in ("XDG_STATE_HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "LOCALAPPDATA", "HOME", "USERPROFILE")}
+    own = {
+        name: str(folder)
+        for name in ("XDG_STATE_HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "LOCALAPPDATA", "HOME", "USERPROFILE")
+    }
     ended = subprocess.run(
         [sys.executable, "-c", SCRIPT, json.dumps([unwanted, str(folder / "sessions"), commands])],
         capture_output=True,

@@ -20,6 +20,7 @@ from radargui.model.arrays import FloatArray
 _BELOW_M = 0.010
 _CONVINCING = 10.0
 _GOOD_MISFIT, _LOST_MISFIT, _HOPELESS_MISFIT = 1.15, 4.0, 100.0
+_GROWN_BIAS = 0.005
 _MOST_WALLS = 2
 _SHORTEST_LENGTH_M = 0.09
 _FIRST_ROUNDS, _LAST_ROUNDS = 4, 6
@@ -72,7 +73,7 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
     solution = settle_breaks(ground, floored if reflects else plain, normal, tick)
     for _ in range(_MOST_WALLS):
-        if not _GOOD_MISFIT < _typical_misfit(solution) < _HOPELESS_MISFIT:
+        if not _asks_for_walls(solution):
             break
         with_wall, gain = search_wall(ground, solution, normal, tick)
         choices.append(
@@ -89,3 +90,12 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
 def _typical_misfit(solution: Solution) -> float:
     """Return the largest over the receivers of the median local chi-square."""
     return float(np.median(local_chi_square(solution), axis=1).max())
+
+
+def _asks_for_walls(solution: Solution) -> bool:
+    """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""
+    problem = solution.problem
+    if _typical_misfit(solution) > _HOPELESS_MISFIT:
+        return False
+    bias = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers)
+    return _typical_misfit(solution) > _GOOD_MISFIT or (len(problem.stage.planes) > 0 and bias > _GROWN_BIAS)

@@ -53,8 +53,10 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
     length = found.last.bias.length_m if found.last.bias is not None else _SHORTEST_LENGTH_M
     length = max(_SHORTEST_LENGTH_M, length)
 
+    breaks = np.sort(np.concatenate([found.impact_s, found.turn_s]))
+
     def attempt(start: Round, reflects: bool) -> Solution:
-        motion = first_spline(ground, start.place, found.start_s, found.impact_s)
+        motion = first_spline(ground, start.place, found.start_s, breaks)
         lowest = start.place[:, int(np.argmin(normal @ start.place))]
         floor = MirrorPlane(lowest - _BELOW_M * normal, normal, "floor")
         posed = pose(ground, motion, circle_constants(start), (floor,) if reflects else (), length, drift)

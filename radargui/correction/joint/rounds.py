@@ -50,9 +50,9 @@ def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]
 def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]) -> Solution:
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
-    A break that was dropped is not tried again at the same place.
+    A break that was dropped is not tried again at the same place; the round with the largest evidence is returned.
     """
-    sharp, refused = np.zeros(0), np.zeros(0)
+    sharp, refused, best = np.zeros(0), np.zeros(0), solution
     for number in range(_BREAK_ROUNDS):
         speeds = break_speeds(solution, normal)
         good = speeds.are_kinks()
@@ -67,7 +67,8 @@ def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: 
         breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
         solution = converge(ground, pose_again(ground, solution, motion), 4, tick)
-    return solution
+        best = max(best, solution, key=log_evidence)
+    return best
 
 
 def _away(moments: FloatArray, others: FloatArray) -> FloatArray:

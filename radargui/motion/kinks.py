@@ -69,7 +69,7 @@ def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
     height = uniform_filter1d(np.interp(grid, time_s[known], height_m[known]), width, mode="nearest")
     reach, near = round(_TURN_S / _GRID_S), round(0.6 * _TURN_S / _GRID_S)
     least = max(_LEAST_DIP_M, _DIP_SIGNIFICANT * float(np.median(u_height_m)))
-    found = []
+    found: list[float] = []
     for k in range(near, grid.size - near):
         around = height[k - near : k + near + 1]
         if height[k] > around.min() or (found and grid[k] - found[-1] < 0.6 * _TURN_S):

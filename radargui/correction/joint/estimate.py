@@ -84,7 +84,7 @@ def estimate_joint(
     found = adaptive_rounds(signals, setup)
     tick()
     chosen = choose_model(found, measure_drift(signals, found.start_s), np.asarray(setup.floor.normal), tick)
-    values = at_samples(chosen.solution, signals)
+    values = at_samples(chosen.solution, signals, chosen.rivals)
     if progress is not None:
         progress(1.0)
     return _estimate(recording, setup, signals, found.onset_s, chosen, values)

@@ -44,13 +44,13 @@ def run(seeds: range, kinds: tuple[str, ...], methods: tuple[str, ...], motion: 
         for kind in kinds:
             record = make_record(draw_scene(seed, kind, motion))
             for name in methods:
-                begin = time.perf_counter()
+                begin = time.process_time()
                 try:
                     estimate, bounces = METHODS[name](record)
                 except ProcessingError as error:
                     print(f"{record.scene.name:22s} {name:9s} {error}")
                     continue
-                scores.append(score(record, estimate, bounces, time.perf_counter() - begin))
+                scores.append(score(record, estimate, bounces, time.process_time() - begin))
                 print(_line(record, scores[-1]), flush=True)
     return scores
 

@@ -51,8 +51,15 @@ class Found:
     turn_s: FloatArray
 
 
-def adaptive_rounds(signals: Signals, setup: Setup) -> Found:
+def adaptive_rounds(signals: Signals, setup: Setup, *, rest_needed: bool) -> Found:
     """Fit circles with maps of position; once more with the bins broken at the impacts.
+
+    Parameters
+    ----------
+    signals, setup
+        One to four receivers.
+    rest_needed
+        Refuse a record that starts in motion; otherwise its first bin takes the place of the rest.
 
     Raises
     ------
@@ -62,12 +69,14 @@ def adaptive_rounds(signals: Signals, setup: Setup) -> Found:
     onset = find_onset(signals.time_s, signals.value)
     if onset is None:
         raise ProcessingError("Nothing moves in this recording.", reasons=("the tracer was not released",))
-    if not np.isfinite(onset):
+    if not np.isfinite(onset) and rest_needed:
         raise ProcessingError(
             "The recording starts in motion.", reasons=("the trigger came late",), remedy="Record 0.1 s of rest first."
         )
+    begin = float(signals.time_s[0])
+    onset = max(onset, begin)
     rough = rough_phases(signals, onset)
-    start = max(onset - _BEFORE_ONSET_S, float(signals.time_s[0]) + 0.02)
+    start = max(onset - _BEFORE_ONSET_S, begin + 0.02) if onset > begin else begin
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
     impacts = np.zeros(0)
     for _ in range(2):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from radargui.model.arrays import FloatArray
 
@@ -12,6 +13,8 @@ _SMALLEST_JUMP_M_S = 0.12
 _SIGNIFICANT = 7.0
 _APART_S = 0.013
 _SMALLEST_SPEED_M_S = 0.04
+_GRID_S, _SMOOTH_S, _TURN_S = 0.0005, 0.002, 0.008
+_LEAST_DIP_M, _DIP_SIGNIFICANT = 1.5e-4, 6.0
 
 
 def find_kinks(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray) -> FloatArray:
@@ -52,6 +55,29 @@ def find_kinks(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
             for before, moment, after in zip(edges[:-2], edges[1:-1], edges[2:], strict=True)
         ]
     )
+
+
+def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray) -> FloatArray:
+    """Return the times of all sharp minima of a height: impacts and what may be one, shape (n_turns,).
+
+    A minimum counts where the height, smoothed over 2 ms, rises by more than max(0.15 mm, 6 u) within 8 ms on both
+    sides, which takes a curvature of half of gravity. Parameters as in `find_kinks`.
+    """
+    known = np.isfinite(height_m)
+    grid = np.arange(time_s[known][0], time_s[known][-1], _GRID_S)
+    width = max(1, round(_SMOOTH_S / _GRID_S))
+    height = uniform_filter1d(np.interp(grid, time_s[known], height_m[known]), width, mode="nearest")
+    reach, near = round(_TURN_S / _GRID_S), round(0.6 * _TURN_S / _GRID_S)
+    least = max(_LEAST_DIP_M, _DIP_SIGNIFICANT * float(np.median(u_height_m)))
+    found: list[float] = []
+    for k in range(near, grid.size - near):
+        around = height[k - near : k + near + 1]
+        if height[k] > around.min() or (found and grid[k] - found[-1] < 0.6 * _TURN_S):
+            continue
+        left, right = height[max(0, k - reach) : k + 1].max(), height[k : k + reach + 1].max()
+        if min(left, right) - height[k] > least:
+            found.append(float(grid[k]))
+    return np.array(found)
 
 
 def _local_minima(time: FloatArray, height: FloatArray) -> list[int]:

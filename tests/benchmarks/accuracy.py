@@ -44,13 +44,13 @@ def run(seeds: range, kinds: tuple[str, ...], methods: tuple[str, ...], motion: 
         for kind in kinds:
             record = make_record(draw_scene(seed, kind, motion))
             for name in methods:
-                begin = time.perf_counter()
+                begin = time.process_time()
                 try:
                     estimate, bounces = METHODS[name](record)
                 except ProcessingError as error:
                     print(f"{record.scene.name:22s} {name:9s} {error}")
                     continue
-                scores.append(score(record, estimate, bounces, time.perf_counter() - begin))
+                scores.append(score(record, estimate, bounces, time.process_time() - begin))
                 print(_line(record, scores[-1]), flush=True)
     return scores
 
@@ -60,7 +60,8 @@ def _line(record: SceneRecord, one: Score) -> str:
     made = f"{scene.snr_db:3.0f} dB {scene.rate_hz / 1e3:4.1f}k planes {len(scene.planes)} 1/f {scene.flicker:.3f}"
     return (
         f"{one.scene:22s} {one.method:9s} {made} L/bound {one.path_over_bound:7.2f} "
-        f"3D {one.rms_3d_mm or np.nan:7.4f} mm in2u {one.inside_2u or np.nan:.2f} missed {one.missed} false {one.false} "
+        f"3D {one.rms_3d_mm or np.nan:7.4f} mm in2u {one.inside_2u or np.nan:.2f} "
+        f"missed {one.missed} false {one.false} "
         f"e {_number(one.first_e_percent)} % ({_number(one.first_e_in_u)} u) g {_number(one.g_percent)} % "
         f"({_number(one.g_in_u)} u) chi2 {one.chi_square:.2f} {one.seconds:.1f} s"
     )

@@ -33,7 +33,7 @@ class Score:
     g_percent: float | None
     g_in_u: float | None
     chi_square: float
-    seconds: float
+    seconds: float  # of processor time
 
 
 def noise_bound_m(record: SceneRecord) -> float:

@@ -28,10 +28,10 @@ def estimate_adaptive(recording: Recording, setup: Setup) -> MotionEstimate:
     Raises
     ------
     ProcessingError
-        No motion, or no rest before it.
+        No motion.
     """
     signals = read_signals(recording, setup.radar.phase_sign)
-    found = adaptive_rounds(signals, setup)
+    found = adaptive_rounds(signals, setup, rest_needed=False)
     ground, last = found.ground, found.last
     samples = circles_at_samples(found, signals)
     change = samples.phase_rad * ground.wavelength_m / (2.0 * np.pi)

@@ -14,11 +14,12 @@ from radargui.geometry.antennas import place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
-from radargui.motion.kinks import find_kinks
+from radargui.motion.kinks import find_kinks, find_turns
 from radargui.motion.onset import find_onset
 
 _BEFORE_ONSET_S = 0.015
 _FIRST_LENGTH_M = 0.15
+_SAME_TURN_S = 0.006
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,8 @@ class Found:
         A little before: until then the tracer rests for sure.
     impact_s
         Impacts seen in the places; empty with fewer than three receivers.
+    turn_s
+        Further sharp minima of the height, some of them impacts.
     """
 
     ground: Ground
@@ -45,10 +48,18 @@ class Found:
     onset_s: float
     start_s: float
     impact_s: FloatArray
+    turn_s: FloatArray
 
 
-def adaptive_rounds(signals: Signals, setup: Setup) -> Found:
+def adaptive_rounds(signals: Signals, setup: Setup, *, rest_needed: bool) -> Found:
     """Fit circles with maps of position; once more with the bins broken at the impacts.
+
+    Parameters
+    ----------
+    signals, setup
+        One to four receivers.
+    rest_needed
+        Refuse a record that starts in motion; otherwise its first bin takes the place of the rest.
 
     Raises
     ------
@@ -58,12 +69,14 @@ def adaptive_rounds(signals: Signals, setup: Setup) -> Found:
     onset = find_onset(signals.time_s, signals.value)
     if onset is None:
         raise ProcessingError("Nothing moves in this recording.", reasons=("the tracer was not released",))
-    if not np.isfinite(onset):
+    if not np.isfinite(onset) and rest_needed:
         raise ProcessingError(
             "The recording starts in motion.", reasons=("the trigger came late",), remedy="Record 0.1 s of rest first."
         )
+    begin = float(signals.time_s[0])
+    onset = max(onset, begin)
     rough = rough_phases(signals, onset)
-    start = max(onset - _BEFORE_ONSET_S, float(signals.time_s[0]) + 0.02)
+    start = max(onset - _BEFORE_ONSET_S, begin + 0.02) if onset > begin else begin
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
     impacts = np.zeros(0)
     for _ in range(2):
@@ -76,12 +89,24 @@ def adaptive_rounds(signals: Signals, setup: Setup) -> Found:
         impacts = _impacts(ground, last, np.asarray(setup.floor.normal))
         if impacts.size == 0:
             break
-    return Found(ground, first, last, onset, start, impacts)
+    turns = np.zeros(0) if antennas.n_receivers < 3 else _turns(ground, last, np.asarray(setup.floor.normal), impacts)
+    return Found(ground, first, last, onset, start, impacts, turns)
+
+
+def _turns(ground: Ground, last: Round, normal: FloatArray, impact_s: FloatArray) -> FloatArray:
+    """Return the sharp minima of the height that are not impacts already."""
+    turns = find_turns(ground.bins.time_s, *_height(ground, last, normal))
+    near = (np.abs(turns[:, None] - impact_s[None]) < _SAME_TURN_S).any(axis=1)
+    return np.asarray(turns[~near])
 
 
 def _impacts(ground: Ground, last: Round, normal: FloatArray) -> FloatArray:
+    return find_kinks(ground.bins.time_s, *_height(ground, last, normal))
+
+
+def _height(ground: Ground, last: Round, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the height of the places and its noise from second differences."""
     height = normal @ last.place
-    moving = ~ground.rest
-    second = np.diff(height[moving], 2)
+    second = np.diff(height[~ground.rest], 2)
     noise = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0) if second.size else 1e-4
-    return find_kinks(ground.bins.time_s, height, np.full(height.size, max(noise, 1e-9)))
+    return height, np.full(height.size, max(noise, 1e-9))

@@ -20,22 +20,58 @@ from radargui.model.arrays import FloatArray
 _BELOW_M = 0.010
 _CONVINCING = 10.0
 _GOOD_MISFIT, _LOST_MISFIT, _HOPELESS_MISFIT = 1.15, 4.0, 100.0
+_GROWN_BIAS = 0.002
 _MOST_WALLS = 2
 _SHORTEST_LENGTH_M = 0.09
+_OTHER_LENGTHS_M, _FEW_FRINGES = (0.14, 0.22), 6.0
+_TEMPER, _LEAST_WEIGHT = 5.0, 0.01
 _FIRST_ROUNDS, _LAST_ROUNDS = 4, 6
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """The joint solution and what was chosen on the way."""
+    """The joint solution and what was chosen on the way.
+
+    Attributes
+    ----------
+    solution, ground
+        The solution and its data.
+    rivals
+        Other solutions whose evidence does not rule them out, with their weights against the best: how far they lie
+        away belongs to the uncertainty of a motion of few fringes.
+    choices
+        Sentences for people.
+    """
 
     solution: Solution
     ground: Ground
+    rivals: tuple[tuple[Solution, float], ...]
     choices: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class _Attempts:
+    """Joint solutions from the adaptive rounds under different assumptions."""
+
+    ground: Ground
+    found: Found
+    drift: Drift
+    normal: FloatArray
+    tick: Callable[[], None]
+
+    def __call__(self, start: Round, length_m: float, *, reflects: bool) -> Solution:
+        """Converge with bias maps of a correlation length, with or without a floor that reflects."""
+        breaks = np.sort(np.concatenate([self.found.impact_s, self.found.turn_s]))
+        motion = first_spline(self.ground, start.place, self.found.start_s, breaks)
+        lowest = start.place[:, int(np.argmin(self.normal @ start.place))]
+        floor = MirrorPlane(lowest - _BELOW_M * self.normal, self.normal, "floor")
+        planes = (floor,) if reflects else ()
+        posed = pose(self.ground, motion, circle_constants(start), planes, length_m, self.drift)
+        return converge(self.ground, posed, _FIRST_ROUNDS, self.tick)
+
+
 def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[[], None]) -> Chosen:
-    """Converge without and with a floor, keep what the evidence prefers, settle the impacts, converge.
+    """Converge without and with a floor, keep what the evidence prefers, settle the impacts, look for walls.
 
     Parameters
     ----------
@@ -49,43 +85,65 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
         Called once a round; may raise to cancel.
     """
     ground = replace(found.ground, bins=drift.widen(found.ground.bins))
+    attempt = _Attempts(ground, found, drift, normal, tick)
     length = found.last.bias.length_m if found.last.bias is not None else _SHORTEST_LENGTH_M
     length = max(_SHORTEST_LENGTH_M, length)
-
-    def attempt(start: Round, reflects: bool) -> Solution:
-        motion = first_spline(ground, start.place, found.start_s, found.impact_s)
-        lowest = start.place[:, int(np.argmin(normal @ start.place))]
-        floor = MirrorPlane(lowest - _BELOW_M * normal, normal, "floor")
-        posed = pose(ground, motion, circle_constants(start), (floor,) if reflects else (), length, drift)
-        return converge(ground, posed, _FIRST_ROUNDS, tick)
-
-    plain, floored = attempt(found.last, False), attempt(found.last, True)
+    plain, floored = (attempt(found.last, length, reflects=reflects) for reflects in (False, True))
     if min(_typical_misfit(plain), _typical_misfit(floored)) > _LOST_MISFIT:
-        floored = max(floored, attempt(found.first, True), key=log_evidence)
+        floored = max(floored, attempt(found.first, length, reflects=True), key=log_evidence)
     gain = log_evidence(floored) - log_evidence(plain)
     reflects = gain > _CONVINCING
-    choices = [
-        f"A floor that reflects is {'kept' if reflects else 'left out'}: log evidence {gain:+.0f}.",
-        f"Bias maps with a correlation length of {length:.2f} m.",
-    ]
+    choices = [f"A floor that reflects is {'kept' if reflects else 'left out'}: log evidence {gain:+.0f}."]
+    tried = [plain, floored]
+    if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * _FEW_FRINGES:
+        tried += [attempt(found.last, other, reflects=reflects) for other in _OTHER_LENGTHS_M]
+    solution = max((s for s in tried if bool(s.problem.stage.planes) == reflects), key=log_evidence)
+    choices.append(f"Bias maps with a correlation length of {solution.problem.bases[0].length_m:.2f} m.")
     if drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
-    solution = settle_breaks(ground, floored if reflects else plain, normal, tick)
-    for _ in range(_MOST_WALLS):
-        if not _GOOD_MISFIT < _typical_misfit(solution) < _HOPELESS_MISFIT:
-            break
-        with_wall, gain = search_wall(ground, solution, normal, tick)
-        choices.append(
-            f"A wall that reflects is {'kept' if gain > _CONVINCING else 'left out'}: log evidence {gain:+.0f}."
-        )
-        if gain < _CONVINCING:
-            break
-        solution = settle_breaks(ground, with_wall, normal, tick)
+    rivals = _rivals(solution, tried)
+    solution = settle_breaks(ground, solution, normal, tick)
+    solution = _with_walls(ground, solution, normal, tick, choices)
     solution = converge(ground, Posed(solution.problem, solution.state), _LAST_ROUNDS, tick)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
-    return Chosen(solution, ground, tuple(choices))
+    return Chosen(solution, ground, rivals, tuple(choices))
+
+
+def _with_walls(
+    ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None], choices: list[str]
+) -> Solution:
+    """Add the walls that the misfit asks for and the evidence keeps; tells `choices`."""
+    for _ in range(_MOST_WALLS):
+        if not _asks_for_walls(solution):
+            break
+        with_wall, gain = search_wall(ground, solution, normal, tick)
+        kept = gain > _CONVINCING
+        choices.append(f"A wall that reflects is {'kept' if kept else 'left out'}: log evidence {gain:+.0f}.")
+        if not kept:
+            break
+        solution = settle_breaks(ground, with_wall, normal, tick)
+    return solution
+
+
+def _rivals(best: Solution, tried: list[Solution]) -> tuple[tuple[Solution, float], ...]:
+    """Return the other solutions with weights exp(difference of log evidence / 5), those above 1 % of the best."""
+    out = []
+    for solution in tried:
+        weight = float(np.exp(min(0.0, log_evidence(solution) - log_evidence(best)) / _TEMPER))
+        if solution is not best and weight > _LEAST_WEIGHT:
+            out.append((solution, weight))
+    return tuple(out)
 
 
 def _typical_misfit(solution: Solution) -> float:
     """Return the largest over the receivers of the median local chi-square."""
     return float(np.median(local_chi_square(solution), axis=1).max())
+
+
+def _asks_for_walls(solution: Solution) -> bool:
+    """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""
+    problem = solution.problem
+    if _typical_misfit(solution) > _HOPELESS_MISFIT:
+        return False
+    bias = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers)
+    return _typical_misfit(solution) > _GOOD_MISFIT or (len(problem.stage.planes) > 0 and bias > _GROWN_BIAS)

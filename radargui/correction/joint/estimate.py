@@ -81,10 +81,10 @@ def estimate_joint(
             progress(min(0.95, done / _EXPECTED_ROUNDS))
 
     signals = read_signals(recording, setup.radar.phase_sign)
-    found = adaptive_rounds(signals, setup)
+    found = adaptive_rounds(signals, setup, rest_needed=True)
     tick()
     chosen = choose_model(found, measure_drift(signals, found.start_s), np.asarray(setup.floor.normal), tick)
-    values = at_samples(chosen.solution, signals)
+    values = at_samples(chosen.solution, signals, chosen.rivals)
     if progress is not None:
         progress(1.0)
     return _estimate(recording, setup, signals, found.onset_s, chosen, values)

@@ -21,7 +21,7 @@ from radargui.model.arrays import BoolArray, FloatArray
 
 FIRST_JERK = 100.0
 _U_PLACE_M = 1e-4
-LEVEL_LENGTH_M = 0.15
+LEVEL_LENGTH_M = 0.10
 
 
 def first_spline(

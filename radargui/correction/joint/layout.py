@@ -163,8 +163,8 @@ def make_prior(layout: Layout, break_s: FloatArray, log_amplitude: FloatArray, d
             prior.groups.append((index, lowest, highest))
 
     for m in range(layout.sizes.mirrors):
-        group([_pair(layout.forward, m)], _MIRROR_START, 1e-3, 1.0)
-        group([_pair(r.backward, m) for r in layout.receivers], _MIRROR_START, 1e-3, 1.0)
+        one_mirror = [_pair(layout.forward, m), *(_pair(r.backward, m) for r in layout.receivers)]
+        group(one_mirror, _MIRROR_START, 1e-3, 1.0)
         group([_pair(r.ghost, m) for r in layout.receivers], 0.01, 1e-4, 0.3)
     for number, (own, amplitude) in enumerate(zip(layout.receivers, log_amplitude, strict=True)):
         sd[own.drift_i], sd[own.drift_q] = drift_sd[2 * number], drift_sd[2 * number + 1]

@@ -88,9 +88,11 @@ def detour(
     ratio = r / r_image * np.exp(1j * k * difference)
     direct, mirrored = direct / r, mirrored / r_image
     moved = plane.image_slope(antenna_m, unknown)
-    by_plane = -np.tensordot(moved, mirrored, axes=(1, 0))
-    by_plane += (moved @ at_rest / np.linalg.norm(at_rest)).reshape(3, *tail)
-    return Detour(ratio, 1j * k * ratio * (mirrored - direct), 1j * k * ratio * by_plane)
+    lengthened = -np.tensordot(moved, mirrored, axes=(1, 0))
+    at_release = -(moved @ at_rest / np.linalg.norm(at_rest)).reshape(3, *tail)
+    slope = 1j * k * (mirrored - direct) + direct / r - mirrored / r_image
+    by_plane = 1j * k * (lengthened - at_release) - lengthened / r_image
+    return Detour(ratio, ratio * slope, ratio * by_plane)
 
 
 def detour_ratio(

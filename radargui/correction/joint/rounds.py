@@ -11,7 +11,7 @@ from radargui.correction.adaptive.rounds import Ground
 from radargui.correction.joint.breaks import break_speeds, misfit_times, respline, sharp_turns
 from radargui.correction.joint.first_state import Posed, pose_again
 from radargui.correction.joint.hyper import update_noise, update_priors
-from radargui.correction.joint.minimise import Solution, log_evidence, minimise
+from radargui.correction.joint.minimise import Solution, local_chi_square, log_evidence, minimise
 from radargui.model.arrays import FloatArray
 
 _STEPS = 6
@@ -50,9 +50,10 @@ def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]
 def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]) -> Solution:
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
-    A break that was dropped is not tried again at the same place.
+    A break that was dropped is not tried again at the same place; the round with the smallest misfit is returned
+    (evidences are not comparable between different knots).
     """
-    sharp, refused = np.zeros(0), np.zeros(0)
+    sharp, refused, best = np.zeros(0), np.zeros(0), solution
     for number in range(_BREAK_ROUNDS):
         speeds = break_speeds(solution, normal)
         good = speeds.are_kinks()
@@ -67,7 +68,12 @@ def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: 
         breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
         solution = converge(ground, pose_again(ground, solution, motion), 4, tick)
-    return solution
+        best = min(best, solution, key=_misfit)
+    return best
+
+
+def _misfit(solution: Solution) -> float:
+    return float(local_chi_square(solution).mean())
 
 
 def _away(moments: FloatArray, others: FloatArray) -> FloatArray:

@@ -29,11 +29,12 @@ class AtSamples:
     misfit: FloatArray
 
 
-def at_samples(solution: Solution, signals: Signals) -> AtSamples:
+def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solution, float], ...] = ()) -> AtSamples:
     """Evaluate the solution at the samples' times.
 
     Uncertainties come from the inverse normal matrix at the bins times 1.5 (what simulated scenes needed for 95 %
-    coverage) times the square root of the local misfit beyond the fitted noise scale.
+    coverage) times the square root of the local misfit beyond the fitted noise scale; the rivals' distance is added in
+    quadrature.
     """
     problem, time = solution.problem, signals.time_s
     stage, bins = problem.stage, problem.bins
@@ -44,8 +45,9 @@ def at_samples(solution: Solution, signals: Signals) -> AtSamples:
     u_position, u_change = _uncertainties(solution)
     misfit = local_chi_square(solution)
     excess = np.sqrt(np.maximum(misfit / problem.noise_scale[:, None] ** 2, 1.0))
-    u_position = u_position * excess.max(axis=0)
-    u_change = u_change * excess
+    apart, apart_change = _spread_of_rivals(solution, rivals)
+    u_position = np.hypot(u_position * excess.max(axis=0), apart)
+    u_change = np.hypot(u_change * excess, apart_change)
 
     def spread(values: FloatArray) -> FloatArray:
         return np.array([np.interp(time, bins.time_s, row) for row in values])
@@ -60,6 +62,24 @@ def at_samples(solution: Solution, signals: Signals) -> AtSamples:
         q,
         spread(misfit),
     )
+
+
+def _spread_of_rivals(solution: Solution, rivals: tuple[tuple[Solution, float], ...]) -> tuple[FloatArray, FloatArray]:
+    """Return the weighted rms distance of the rivals' positions (3, n_bins) and path lengths (n_receivers, n_bins)."""
+    problem = solution.problem
+
+    def places(own: Solution) -> FloatArray:
+        return np.asarray((own.at.design @ own.state.coefficients + problem.stage.release_m).T)
+
+    here = places(solution)
+    path = path_lengths(here, problem.stage.antennas)
+    square, square_path, total = np.zeros(here.shape), np.zeros(path.shape), 1.0
+    for other, weight in rivals:
+        there = places(other)
+        square += weight * (there - here) ** 2
+        square_path += weight * (path_lengths(there, problem.stage.antennas) - path) ** 2
+        total += weight
+    return np.sqrt(square / total), np.sqrt(square_path / total)
 
 
 def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:

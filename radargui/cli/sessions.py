@@ -60,6 +60,8 @@ def list_sessions(options: SessionsOptions) -> int:
         else:
             header = ("session", "begun", "operator", "sample", "runs", "e", "range", "notes")
             show_table(header, [_row(folder, one) for one in found])
+        if any(one.n_unfinished for one in found):
+            typer.echo("Unfinished runs that nothing records any more: radargui recover finishes and processes them.")
     return 0
 
 

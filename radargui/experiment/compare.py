@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from radargui.experiment.reprocess import own_setup, process_run
-from radargui.files.run_file import read_run
 from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.files.summary import summarise
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
 from radargui.model.setup_change import changed
 from radargui.model.setup_file import parse_setup
+from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 
 FIGURES = (
@@ -178,11 +178,13 @@ def compare_with(
     if stored and stored[-1].is_present:
         before = _side(stored[-1])
     else:
-        recording = read_run(run)
+        recording = read_for_processing(run)
         first = process(recording, own_setup(run))
         before = Side(summarise(first), first.setup)
     result = (
-        process_run(run, other, progress=progress) if keep else process(recording or read_run(run), other, progress)
+        process_run(run, other, progress=progress)
+        if keep
+        else process(recording or read_for_processing(run), other, progress)
     )
     return Comparison(run, before, Side(summarise(result), result.setup))
 

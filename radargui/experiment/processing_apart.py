@@ -16,9 +16,9 @@ from typing import Any
 
 from radargui.experiment.finished import FinishedJob, process_finished
 from radargui.experiment.live_agreement import LiveAgreement
-from radargui.files.run_file import read_run
 from radargui.model.errors import ProcessingError, RadarGuiError
 from radargui.model.result import RunResult
+from radargui.processing.long_recording import read_again
 
 _logger = logging.getLogger(__name__)
 _STOP = "stop"
@@ -75,7 +75,7 @@ class ProcessingApart:
             ) from error
         if stopped is not None:
             raise stopped
-        return replace(result, recording=read_run(job.path)), agreement
+        return replace(result, recording=read_again(job.path, result.recording)), agreement
 
     def close(self) -> None:
         """End the process; idempotent."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from radargui.files.run_file import read_run, read_run_setup
+from radargui.files.run_file import read_run_setup
 from radargui.files.run_results import write_results
 from radargui.model.errors import UsageError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 
 
@@ -44,7 +45,7 @@ def process_run(
     ProcessingError
         The samples do not fit the setup.
     """
-    recording = read_run(path)
+    recording = read_for_processing(path)
     result = process(recording, setup or own_setup(path), progress)
     write_results(path, result, health=None if health_of is None else health_of(result))
     return result

@@ -130,6 +130,8 @@ def _write(group: Any, result: RunResult) -> None:
     hdf5.put_text(group.attrs, "calibration_uncertainty", json.dumps(result.calibration_uncertainty))
     channels = result.corrected.channels if result.corrected else ()
     hdf5.put_text(group.attrs, "channels", json.dumps([asdict(channel) for channel in channels]))
+    excerpt = result.recording.excerpt
+    group.attrs["first_sample"] = 0 if excerpt is None else excerpt.first_stored
     seal(group.attrs)
     _write_bounces(group, result.bounces)
     chunk = layout.chunk_length(result.recording.digitisation.sample_rate_hz)

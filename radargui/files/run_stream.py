@@ -59,6 +59,20 @@ class RunStream:
             raise FileError(f"{self._path}: its samples are damaged.", remedy="Take the file from a backup.")
 
 
+    def part(self, first: int, last: int) -> RawArray:
+        """Return the stored samples first:last, untouched.
+
+        Raises
+        ------
+        FileError
+            They cannot be read.
+        """
+        try:
+            return np.asarray(self._file[layout.RAW][:, first:last])
+        except (OSError, RuntimeError, ValueError) as error:
+            raise FileError(f"{self._path}: its samples are damaged.") from error
+
+
 @contextmanager
 def run_stream(path: Path, session: Mapping[str, str] | None = None) -> Iterator[RunStream]:
     """Open a run file for reading piece by piece.

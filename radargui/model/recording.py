@@ -12,6 +12,29 @@ from radargui.model.digitisation import Digitisation
 
 
 @dataclass(frozen=True, slots=True)
+class Excerpt:
+    """Where the samples of an excerpt lie in the whole recording.
+
+    Attributes
+    ----------
+    first_stored, last_stored
+        It holds the stored samples first:last of the whole.
+    first_index
+        Number of samples before it, lost ones counted.
+    of_samples
+        Stored samples of each channel of the whole recording.
+    reason
+        Why not the whole is used, for people.
+    """
+
+    first_stored: int
+    last_stored: int
+    first_index: int
+    of_samples: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
 class Recording:
     """Raw samples of one run.
 
@@ -28,9 +51,12 @@ class Recording:
     file_time_s
         The file's own time of each sample, shape (n_samples,); None where time = index / rate.
     trigger_index
-        Index of the trigger (t = 0 of the run), or None.
+        Index of the trigger (t = 0 of the run), or None; of an excerpt too, it counts from the whole's first sample.
     started_at
-        ISO 8601 date and time of the first sample with offset from UTC; empty where unknown.
+        ISO 8601 date and time of the first sample (of the whole) with offset from UTC; empty where unknown.
+    excerpt
+        Set where these samples are a part of a longer recording; gaps then count from the part's first sample, times
+        and indices from the whole's.
     """
 
     name: str
@@ -40,6 +66,7 @@ class Recording:
     file_time_s: FloatArray | None = field(default=None, repr=False)
     trigger_index: int | None = None
     started_at: str = ""
+    excerpt: Excerpt | None = None
 
     @property
     def n_samples(self) -> int:
@@ -56,7 +83,7 @@ class Recording:
         index = np.arange(self.n_samples, dtype=np.intp)
         for gap in sorted(self.gaps, key=lambda gap: gap.first_index):
             index[index >= gap.first_index] += gap.count
-        return index
+        return index if self.excerpt is None else index + self.excerpt.first_index
 
     def time_s(self) -> FloatArray:
         """Return the time of each sample in s, shape (n_samples,): the file's own, else index / rate."""

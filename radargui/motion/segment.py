@@ -88,7 +88,7 @@ def _moving(level: FloatArray, volts: FloatArray, sample_rate_hz: float, noise: 
             return None
         quiet = 1.0
     moving = level > THRESHOLD * quiet
-    moving = _without_blips(moving, max(1, round(LEAST_MOTION_S * sample_rate_hz / block_size(sample_rate_hz))))
+    moving = without_blips(moving, max(1, round(LEAST_MOTION_S * sample_rate_hz / block_size(sample_rate_hz))))
     return moving if moving.any() else None
 
 
@@ -112,7 +112,7 @@ def _stands(means: FloatArray, rate: float, frequency: float) -> bool:
     return bool(np.median(purity) < 0.8)
 
 
-def _without_blips(moving: BoolArray, least: int) -> BoolArray:
+def without_blips(moving: BoolArray, least: int) -> BoolArray:
     """Return `moving` without runs shorter than `least` blocks."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], moving.astype(np.int8), [0]])))
     out = moving.copy()

@@ -22,6 +22,7 @@ from radargui.motion.segment import find_segment, floor_of_noise, held
 from radargui.processing.calibration_uncertainty import calibration_uncertainty
 from radargui.processing.demodulate import demodulate
 from radargui.processing.locate import LEAST_RECEIVERS, locate
+from radargui.processing.long_recording import shortened
 from radargui.processing.stretch import stretches
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
@@ -51,7 +52,8 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
     Returns
     -------
     RunResult
-        status ok, no_motion or rejected; arrays have one column a stored sample, NaN where unknown.
+        status ok, no_motion or rejected; arrays have one column a stored sample, NaN where unknown. Of a long
+        recording its `recording` is the excerpt around a motion, to which all arrays belong.
 
     Raises
     ------
@@ -59,6 +61,7 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
         The recording does not fit the setup, or holds no samples.
     """
     _check(recording, setup)
+    recording = shortened(recording)
     tell = progress or (lambda _: None)
     warnings = _warnings_before(recording, setup)
     stretch, segment = _stretch_with_motion(recording)
@@ -157,6 +160,8 @@ def _stretch_with_motion(recording: Recording) -> tuple[slice, Segment | None]:
 
 def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     warnings = []
+    if recording.excerpt is not None:
+        warnings.append(recording.excerpt.reason)
     if recording.gaps:
         lost, many = sum(gap.count for gap in recording.gaps), len(recording.gaps)
         warnings.append(

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from radargui.files.run_file import read_run
 from radargui.files.summary import summarise
 from radargui.model.block import Gap
 from radargui.model.bounce import Bounces, FreeFall
@@ -16,6 +15,7 @@ from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 from radargui.report.curve_taker import take_curves
 from radargui.report.curves import RunCurves
@@ -91,7 +91,7 @@ class RunFacts:
 def study(path: Path, setup: Setup, progress: Progress | None = None) -> RunFacts:
     """Read and process one run; whatever goes wrong with it becomes its `failure`."""
     try:
-        return take_facts(process(read_run(path), setup, progress), path.stem)
+        return take_facts(process(read_for_processing(path), setup, progress), path.stem)
     except RadarGuiError as error:
         return RunFacts(path.stem, failure=str(error))
     except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:

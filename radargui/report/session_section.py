@@ -32,11 +32,20 @@ def session_section(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -
         ("Session", info.name),
         ("Begun", info.created_at),
         ("Operator", info.operator or UNKNOWN),
+        ("Sample", info.sample or UNKNOWN),
+        ("Target", info.target or UNKNOWN),
         ("Notes", info.notes or UNKNOWN),
+        (
+            "Calibration",
+            ", ".join(part for part in (info.calibration.origin, info.calibration.made_at) if part) or UNKNOWN,
+        ),
         ("Recorded with", versions or UNKNOWN),
         ("Report", f"made {made_at} with radargui {__version__}, all runs processed anew"),
     )
+    notes = tuple((entry.at.replace("T", " ")[:19], entry.text) for entry in info.journal)
     blocks: list[Block] = [Facts(rows)]
+    if notes:
+        blocks.append(Facts(notes, title="Noted meanwhile"))
     if not runs:
         blocks.append(Note("This session holds no run.", warning=True))
     else:

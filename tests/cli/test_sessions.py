@@ -88,7 +88,9 @@ def test_an_unfinished_run_is_shown_recovered_and_told(command: Command, session
     before = run.read_bytes()
     assert "run-0003.h5" in command("recover", data, "--list").out
     assert run.read_bytes() == before
-    assert "1 unfinished" in " ".join(command("sessions", data).out.split())
+    listed = command("sessions", data).out
+    assert "1 unfinished" in listed
+    assert "radargui recover" in listed
     ended = command("recover", run)
     assert ended.status == 0
     assert "recovered" in ended.out

@@ -10,13 +10,13 @@ from typing import Literal
 
 from radargui import __version__
 from radargui.experiment.reprocess import own_setup
-from radargui.files.run_file import read_run
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.summary import summarise
 from radargui.model.errors import ProcessingError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_change import changed
+from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 
 State = Literal["done", "skipped", "failed", "stopped"]
@@ -128,7 +128,7 @@ def _work_on(task: BatchTask, progress: Callable[[float], None] | None) -> Batch
     setup = changed(task.setup or own_setup(task.run), task.changes, "command line")
     if not task.force and _is_current(task, setup):
         return BatchOutcome(task.run, "skipped")
-    result = process(read_run(task.run), setup, progress)
+    result = process(read_for_processing(task.run), setup, progress)
     if task.tables is None:
         write_results(task.run, result)
     else:

@@ -99,7 +99,9 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
         tried += [attempt(found.last, other, reflects=reflects) for other in _OTHER_LENGTHS_M]
     solution = max((s for s in tried if bool(s.problem.stage.planes) == reflects), key=log_evidence)
     choices.append(f"Bias maps with a correlation length of {solution.problem.bases[0].length_m:.2f} m.")
-    if drift.count:
+    if drift.count and not drift.level.any():
+        choices.append("The offsets drift on the rest: slow functions of time are fitted.")
+    elif drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
     rivals = _rivals(solution, tried)
     solution = settle_breaks(ground, solution, normal, tick)

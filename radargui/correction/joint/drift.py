@@ -9,9 +9,11 @@ from scipy.optimize import minimize
 
 from radargui.correction.bins import Bins
 from radargui.correction.signals import Signals
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import BoolArray, FloatArray
 
 _CYCLES = 20
+_SLOW_HALF_CYCLES = 6
+_DRIFT_SIGMAS = 6.0
 _POOL_HZ = 2000.0
 _FACTOR = 4.0
 _PER_BIN = 12.0
@@ -84,6 +86,7 @@ def measure_drift(signals: Signals, onset_s: float) -> Drift:
     white = 2.0 * signals.sigma**2 / signals.rate_hz
     if count < 32:
         return Drift(float(signals.time_s[0]), length, 0, np.zeros((n_channels, 0)), level)
+    slow = _slow_deviation(signals, rest, length)
     rate = signals.rate_hz / pooled
     for channel in range(n_channels):
         samples = signals.value[channel, : count * pooled].reshape(count, pooled).mean(axis=1)
@@ -91,11 +94,30 @@ def measure_drift(signals: Signals, onset_s: float) -> Drift:
         gained += gain
     highest = _CYCLES / length
     if gained < _FACTOR * n_channels / 2.0 or np.median(level / highest / white) < 0.5:
-        return Drift(float(signals.time_s[0]), length, 0, np.zeros((n_channels, 0)), np.zeros(n_channels))
+        return Drift(float(signals.time_s[0]), length, slow.shape[1], slow, np.zeros(n_channels))
     order = np.arange(1, 2 * _CYCLES + 1)
     variance = level[:, None] / (order / (2.0 * length)) / (2.0 * length)
     sd = np.sqrt(np.concatenate([variance, variance], axis=1))
+    half = slow.shape[1] // 2
+    for part in (slice(0, half), slice(2 * _CYCLES, 2 * _CYCLES + half)):
+        sd[:, part] = np.hypot(sd[:, part], slow[:, :half])
     return Drift(float(signals.time_s[0]), length, 4 * _CYCLES, np.maximum(sd, 1e-7), level)
+
+
+def _slow_deviation(signals: Signals, rest: BoolArray, length_s: float) -> FloatArray:
+    """Return deviations of the slowest functions from how fast the offsets drift at rest, shape (n_channels, n).
+
+    A drift shows as a slope of the rest, root mean square over the channels s. A function of k half cycles has slopes up
+    to pi k / length: with deviation 2 s length / (pi k^2) the slow ones can carry it. None where no slope stands out.
+    """
+    time = signals.time_s[rest] - signals.time_s[rest].mean()
+    slopes = (signals.value[:, rest] @ time) / (time @ time)
+    excess = slopes**2 - signals.sigma**2 / (time @ time)
+    if (slopes**2 * (time @ time) < _DRIFT_SIGMAS**2 * signals.sigma**2).all() or excess.mean() <= 0.0:
+        return np.zeros((slopes.size, 0))
+    order = np.arange(1, _SLOW_HALF_CYCLES + 1)
+    sd = 2.0 * np.sqrt(excess.mean()) * length_s / (np.pi * order**2)
+    return np.tile(np.concatenate([sd, sd]), (slopes.size, 1))
 
 
 def _whittle(samples: FloatArray, rate_hz: float, white: float) -> tuple[float, float]:

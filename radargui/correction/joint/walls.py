@@ -62,6 +62,9 @@ def add_mirror(solution: Solution, plane: MirrorPlane) -> Posed:
         np.array([old_problem.prior.mean[own.log_amplitude] for own in old.receivers]),
         _drift_sd(old_problem),
     )
+    for before, after in zip(old.receivers, layout.receivers, strict=True):
+        for a, b in ((before.log_gain, after.log_gain), (before.skew, after.skew)):
+            prior.mean[b], prior.sd[b] = old_problem.prior.mean[a], old_problem.prior.sd[a]
     stage = replace(old_problem.stage, planes=(*old_problem.stage.planes, plane))
     spline = solution.at.spline
     problem = replace(old_problem, layout=layout, prior=prior, stage=stage, spline=spline)

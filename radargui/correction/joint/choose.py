@@ -122,8 +122,9 @@ def _with_walls(
     ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None], choices: list[str]
 ) -> Solution:
     """Add the walls that the misfit asks for and the evidence keeps; tells `choices`."""
-    for _ in range(_MOST_WALLS):
-        if not _asks_for_walls(solution):
+    for number in range(_MOST_WALLS):
+        asked = _asks_for_walls(solution) if number == 0 else _typical_misfit(solution) > _GOOD_MISFIT
+        if not asked:
             break
         with_wall, gain = search_wall(ground, solution, normal, tick)
         kept = gain > _CONVINCING

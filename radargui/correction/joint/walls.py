@@ -20,7 +20,7 @@ from radargui.correction.joint.signal_model import field_at_nodes, front_end
 from radargui.model.arrays import FloatArray, IntArray
 
 _AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
-_CARRIED = 3
+_CARRIED = 2
 _COEFFICIENT_SD = 0.03
 _ROUNDS = 3
 
@@ -30,7 +30,7 @@ def search_wall(
 ) -> tuple[Solution, float]:
     """Return the best solution with one more wall and what it gains in log evidence.
 
-    Every wall of a grid gets its linearised evidence with everything else marginalised; the best few are converged,
+    Every wall of a grid gets its linearised evidence with everything else marginalised; the best two are converged,
     because the linearised ranking is not reliable.
     """
     candidates = _grid(solution, normal)

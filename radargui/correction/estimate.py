@@ -1,33 +1,12 @@
-"""What every accurate estimator hands on: motion, corrected IQ, uncertainties, hardware constants, quality."""
+"""What every accurate estimator hands on: motion, corrected IQ, uncertainties, constants, quality."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from radargui.correction.hardware import HardwareConstants
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.quality import ChannelQuality
-
-
-@dataclass(frozen=True, slots=True)
-class HardwareConstants:
-    """Constants of one receiver's front end with standard uncertainties.
-
-    Attributes
-    ----------
-    gain_ratio, u_gain_ratio
-        Amplitude of Q over amplitude of I.
-    quadrature_error_deg, u_quadrature_error_deg
-        Departure of Q from 90 degrees after I.
-    offset_v, u_offset_v
-        Mean offsets of I and Q while moving.
-    """
-
-    gain_ratio: float
-    u_gain_ratio: float
-    quadrature_error_deg: float
-    u_quadrature_error_deg: float
-    offset_v: tuple[float, float]
-    u_offset_v: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,3 +55,8 @@ class MotionEstimate:
     channels: tuple[ChannelQuality, ...]
     chi_square: FloatArray
     choices: tuple[str, ...]
+
+    @property
+    def fits(self) -> bool:
+        """Whether no receiver is rejected: else a simpler correction must stand in."""
+        return all(channel.verdict != "rejected" for channel in self.channels)

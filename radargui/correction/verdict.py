@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.correction.estimate import HardwareConstants
+from radargui.correction.hardware import HardwareConstants
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.quality import ChannelQuality
 

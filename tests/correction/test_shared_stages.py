@@ -9,7 +9,7 @@ from radargui.correction.bins import bin_by_fringe
 from radargui.correction.noise import noise_deviation
 from radargui.correction.position_map import make_basis
 from radargui.correction.signals import Signals
-from radargui.motion.kinks import find_kinks
+from radargui.motion.kinks import find_kinks, find_turns
 from radargui.motion.onset import find_onset
 
 
@@ -86,3 +86,21 @@ def test_kinks_are_impacts_and_not_apexes_nor_smooth_turns() -> None:
     assert found == pytest.approx([0.3], abs=5e-5)
     smooth = 0.05 * np.cos(2 * np.pi * t / 0.3) + 2e-5 * rng.standard_normal(t.size)
     assert find_kinks(t, smooth, np.full(t.size, 2e-5)).size == 0
+
+
+def test_turns_are_all_bounces_of_a_cascade_and_none_of_a_slow_swing() -> None:
+    t = np.arange(0.0, 1.0, 4e-4)
+    impacts, speeds, z = [0.1], [1.0], np.zeros(t.size)
+    while speeds[-1] > 0.12:
+        speeds.append(0.7 * speeds[-1])
+        impacts.append(impacts[-1] + 2 * speeds[-1] / 9.81)
+    for first, last, speed in zip(impacts[:-1], impacts[1:], speeds[1:], strict=True):
+        inside = (t >= first) & (t < last)
+        z[inside] = speed * (t[inside] - first) - 4.905 * (t[inside] - first) ** 2
+    z[t < 0.1] = (0.1 - t[t < 0.1]) * 1.0
+    noisy = z + 2e-5 * np.random.default_rng(4).standard_normal(t.size)
+    found = find_turns(t, noisy, np.full(t.size, 2e-5))
+    for impact in impacts[:-1]:
+        assert np.abs(found - impact).min() < 0.002
+    swing = 0.05 * np.cos(2 * np.pi * t / 0.9)
+    assert find_turns(t, swing, np.full(t.size, 2e-5)).size == 0

@@ -106,16 +106,13 @@ def fit_circle(data: CircleData, start: FloatArray, home: FloatArray) -> CircleF
     n_bias, n_level = data.bias.shape[1], data.level.shape[1]
     mean = np.concatenate([home, np.zeros(2 * n_bias + n_level)])
     sd = np.concatenate([_CONSTANTS_SD, np.full(2 * n_bias, _BIAS_SD), np.full(n_level, _LOG_AMPLITUDE_SD)])
-    theta, fit = start.copy(), None
+    fit = _minimise(data, start, mean, sd)
     groups = [slice(5, 5 + 2 * n_bias), slice(5 + 2 * n_bias, None)]
-    for _ in range(3):
-        fit = _minimise(data, theta, mean, sd)
-        theta = fit.theta
-        if n_bias + n_level == 0:
-            break
+    for _ in range(2 if n_bias + n_level else 0):
         for group in groups:
             _update_deviation(sd, fit, group)
-    return fit if fit is not None else _minimise(data, theta, mean, sd)
+        fit = _minimise(data, fit.theta, mean, sd)
+    return fit
 
 
 def _update_deviation(sd: FloatArray, fit: CircleFit, group: slice) -> None:

@@ -6,7 +6,8 @@ import numpy as np
 
 from radargui.correction.adaptive.found import Found, adaptive_rounds
 from radargui.correction.adaptive.samples import circles_at_samples
-from radargui.correction.estimate import HardwareConstants, MotionEstimate
+from radargui.correction.estimate import MotionEstimate
+from radargui.correction.hardware import HardwareConstants
 from radargui.correction.signals import Signals, read_signals
 from radargui.correction.verdict import judge_channels
 from radargui.geometry.bistatic import locate_exact, position_uncertainty

@@ -17,7 +17,7 @@ from radargui.model.setup import Setup
 from radargui.motion.kinks import find_kinks, find_turns
 from radargui.motion.onset import find_onset
 
-_BEFORE_ONSET_S = 0.015
+_BEFORE_ONSET_S = 0.03
 _FIRST_LENGTH_M = 0.15
 _SAME_TURN_S = 0.006
 

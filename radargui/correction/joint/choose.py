@@ -58,6 +58,7 @@ class _Attempts:
     drift: Drift
     normal: FloatArray
     tick: Callable[[], None]
+    front_end: FloatArray | None
 
     def __call__(self, start: Round, length_m: float, *, reflects: bool) -> Solution:
         """Converge with bias maps of a correlation length, with or without a floor that reflects."""
@@ -66,11 +67,17 @@ class _Attempts:
         lowest = start.place[:, int(np.argmin(self.normal @ start.place))]
         floor = MirrorPlane(lowest - _BELOW_M * self.normal, self.normal, "floor")
         planes = (floor,) if reflects else ()
-        posed = pose(self.ground, motion, circle_constants(start), planes, length_m, self.drift)
+        posed = pose(self.ground, motion, circle_constants(start), planes, length_m, self.drift, self.front_end)
         return converge(self.ground, posed, _FIRST_ROUNDS, self.tick)
 
 
-def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[[], None]) -> Chosen:
+def choose_model(
+    found: Found,
+    drift: Drift,
+    normal: FloatArray,
+    tick: Callable[[], None],
+    front_end: FloatArray | None = None,
+) -> Chosen:
     """Converge without and with a floor, keep what the evidence prefers, settle the impacts, look for walls.
 
     Parameters
@@ -83,9 +90,11 @@ def choose_model(found: Found, drift: Drift, normal: FloatArray, tick: Callable[
         Upward normal of the floor, shape (3,).
     tick
         Called once a round; may raise to cancel.
+    front_end
+        Prior of ln g and eps, shape (n_receivers, 4), see `front_end_prior`.
     """
     ground = replace(found.ground, bins=drift.widen(found.ground.bins))
-    attempt = _Attempts(ground, found, drift, normal, tick)
+    attempt = _Attempts(ground, found, drift, normal, tick, front_end)
     length = found.last.bias.length_m if found.last.bias is not None else _SHORTEST_LENGTH_M
     length = max(_SHORTEST_LENGTH_M, length)
     plain, floored = (attempt(found.last, length, reflects=reflects) for reflects in (False, True))
@@ -115,8 +124,9 @@ def _with_walls(
     ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None], choices: list[str]
 ) -> Solution:
     """Add the walls that the misfit asks for and the evidence keeps; tells `choices`."""
-    for _ in range(_MOST_WALLS):
-        if not _asks_for_walls(solution):
+    for number in range(_MOST_WALLS):
+        asked = _asks_for_walls(solution) if number == 0 else _typical_misfit(solution) > _GOOD_MISFIT
+        if not asked:
             break
         with_wall, gain = search_wall(ground, solution, normal, tick)
         kept = gain > _CONVINCING

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from radargui.correction.adaptive.found import adaptive_rounds
-from radargui.correction.estimate import HardwareConstants, MotionEstimate
+from radargui.correction.estimate import MotionEstimate
+from radargui.correction.hardware import HardwareConstants, front_end_prior
 from radargui.correction.joint.breaks import break_speeds
 from radargui.correction.joint.choose import Chosen, choose_model
 from radargui.correction.joint.drift import measure_drift
@@ -45,6 +46,7 @@ def estimate_joint(
     recording: Recording,
     setup: Setup,
     *,
+    hardware: tuple[HardwareConstants, ...] | None = None,
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> JointEstimate:
@@ -54,6 +56,8 @@ def estimate_joint(
     ----------
     recording, setup
         Three or four receivers.
+    hardware
+        Constants found before (`pool_constants`), prior of this run; None where nothing is known.
     progress
         Called with the share done, 0 to 1.
     cancel
@@ -83,7 +87,9 @@ def estimate_joint(
     signals = read_signals(recording, setup.radar.phase_sign)
     found = adaptive_rounds(signals, setup, rest_needed=True)
     tick()
-    chosen = choose_model(found, measure_drift(signals, found.start_s), np.asarray(setup.floor.normal), tick)
+    prior = None if hardware is None else front_end_prior(hardware, signals.phase_sign)
+    drift = measure_drift(signals, found.start_s)
+    chosen = choose_model(found, drift, np.asarray(setup.floor.normal), tick, prior)
     values = at_samples(chosen.solution, signals, chosen.rivals)
     if progress is not None:
         progress(1.0)

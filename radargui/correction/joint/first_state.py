@@ -53,6 +53,7 @@ def pose(
     planes: tuple[MirrorPlane, ...],
     bias_length_m: float,
     drift: Drift,
+    front_end: FloatArray | None = None,
 ) -> Posed:
     """Pose the joint problem with maps, mirrors and drift at zero.
 
@@ -70,6 +71,8 @@ def pose(
         Correlation length of the bias maps.
     drift
         Slow noise.
+    front_end
+        Prior of ln g and eps, shape (n_receivers, 4), see `front_end_prior`.
     """
     bins, (spline, coefficients) = ground.bins, motion
     place = (spline.design(bins.time_s) @ coefficients + ground.release_m).T
@@ -94,6 +97,9 @@ def pose(
         drift.functions(bins.time_s),
     )
     prior = make_prior(layout, spline.break_s, constants[:, 1], drift.sd)
+    for own, known in zip(layout.receivers, front_end if front_end is not None else (), strict=False):
+        prior.mean[own.log_gain], prior.sd[own.log_gain] = known[:2]
+        prior.mean[own.skew], prior.sd[own.skew] = known[2:]
     problem = JointProblem(
         bins,
         ground.delay_s,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -35,7 +36,7 @@ class MirrorPlane:
 
     def image(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return the mirror image of a point for two tilts (rad) and a shift along the normal (m)."""
-        first, second = _tangents(self.normal)
+        first, second = _tangents(tuple(self.normal.tolist()))
         normal = self.normal + unknown[0] * first + unknown[1] * second
         normal = normal / np.linalg.norm(normal)
         return mirror(point_m, normal, float(normal @ (self.foot_m + unknown[2] * self.normal)))
@@ -107,7 +108,9 @@ def detour_ratio(
     return np.asarray(r / r_image * np.exp(1j * k * (r_image - r - at_rest)))
 
 
-def _tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+@lru_cache(maxsize=512)
+def _tangents(direction: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+    normal = np.array(direction)
     least = np.eye(3)[int(np.argmin(np.abs(normal)))]
     first = np.cross(normal, least)
     first /= np.linalg.norm(first)

@@ -13,7 +13,8 @@ from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.model.arrays import FloatArray
 
 _COVERAGE = 1.5
-_SMALLEST_U_M = 1e-7
+_SMALLEST_U_M, _SLOW_START_S = 1e-7, 0.03
+_WIDEST = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +35,7 @@ def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solutio
 
     Uncertainties come from the inverse normal matrix at the bins times 1.5 (what simulated scenes needed for 95 %
     coverage) times the square root of the local misfit beyond the fitted noise scale; the rivals' distance is added in
-    quadrature.
+    quadrature; receivers of few fringes widen it.
     """
     problem, time = solution.problem, signals.time_s
     stage, bins = problem.stage, problem.bins
@@ -45,23 +46,41 @@ def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solutio
     u_position, u_change = _uncertainties(solution)
     misfit = local_chi_square(solution)
     excess = np.sqrt(np.maximum(misfit / problem.noise_scale[:, None] ** 2, 1.0))
+    wide = _few_fringes_factor(change * stage.wavenumber / (2.0 * np.pi))
     apart, apart_change = _spread_of_rivals(solution, rivals)
-    u_position = np.hypot(u_position * excess.max(axis=0), apart)
-    u_change = np.hypot(u_change * excess, apart_change)
+    u_position = wide.max() * np.hypot(u_position * excess.max(axis=0), apart)
+    u_change = wide[:, None] * np.hypot(u_change * excess, apart_change)
 
     def spread(values: FloatArray) -> FloatArray:
         return np.array([np.interp(time, bins.time_s, row) for row in values])
 
+    unseen = np.where(time < solution.at.spline.edge_s[0] + _SLOW_START_S, _unseen_m(solution, signals), _SMALLEST_U_M)
     i, q = _corrected(solution, signals, at_rest)
     return AtSamples(
         np.ascontiguousarray(position.T),
-        _COVERAGE * spread(u_position) + _SMALLEST_U_M,
+        np.hypot(_COVERAGE * spread(u_position), unseen),
         change,
-        _COVERAGE * spread(u_change) + _SMALLEST_U_M,
+        np.hypot(_COVERAGE * spread(u_change), unseen),
         i,
         q,
         spread(misfit),
     )
+
+
+def _few_fringes_factor(fringes: FloatArray) -> FloatArray:
+    """Return by how much the uncertainty of receivers that saw few fringes grows: sqrt(1 + 1 / F^2), at most 3.
+
+    Below a fringe or two the posterior of one model is too narrow (simulated pendulums and circles).
+    """
+    span = np.maximum(np.ptp(fringes, axis=1), 0.1)
+    return np.asarray(np.minimum(np.sqrt(1.0 + 1.0 / span**2), _WIDEST))
+
+
+def _unseen_m(solution: Solution, signals: Signals) -> float:
+    """Return how far the tracer may have crept before its motion was seen: the noise of a 5 ms mean."""
+    amplitude = np.median([np.median(np.abs(signal.direct)) for signal in solution.at.signals])
+    noise = float(np.median(signals.sigma)) / np.sqrt(max(1.0, 0.005 * signals.rate_hz))
+    return float(noise / amplitude / solution.problem.stage.wavenumber) + _SMALLEST_U_M
 
 
 def _spread_of_rivals(solution: Solution, rivals: tuple[tuple[Solution, float], ...]) -> tuple[FloatArray, FloatArray]:

@@ -20,7 +20,7 @@ from radargui.correction.joint.signal_model import field_at_nodes, front_end
 from radargui.model.arrays import FloatArray, IntArray
 
 _AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
-_CARRIED = 3
+_CARRIED = 2
 _COEFFICIENT_SD = 0.03
 _ROUNDS = 3
 
@@ -30,7 +30,7 @@ def search_wall(
 ) -> tuple[Solution, float]:
     """Return the best solution with one more wall and what it gains in log evidence.
 
-    Every wall of a grid gets its linearised evidence with everything else marginalised; the best few are converged,
+    Every wall of a grid gets its linearised evidence with everything else marginalised; the best two are converged,
     because the linearised ranking is not reliable.
     """
     candidates = _grid(solution, normal)
@@ -62,6 +62,9 @@ def add_mirror(solution: Solution, plane: MirrorPlane) -> Posed:
         np.array([old_problem.prior.mean[own.log_amplitude] for own in old.receivers]),
         _drift_sd(old_problem),
     )
+    for before, after in zip(old.receivers, layout.receivers, strict=True):
+        for a, b in ((before.log_gain, after.log_gain), (before.skew, after.skew)):
+            prior.mean[b], prior.sd[b] = old_problem.prior.mean[a], old_problem.prior.sd[a]
     stage = replace(old_problem.stage, planes=(*old_problem.stage.planes, plane))
     spline = solution.at.spline
     problem = replace(old_problem, layout=layout, prior=prior, stage=stage, spline=spline)

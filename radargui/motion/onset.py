@@ -11,6 +11,8 @@ _REST_S = 0.1
 _THRESHOLD = 6.0
 _MOST_WANDER = 0.02
 _SHORTEST_REST_S = 0.05
+_DRIFT_REST_S = 0.2
+_DRIFT_DEGREE = 2
 
 
 def find_onset(time_s: FloatArray, value: FloatArray) -> float | None:
@@ -51,3 +53,26 @@ def find_onset(time_s: FloatArray, value: FloatArray) -> float | None:
         return None
     onset = float(start[lasting[0]])
     return onset if onset > time_s[0] + _SHORTEST_REST_S else float("-inf")
+
+
+def without_rest_drift(time_s: FloatArray, value: FloatArray, rest_last: int) -> FloatArray:
+    """Return the channels less the parabola that their offsets follow at rest, so that a drift is no onset.
+
+    Parameters
+    ----------
+    time_s
+        Shape (n_samples,).
+    value
+        Shape (n_channels, n_samples).
+    rest_last
+        Samples before this one are at rest for sure; under 0.2 s of them the channels are left as they are.
+    """
+    if rest_last < 8 or time_s[rest_last - 1] - time_s[0] < _DRIFT_REST_S:
+        return value
+    pooled = max(1, rest_last // 200)
+    count = rest_last // pooled
+    means = value[:, : count * pooled].reshape(value.shape[0], count, pooled).mean(axis=2)
+    middle = time_s[: count * pooled].reshape(count, pooled).mean(axis=1) - time_s[0]
+    trend = np.polynomial.polynomial.polyfit(middle, means.T, _DRIFT_DEGREE)
+    trend[0] = 0.0
+    return np.asarray(value - np.polynomial.polynomial.polyval(time_s - time_s[0], trend))

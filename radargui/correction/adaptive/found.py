@@ -15,7 +15,8 @@ from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
 from radargui.motion.kinks import find_kinks, find_turns
-from radargui.motion.onset import find_onset
+from radargui.motion.onset import find_onset, without_rest_drift
+from radargui.motion.segment import find_segment
 
 _BEFORE_ONSET_S = 0.03
 _FIRST_LENGTH_M = 0.15
@@ -66,7 +67,10 @@ def adaptive_rounds(signals: Signals, setup: Setup, *, rest_needed: bool) -> Fou
     ProcessingError
         Nothing moves, or the record holds no rest before the motion.
     """
-    onset = find_onset(signals.time_s, signals.value)
+    segment = find_segment(signals.value, signals.rate_hz)
+    if segment is None:
+        raise ProcessingError("Nothing moves in this recording.", reasons=("the tracer was not released",))
+    onset = find_onset(signals.time_s, without_rest_drift(signals.time_s, signals.value, segment.rest_last))
     if onset is None:
         raise ProcessingError("Nothing moves in this recording.", reasons=("the tracer was not released",))
     if not np.isfinite(onset) and rest_needed:

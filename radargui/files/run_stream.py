@@ -58,7 +58,6 @@ class RunStream:
         if "crc32" in attributes and crcs != np.ravel(attributes["crc32"]).tolist():
             raise FileError(f"{self._path}: its samples are damaged.", remedy="Take the file from a backup.")
 
-
     def part(self, first: int, last: int) -> RawArray:
         """Return the stored samples first:last, untouched.
 

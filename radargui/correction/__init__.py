@@ -1,1 +1,1 @@
-"""Removal of IQ mismatch: published, ellipse, none."""
+"""Removal of IQ mismatch: published, ellipse, adaptive, joint."""

@@ -23,7 +23,7 @@ class CorrectedIQ:
     u_phase_rad
         Standard uncertainty of the phase, shape (n_receivers, n_samples).
     method
-        Correction used: published, ellipse, none, ...
+        Correction used: joint, adaptive, published, ellipse or none
     channels
         Quality of each receiver.
     steps

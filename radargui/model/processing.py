@@ -6,7 +6,7 @@ from typing import Literal
 
 from radargui.model.section import Section
 
-Correction = Literal["published", "ellipse", "none"]
+Correction = Literal["joint", "adaptive", "published", "ellipse", "none"]
 Geometry = Literal["exact", "plane"]
 
 

@@ -11,9 +11,6 @@ from pydantic import BaseModel, ValidationError
 from radargui.model.setup_place import Place, find_place
 from radargui.model.toml_text import key_text, value_text
 
-NOT_YET: dict[str, tuple[str, ...]] = {"processing.correction": ("adaptive", "joint")}
-"""Values of the contract that this version does not offer yet."""
-
 
 def describe(error: ValidationError, model: type[BaseModel]) -> str:
     """Return the most telling fault of a setup as one line that names key, value and allowed range."""
@@ -50,8 +47,6 @@ def _line(fault: Mapping[str, Any], model: type[BaseModel]) -> str:
     if kind == "value_error":
         text = str(fault["ctx"]["error"])
         return f"{key} = {value_text(value)}, {text}" if key else text
-    if isinstance(value, str) and value in NOT_YET.get(key, ()):
-        return f"{key} = {value_text(value)}: not offered by this version yet, allowed: {allowed}"
     return f"{key} = {value_text(value)}, allowed: {allowed}"
 
 

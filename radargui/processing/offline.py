@@ -7,10 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from radargui.correction.correct import correct
-from radargui.correction.hum import without_hum
-from radargui.correction.skew import remove_skew
-from radargui.geometry.antennas import place_antennas
 from radargui.model.bounce import Bounces
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
@@ -18,15 +14,18 @@ from radargui.model.result import RunResult
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
 from radargui.model.track import Track
-from radargui.motion.segment import find_segment, floor_of_noise, held
+from radargui.motion.segment import find_segment
 from radargui.processing.calibration_uncertainty import calibration_uncertainty
-from radargui.processing.demodulate import demodulate
-from radargui.processing.locate import LEAST_RECEIVERS, locate
+from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.processing.long_recording import shortened
+from radargui.processing.road import Road
+from radargui.processing.step_by_step import step_by_step
 from radargui.processing.stretch import stretches
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements
+
+ESTIMATES = ("adaptive", "joint")
 
 Progress = Callable[[float], None]
 
@@ -71,19 +70,10 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
         )
     tell(0.1)
 
-    volts = recording.volts()[:, stretch]
     rate_hz = recording.digitisation.sample_rate_hz
-    unusable = recording.clipped()[:, stretch] | ~np.isfinite(volts)
-    volts = held(volts)
-    noise_v = floor_of_noise(volts)
-    volts = remove_skew(without_hum(volts, rate_hz, segment, noise_v), rate_hz, recording.digitisation.channel_skew_s)
-    tell(0.2)
-    time_s = recording.time_s()[stretch]
-    method = setup.processing.correction
-    corrected = correct(volts, time_s, rate_hz, segment, noise_v, unusable, method, lambda done: tell(0.2 + 0.5 * done))
-    paths = demodulate(corrected, segment, setup.radar.wavelength_m, setup.radar.phase_sign)
-    tell(0.75)
-    track = locate(paths, place_antennas(setup), np.array(setup.tracer.release_position_m), setup.processing.geometry)
+    road = _road(_part(recording, stretch), segment, setup, lambda done: tell(0.1 + 0.8 * done))
+    corrected, paths, track = road.corrected, road.paths, road.track
+    warnings += road.warnings
     tell(0.9)
 
     rejected = [
@@ -95,7 +85,7 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
             track = _unknown(track)
     bounces, calibration = Bounces(), None
     if track is not None and not rejected:
-        bounces = _bounces_of(track, segment, setup, rate_hz)
+        bounces = _bounces_of(track, segment, setup, rate_hz) if road.bounces is None else road.bounces
         if segment.has_rest:
             calibration = calibration_uncertainty(paths, setup, segment, _bounces_of, rate_hz)
         else:
@@ -123,6 +113,36 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
         calibration_uncertainty=calibration,
         warnings=tuple(warnings),
     )
+
+
+def _part(recording: Recording, stretch: slice) -> Recording:
+    """Return the recording of a gapless stretch, at its own times."""
+    if stretch == slice(0, recording.n_samples):
+        return recording
+    return replace(
+        recording,
+        raw=recording.raw[:, stretch],
+        gaps=(),
+        file_time_s=recording.time_s()[stretch],
+        trigger_index=None,
+        excerpt=None,
+    )
+
+
+def _road(recording: Recording, segment: Segment, setup: Setup, tell: Progress) -> Road:
+    """Take the road of the chosen correction; where an estimate cannot be made the published procedure stands."""
+    method = setup.processing.correction
+    if method not in ESTIMATES:
+        return step_by_step(recording, segment, setup, method, tell)
+    # only who asks for an estimate pays for loading it
+    from radargui.processing.estimated import estimated
+
+    try:
+        return estimated(recording, segment, setup, method, tell)
+    except ProcessingError as error:
+        road = step_by_step(recording, segment, setup, "published", tell)
+        why = error.message.rstrip(".")
+        return replace(road, warnings=(f"the {method} correction cannot be made ({why}): the published one was used",))
 
 
 def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:

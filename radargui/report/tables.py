@@ -17,6 +17,7 @@ from radargui.report.fixed_point import Column, lines
 from radargui.report.plain_values import json_bytes
 from radargui.report.whole_file import write_whole
 
+_PIECE = 1 << 18
 LENGTH_DECIMALS = 9
 """Metres are written to the nanometre."""
 BOUNCE_HEADER = ("time_s", "speed_before_m_s", "speed_after_m_s", "e", "u_e", "method", "valid")
@@ -70,6 +71,9 @@ def _track(result: RunResult) -> Iterator[bytes]:
     yield (",".join(track_header(n_receivers)) + "\n").encode()
     if result.status == "no_motion" or result.recording.n_samples == 0:
         return
+    excerpt = result.recording.excerpt
+    if excerpt is not None:
+        yield from _unknown(result, 0, excerpt.first_index - excerpt.first_stored, excerpt.first_stored)
     time_s = result.recording.time_s()
     columns = [Column(time_s, _time_decimals(result))]
     columns += [Column(row, LENGTH_DECIMALS) for row in _changes(result)]
@@ -79,6 +83,19 @@ def _track(result: RunResult) -> Iterator[bytes]:
         columns += [Column(row, LENGTH_DECIMALS, upwards=True) for row in uncertainty]
     columns.append(Column(_valid(result), 0))
     yield from lines(columns)
+    if excerpt is not None:
+        lost = int(result.recording.index()[-1]) + 1 - excerpt.last_stored
+        yield from _unknown(result, excerpt.last_stored, lost, excerpt.of_samples)
+
+
+def _unknown(result: RunResult, first: int, lost: int, last: int) -> Iterator[bytes]:
+    """Give the rows of stored samples first:last that were not processed; `lost` samples went missing before."""
+    rate, width = result.recording.digitisation.sample_rate_hz, len(track_header(result.recording.n_receivers)) - 2
+    for begin in range(first, last, _PIECE):
+        count = min(_PIECE, last - begin)
+        nothing = Column(np.full(count, np.nan), LENGTH_DECIMALS)
+        time = Column((np.arange(begin, begin + count) + lost) / rate, _time_decimals(result))
+        yield from lines([time, *(nothing for _ in range(width)), Column(np.zeros(count, dtype=np.bool_), 0)])
 
 
 def _time_decimals(result: RunResult) -> int:

@@ -85,8 +85,7 @@ def test_the_correction_and_geometry_of_the_command_line_win(command: Command, r
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--correction", "joint"], 'processing.correction = "joint": not offered by this version yet, allowed: '),
-        (["--correction", "best"], 'processing.correction = "best", allowed: published, ellipse, none'),
+        (["--correction", "best"], 'processing.correction = "best", allowed: joint, adaptive, published, '),
         (["--geometry", "flat"], 'processing.geometry = "flat", allowed: exact, plane'),
         (["--rate-hz", "0"], "--rate-hz = 0, allowed: a number above 0"),
         (["--rate-hz", "inf"], "--rate-hz = inf, allowed: a number above 0"),

@@ -17,7 +17,7 @@ from support.results import drop_result, quiet_result, rejected_result
 
 from radargui import __version__
 from radargui.model.errors import FileError
-from radargui.model.recording import Recording
+from radargui.model.recording import Excerpt, Recording
 from radargui.report.tables import write_tables
 
 TRACK = "time_s,L1_m,L2_m,L3_m,x_m,y_m,z_m,ux_m,uy_m,uz_m,valid"
@@ -222,3 +222,19 @@ def test_writing_tables_loads_neither_matplotlib_nor_jinja() -> None:
     code = f"import sys, radargui.report.tables; print([name for name in {names} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_long_recording_has_one_row_a_sample_though_only_an_excerpt_was_processed(tmp_path: Path) -> None:
+    whole = drop_result()
+    n = whole.recording.n_samples
+    excerpt = Excerpt(first_stored=700, last_stored=700 + n, first_index=700, of_samples=n + 1000, reason="long")
+    write_tables(replace(whole, recording=replace(whole.recording, file_time_s=None, excerpt=excerpt)), tmp_path)
+    rows = np.genfromtxt(tmp_path / "track.csv", delimiter=",", names=True)
+    rate = whole.recording.digitisation.sample_rate_hz
+    assert rows.size == n + 1000
+    assert rows["time_s"] == pytest.approx(np.arange(n + 1000) / rate, abs=1e-9)
+    assert not rows["valid"][:700].any()
+    assert not rows["valid"][700 + n :].any()
+    assert np.isnan(rows["z_m"][:700]).all()
+    assert np.isfinite(rows["z_m"][rows["valid"] == 1]).all()
+    assert rows["valid"].any()

@@ -1,0 +1,129 @@
+"""The road of estimators that hold motion and mismatch together: adaptive, and joint with adaptive as its fallback."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from radargui.correction.adaptive.estimate import estimate_adaptive
+from radargui.correction.estimate import MotionEstimate
+from radargui.correction.joint.estimate import CancelledError, JointEstimate, estimate_joint
+from radargui.correction.quality import image_rejection_db
+from radargui.geometry.antennas import place_antennas
+from radargui.model.arrays import FloatArray
+from radargui.model.corrected import CorrectedIQ
+from radargui.model.errors import ProcessingError
+from radargui.model.path import PathLengths
+from radargui.model.quality import ChannelQuality
+from radargui.model.recording import Recording
+from radargui.model.segment import Segment
+from radargui.model.setup import Setup
+from radargui.model.track import Track
+from radargui.processing.locate import LEAST_RECEIVERS, locate
+from radargui.processing.road import Road
+from radargui.restitution.joint_bounces import joint_bounces
+
+
+def estimated(recording: Recording, segment: Segment, setup: Setup, method: str, tell: Callable[[float], None]) -> Road:
+    """Return corrected IQ, path lengths and track by the joint or the adaptive estimate.
+
+    Where the joint estimate does not fit the signal the adaptive one stands, and a warning says so.
+
+    Parameters
+    ----------
+    recording
+        Without gaps.
+    segment
+        The motion in it and the rest before.
+    setup
+        Geometry, phase sign, release position, floor.
+    method
+        adaptive or joint.
+    tell
+        Called with the share done, 0 to 1.
+
+    Raises
+    ------
+    ProcessingError
+        Neither estimate can be made.
+    """
+    joint, why = None, ""
+    # the matrices are many and small: threads of the linear algebra cost four times what they save
+    with threadpool_limits(limits=1, user_api="blas"):
+        if method == "joint":
+            joint, why = _try_joint(recording, setup, tell)
+        estimate: MotionEstimate = joint if joint is not None else estimate_adaptive(recording, setup)
+    paths = _paths(estimate, setup)
+    track = _track(estimate, paths, setup)
+    bounces = None
+    if joint is not None and setup.processing.geometry == "exact":
+        with threadpool_limits(limits=1, user_api="blas"):
+            bounces, _ = joint_bounces(joint, setup)
+    warnings = (f"the joint correction does not stand here ({why}): the adaptive one was used",) if why else ()
+    return Road(_corrected(estimate, segment, setup), paths, track, bounces, warnings)
+
+
+def _try_joint(recording: Recording, setup: Setup, tell: Callable[[float], None]) -> tuple[JointEstimate | None, str]:
+    """Return the joint estimate, or None and why it does not stand."""
+    if recording.n_receivers < LEAST_RECEIVERS:
+        return None, "it needs three receivers"
+    try:
+        joint = estimate_joint(recording, setup, progress=tell)
+    except CancelledError:
+        raise
+    except ProcessingError as error:
+        return None, error.message.rstrip(".")
+    except (np.linalg.LinAlgError, FloatingPointError, ValueError) as error:
+        return None, f"its equations have no solution: {error}"
+    if not joint.fits:
+        reasons = {channel.reason for channel in joint.channels if channel.verdict == "rejected"}
+        return None, "; ".join(sorted(reasons))
+    return joint, ""
+
+
+def _per_rad(setup: Setup) -> float:
+    return setup.radar.wavelength_m / (2.0 * np.pi)
+
+
+def _corrected(estimate: MotionEstimate, segment: Segment, setup: Setup) -> CorrectedIQ:
+    moving = slice(segment.first, segment.last)
+    phase = estimate.change_m[:, moving] / _per_rad(setup)
+    channels = tuple(
+        replace(channel, image_rejection_db=_image_rejection(estimate, channel, number, moving, phase[number]))
+        for number, channel in enumerate(estimate.channels)
+    )
+    return CorrectedIQ(
+        estimate.time_s,
+        estimate.i,
+        estimate.q,
+        estimate.valid,
+        estimate.u_change_m / _per_rad(setup),
+        estimate.method,
+        channels,
+    )
+
+
+def _image_rejection(
+    estimate: MotionEstimate, channel: ChannelQuality, number: int, moving: slice, phase_rad: FloatArray
+) -> float | None:
+    iq = np.stack([estimate.i[number, moving], estimate.q[number, moving]])
+    if channel.snr_db is None or not (np.isfinite(iq).all() and np.isfinite(phase_rad).all()):
+        return None
+    return image_rejection_db(iq, phase_rad, float(np.sqrt(0.5) * 10.0 ** (-channel.snr_db / 20.0)))
+
+
+def _paths(estimate: MotionEstimate, setup: Setup) -> PathLengths:
+    return PathLengths(
+        estimate.time_s, estimate.change_m / _per_rad(setup), estimate.change_m, estimate.u_change_m, estimate.valid
+    )
+
+
+def _track(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> Track | None:
+    if estimate.position_m is None or estimate.u_position_m is None or setup.processing.geometry == "plane":
+        release = np.array(setup.tracer.release_position_m)
+        return locate(paths, place_antennas(setup), release, setup.processing.geometry)
+    valid = np.asarray(estimate.valid.all(axis=0) & np.isfinite(estimate.position_m).all(axis=0))
+    return Track(estimate.time_s, estimate.position_m, estimate.u_position_m, valid, "exact")

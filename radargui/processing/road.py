@@ -1,0 +1,33 @@
+"""What both roads from samples to a track end in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from radargui.model.bounce import Bounces
+from radargui.model.corrected import CorrectedIQ
+from radargui.model.path import PathLengths
+from radargui.model.track import Track
+
+
+@dataclass(frozen=True, slots=True)
+class Road:
+    """Corrected IQ, path lengths and track of the samples of a gapless stretch.
+
+    Attributes
+    ----------
+    corrected, paths
+        Of all receivers.
+    track
+        None with fewer than three receivers.
+    bounces
+        Where the road found them itself; None: to be found from the track.
+    warnings
+        Sentences for the operator.
+    """
+
+    corrected: CorrectedIQ
+    paths: PathLengths
+    track: Track | None
+    bounces: Bounces | None = None
+    warnings: tuple[str, ...] = ()

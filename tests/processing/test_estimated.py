@@ -1,0 +1,95 @@
+"""The accurate corrections through the whole chain: adaptive, joint, and what stands where they do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.changed import changed
+
+from radargui.model.recording import Recording
+from radargui.model.resources import default_setup_path
+from radargui.model.setup import Setup
+from radargui.model.setup_file import read_setup
+from radargui.model.truth import Truth
+from radargui.processing.offline import process
+from radargui.sources.simulated.recording import simulate_recording
+
+E = 0.6
+
+
+@pytest.fixture(scope="module")
+def setup() -> Setup:
+    return changed(
+        read_setup(default_setup_path()),
+        floor={"height_m": None},
+        daq={"rate_hz": 10000.0},
+        simulation={"drop_height_m": 0.2, "restitution": E, "rest_s": 0.4, "settle_s": 0.3},
+    )
+
+
+@pytest.fixture(scope="module")
+def drop(setup: Setup) -> tuple[Recording, Truth]:
+    return simulate_recording(setup)
+
+
+def test_the_joint_correction_is_ten_times_nearer_to_the_truth_than_the_published_one(
+    setup: Setup, drop: tuple[Recording, Truth]
+) -> None:
+    recording, truth = drop
+    rms = {}
+    for correction in ("joint", "published"):
+        result = process(recording, changed(setup, processing={"correction": correction}))
+        assert result.corrected is not None
+        assert result.corrected.method == correction
+        assert result.track is not None
+        assert result.segment is not None
+        moving = slice(result.segment.first, result.segment.last)
+        wrong = (result.track.position_m - truth.position_m)[:, moving]
+        rms[correction] = float(np.sqrt(np.nanmean((wrong**2).sum(axis=0))))
+        if correction == "joint":
+            first, fall = result.bounces.impacts[0], result.bounces.free_fall
+            assert first.e == pytest.approx(E, rel=1e-3)
+            assert abs(first.e - E) < 3 * first.u_e
+            assert fall is not None
+            assert abs(fall.g_m_s2 - 9.81) < 3 * fall.u_g_m_s2
+            assert fall.u_g_m_s2 < 0.01
+            inside = np.abs(wrong) < 2 * result.track.u_position_m[:, moving]
+            assert inside.mean() > 0.9
+            assert result.corrected.channels[0].quadrature_error_deg is not None
+            assert result.warnings == ()
+    assert rms["joint"] < 0.05e-3
+    assert rms["joint"] < rms["published"] / 3
+
+
+def test_one_receiver_is_corrected_by_the_adaptive_estimate_and_told_so(setup: Setup) -> None:
+    plain = changed(setup, processing={"correction": "joint"}).model_dump(by_alias=True)
+    plain["receiver"], plain["daq"]["channels"] = plain["receiver"][:1], None
+    single = Setup.model_validate(plain)
+    recording, truth = simulate_recording(single)
+    result = process(recording, single)
+    assert result.corrected is not None
+    assert result.corrected.method == "adaptive"
+    assert any("needs three receivers" in warning for warning in result.warnings)
+    assert result.paths is not None
+    known = result.paths.valid[0]
+    wrong = (result.paths.change_m[0] - (truth.path_m[0] - truth.path_m[0, 0]))[known]
+    assert np.sqrt(np.mean(wrong**2)) < 0.2e-3
+
+
+def test_where_no_estimate_can_be_made_the_published_procedure_stands_and_says_so(
+    setup: Setup, drop: tuple[Recording, Truth]
+) -> None:
+    recording, _ = drop
+    moving = Recording("late", recording.raw[:, 5200:9200].copy(), recording.digitisation)
+    result = process(moving, changed(setup, processing={"correction": "joint"}))
+    assert result.corrected is not None
+    assert result.corrected.method in {"adaptive", "published"}
+    assert any("joint correction" in warning for warning in result.warnings)
+
+
+def test_the_plane_wave_geometry_is_kept_with_the_joint_correction(setup: Setup, drop: tuple[Recording, Truth]) -> None:
+    recording, _ = drop
+    result = process(recording, changed(setup, processing={"correction": "adaptive", "geometry": "plane"}))
+    assert result.track is not None
+    assert result.track.geometry == "plane"
+    assert result.bounces.impacts

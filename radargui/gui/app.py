@@ -30,6 +30,7 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
     from PySide6.QtCore import QCoreApplication, Qt
     from PySide6.QtWidgets import QApplication
 
+    from radargui.gui.garbage import GarbageKeeper
     from radargui.gui.main_window import MainWindow
     from radargui.gui.notices import Hooks, NoticeBoard
     from radargui.gui.settings import Settings
@@ -40,6 +41,7 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
     application = QApplication.instance() or QApplication(sys.argv[:1])
     application.setApplicationName("RadarGUI")
     application.setApplicationDisplayName("RadarGUI")
+    keeper = GarbageKeeper(application)
     board = NoticeBoard()
     hooks = Hooks(board)
     settings = Settings()

@@ -6,7 +6,9 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject
+
+from radargui.gui.mailbox import Mailbox
 
 Work = Callable[[], Any]
 Then = Callable[[Any], None]
@@ -15,13 +17,10 @@ Then = Callable[[Any], None]
 class Jobs(QObject):
     """Runs functions on threads of their own; the callbacks come in the window's thread."""
 
-    busy_changed = Signal()
-    _ended = Signal(object, object, object, object)
-
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._threads: dict[threading.Thread, str] = {}
-        self._ended.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+        self._mailbox = Mailbox(self)
 
     @property
     def running(self) -> tuple[str, ...]:
@@ -37,18 +36,15 @@ class Jobs(QObject):
                 value: Any = work()
             except Exception as error:  # noqa: BLE001 - led to the operator by `otherwise`
                 callback, value = otherwise, error
-            self._ended.emit(thread, callback, value, what)
+            self._mailbox.post(self._deliver, thread, callback, value)
 
         thread = threading.Thread(target=run, name=f"gui {what}", daemon=True)
         self._threads[thread] = what
         thread.start()
-        self.busy_changed.emit()
 
-    @Slot(object, object, object, object)
-    def _deliver(self, thread: threading.Thread, callback: Callable[[Any], None], value: Any, _what: str) -> None:
+    def _deliver(self, thread: threading.Thread, callback: Callable[[Any], None], value: Any) -> None:
         thread.join()
         self._threads.pop(thread, None)
-        self.busy_changed.emit()
         callback(value)
 
     def wait(self, timeout_s: float = 20.0) -> tuple[str, ...]:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QByteArray, QTimer
-from PySide6.QtGui import QActionGroup, QCloseEvent
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from radargui.experiment.recorded_run import RecordedRun
@@ -20,6 +20,9 @@ from radargui.gui.control.control_bar import MOST_RUNS, ControlBar
 from radargui.gui.control.feed import Feed
 from radargui.gui.control.health_line import HealthLine
 from radargui.gui.control.run_control import MakeSource, RunControl, RunRequest
+from radargui.gui.control.state_detail import detail_of
+from radargui.gui.memory import remember, restore
+from radargui.gui.menus import fill_menus
 from radargui.gui.notice_strip import NoticeStrip
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.opengl_probe import OpenGLProbe
@@ -36,7 +39,7 @@ from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.ni_form import find_ni_devices
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup_desk import SetupDesk, first_setup
-from radargui.gui.theme import CHOICES, Theme, ThemeChoice
+from radargui.gui.theme import Theme, ThemeChoice
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.model.errors import RadarGuiError
 from radargui.session.data_folder import default_data_folder
@@ -45,6 +48,7 @@ from radargui.sources.factory import SourceKind, make_source
 
 FRAME_MS = 33
 _HEALTH_S = 0.2
+_SAVE_DETAILS_MS = 800
 
 
 class MainWindow(QMainWindow):
@@ -82,8 +86,12 @@ class MainWindow(QMainWindow):
         self.setup_model = first_setup(setup_path, settings, board)
         self.control = RunControl(source_maker, self)
         self.actions_ = Actions(self)
-        self._opengl = "not tested yet"
+        self.opengl_answer = ""
         self._health_due = 0.0
+        self._details_timer = QTimer(self)
+        self._details_timer.setSingleShot(True)
+        self._details_timer.setInterval(_SAVE_DETAILS_MS)
+        self._details_timer.timeout.connect(self._save_details)
         self._last_run = ""
 
         self.hardware = HardwarePanel(
@@ -119,12 +127,12 @@ class MainWindow(QMainWindow):
         self.strip = NoticeStrip(board, theme)
         self.health = HealthLine(theme)
         self._put_together()
-        self._fill_menus()
+        self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme)
 
         self.setup_desk = SetupDesk(self.setup_model, settings, board, self)
         self.run_desk = RunDesk(self.runs, self.run, self.track, self.jobs, board, self)
         self._connect()
-        self._restore()
+        restore(self)
         self._show_setup()
         self._show_state()
 
@@ -205,37 +213,6 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(centre)
         self.statusBar().setSizeGripEnabled(True)
         self.statusBar().addWidget(self.health, 1)
-        self.setMinimumSize(900, 600)
-
-    def _fill_menus(self) -> None:
-        does, bar = self.actions_, self.menuBar()
-        file = bar.addMenu("&File")
-        file.addActions([does.open_setup, does.save_setup, does.save_setup_as])
-        file.addSeparator()
-        file.addActions([does.new_session, does.open_session])
-        file.addSeparator()
-        file.addActions([does.report, does.export])
-        file.addSeparator()
-        file.addAction(does.quit)
-        run = bar.addMenu("&Run")
-        run.addActions([does.start, does.record, does.stop])
-        run.addSeparator()
-        run.addActions([does.pause, does.show_live, does.reprocess])
-        view = bar.addMenu("&View")
-        self.panels.fill(view)
-        view.addSeparator()
-        view.addAction(does.in_space)
-        looks = view.addMenu("Theme")
-        self.theme_actions = QActionGroup(self)
-        for choice in CHOICES:
-            action = looks.addAction(choice.capitalize())
-            action.setCheckable(True)
-            action.setData(choice)
-            action.setChecked(choice == self.theme.choice)
-            self.theme_actions.addAction(action)
-        view.addSeparator()
-        view.addActions([does.reset_layout, does.dismiss])
-        bar.addMenu("&Help").addAction(does.about)
 
     def _connect(self) -> None:
         does = self.actions_
@@ -271,7 +248,7 @@ class MainWindow(QMainWindow):
         self.hardware.save_as_asked.connect(self.setup_desk.ask_save)
         self.session_panel.new_asked.connect(does.new_session.trigger)
         self.session_panel.open_asked.connect(self._ask_session)
-        self.session_panel.details_changed.connect(self._save_details)
+        self.session_panel.details_changed.connect(self._details_timer.start)
         self.session_panel.folder_changed.connect(lambda: self.control.use_session(None))
         self.setup_model.changed.connect(self._show_setup)
 
@@ -318,20 +295,7 @@ class MainWindow(QMainWindow):
         does.save_setup_as.setEnabled(valid)
 
     def _show_detail(self) -> None:
-        control, state = self.control, self.control.state
-        detail = ""
-        of = f"run {control.run_number} of {control.n_runs}" if control.n_runs > 1 else ""
-        if state is AppState.DONE:
-            detail = self._last_run
-        elif state is AppState.ARMED:
-            detail = ", ".join(filter(None, (of, "waiting for motion")))
-        elif state is AppState.RECORDING:
-            detail = ", ".join(filter(None, (of, f"{control.recorded_s:.1f} s")))
-        elif state is AppState.PROCESSING:
-            detail = ", ".join(filter(None, (of, f"{100.0 * control.progress:.0f} %")))
-        elif state is AppState.FAILED:
-            detail = "see the message above"
-        self.bar.state.show_state(state, detail)
+        self.bar.state.show_state(self.control.state, detail_of(self.control, self._last_run))
 
     def _show_feed(self, feed: Feed | None) -> None:
         for panel in (self.scopes, self.planes, self.track):
@@ -340,8 +304,8 @@ class MainWindow(QMainWindow):
     def _run_recorded(self, recorded: RecordedRun) -> None:
         self.run_desk.add(recorded)
         if recorded.path is None:
-            self._last_run = "no run"
-        elif recorded.result is None:
+            return
+        if recorded.result is None:
             self._last_run = "not processed"
         else:
             entry = RunEntry(recorded.path, summary=self.runs.model.entries[-1].summary)
@@ -383,7 +347,7 @@ class MainWindow(QMainWindow):
         self.settings.put("theme", choice)
 
     def _opengl_answered(self, usable: bool, good: bool, words: str) -> None:
-        self._opengl = words
+        self.opengl_answer = words
         self.actions_.in_space.setEnabled(usable)
         chosen = self.settings.text("track_view", "space" if good else "projections")
         if usable and chosen == "space":
@@ -393,7 +357,9 @@ class MainWindow(QMainWindow):
         self.track.renew_space_view()
 
     def _about(self) -> None:
-        About(facts(self._opengl, self.session_panel.data_folder, self.setup_model.path), self).exec()
+        About(
+            facts(self.opengl_answer or "not tested", self.session_panel.data_folder, self.setup_model.path), self
+        ).exec()
 
     def _write_title(self) -> None:
         path, session = self.setup_model.path, self.control.session
@@ -401,40 +367,21 @@ class MainWindow(QMainWindow):
         where = f" · session {session.path.name}" if session else ""
         self.setWindowTitle(f"RadarGUI · {path.name if path else 'setup'}{changed}{where}")
 
-    def _restore(self) -> None:
-        self.resize(1440, 900)
-        geometry = self.settings.blob("geometry")
-        if not geometry.isEmpty():
-            self.restoreGeometry(geometry)
-        layout: QByteArray = self.settings.blob("layout")
-        self.panels.resize(self.size())
-        self.panels.restore(layout)
-
-    def _remember(self) -> None:
-        put = self.settings.put
-        put("geometry", self.saveGeometry())
-        put("layout", self.panels.keep())
-        put("operator", self.session_panel.operator)
-        put("data_folder", self.session_panel.data_folder)
-        put("runs", self.bar.runs.value())
-        put("scope_window_s", self.scopes.window_s)
-        if self.hardware.replay.path is not None:
-            put("replay_file", self.hardware.replay.path)
-        self.setup_desk.remember()
-        self.settings.sync()
-
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 - Qt's name
         """Stop, join and close; asks only while a run is recorded."""
         if self.control.state.holds_a_run and not self.may_leave():
             event.ignore()
             return
         self._timer.stop()
+        if self._details_timer.isActive():
+            self._details_timer.stop()
+            self._save_details()
         if not self.control.stop_and_wait():
             self.board.post("error", "The source does not stop: unplug it, or end the program by the system.")
         if self._probe is not None:
             self._probe.close()
         self.jobs.wait()
-        self._remember()
+        remember(self)
         event.accept()
 
     def may_leave(self) -> bool:

@@ -10,12 +10,16 @@ from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Literal
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, QTimer, Signal
 
+from radargui.gui.mailbox import Mailbox
 from radargui.model.errors import RadarGuiError
 
 Level = Literal["error", "warning", "info"]
 _MOST = 50
+_EACH_SHOWN = 4
+_INFO_MS = 20_000
+"""What is only good to know goes away by itself; errors and warnings stay."""
 _log = logging.getLogger(__name__)
 
 
@@ -33,16 +37,19 @@ class NoticeBoard(QObject):
     """Collects notices; `post` may be called from any thread, `changed` comes in the window's thread."""
 
     changed = Signal()
-    _posted = Signal(object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.notices: tuple[Notice, ...] = ()
-        self._posted.connect(self._receive, Qt.ConnectionType.AutoConnection)
+        self._mailbox = Mailbox(self)
 
     def post(self, level: Level, text: str, details: str = "") -> None:
         """Show a message."""
-        self._posted.emit(Notice(level, text, 1, details))
+        notice = Notice(level, text, 1, details)
+        if self._mailbox.at_home:
+            self._receive(notice)
+        else:
+            self._mailbox.post(self._receive, notice)
 
     def post_once(self, level: Level, text: str) -> None:
         """Show a message that is told again and again, without counting."""
@@ -55,22 +62,27 @@ class NoticeBoard(QObject):
             self.post("error", str(error))
             return
         details = "".join(traceback.format_exception(error))
-        _log.error("unexpected error\n%s", details)
-        self.post(
-            "error",
+        text = (
             f"Unexpected error: {type(error).__name__}: {error} "
-            "This is a fault of the program; what was recorded is kept. Please report it with the details.",
-            details,
+            "This is a fault of the program; what was recorded is kept. Please report it with the details."
         )
+        # a fault of the timer comes thirty times a second: once is enough in the log
+        if not any(notice.text == text for notice in self.notices):
+            _log.error("unexpected error\n%s", details)
+        self.post("error", text, details)
 
-    @Slot(object)
     def _receive(self, notice: Notice) -> None:
         same = next((old for old in self.notices if (old.level, old.text) == (notice.level, notice.text)), None)
         if same is not None:
             notice = replace(notice, count=same.count + 1)
         others = tuple(old for old in self.notices if old is not same)
         self.notices = (*others, notice)[-_MOST:]
+        if notice.count > _EACH_SHOWN and notice.count & (notice.count - 1):
+            # a storm of the same must not redraw the strip under the operator's hand
+            return
         self.changed.emit()
+        if notice.level == "info":
+            QTimer.singleShot(_INFO_MS, self, lambda: self.dismiss(notice))
 
     def dismiss(self, notice: Notice) -> None:
         """Take one notice away."""

@@ -8,10 +8,11 @@ import subprocess
 import sys
 import threading
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication
 
-from radargui.gui.opengl_check import SOFTWARE, WORD
+from radargui.gui.mailbox import Mailbox
+from radargui.gui.opengl_check import SOFTWARE, UNUSABLE, USABLE
 
 TIME_LIMIT_S = 20.0
 CHECK_VARIABLE = "RADARGUI_OPENGL_CHECK"
@@ -28,7 +29,6 @@ class OpenGLProbe(QObject):
     """
 
     answered = Signal(bool, bool, str)
-    _finished = Signal(str)
 
     def __init__(self, command: list[str] | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -36,15 +36,15 @@ class OpenGLProbe(QObject):
         self._process: subprocess.Popen[str] | None = None
         self._thread: threading.Thread | None = None
         self._closed = False
-        self._finished.connect(self._tell, Qt.ConnectionType.QueuedConnection)
+        self._mailbox = Mailbox(self)
 
     def start(self) -> None:
         """Begin to ask; answers at once where the answer is known."""
         platform = QGuiApplication.platformName()
         if os.environ.get(FORCE_VARIABLE):
-            self._finished.emit(f"{FORCE_VARIABLE} is set")
+            self._mailbox.post(self._tell, UNUSABLE, f"{FORCE_VARIABLE} is set")
         elif platform in {"offscreen", "minimal", "vnc"}:
-            self._finished.emit(f"no OpenGL on the platform {platform}")
+            self._mailbox.post(self._tell, UNUSABLE, f"no OpenGL on the platform {platform}")
         else:
             self._thread = threading.Thread(target=self._ask, name="gui opengl test", daemon=True)
             self._thread.start()
@@ -60,6 +60,7 @@ class OpenGLProbe(QObject):
             thread.join()
 
     def _ask(self) -> None:
+        status, out = UNUSABLE, ""
         try:
             self._process = subprocess.Popen(
                 self._command,
@@ -78,18 +79,20 @@ class OpenGLProbe(QObject):
                 except subprocess.TimeoutExpired:
                     process.kill()
                     out = "the test of OpenGL did not end"
+            status = process.returncode
         except OSError as error:
             out = f"the test of OpenGL could not be run: {error.strerror or error}"
         lines = out.strip().splitlines()
         if not self._closed:
-            self._finished.emit(lines[-1] if lines else "the test of OpenGL ended without an answer")
+            self._mailbox.post(
+                self._tell, status, lines[-1] if lines else f"the test of OpenGL ended with status {status}"
+            )
 
-    @Slot(str)
-    def _tell(self, answer: str) -> None:
+    def _tell(self, status: int, words: str) -> None:
         if self._thread is not None:
             self._thread.join()
         if not self._closed:
-            self.answered.emit(answer in (WORD, SOFTWARE), answer == WORD, answer)
+            self.answered.emit(status in (USABLE, SOFTWARE), status == USABLE, words)
 
 
 def check_command() -> list[str]:

@@ -21,6 +21,10 @@ TITLES = {
 """Kept names and the words shown; a name must never change, layouts are remembered by it."""
 
 
+_FORMS = ("hardware", "antennas", "session")
+_WIDEST_FORM = 520
+
+
 class Panels(QMainWindow):
     """Holds one dock a panel; sits inside the window so that state, messages and health stay where they are."""
 
@@ -33,6 +37,8 @@ class Panels(QMainWindow):
             dock = QDockWidget(title)
             dock.setObjectName(name)
             dock.setWidget(widgets[name])
+            if name in _FORMS:
+                dock.setMaximumWidth(_WIDEST_FORM)
             dock.toggleViewAction().setShortcut(QKeySequence(f"Alt+{len(self.docks) + 1}"))
             self.docks[name] = dock
             self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
@@ -61,7 +67,7 @@ class Panels(QMainWindow):
         side = min(360, width // 4)
         rest = width - side
         self.resizeDocks([docks["hardware"], docks["scopes"], docks["track"]], [side, rest // 2, rest // 2], across)
-        self.resizeDocks([docks["runs"], docks["planes"]], [rest // 2, rest // 2], across)
+        self.resizeDocks([docks["runs"], docks["planes"]], [57 * rest // 100, 43 * rest // 100], across)
         low = min(280, height // 3)
         self.resizeDocks([docks["scopes"], docks["runs"]], [height - low, low], down)
 

@@ -97,7 +97,7 @@ class SetupDesk(QObject):
 
     def _tried(self, step: object) -> bool:
         try:
-            step()  # type: ignore[operator]
+            step()
         except RadarGuiError as error:
             self._board.post_error(error)
             return False

@@ -117,11 +117,6 @@ class Theme(QObject):
         """What the operator chose."""
         return self._choice
 
-    @property
-    def dark(self) -> bool:
-        """Whether the dark look is shown."""
-        return self.colours is DARK
-
     def apply(self, choice: ThemeChoice) -> None:
         """Show the look `choice`."""
         self._choice = choice

@@ -1,10 +1,9 @@
-"""What the screen pulls from an acquisition: the ring, the live track, health; nothing here waits."""
+"""What the screen pulls from an acquisition: the ring and the live track; nothing here waits."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
-from radargui.acquisition.health import Health
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.ring import Ring
 from radargui.model.digitisation import Digitisation
@@ -25,10 +24,6 @@ class Pulled(Protocol):
     @property
     def digitisation(self) -> Digitisation | None:
         """As the source gave it; None before it is open."""
-
-    @property
-    def health(self) -> Health:
-        """A snapshot."""
 
 
 class Feed:
@@ -59,11 +54,6 @@ class Feed:
     def live(self) -> LiveTrack | None:
         """The last seconds of live estimates."""
         return self.acquisition.live
-
-    @property
-    def health(self) -> Health:
-        """A snapshot."""
-        return self.acquisition.health
 
     def samples(self, seconds: float) -> int:
         """Return how many samples so many seconds are."""

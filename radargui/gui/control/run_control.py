@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Signal
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
 from radargui.acquisition.state import RecorderState
 from radargui.experiment.event import Event, EventKind
 from radargui.experiment.experiment import Experiment
+from radargui.experiment.recorded_run import RecordedRun
+from radargui.experiment.state import ExperimentState
 from radargui.gui.control.app_state import AppState
 from radargui.gui.control.feed import Feed
+from radargui.gui.mailbox import Mailbox
 from radargui.model.setup import Setup
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind
+
+_HEALTH_S = 0.2
 
 
 class MakeSource(Protocol):
@@ -50,8 +54,8 @@ class RunRequest:
 class RunControl(QObject):
     """The window's hand on acquisition and experiment.
 
-    Workers never touch a widget: they emit signals, which arrive queued; `poll`, called by the window's timer, looks
-    after everything that changes often.
+    Workers never touch a widget: what they have to say waits in a mailbox; `poll`, called by the window's timer,
+    looks after everything that changes often.
     """
 
     state_changed = Signal()
@@ -60,7 +64,6 @@ class RunControl(QObject):
     session_changed = Signal()
     failed = Signal(object)
     warned = Signal(str)
-    _told = Signal(object, object, int)
 
     def __init__(self, make_source: MakeSource, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -74,12 +77,16 @@ class RunControl(QObject):
         self._ticket = 0
         self._pulled: Acquisition | None = None
         self._setup: Setup | None = None
+        self._health: Health | None = None
+        self._stopper: threading.Thread | None = None
+        self._cancel = False
         self.session: Session | None = None
         self.feed: Feed | None = None
         self.run_number = 0
         self.n_runs = 0
+        self._kept = 0
         self.progress = 0.0
-        self._told.connect(self._on_told, Qt.ConnectionType.QueuedConnection)
+        self._mailbox = Mailbox(self)
 
     @property
     def state(self) -> AppState:
@@ -88,8 +95,13 @@ class RunControl(QObject):
 
     @property
     def health(self) -> Health | None:
-        """A snapshot of the running acquisition; None where none runs."""
-        return self.feed.health if self.feed is not None and self._state.running else None
+        """The newest snapshot of the running acquisition; None where none runs. Taken by its worker, not here."""
+        return self._health if self._state.running else None
+
+    @property
+    def kept(self) -> int:
+        """Runs recorded since Record was asked for."""
+        return self._kept
 
     @property
     def recorded_s(self) -> float:
@@ -109,7 +121,9 @@ class RunControl(QObject):
             if self._stopping.is_set():
                 acquisition.request_stop()
             acquisition.start()
-            acquisition.wait()
+            while not acquisition.wait(_HEALTH_S):
+                # a disk or device that does not answer must not hold up the window: the window never asks them
+                self._health = acquisition.health
             acquisition.stop()
             if acquisition.error is not None:
                 raise acquisition.error
@@ -119,15 +133,14 @@ class RunControl(QObject):
     def record(self, request: RunRequest) -> None:
         """Record runs one after the other; the first one makes the session. A live view is ended before."""
         if self._state is AppState.LIVE:
-            self._next = request
             self.stop()
             self._next = request
             return
         if self._state.running:
             return
         setup = request.setup
-        self.run_number, self.n_runs = 1, request.n_runs
         self._begin(setup)
+        self.run_number, self.n_runs = 1, request.n_runs
         session = self.session if self.session is not None and self.session.setup == setup else None
 
         def work(ticket: int) -> None:
@@ -139,7 +152,7 @@ class RunControl(QObject):
                 now=datetime.now().astimezone(),
             )
             if session is None:
-                self._told.emit(self._set_session, here, ticket)
+                self._mailbox.post(self._on_told, self._set_session, here, ticket)
             done = len(here.run_paths())
             experiment = Experiment(
                 setup,
@@ -151,7 +164,7 @@ class RunControl(QObject):
             if self._stopping.is_set():
                 return
             for recorded in experiment.record(request.n_runs):
-                self._told.emit(self._recorded, recorded, ticket)
+                self._mailbox.post(self._on_told, self._recorded, recorded, ticket)
                 if self._stopping.is_set():
                     return
 
@@ -162,24 +175,22 @@ class RunControl(QObject):
         if not self._state.running:
             return
         self._next = None
-        again = self._stopping.is_set()
+        self._cancel = self._stopping.is_set()
         self._stopping.set()
         self._enter(AppState.STOPPING)
-        self._end_soon(cancel=again)
+        self._end_from_aside()
 
     def stop_and_wait(self, timeout_s: float = 60.0) -> bool:
         """End what runs now, keep what was recorded, and wait until all threads are gone; False where one hangs."""
         self._next = None
+        self._cancel = True
         self._stopping.set()
-        worker = self._worker
-        if worker is not None:
-            deadline = time.monotonic() + timeout_s
-            while worker.is_alive() and time.monotonic() < deadline:
-                # said again and again: there may have been nothing to end the first time
-                self._end_soon(cancel=True)
-                worker.join(0.05)
-            if worker.is_alive():
-                return False
+        self._end_from_aside()
+        for thread in (self._worker, self._stopper):
+            if thread is not None:
+                thread.join(timeout_s)
+                if thread.is_alive():
+                    return False
         self._ticket += 1
         self._finish(AppState.IDLE)
         return True
@@ -196,8 +207,8 @@ class RunControl(QObject):
                 self.feed = Feed(acquisition, self._setup)
                 self.feed_changed.emit(self.feed)
         if self._stopping.is_set():
-            self._end_soon(cancel=False)
-        elif experiment is not None:
+            return
+        if experiment is not None:
             self._enter(_state_of(acquisition))
         elif self._pulled is not None:
             self._enter(AppState.LIVE)
@@ -207,18 +218,33 @@ class RunControl(QObject):
         if not self._state.running:
             self._set_session(session)
 
-    def _end_soon(self, *, cancel: bool) -> None:
-        experiment, acquisition = self._experiment, self._acquisition
-        if experiment is not None:
-            experiment.cancel() if cancel else experiment.finish()
-        if acquisition is not None:
-            acquisition.request_stop()
+    def _end_from_aside(self) -> None:
+        """Ask the worker to end, from a thread of its own: a device may take its time to stop."""
+        worker = self._worker
+        if worker is None or (self._stopper is not None and self._stopper.is_alive()):
+            return
+
+        def end() -> None:
+            # said again and again: there may have been nothing to end the first time
+            while worker.is_alive():
+                experiment, acquisition = self._experiment, self._acquisition
+                if experiment is not None:
+                    experiment.cancel() if self._cancel else experiment.finish()
+                if acquisition is not None:
+                    acquisition.request_stop()
+                worker.join(0.05)
+
+        self._stopper = threading.Thread(target=end, name="gui stop", daemon=True)
+        self._stopper.start()
 
     def _begin(self, setup: Setup) -> None:
         self._setup = setup
         self._stopping.clear()
         self._acquisition = self._experiment = self._pulled = None
         self._next = None
+        self._kept = 0
+        self._cancel = False
+        self._health = None
         self.progress = 0.0
         self._ticket += 1
         self._enter(AppState.STARTING)
@@ -230,9 +256,9 @@ class RunControl(QObject):
             try:
                 work(ticket)
             except Exception as error:  # noqa: BLE001 - shown to the operator
-                self._told.emit(self._ended, error, ticket)
+                self._mailbox.post(self._on_told, self._ended, error, ticket)
             else:
-                self._told.emit(self._ended, None, ticket)
+                self._mailbox.post(self._on_told, self._ended, None, ticket)
 
         self._worker = threading.Thread(target=run, name=f"gui {what}", daemon=True)
         self._worker.start()
@@ -241,11 +267,13 @@ class RunControl(QObject):
         """Take an event of the experiment; in its thread."""
         if event.kind is EventKind.PROGRESS and event.fraction is not None:
             self.progress = event.fraction
-        elif event.kind is EventKind.WARNING:
-            self.warned.emit(event.message)
+        elif event.kind is EventKind.HEALTH:
+            self._health = event.health
+        elif event.kind is EventKind.WARNING and event.state is not ExperimentState.PROCESSING:
+            # what processing warns of stands with the run's result
+            self._mailbox.post(self.warned.emit, event.message)
 
-    @Slot(object, object, int)
-    def _on_told(self, what: Callable[[object], None], value: object, ticket: int) -> None:
+    def _on_told(self, what: Callable[[Any], None], value: object, ticket: int) -> None:
         if ticket == self._ticket:
             what(value)
 
@@ -253,7 +281,8 @@ class RunControl(QObject):
         self.session = session if isinstance(session, Session) else None
         self.session_changed.emit()
 
-    def _recorded(self, recorded: object) -> None:
+    def _recorded(self, recorded: RecordedRun) -> None:
+        self._kept += recorded.path is not None
         self.run_recorded.emit(recorded)
         self.run_number = min(self.run_number + 1, self.n_runs)
         self.progress = 0.0
@@ -269,7 +298,7 @@ class RunControl(QObject):
             self._finish(AppState.IDLE)
             self.record(request)
         else:
-            self._finish(AppState.IDLE if self._experiment is None else AppState.DONE)
+            self._finish(AppState.DONE if self._kept else AppState.IDLE)
 
     def _finish(self, state: AppState) -> None:
         self._worker = None

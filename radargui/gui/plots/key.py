@@ -25,6 +25,7 @@ class Key(QLabel):
         self._entries = entries
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setContentsMargins(6, 0, 6, 0)
+        self.setMinimumWidth(40)
         theme.changed.connect(self._write)
         self._write()
 

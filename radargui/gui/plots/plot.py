@@ -19,8 +19,6 @@ class Plot(pg.PlotWidget):
         Gives the colours.
     bottom, left
         Axis labels with their units.
-    title
-        Line above the plot.
     equal
         One unit is as long on both axes.
     live
@@ -33,14 +31,12 @@ class Plot(pg.PlotWidget):
         bottom: str = "",
         left: str = "",
         *,
-        title: str = "",
         equal: bool = False,
         live: bool = False,
     ) -> None:
         super().__init__()
         self._theme = theme
         self._labels = {"bottom": bottom, "left": left}
-        self._title = title
         self._inside: pg.LabelItem | None = None
         self._inside_text = ""
         self._pens: list[tuple[pg.PlotDataItem | pg.PlotCurveItem | pg.InfiniteLine, str, bool]] = []
@@ -54,7 +50,7 @@ class Plot(pg.PlotWidget):
         self.setMouseEnabled(x=not live, y=not live)
         for name in ("bottom", "left"):
             axis = item.getAxis(name)
-            # range first, prefix after: pyqtgraph keeps a scale that was set before the prefix was turned off
+            # before any range is set: pyqtgraph keeps a scale that it found while the prefix was on
             axis.enableAutoSIPrefix(False)
             axis.setStyle(tickLength=-4)
             if live:
@@ -63,19 +59,13 @@ class Plot(pg.PlotWidget):
         theme.changed.connect(self.retheme)
         self.retheme()
 
-    def set_title(self, text: str) -> None:
-        """Change the line above the plot."""
-        if text != self._title:
-            self._title = text
-            self._write_title()
-
     def write_inside(self, text: str) -> None:
         """Write a line into the upper left corner of the plot."""
         self._inside_text = text
         self._inside = pg.LabelItem(justify="left")
         self._inside.setParentItem(self.getPlotItem().getViewBox())
         self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
-        self._write_title()
+        self._write_inside()
 
     def line(self, role: str, *, dashed: bool = False, **options: object) -> pg.PlotDataItem:
         """Add an empty curve in the colour of a role of the theme (`i`, `q`, `receivers.0`, `fit`, ...)."""
@@ -128,15 +118,14 @@ class Plot(pg.PlotWidget):
             axis.setTextPen(pg.mkPen(colours.text))
             if words:
                 axis.setLabel(words)
-        self._write_title()
+        self._write_inside()
         for entry, role, dashed in self._pens:
             self._paint(entry, role, dashed=dashed)
         if item.legend is not None:
             item.legend.setLabelTextColor(colours.text)
 
-    def _write_title(self) -> None:
+    def _write_inside(self) -> None:
         colour = self._theme.colours.text
-        self.getPlotItem().setTitle(self._title or None, color=colour, size="9pt")
         if self._inside is not None:
             self._inside.setText(self._inside_text, color=colour, size="8pt")
 

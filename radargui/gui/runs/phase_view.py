@@ -38,7 +38,7 @@ class PhaseView(QWidget):
     def show_result(self, result: RunResult) -> None:
         """Draw a result."""
         for plot, curve in self._drawn:
-            plot.drop(curve)  # type: ignore[arg-type]
+            plot.drop(curve)
         self._drawn = []
         paths = result.paths
         if paths is None:

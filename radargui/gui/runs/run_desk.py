@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import OrderedDict
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from radargui.acquisition.state import Ending
 from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.reprocess import own_setup, process_run
 from radargui.files.run_file import read_run, read_summary
@@ -30,8 +31,6 @@ _KEPT = 3
 
 class RunDesk(QObject):
     """Joins the run list, the run panel, the track and the work behind them."""
-
-    run_shown = Signal()
 
     def __init__(
         self, runs: RunListPanel, run: RunPanel, track: TrackPanel, jobs: Jobs, board: NoticeBoard, window: QWidget
@@ -68,13 +67,15 @@ class RunDesk(QObject):
         if recorded.error is not None:
             self._board.post_error(recorded.error)
         if recorded.path is None:
-            self._board.post("warning", recorded.message)
+            if recorded.ending is not Ending.STOPPED:
+                self._board.post("warning", recorded.message)
             return
         result = recorded.result
         entry = RunEntry(
             recorded.path,
             started_at=result.recording.started_at if result else "",
             summary=summarise(result) if result else None,
+            problem=f"set aside: {recorded.set_aside}" if recorded.set_aside else "",
         )
         self._runs.put(entry, select=True)
         if result is not None:
@@ -160,7 +161,6 @@ class RunDesk(QObject):
         self._wanted = path
         self._run.show_result(result, path.stem)
         self._track.show_result(result, path.stem)
-        self.run_shown.emit()
 
     def _keep(self, path: Path, result: RunResult) -> None:
         self._kept[path] = result
@@ -174,7 +174,7 @@ class RunDesk(QObject):
                 self._runs.put(entry)
 
     def _reported(self, report: object) -> None:
-        html = report.html  # type: ignore[attr-defined]
+        html = report.html
         self._runs.report_ended(html)
         self._board.post("info", f"Report written: {html.parent}")
 

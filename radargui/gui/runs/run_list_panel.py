@@ -113,7 +113,7 @@ class RunListPanel(QWidget):
         metrics = self.table.fontMetrics()
         for column in range(len(COLUMNS) - 1):
             words = (COLUMNS[column], *(entry.cells()[column] for entry in self.model.entries[-50:]))
-            wanted = max(metrics.horizontalAdvance(text) for text in words) + 16
+            wanted = max(metrics.horizontalAdvance(text) for text in words) + 13
             if self.table.columnWidth(column) < wanted or not self.model.entries:
                 self.table.setColumnWidth(column, wanted)
         self.table.setColumnWidth(len(COLUMNS) - 1, 60)

@@ -57,7 +57,7 @@ class RunPanel(QWidget):
 
     def showEvent(self, event: object) -> None:  # noqa: N802 - Qt's name
         """Draw what changed while the panel was hidden."""
-        super().showEvent(event)  # type: ignore[arg-type]
+        super().showEvent(event)
         self._draw()
 
     def _draw(self, _index: int = 0) -> None:

@@ -58,6 +58,11 @@ class Scope(Plot):
             band.setVisible(False)
 
     @property
+    def points(self) -> int:
+        """How many points each curve is drawn with."""
+        return min(curve.xData.size if curve.xData is not None else 0 for curve in self._curves)
+
+    @property
     def shaded(self) -> int:
         """How many gaps are shaded."""
         return sum(band.isVisible() for band in self._bands)

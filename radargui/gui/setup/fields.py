@@ -1,22 +1,13 @@
-"""Fields of a form that stand for one key of the setup: a number with its unit, a text, a choice, a flag."""
+"""Fields of a form that stand for one key of the setup: a number with its unit, a text, a choice."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
-from PySide6.QtWidgets import QCheckBox, QComboBox, QLineEdit, QWidget
+from PySide6.QtWidgets import QComboBox, QLineEdit, QWidget
 
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
-
-
-class Field(Protocol):
-    """What a form needs of a field."""
-
-    key: str
-
-    def refresh(self) -> None:
-        """Show what the draft says, unless the operator is typing here."""
 
 
 def parse_number(text: str, scale: float = 1.0) -> float | str | None:
@@ -187,20 +178,3 @@ class ChoiceField(QComboBox):
     def refresh(self) -> None:
         """Show what the draft says."""
         self.setCurrentIndex(self.findData(self._model.value(self.key)))
-
-
-class FlagField(QCheckBox):
-    """Yes or no."""
-
-    def __init__(self, model: SetupModel, key: str, words: str) -> None:
-        super().__init__(words)
-        self.key = key
-        self._model = model
-        self.setObjectName(key)
-        self.clicked.connect(lambda checked: model.assign(key, bool(checked)))
-        model.changed.connect(self.refresh)
-        self.refresh()
-
-    def refresh(self) -> None:
-        """Show what the draft says."""
-        self.setChecked(bool(self._model.value(self.key)))

@@ -25,7 +25,6 @@ SOURCES: dict[SourceKind, str] = {"simulated": "Simulated", "ni": "NI device", "
 class HardwarePanel(QWidget):
     """Chooses the source and edits its settings; closed for changes while samples come in."""
 
-    source_changed = Signal()
     open_asked = Signal()
     save_asked = Signal()
     save_as_asked = Signal()
@@ -56,7 +55,6 @@ class HardwarePanel(QWidget):
         column.addWidget(group)
 
         self.replay = ReplayForm(replay_file)
-        self.replay.file_changed.connect(self.source_changed)
         self.ni = NiForm(model, theme, jobs, find_devices)
         self._forms: dict[str, Group] = {
             "simulated": SimulatedForm(model, theme),
@@ -126,4 +124,3 @@ class HardwarePanel(QWidget):
     def _show_form(self) -> None:
         for kind, form in self._forms.items():
             form.setVisible(kind == self.kind)
-        self.source_changed.emit()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QToolButton, QWidget
 
 from radargui.gui.setup.fields import NumberField
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
@@ -17,43 +17,37 @@ class ReceiverTable(QWidget):
     def __init__(self, model: SetupModel, theme: Theme) -> None:
         super().__init__()
         self._model = model
-        self._theme = theme
-        self._shown = 0
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._grid_box = QWidget()
-        self._column.addWidget(self._grid_box)
-        self.add = QPushButton("Add receiver")
-        self.add.clicked.connect(model.add_receiver)
-        self._column.addWidget(self.add)
-        model.changed.connect(self._refresh)
-        self._refresh()
-
-    def _refresh(self) -> None:
-        count = self._model.n_receivers
-        if count == self._shown:
-            return
-        self._shown = count
-        self._grid_box.hide()
-        self._column.removeWidget(self._grid_box)
-        self._grid_box.deleteLater()
-        self._grid_box = QWidget()
-        self._column.insertWidget(0, self._grid_box)
-        grid = QGridLayout(self._grid_box)
+        grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(4)
         for column, (_, words, _) in enumerate(COLUMNS, start=1):
             grid.addWidget(QLabel(words), 0, column)
-        for number in range(1, count + 1):
-            grid.addWidget(QLabel(f"Rx {number}"), number, 0)
-            for column, (name, words, scale) in enumerate(COLUMNS, start=1):
-                field = NumberField(self._model, self._theme, f"receiver[{number}].{name}", scale=scale)
-                field.setAccessibleName(f"Receiver {number} {words}")
-                grid.addWidget(field, number, column)
-            remove = QToolButton()
-            remove.setText("−")
-            remove.setToolTip(f"Remove receiver {number}")
-            remove.setEnabled(count > 1)
-            remove.clicked.connect(lambda _checked=False, number=number: self._model.remove_receiver(number))
-            grid.addWidget(remove, number, 4)
+        self._rows = [self._row(grid, theme, number) for number in range(1, MOST_RECEIVERS + 1)]
+        self.add = QPushButton("Add receiver")
+        self.add.clicked.connect(model.add_receiver)
+        grid.addWidget(self.add, MOST_RECEIVERS + 1, 0, 1, len(COLUMNS) + 2)
+        model.changed.connect(self._refresh)
+        self._refresh()
+
+    def _row(self, grid: QGridLayout, theme: Theme, number: int) -> list[QWidget]:
+        row: list[QWidget] = [QLabel(f"Rx {number}")]
+        for name, words, scale in COLUMNS:
+            field = NumberField(self._model, theme, f"receiver[{number}].{name}", scale=scale)
+            field.setAccessibleName(f"Receiver {number} {words}")
+            row.append(field)
+        remove = QToolButton()
+        remove.setText("−")
+        remove.setToolTip(f"Remove receiver {number}")
+        remove.clicked.connect(lambda: self._model.remove_receiver(number))
+        row.append(remove)
+        for column, widget in enumerate(row):
+            grid.addWidget(widget, number, column)
+        return row
+
+    def _refresh(self) -> None:
+        count = self._model.n_receivers
+        for number, row in enumerate(self._rows, start=1):
+            for widget in row:
+                widget.setVisible(number <= count)
+            row[-1].setEnabled(count > 1)
         self.add.setEnabled(count < MOST_RECEIVERS)

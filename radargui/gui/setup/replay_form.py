@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QLineEdit, QPushButton
 
 from radargui.gui.setup.form import Group, plain_label, side_by_side
@@ -15,14 +14,11 @@ FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf)
 class ReplayForm(Group):
     """The file whose samples are played back in real time."""
 
-    file_changed = Signal()
-
     def __init__(self, path: Path | None = None) -> None:
         super().__init__("Replay")
         self._line = QLineEdit(str(path) if path else "")
         self._line.setPlaceholderText("recording to play back")
         self._line.setObjectName("replay.file")
-        self._line.textChanged.connect(lambda _text: self.file_changed.emit())
         browse = QPushButton("Choose…")
         browse.clicked.connect(self._browse)
         self.row("File", side_by_side(self._line, browse))

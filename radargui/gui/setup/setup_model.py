@@ -85,7 +85,10 @@ class SetupModel(QObject):
         self._validate()
 
     def value(self, key: str) -> Any:
-        """Return what the draft says, else the value in force, None where there is none."""
+        """Return what the draft says, else the value in force, None where there is none (or no such receiver)."""
+        number = next((part for part in _parts(key) if isinstance(part, int)), 0)
+        if number >= self.n_receivers:
+            return None
         table, name = self._table(key)
         if name in table:
             return table[name]

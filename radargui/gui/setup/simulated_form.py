@@ -23,7 +23,7 @@ class SimulatedForm(Group):
         super().__init__("Simulated source")
 
         def number(name: str, **options: object) -> NumberField:
-            return NumberField(model, theme, f"simulation.{name}", **options)  # type: ignore[arg-type]
+            return NumberField(model, theme, f"simulation.{name}", **options)
 
         self.row("Scene", ChoiceField(model, "simulation.scene", SCENES))
         self.row(

@@ -38,6 +38,7 @@ class HeightPlot(Plot):
         """Draw the trail; the newest point is at 0."""
         if not self._live:
             self._live = True
+            self.setMouseEnabled(x=False, y=False)
             self._relabel(_LIVE_WORDS)
             self._fit.setData([], [])
             self._impacts.setData([], [])
@@ -51,6 +52,7 @@ class HeightPlot(Plot):
     def show_result(self, track: ShownTrack | None) -> None:
         """Draw a run with impacts and fit."""
         self._live = False
+        self.setMouseEnabled(x=True, y=True)
         self._relabel(_RESULT_WORDS)
         if track is None:
             for item in (self._curve, self._fit, self._impacts):

@@ -26,6 +26,7 @@ class Projections(QWidget):
         self._parts = []
         for number, (across, up) in enumerate(_VIEWS):
             plot = Plot(theme, f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]", equal=True, live=True)
+            plot.getPlotItem().getAxis("left").setWidth(46)
             floor = plot.rule("line", 0.0, angle=0, dashed=False) if up == 2 else None
             trail = plot.fast_line("track")
             impacts = plot.marker("mark", symbol="x", size=9)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pyqtgraph.opengl as gl
-from PySide6.QtGui import QColor, QFont, QVector3D
+from PySide6.QtGui import QColor, QFont, QResizeEvent, QVector3D, QWheelEvent
 
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import ShownTrack
@@ -14,7 +15,7 @@ from radargui.gui.track.space import Space
 from radargui.model.arrays import FloatArray
 
 _GRID_MM = 50.0
-_STEP_MM = 2.0
+_STEP_MM = 4.0
 
 
 class SpaceView(gl.GLViewWidget):
@@ -26,10 +27,13 @@ class SpaceView(gl.GLViewWidget):
         self._space: Space | None = None
         self._track: ShownTrack | None = None
         self._fixed: list[Any] = []
-        self._trail = gl.GLLinePlotItem(width=2.0, antialias=True, mode="lines", glOptions="translucent")
-        self._impacts = gl.GLScatterPlotItem(size=9.0, pxMode=True, glOptions="translucent")
-        self._sphere = gl.GLScatterPlotItem(size=14.0, pxMode=True, glOptions="translucent")
-        self._shadow = gl.GLLinePlotItem(width=1.0, mode="lines", glOptions="translucent")
+        self._distance_chosen = False
+        # sizes are in pixels of the screen, which are small on a fine one
+        fine = self.devicePixelRatioF()
+        self._trail = gl.GLLinePlotItem(width=2.0 * fine, mode="lines", glOptions="opaque")
+        self._impacts = gl.GLScatterPlotItem(size=9.0 * fine, pxMode=True, glOptions="translucent")
+        self._sphere = gl.GLScatterPlotItem(size=14.0 * fine, pxMode=True, glOptions="translucent")
+        self._shadow = gl.GLLinePlotItem(width=fine, mode="lines", glOptions="translucent")
         for item in (self._shadow, self._trail, self._impacts, self._sphere):
             self.addItem(item)
         self.setMinimumSize(160, 120)
@@ -43,10 +47,39 @@ class SpaceView(gl.GLViewWidget):
         self._build()
         centre = 0.5 * (space.low_mm + space.high_mm)
         if new:
-            self.setCameraPosition(
-                pos=QVector3D(*centre), distance=float(2.3 * space.size_mm.max()), elevation=16, azimuth=-78
-            )
+            self.setCameraPosition(pos=QVector3D(*centre), elevation=16, azimuth=-78)
         self.opts["center"] = QVector3D(*centre)
+        self._fit()
+        self.update()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 - Qt's name
+        """Keep the whole box in sight until the operator has moved the view."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:  # noqa: N802 - Qt's name
+        """Move nearer or away; from now on the distance is the operator's."""
+        self._distance_chosen = True
+        super().wheelEvent(event)
+
+    def _fit(self) -> None:
+        if self._space is None or self._distance_chosen or self.height() == 0:
+            return
+        half_width = math.tan(math.radians(0.5 * self.opts["fov"]))
+        aspect = max(1.0, self.width() / self.height())
+        self.opts["distance"] = 0.8 * float(self._space.size_mm.max()) * aspect / half_width
+
+    def camera(self) -> tuple[float, float, float | None]:
+        """Return elevation and azimuth, and the distance where the operator chose it."""
+        opts = self.opts
+        return opts["elevation"], opts["azimuth"], opts["distance"] if self._distance_chosen else None
+
+    def take_camera(self, camera: tuple[float, float, float | None]) -> None:
+        """Look from where another view looked."""
+        self.opts["elevation"], self.opts["azimuth"], distance = camera
+        if distance is not None:
+            self._distance_chosen = True
+            self.opts["distance"] = distance
         self.update()
 
     def show_track(self, track: ShownTrack | None) -> None:

@@ -7,7 +7,7 @@ import time
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import QLabel, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from radargui.gui.control.feed import Feed
 from radargui.gui.plots.key import Key
@@ -21,7 +21,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 
 LIVE_S = 4.0
-HOLD_S = 2.0
+HOLD_S = 0.8
 
 
 class TrackPanel(QWidget):
@@ -47,6 +47,8 @@ class TrackPanel(QWidget):
         self.where.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.key = Key(theme, ("▬", "track", "z"), ("╌", "fit", "parabola of the first fall"), ("×", "mark", "impacts"))
+        for label in (self.where, self.key):
+            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self._title = QLabel()
         self._title.setContentsMargins(6, 3, 6, 0)
 
@@ -55,7 +57,7 @@ class TrackPanel(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         column.addWidget(self.where)
-        column.addWidget(self.key, alignment=Qt.AlignmentFlag.AlignHCenter)
+        column.addWidget(self.key)
         column.addWidget(self.height_plot, 1)
         splitter = QSplitter(Qt.Orientation.Vertical)
         splitter.addWidget(self._stack)
@@ -99,21 +101,21 @@ class TrackPanel(QWidget):
             self._stack.removeWidget(old)
             old.deleteLater()
         self.view = self._stack.currentWidget()
-        self.view.show_space(self._space)  # type: ignore[attr-defined]
+        self.view.show_space(self._space)
         self._draw(self._shown)
 
     def renew_space_view(self) -> None:
         """Make the view in space anew: torn off or put back, its old surface stays black."""
         if self.in_space:
-            opts = dict(self.view.opts)  # type: ignore[attr-defined]
+            camera = self.view.camera()
             self.use_space_view(False)
             self.use_space_view(True)
-            self.view.opts.update(opts)  # type: ignore[attr-defined]
+            self.view.take_camera(camera)
 
     def show_setup(self, setup: Setup) -> None:
         """Show the field of view of another setup."""
         self._space = space_of(setup)
-        self.view.show_space(self._space)  # type: ignore[attr-defined]
+        self.view.show_space(self._space)
         self.height_plot.show_space(self._space)
 
     def show_feed(self, feed: Feed | None) -> None:
@@ -121,7 +123,7 @@ class TrackPanel(QWidget):
         self._trail = None if feed is None else LiveTrail(feed, LIVE_S)
         if feed is not None:
             self._space = space_of(feed.setup)
-            self.view.show_space(self._space)  # type: ignore[attr-defined]
+            self.view.show_space(self._space)
             self.height_plot.show_space(self._space)
 
     def show_result(self, result: RunResult, name: str) -> None:
@@ -164,7 +166,7 @@ class TrackPanel(QWidget):
 
     def _draw(self, track: ShownTrack | None) -> None:
         self._shown = track
-        self.view.show_track(track)  # type: ignore[attr-defined]
+        self.view.show_track(track)
 
     def _tell(self, words: str) -> None:
         if self._title.text() != words:

@@ -1,0 +1,24 @@
+"""What stands beside the word of the state."""
+
+from __future__ import annotations
+
+from radargui.gui.control.app_state import AppState
+from radargui.gui.control.run_control import RunControl
+
+
+def detail_of(control: RunControl, last_run: str) -> str:
+    """Return the words that belong to the present state; `last_run` says what the last run gave."""
+    of = f"run {control.run_number} of {control.n_runs}, " if control.n_runs > 1 else ""
+    match control.state:
+        case AppState.DONE:
+            return f"{control.kept} runs, the last {last_run}" if control.kept > 1 else last_run
+        case AppState.ARMED:
+            return f"{of}waiting for motion"
+        case AppState.RECORDING:
+            return f"{of}{control.recorded_s:.1f} s"
+        case AppState.PROCESSING:
+            return f"{of}{100.0 * control.progress:.0f} %"
+        case AppState.FAILED:
+            return "see the message above"
+        case _:
+            return ""

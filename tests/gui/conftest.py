@@ -1,0 +1,153 @@
+"""What the tests of the window share: a window on a fast simulated source, its settings in a folder of the test."""
+
+from __future__ import annotations
+
+import gc
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QEvent
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+from support.changed import changed
+
+from radargui.gui.control.app_state import AppState
+from radargui.gui.main_window import MainWindow
+from radargui.gui.notices import NoticeBoard
+from radargui.gui.settings import Settings
+from radargui.gui.theme import Theme
+from radargui.model.resources import default_setup_path
+from radargui.model.setup_file import dump_setup, read_setup
+from radargui.sources.factory import make_source
+
+LONGEST_MS = 60_000
+
+
+class FastClock:
+    """Time that runs several times as fast, so that no test waits for a real fall."""
+
+    def __init__(self, speed: float) -> None:
+        self._speed = speed
+
+    def now(self) -> float:
+        return self._speed * time.perf_counter()
+
+    def wait(self, seconds: float, interrupt: threading.Event) -> bool:
+        return interrupt.wait(max(seconds, 0.0) / self._speed)
+
+
+def fast_sources(speed: float) -> Any:
+    def make(kind: Any, setup: Any, **options: Any) -> Any:
+        return make_source(kind, setup, clock=FastClock(speed), **options)
+
+    return make
+
+
+@pytest.fixture(autouse=True, scope="module")
+def no_collection_at_an_unsafe_moment() -> Iterator[None]:
+    """Collect only where the tests say, as the program does (see `GarbageKeeper`)."""
+    gc.disable()
+    yield
+    gc.collect()
+    gc.enable()
+
+
+@pytest.fixture
+def setup_path(tmp_path: Path) -> Path:
+    """A user's setup file with a comment in it; low rates, so that the tests are quick."""
+    setup = read_setup(default_setup_path())
+    setup = changed(
+        setup,
+        daq={"rate_hz": 12000.0, "channel_skew_s": 0.0},
+        simulation={"rest_s": 0.8, "settle_s": 0.7, "restitution": 0.6},
+        recording={"pretrigger_s": 0.3, "quiet_s": 0.3},
+    )
+    path = tmp_path / "lab.toml"
+    text = dump_setup(setup, default_setup_path().read_text(encoding="utf-8"))
+    path.write_text("# measured by the operator in May\n" + text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def board(qapp: QApplication) -> NoticeBoard:
+    return NoticeBoard()
+
+
+@pytest.fixture
+def theme(qapp: QApplication) -> Iterator[Theme]:
+    theme = Theme(qapp, "light")
+    yield theme
+    theme.apply("system")
+
+
+@pytest.fixture
+def settings_path(tmp_path: Path) -> Path:
+    return tmp_path / "settings.ini"
+
+
+MakeWindow = Callable[..., MainWindow]
+
+
+@pytest.fixture
+def make_window(
+    qtbot: QtBot,
+    theme: Theme,
+    board: NoticeBoard,
+    tmp_path: Path,
+    settings_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Iterator[MakeWindow]:
+    # the live track may be late here: time runs faster than for an operator, on a machine that does other things
+    monkeypatch.setattr("radargui.acquisition.stream.LONGEST_LAG_S", 4.0)
+    made: list[MainWindow] = []
+
+    def make(setup_path: Path | None = None, **options: Any) -> MainWindow:
+        settings = Settings(settings_path)
+        if settings.path("data_folder") is None:
+            settings.put("data_folder", tmp_path / "data")
+        options.setdefault("source_maker", fast_sources(options.pop("speed", 8.0)))
+        window = MainWindow(theme, settings, board, setup_path=setup_path, **options)
+        window.may_leave = lambda: True
+        window.resize(1400, 900)
+        window.show()
+        made.append(window)
+        return window
+
+    yield make
+    for window in made:
+        window.close()
+        window.deleteLater()
+    # without a running event loop nothing else deletes them
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect(0)
+
+
+@pytest.fixture
+def window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
+    return make_window(setup_path)
+
+
+@pytest.fixture
+def wait_for(qtbot: QtBot) -> Callable[[Callable[[], object]], None]:
+    """Let the window live until something is true."""
+
+    def wait(condition: Callable[[], object]) -> None:
+        qtbot.waitUntil(lambda: bool(condition()), timeout=LONGEST_MS)
+
+    return wait
+
+
+@pytest.fixture
+def record_one(wait_for: Any) -> Callable[[MainWindow], None]:
+    """Record one simulated drop with the window's own button."""
+
+    def record(window: MainWindow) -> None:
+        window.actions_.record.trigger()
+        wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))
+        assert window.control.state is AppState.DONE, window.board.notices
+
+    return record

@@ -1,0 +1,114 @@
+"""Start and Stop: the live view."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import Qt
+from support.controlled_source import ControlledSource, codes
+
+from radargui.gui.control.app_state import AppState
+from radargui.gui.main_window import MainWindow
+
+
+def test_the_track_moves_while_the_simulated_sphere_falls(make_window: Any, setup_path: Any, wait_for: Any) -> None:
+    window = make_window(setup_path, speed=2.0)
+    window.actions_.start.trigger()
+    wait_for(lambda: window.control.state is AppState.LIVE)
+    heights: list[float] = []
+
+    def falling() -> bool:
+        shown = window.track.shown
+        if shown is not None and np.isfinite(shown.position_mm[2, -1]):
+            heights.append(float(shown.position_mm[2, -1]))
+        return bool(heights) and max(heights) - min(heights) > 200.0
+
+    wait_for(falling)
+    assert all(scope.points > 100 for scope in window.scopes.scopes)
+    assert window.planes.raw[0].points > 100
+    wait_for(lambda: window.health.texts()["rate"] != "Rate –")
+    assert window.bar.state.text == "LIVE"
+    assert not window.hardware.findChild(object, "daq.rate_hz").isEnabled()
+
+    window.actions_.stop.trigger()
+    wait_for(lambda: window.control.state is AppState.IDLE)
+    assert window.hardware.findChild(object, "daq.rate_hz").isEnabled()
+    assert window.board.notices == ()
+
+
+def test_the_key_starts_and_stops(window: MainWindow, qtbot: Any, wait_for: Any) -> None:
+    qtbot.keyClick(window, Qt.Key.Key_F5)
+    wait_for(lambda: window.control.state is AppState.LIVE)
+    qtbot.keyClick(window, Qt.Key.Key_F5)
+    wait_for(lambda: window.control.state is AppState.IDLE)
+
+
+def test_closing_while_live_leaves_no_thread(window: MainWindow, wait_for: Any) -> None:
+    before = threading.active_count()
+    window.actions_.start.trigger()
+    wait_for(lambda: window.control.state is AppState.LIVE)
+    assert threading.active_count() > before
+    window.close()
+    assert threading.active_count() == before
+
+
+def test_stopping_at_once_after_starting_ends_in_idle(window: MainWindow, wait_for: Any) -> None:
+    window.actions_.start.trigger()
+    window.actions_.stop.trigger()
+    wait_for(lambda: window.control.state is AppState.IDLE)
+    assert window.board.notices == ()
+
+
+def test_pausing_holds_the_picture_and_not_the_samples(window: MainWindow, wait_for: Any) -> None:
+    window.actions_.start.trigger()
+    wait_for(lambda: window.track.shown is not None)
+    window.scopes.pause.setChecked(True)
+    assert window.actions_.pause.isChecked()
+    held = window.track.shown
+    read = window.control.feed.ring.latest
+    wait_for(lambda: window.control.feed.ring.latest > read + 6000)
+    assert window.track.shown is held
+    window.actions_.pause.setChecked(False)
+    wait_for(lambda: window.track.shown is not held)
+
+
+def test_lost_samples_are_shaded_and_counted(make_window: Any, setup_path: Any, wait_for: Any) -> None:
+    source = ControlledSource()
+    window = make_window(setup_path, source_maker=lambda *_args, **_options: source)
+    window.actions_.start.trigger()
+    source.push_all(codes(6000))
+    source.push(codes(2000, seed=2), lost=1500)
+    wait_for(lambda: window.scopes.scopes[0].shaded == 1)
+    wait_for(lambda: window.health.texts()["lost"] == "Lost 1500 in 1 gaps")
+
+
+def test_a_clipping_channel_lights_its_word(make_window: Any, setup_path: Any, wait_for: Any) -> None:
+    source = ControlledSource()
+    window = make_window(setup_path, source_maker=lambda *_args, **_options: source)
+    window.actions_.start.trigger()
+    samples = codes(4000)
+    samples[3, 3500:] = 32767
+    source.push_all(samples)
+    wait_for(lambda: window.scopes.levels[3].clipping)
+    assert not window.scopes.levels[2].clipping
+
+
+def test_a_source_that_fails_is_told_in_its_own_words(make_window: Any, setup_path: Any, wait_for: Any) -> None:
+    source = ControlledSource()
+    window = make_window(setup_path, source_maker=lambda *_args, **_options: source)
+    window.actions_.start.trigger()
+    source.push_all(codes(1000))
+    source.fail()
+    wait_for(lambda: window.control.state is AppState.FAILED)
+    assert window.strip.texts() == ("The device was removed",)
+    assert window.actions_.start.isEnabled()
+
+
+def test_replay_without_a_file_says_what_to_do(window: MainWindow, wait_for: Any) -> None:
+    window.hardware.choose("replay")
+    window.actions_.start.trigger()
+    wait_for(lambda: window.strip.texts())
+    assert "Choose one under Hardware setup" in window.strip.texts()[0]
+    assert window.control.state is AppState.IDLE

@@ -1,0 +1,185 @@
+"""Record: runs into a session, their results, report and tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from radargui.files.run_file import read_summary
+from radargui.gui.control.app_state import AppState
+from radargui.gui.main_window import MainWindow
+from radargui.session.session import Session
+
+
+def test_a_recorded_run_is_listed_shown_and_can_be_reported(
+    window: MainWindow, wait_for: Any, record_one: Any, tmp_path: Path
+) -> None:
+    window.session_panel.set_details("Ada", "steel on glass")
+    record_one(window)
+
+    (entry,) = window.runs.model.entries
+    assert entry.path.parent.parent == tmp_path / "data"
+    summary = read_summary(entry.path)
+    assert summary is not None
+    assert summary["e"] == pytest.approx(0.6, rel=0.03)
+    assert window.bar.state.text == f"DONE   e = {entry.restitution()}"
+    assert window.control.session is not None
+    assert window.control.session.info.operator == "Ada"
+    assert window.track.result_shown
+    shown = window.track.shown
+    assert shown is not None
+    assert shown.impact_time_s.size >= 3
+    assert shown.fit_time_s.size > 10
+    assert window.runs.chosen == entry
+
+    window.run.show()
+    window.panels.docks["run"].raise_()
+    for page in range(window.run.tabs.count()):
+        window.run.tabs.setCurrentIndex(page)
+    assert "First fall" in window.run.figures.toPlainText()
+    assert window.run.steps.receiver.count() == 3
+
+    window.run_desk.export(tmp_path / "tables")
+    window.actions_.report.trigger()
+    wait_for(lambda: not window.jobs.running)
+    assert {path.name for path in (tmp_path / "tables" / "run-0001").iterdir()} == {
+        "track.csv",
+        "bounces.csv",
+        "result.json",
+    }
+    assert window.runs.open_report.isEnabled()
+    assert (window.control.session.path / "report" / "report.html").is_file()
+    assert not [notice for notice in window.board.notices if notice.level == "error"], window.board.notices
+
+
+def test_two_runs_go_hands_free_into_one_session_and_can_be_chosen(
+    window: MainWindow, wait_for: Any, record_one: Any
+) -> None:
+    window.bar.runs.setValue(2)
+    record_one(window)
+    assert [entry.name for entry in window.runs.model.entries] == ["run-0001", "run-0002"]
+    assert window.bar.state.text.startswith("DONE   2 runs, the last e = ")
+    window.run_desk._kept.clear()
+    window.runs.table.selectRow(0)
+    wait_for(lambda: window.run.result is not None and window.run.result.recording.name == "run-0001")
+    assert window.track.shown is not None
+
+    window.setup_model.assign("processing.correction", "ellipse")
+    window.actions_.reprocess.trigger()
+    wait_for(lambda: not window.jobs.running)
+    assert read_summary(window.runs.model.entries[0].path)["correction"] == "ellipse"
+    assert window.run.result.corrected.method == "ellipse"
+
+
+def test_record_during_the_live_view_ends_it_and_records(window: MainWindow, wait_for: Any, record_one: Any) -> None:
+    window.actions_.start.trigger()
+    wait_for(lambda: window.control.state is AppState.LIVE)
+    record_one(window)
+    assert len(window.runs.model.entries) == 1
+
+
+def test_stop_keeps_the_run_that_is_under_way(window: MainWindow, wait_for: Any) -> None:
+    window.bar.runs.setValue(5)
+    window.actions_.record.trigger()
+    wait_for(lambda: window.control.state is AppState.RECORDING)
+    wait_for(lambda: window.control.recorded_s > 0.6)
+    window.actions_.stop.trigger()
+    wait_for(lambda: not window.control.state.running)
+    assert len(window.runs.model.entries) == 1
+    assert window.runs.model.entries[0].path.is_file()
+
+
+def test_stop_while_armed_records_nothing_and_says_nothing(make_window: Any, setup_path: Path, wait_for: Any) -> None:
+    window = make_window(setup_path)
+    window.setup_model.assign("simulation.scene", "rest")
+    window.setup_model.assign("simulation.rest_s", 60.0)
+    window.actions_.record.trigger()
+    wait_for(lambda: window.control.state is AppState.ARMED)
+    assert "waiting for motion" in window.bar.state.text
+    window.actions_.stop.trigger()
+    wait_for(lambda: window.control.state is AppState.IDLE)
+    assert window.runs.model.entries == []
+    assert window.board.notices == ()
+
+
+def test_closing_while_recording_asks_and_keeps_the_run(window: MainWindow, wait_for: Any) -> None:
+    window.actions_.record.trigger()
+    wait_for(lambda: window.control.state is AppState.RECORDING)
+    asked: list[bool] = []
+
+    def no() -> bool:
+        asked.append(True)
+        return False
+
+    window.may_leave = no
+    assert not window.close()
+    assert window.control.state.running
+    window.may_leave = lambda: True
+    assert window.close()
+    assert asked == [True]
+    session = window.control.session
+    assert session is not None
+    assert len(session.run_paths()) == 1
+
+
+def test_a_data_folder_that_cannot_be_made_fails_before_recording(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    blocking = tmp_path / "a file"
+    blocking.write_text("", encoding="utf-8")
+    window.session_panel._folder.setText(str(blocking / "data"))
+    window.actions_.record.trigger()
+    wait_for(lambda: window.control.state is AppState.FAILED)
+    assert "No session can be made" in window.strip.texts()[0]
+    assert window.bar.state.text == "FAILED   see the message above"
+
+
+def test_a_session_recorded_before_can_be_opened(
+    make_window: Any, setup_path: Path, wait_for: Any, record_one: Any
+) -> None:
+    first = make_window(setup_path)
+    record_one(first)
+    path = first.control.session.path
+    first.close()
+    second = make_window(setup_path)
+    second.open_session(path)
+    wait_for(lambda: second.runs.model.entries and second.runs.model.entries[0].summary)
+    wait_for(lambda: not second.jobs.running)
+    assert second.runs.model.entries[0].verdict == "good"
+    second.runs.table.selectRow(0)
+    wait_for(lambda: second.run.result is not None)
+    second.open_session(setup_path.parent)
+    wait_for(lambda: second.strip.texts())
+    assert "is not a session" in second.strip.texts()[0]
+
+
+def test_notes_written_after_the_first_run_reach_the_session(window: MainWindow, record_one: Any) -> None:
+    record_one(window)
+    session = window.control.session
+    assert session is not None
+    window.session_panel._notes.setPlainText("second floor plate")
+    window.close()
+    assert Session.open(session.path).info.notes == "second floor plate"
+
+
+def test_a_changed_setup_or_data_folder_makes_a_new_session(
+    window: MainWindow, wait_for: Any, record_one: Any, tmp_path: Path
+) -> None:
+    record_one(window)
+    first = window.control.session
+    window.setup_model.assign("tracer.diameter_m", 0.012)
+    record_one(window)
+    second = window.control.session
+    window.session_panel._folder.setText(str(tmp_path / "other"))
+    assert window.control.session is None
+    assert window.runs.model.entries == []
+    record_one(window)
+    third = window.control.session
+    assert first is not None
+    assert second is not None
+    assert third is not None
+    assert first.path != second.path
+    assert second.setup.tracer.diameter_m == 0.012
+    assert third.path.parent == tmp_path / "other"

@@ -1,0 +1,125 @@
+"""What is shown of a run: results of every kind, from a full track to none."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+from support.changed import changed
+
+from radargui.gui.runs.figures_view import page_of
+from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.runs.run_panel import RunPanel
+from radargui.gui.theme import Theme
+from radargui.gui.track.shown_track import result_track, start_time_s
+from radargui.gui.track.track_panel import TrackPanel
+from radargui.model.resources import default_setup_path
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.model.setup_file import read_setup
+from radargui.processing.offline import process
+from radargui.sources.simulated import simulate_recording
+
+
+def result_of(setup: Setup, **tables: Any) -> RunResult:
+    setup = changed(setup, daq={"rate_hz": 8000.0, "channel_skew_s": 0.0, "channels": None}, **tables)
+    recording, _ = simulate_recording(setup)
+    return process(recording, setup)
+
+
+@pytest.fixture(scope="module")
+def setup() -> Setup:
+    return read_setup(default_setup_path())
+
+
+@pytest.fixture
+def panel(qtbot: QtBot, theme: Theme) -> RunPanel:
+    panel = RunPanel(theme)
+    qtbot.addWidget(panel)
+    panel.show()
+    return panel
+
+
+def look_through(panel: RunPanel, result: RunResult) -> None:
+    panel.show_result(result, "run-0001")
+    for page in range(panel.tabs.count()):
+        panel.tabs.setCurrentIndex(page)
+
+
+def test_the_published_steps_of_a_drop_are_drawn(panel: RunPanel, setup: Setup) -> None:
+    result = result_of(setup)
+    look_through(panel, result)
+    raw = panel.steps.raw[0]
+    steps = result.corrected.steps[0].i
+    assert raw._peaks.getData()[0].size == steps.peaks.size > 10
+    assert raw._upper.getOriginalDataset()[0].size == steps.upper.size
+    panel.steps.receiver.setCurrentIndex(2)
+    other = result.corrected.steps[2].i
+    assert raw._peaks.getData()[0].size == other.peaks.size
+
+
+def test_a_correction_without_steps_is_shown_without(panel: RunPanel, setup: Setup) -> None:
+    for method in ("ellipse", "none"):
+        look_through(panel, result_of(setup, processing={"correction": method}))
+        assert method in panel.steps._words.text()
+        data = panel.steps.raw[0]._peaks.getData()[0]
+        assert data is None or data.size == 0
+
+
+def test_no_motion_is_an_answer(panel: RunPanel, qtbot: QtBot, theme: Theme, setup: Setup) -> None:
+    result = result_of(setup, simulation={"scene": "rest", "rest_s": 1.0})
+    assert result.status == "no_motion"
+    look_through(panel, result)
+    assert "no motion" in panel.figures.toPlainText()
+    track = TrackPanel(theme, setup)
+    qtbot.addWidget(track)
+    track.show_result(result, "run-0001")
+    assert track.shown is None
+    assert result_track(result) is None
+
+
+def test_one_receiver_has_path_lengths_and_no_track(panel: RunPanel, setup: Setup) -> None:
+    plain = setup.model_dump(by_alias=True)
+    plain["receiver"] = plain["receiver"][:1]
+    plain["daq"]["channels"] = None
+    result = result_of(Setup.model_validate(plain))
+    look_through(panel, result)
+    assert result_track(result) is None
+    assert panel.phase.path.getPlotItem().listDataItems()
+
+
+def test_the_shown_track_counts_from_the_trigger_in_mm(setup: Setup) -> None:
+    result = result_of(setup)
+    shown = result_track(result)
+    assert shown is not None
+    assert shown.position_mm[2, 10] == pytest.approx(120.0, abs=0.5)
+    assert np.nanmin(shown.position_mm[2]) == pytest.approx(-140.0, abs=1.0)
+    assert shown.impact_time_s[0] == pytest.approx((2 * 0.26 / 9.80665) ** 0.5, abs=0.02)
+    assert shown.fit_mm[-1] == pytest.approx(-140.0, abs=6.0)
+    assert start_time_s(result) == pytest.approx(0.6, abs=0.02)
+
+
+def test_texts_from_files_are_no_markup(theme: Theme, setup: Setup) -> None:
+    result = result_of(setup, simulation={"scene": "rest"})
+    object.__setattr__(result, "warnings", ("<b>bold</b>",))
+    assert "&lt;b&gt;" in page_of(result, theme)
+
+
+@pytest.mark.parametrize(
+    ("summary", "verdict"),
+    [
+        (None, "not processed"),
+        ({"status": "no_motion"}, "no motion"),
+        ({"status": "rejected", "reason": "receiver 2: clipped"}, "rejected: receiver 2: clipped"),
+        ({"status": "ok", "verdict": "usable", "e": 0.8123, "u_e": 0.0012}, "usable"),
+    ],
+)
+def test_the_list_says_what_came_of_a_run(summary: Any, verdict: str, tmp_path: Any) -> None:
+    entry = RunEntry(tmp_path / "run-0012.h5", "2026-05-04T13:14:15.5+02:00", summary)
+    cells = entry.cells()
+    assert cells[0] == "12"
+    assert cells[1] == "13:14:15"
+    assert cells[-1] == verdict
+    assert cells[4] == ("0.8123 ± 0.0012" if summary and "e" in summary else "–")

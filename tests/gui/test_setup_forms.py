@@ -1,0 +1,195 @@
+"""The forms of the setup: what is typed, what is wrong, what is saved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QComboBox, QLineEdit
+
+from radargui.geometry.antennas import place_antennas
+from radargui.geometry.plane_wave import t_matrix
+from radargui.gui.main_window import MainWindow
+from radargui.gui.setup.error_line import ErrorLine
+from radargui.gui.setup.fields import parse_number, show_number
+from radargui.model.errors import DeviceError
+from radargui.model.setup_file import read_setup
+from radargui.sources.ni.device import NiDevice
+
+
+def field(window: MainWindow, key: str) -> QLineEdit:
+    found = window.findChild(QLineEdit, key)
+    assert found is not None
+    return found
+
+
+def type_into(line: QLineEdit, text: str) -> None:
+    line.setText(text)
+    line.textEdited.emit(text)
+
+
+def test_a_new_tilt_changes_the_matrix_at_once(window: MainWindow) -> None:
+    before = window.antennas.matrix.matrix.text()
+    type_into(field(window, "receiver[2].tilt_deg"), "55")
+    after = window.antennas.matrix.matrix.text()
+    assert after != before
+    shown = np.array([[float(value) for value in row.split()] for row in after.splitlines()])
+    np.testing.assert_allclose(shown, t_matrix(place_antennas(window.setup_model.setup)), atol=5e-5)
+    assert window.setup_model.setup.receiver[1].tilt_deg == 55.0
+
+
+def test_distances_are_typed_in_mm_and_kept_in_m(window: MainWindow) -> None:
+    type_into(field(window, "receiver[1].distance_m"), "702,5")
+    type_into(field(window, "tracer.release_position_m[2]"), "118")
+    assert window.setup_model.setup.receiver[0].distance_m == 0.7025
+    assert window.setup_model.setup.tracer.release_position_m == (0.0, 0.0, 0.118)
+
+
+BAD_VALUES = (
+    ("receiver[2].tilt_deg", "200", "receiver[2].tilt_deg = 200.0"),
+    ("receiver[2].tilt_deg", "abc", "receiver[2].tilt_deg = "),
+    ("daq.rate_hz", "-1", "daq.rate_hz = -1.0"),
+    ("daq.rate_hz", "", "daq.rate_hz = "),
+    ("simulation.restitution", "1.2", "simulation.restitution = 1.2"),
+    ("transmitter.distance_m", "-5", "transmitter.distance_m = -0.005"),
+    ("daq.channels", "ai0, ai1", "daq.channels names 2 channels"),
+)
+
+
+def test_a_bad_value_shows_its_line_is_edged_and_stops_start(window: MainWindow) -> None:
+    for key, text, said in BAD_VALUES:
+        good = field(window, key).text()
+        type_into(field(window, key), text)
+        lines = [line for line in window.findChildren(ErrorLine) if not line.isHidden()]
+        assert len(lines) == 2
+        assert all(said in line.text() and "\n" not in line.text() for line in lines), lines[0].text()
+        assert key == "daq.channels" or "border" in field(window, key).styleSheet()
+        assert "border" not in field(window, "radar.frequency_hz").styleSheet()
+        assert not window.actions_.start.isEnabled()
+        assert not window.actions_.record.isEnabled()
+        type_into(field(window, key), good)
+        assert all(line.isHidden() for line in lines)
+        assert window.actions_.start.isEnabled()
+
+
+def test_receivers_are_added_and_removed_with_their_channels(window: MainWindow) -> None:
+    table = window.antennas.table
+    table.add.click()
+    assert window.setup_model.setup.n_receivers == 4
+    assert len(window.setup_model.setup.physical_channels) == 8
+    assert not table.add.isEnabled()
+    assert len(window.scopes.scopes) == 4
+    assert field(window, "receiver[4].tilt_deg").text() == "40"
+    for _ in range(3):
+        window.setup_model.remove_receiver(1)
+    assert window.setup_model.valid
+    assert window.setup_model.setup.n_receivers == 1
+    assert len(window.scopes.scopes) == 1
+    assert "needs three receivers" in window.antennas.matrix.condition.text()
+
+
+def test_antennas_that_cannot_tell_directions_apart_are_warned_of(window: MainWindow) -> None:
+    warning = window.antennas.matrix.warning
+    assert warning.isHidden()
+    type_into(field(window, "receiver[2].azimuth_deg"), "90")
+    assert not warning.isHidden()
+    assert "singular" in warning.text()
+    type_into(field(window, "receiver[2].azimuth_deg"), "95")
+    assert "grows up to" in warning.text()
+
+
+def test_a_saved_setup_keeps_the_comments_of_the_file(window: MainWindow, setup_path: Path) -> None:
+    type_into(field(window, "receiver[3].tilt_deg"), "41.5")
+    assert window.windowTitle().startswith("RadarGUI · lab.toml*")
+    window.actions_.save_setup.trigger()
+    text = setup_path.read_text(encoding="utf-8")
+    assert text.startswith("# measured by the operator in May\n")
+    assert "# centre of the sphere at rest before the fall" in text
+    assert read_setup(setup_path).receiver[2].tilt_deg == 41.5
+    assert window.windowTitle().startswith("RadarGUI · lab.toml")
+    assert "*" not in window.windowTitle()
+
+
+def test_a_shipped_setup_is_never_written_over(
+    make_window: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = make_window(None)
+    target = tmp_path / "mine.toml"
+    monkeypatch.setattr(
+        "radargui.gui.setup_desk.QFileDialog.getSaveFileName", lambda *_args, **_options: (str(target), "")
+    )
+    assert window.setup_model.shipped
+    window.actions_.save_setup.trigger()
+    assert target.is_file()
+    assert window.setup_model.path == target
+
+
+def test_a_setup_that_cannot_be_read_leaves_the_one_there_is(window: MainWindow, tmp_path: Path, wait_for: Any) -> None:
+    bad = tmp_path / "bad.toml"
+    bad.write_text("schema = 2\n", encoding="utf-8")
+    setup = window.setup_model.setup
+    assert not window.setup_desk.open(bad)
+    wait_for(lambda: window.strip.texts())
+    assert "bad.toml" in window.strip.texts()[0]
+    assert window.setup_model.setup is setup
+
+
+def test_choosing_a_source_shows_its_form(window: MainWindow) -> None:
+    window.hardware.choose("ni")
+    assert window.hardware.ni.isVisibleTo(window.hardware)
+    assert not window.hardware.replay.isVisibleTo(window.hardware)
+    terminal = window.findChild(QComboBox, "daq.terminal")
+    assert terminal is not None
+    terminal.setCurrentIndex(terminal.findData("rse"))
+    terminal.activated.emit(terminal.currentIndex())
+    assert window.setup_model.setup.daq.terminal == "rse"
+
+
+def test_the_search_for_devices_fills_the_list_or_says_why_not(
+    make_window: Any, setup_path: Path, wait_for: Any
+) -> None:
+    answers: list[Any] = [
+        (NiDevice("Dev3", product_type="DAQPad-6015"),),
+        DeviceError("The driver is not installed", remedy="Install NI-DAQmx."),
+        (),
+    ]
+    asked: list[str | None] = []
+
+    def find(remote: str | None) -> Any:
+        asked.append(remote)
+        answer = answers[len(asked) - 1]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    window = make_window(setup_path, find_devices=find)
+    window.hardware.choose("ni")
+    form = window.hardware.ni
+    form.button.click()
+    wait_for(lambda: form.button.isEnabled())
+    assert form.found.itemText(0) == "Dev3 (DAQPad-6015)"
+    assert window.setup_model.setup.daq.device == "Dev3"
+    window.setup_model.assign("daq.remote", "lab:31763")
+    form.button.click()
+    wait_for(lambda: form.button.isEnabled())
+    assert form.answer.text() == str(answers[1])
+    form.button.click()
+    wait_for(lambda: form.button.isEnabled())
+    assert "No device found" in form.answer.text()
+    assert asked == [None, "lab:31763", "lab:31763"]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("0.7", 0.7), ("0,7", 0.7), (" -1e3 ", -1000.0), ("−5", -5.0), ("", None), ("x1", "x1"), ("1,2.3", "1,2.3")],
+)
+def test_numbers_are_understood_with_point_or_comma(text: str, value: object) -> None:
+    assert parse_number(text) == value
+
+
+def test_scaled_numbers_come_back_as_they_were_typed() -> None:
+    for text in ("0.1", "702.5", "33.333", "1e-3", "123456"):
+        value = parse_number(text, 1000.0)
+        assert float(show_number(value, 1000.0)) == float(text)

@@ -110,7 +110,9 @@ def process(
     name: Annotated[str | None, typer.Option(metavar="NAME", help="Name of the result folder.")] = None,
     setup: SetupOption = None,
     output: OutputOption = None,
-    correction: Annotated[str | None, typer.Option(help="Instead of the setup's: joint, adaptive, published, ellipse, none.")] = None,
+    correction: Annotated[
+        str | None, typer.Option(help="Instead of the setup's: joint, adaptive, published, ellipse, none.")
+    ] = None,
     geometry: Annotated[str | None, typer.Option(help="Instead of the setup's: exact, plane.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Write over results that are there.")] = False,
 ) -> int:

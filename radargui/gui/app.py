@@ -41,7 +41,7 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
     application = QApplication.instance() or QApplication(sys.argv[:1])
     application.setApplicationName("RadarGUI")
     application.setApplicationDisplayName("RadarGUI")
-    keeper = GarbageKeeper(application)
+    GarbageKeeper(application)
     board = NoticeBoard()
     hooks = Hooks(board)
     settings = Settings()

@@ -56,6 +56,13 @@ def no_collection_at_an_unsafe_moment() -> Iterator[None]:
     gc.enable()
 
 
+@pytest.fixture(autouse=True)
+def nothing_of_the_user_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep index and channel maps in the test's folder."""
+    monkeypatch.setattr("radargui.session.catalogue.default_index_path", lambda _folder: tmp_path / "index.sqlite3")
+    monkeypatch.setattr("radargui.session.map_memory.default_memory_path", lambda: tmp_path / "channel-maps.json")
+
+
 @pytest.fixture
 def setup_path(tmp_path: Path) -> Path:
     """A user's setup file with a comment in it; low rates, so that the tests are quick."""

@@ -1,0 +1,1 @@
+"""Sessions in the window: found, opened, recovered, imported, exported, processed again."""

@@ -1,0 +1,195 @@
+"""The session browser: every session below the data folder, searched, looked at, opened."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QHBoxLayout,
+    QHeaderView,
+    QPushButton,
+    QSplitter,
+    QTableView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from radargui.gui.background import Jobs
+from radargui.gui.sessions.search_form import SearchForm
+from radargui.gui.sessions.session_look import SessionLook, look_at
+from radargui.gui.sessions.session_model import COLUMNS, SessionModel
+from radargui.gui.sessions.thumbnail_view import ThumbnailView
+from radargui.gui.setup.form import plain_label
+from radargui.gui.theme import Theme
+from radargui.session.catalogue import Catalogue, SessionSummary
+from radargui.session.query import Query
+
+_WIDTHS = {"Date": 130, "Operator": 90, "Sample": 140, "Target": 120, "Runs": 120, "e": 180, "Setup": 90}
+
+
+class SessionBrowser(QDialog):
+    """Lists what the catalogue finds; looks at the disk only in the background, one look at a time."""
+
+    open_asked = Signal(object)
+    setup_asked = Signal(object)
+    elsewhere_asked = Signal()
+
+    def __init__(
+        self, theme: Theme, jobs: Jobs, data_folder: Callable[[], Path], parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Sessions")
+        self.resize(1040, 620)
+        self._jobs = jobs
+        self._data_folder = data_folder
+        self._looking = self._again = False
+        self._wanted: Path | None = None
+        self.search = SearchForm(theme)
+        self.model = SessionModel()
+        self.table = self._table()
+        self.words = plain_label()
+        self.details = plain_label()
+        self.thumbnails = ThumbnailView(theme)
+        self.open = QPushButton("Open for review")
+        self.open.setDefault(True)
+        self.take_setup = QPushButton("Set up as in this session")
+        self.elsewhere = QPushButton("Open another folder…")
+        self._lay_out()
+        self.search.changed.connect(self.refresh)
+        self.table.selectionModel().selectionChanged.connect(self._chosen)
+        self.table.doubleClicked.connect(lambda _index: self._ask(self.open_asked))
+        self.open.clicked.connect(lambda: self._ask(self.open_asked))
+        self.take_setup.clicked.connect(lambda: self._ask(self.setup_asked))
+        self.elsewhere.clicked.connect(self.elsewhere_asked)
+        self._show_buttons()
+
+    @property
+    def chosen(self) -> SessionSummary | None:
+        """The selected session."""
+        rows = self.table.selectionModel().selectedRows()
+        return self.model.found[rows[0].row()] if rows else None
+
+    @property
+    def looking(self) -> bool:
+        """Whether the folders are being looked at."""
+        return self._looking
+
+    def refresh(self) -> None:
+        """Look at the folders again, in the background."""
+        if self._looking:
+            self._again = True
+            return
+        self._looking, self._again = True, False
+        folder, query = self._data_folder(), self.search.query
+        self.words.setText(f"Looking at {folder} …")
+        self._jobs.start("the list of sessions", lambda: _find(folder, query), self._show_found, self._failed)
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        """Look for what came since it was shown last."""
+        super().showEvent(event)
+        self.refresh()
+
+    def _show_found(self, found: tuple[SessionSummary, ...]) -> None:
+        self._looking = False
+        if self._again:
+            self.refresh()
+            return
+        before = self.chosen
+        self.model.show(found)
+        runs = sum(one.n_runs for one in found)
+        self.words.setText(f"{len(found)} sessions with {runs} runs below {self._data_folder()}")
+        rows = [row for row, one in enumerate(found) if before is not None and one.path == before.path]
+        if rows:
+            self.table.selectRow(rows[0])
+        else:
+            self._chosen()
+
+    def _failed(self, error: BaseException) -> None:
+        self._looking = False
+        self.words.setText(str(error))
+
+    def _chosen(self, *_selections: object) -> None:
+        self._show_buttons()
+        chosen = self.chosen
+        self._wanted = chosen.path if chosen else None
+        self.thumbnails.show_runs(())
+        if chosen is None:
+            self.details.setText("")
+            return
+        path = chosen.path
+        self.details.setText(f"{chosen.name}: reading …")
+        self._jobs.start("looking at a session", lambda: look_at(path), self._show_look, self._not_read)
+
+    def _show_look(self, look: SessionLook) -> None:
+        if look.path != self._wanted or self.chosen is None:
+            return
+        facts = (self.chosen.name, self.chosen.problem, look.busy and f"for looking only: {look.busy}")
+        self.details.setText(" · ".join(filter(None, facts)))
+        self.thumbnails.show_runs(look.runs)
+
+    def _not_read(self, error: BaseException) -> None:
+        self.details.setText(str(error))
+
+    def _ask(self, signal: object) -> None:
+        chosen = self.chosen
+        if chosen is not None and not chosen.problem:
+            signal.emit(chosen.path)
+
+    def _show_buttons(self) -> None:
+        usable = self.chosen is not None and not self.chosen.problem
+        self.open.setEnabled(usable)
+        self.take_setup.setEnabled(usable)
+
+    def _table(self) -> QTableView:
+        table = QTableView()
+        table.setModel(self.model)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        table.setAlternatingRowColors(True)
+        table.setShowGrid(False)
+        table.setWordWrap(False)
+        table.verticalHeader().hide()
+        table.verticalHeader().setDefaultSectionSize(table.fontMetrics().height() + 8)
+        header = table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        header.setStretchLastSection(True)
+        header.setHighlightSections(False)
+        for column, name in enumerate(COLUMNS):
+            if name in _WIDTHS:
+                table.setColumnWidth(column, _WIDTHS[name])
+        return table
+
+    def _lay_out(self) -> None:
+        lower = QWidget()
+        below = QVBoxLayout(lower)
+        below.setContentsMargins(0, 0, 0, 0)
+        below.addWidget(self.details)
+        below.addWidget(self.thumbnails, 1)
+        parts = QSplitter()
+        parts.setOrientation(parts.orientation().Vertical)
+        parts.addWidget(self.table)
+        parts.addWidget(lower)
+        parts.setSizes([360, 240])
+        buttons = QHBoxLayout()
+        for button in (self.open, self.take_setup):
+            button.setAutoDefault(False)
+            buttons.addWidget(button)
+        buttons.addStretch(1)
+        self.elsewhere.setAutoDefault(False)
+        buttons.addWidget(self.elsewhere)
+        column = QVBoxLayout(self)
+        column.addWidget(self.search)
+        column.addWidget(self.words)
+        column.addWidget(parts, 1)
+        column.addLayout(buttons)
+
+
+def _find(folder: Path, query: Query) -> tuple[SessionSummary, ...]:
+    with Catalogue(folder) as catalogue:
+        return catalogue.find(query)

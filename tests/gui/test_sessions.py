@@ -1,0 +1,129 @@
+"""Sessions in the window: found, looked at, opened for review, noted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QRectF
+from support.gui_sessions import make_session
+
+from radargui.files.run_file import read_markers
+from radargui.gui.control.app_state import AppState
+from radargui.gui.main_window import MainWindow
+from radargui.gui.sessions.thumbnail_view import curves
+from radargui.session.info import read_info
+from radargui.session.lock import SessionLock, SessionLockedError
+
+
+@pytest.fixture
+def data_folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "data"
+    make_session(folder, 4, operator="Ada", sample="steel sphere", notes="glass <b>plate</b>")
+    make_session(folder, 9, n_runs=2, operator="Grace", target="steel plate")
+    return folder
+
+
+def found(window: MainWindow) -> list[str]:
+    return [one.operator for one in window.sessions.browser.model.found]
+
+
+def searched(window: MainWindow, wait_for: Any, **texts: str) -> list[str]:
+    browser = window.sessions.browser
+    for name, field in browser.search.fields.items():
+        field.setText(texts.get(name, ""))
+    browser.search.changed.emit()
+    wait_for(lambda: not browser.looking)
+    return found(window)
+
+
+def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window: MainWindow, wait_for: Any) -> None:
+    window.actions_.sessions.trigger()
+    browser = window.sessions.browser
+    wait_for(lambda: not browser.looking)
+    assert found(window) == ["Grace", "Ada"]
+    assert "2 sessions with 3 runs" in browser.words.text()
+    assert browser.model.index(1, 5).data() == "0.500" or browser.model.index(1, 5).data().startswith("0.")
+    for texts, wanted in (
+        ({"operator": "ada"}, ["Ada"]),
+        ({"sample": "steel"}, ["Grace", "Ada"]),
+        ({"text": "glass"}, ["Ada"]),
+        ({"since": "2026-05-05"}, ["Grace"]),
+        ({"until": "2026-05-05"}, ["Ada"]),
+        ({"e_min": "0.9"}, []),
+        ({"e_min": "0,2", "e_max": "0.9"}, ["Grace", "Ada"]),
+    ):
+        assert searched(window, wait_for, **texts) == wanted, texts
+    assert searched(window, wait_for, since="yesterday") == ["Grace", "Ada"]
+    assert browser.search.faulty == ("since",)
+
+    browser.table.selectRow(0)
+    wait_for(lambda: len(browser.thumbnails.runs.looks) == 2)
+    look = browser.thumbnails.runs.looks[0]
+    assert look.thumbnail is not None
+    assert sum(curve.size() for curve in curves(look.thumbnail, QRectF(0, 0, 100, 50))) > 50
+    browser.thumbnails.grab()
+
+
+def test_a_session_is_opened_for_review_and_its_setup_taken(
+    data_folder: Path, window: MainWindow, wait_for: Any
+) -> None:
+    window.actions_.sessions.trigger()
+    browser = window.sessions.browser
+    wait_for(lambda: not browser.looking)
+    browser.table.selectRow(1)
+    browser.open.click()
+    assert window.control.session is not None
+    assert not window.control.session.read_only
+    assert window.session_panel.operator == "Ada"
+    assert window.session_panel.sample == "steel sphere"
+    wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
+    browser.take_setup.click()
+    wait_for(lambda: window.setup_model.setup.daq.rate_hz == 2000.0)
+    assert window.setup_model.path is None
+    assert window.control.session is None
+
+
+def test_a_session_that_another_program_writes_is_opened_for_looking(
+    data_folder: Path, window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = sorted(data_folder.iterdir())[0]
+    before = (path / "session.json").read_bytes()
+
+    def locked(_lock: SessionLock, folder: Path) -> None:
+        raise SessionLockedError(f"{folder} is being written by another program.")
+
+    monkeypatch.setattr(SessionLock, "__init__", locked)
+    window.open_session(path)
+    wait_for(lambda: window.strip.texts())
+    assert "opened for looking only" in window.strip.texts()[0]
+    assert window.session_panel._notes.isReadOnly()
+    assert not window.session_panel._keep_mark.isEnabled()
+    window.session_panel.details_changed.emit()
+    window.sessions.flush()
+    window.runs.table.selectRow(0)
+    wait_for(lambda: window.run.result is not None)
+    assert (path / "session.json").read_bytes() == before
+    assert not [notice for notice in window.board.notices if notice.level == "error"]
+
+
+def test_sample_target_and_notes_of_a_moment_are_kept(window: MainWindow, wait_for: Any, record_one: Any) -> None:
+    panel = window.session_panel
+    panel._sample.setText("glass sphere")
+    panel._target.setText("granular bed")
+    window.actions_.record.trigger()
+    wait_for(lambda: window.control.state is AppState.RECORDING)
+    panel._mark.setText("door slammed")
+    panel._keep_mark.click()
+    wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))
+    wait_for(lambda: "door slammed" in panel._marked.text())
+    session = window.control.session
+    assert session is not None
+    info = read_info(session.path)
+    assert (info.sample, info.target, info.setup_name) == ("glass sphere", "granular bed", "lab")
+    (entry,) = info.journal
+    assert entry.text == "door slammed"
+    assert entry.run == "run-0001.h5"
+    (marker,) = read_markers(session.path / entry.run)
+    assert marker.index == entry.index

@@ -108,7 +108,8 @@ def _slow_deviation(signals: Signals, rest: BoolArray, length_s: float) -> Float
     """Return deviations of the slowest functions from how fast the offsets drift at rest, shape (n_channels, n).
 
     A drift shows as a slope of the rest, root mean square over the channels s. A function of k half cycles has slopes
-    up to pi k / length: with deviation 2 s length / (pi k^2) the slow ones can carry it. None where no slope stands out.
+    up to pi k / length: with deviation 2 s length / (pi k^2) the slow ones can carry it. None where no slope stands
+    out.
     """
     time = signals.time_s[rest] - signals.time_s[rest].mean()
     slopes = (signals.value[:, rest] @ time) / (time @ time)

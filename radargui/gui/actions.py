@@ -21,10 +21,22 @@ class Actions:
         self.save_setup = self._make("Save setup", "Ctrl+S")
         self.save_setup_as = self._make("Save setup as…", "Ctrl+Shift+S")
         self.new_session = self._make("New session", "Ctrl+N", tip="The next Record makes a new session")
-        self.open_session = self._make("Open session…", "Ctrl+Shift+O")
+        self.sessions = self._make("Sessions…", "Ctrl+F", tip="Find, look at and open what was recorded before")
+        self.open_session = self._make("Open session folder…", "Ctrl+Shift+O")
+        self.mark = self._make("Note now", "Ctrl+M", tip="Keep a note of this moment, also while a run is recorded")
         self.report = self._make("Make report", "Ctrl+R", tip="PDF, HTML, CSV and JSON of this session")
         self.export = self._make("Export tables of the run…", "Ctrl+E")
         self.reprocess = self._make("Process run again with this setup", "F8")
+        self.reject = self._make(
+            "Reject run, or take it back",
+            "Del",
+            "Backspace",
+            tip="The chosen run, or the last one; it is kept",
+        )
+        self.show_rejected = self._make("Show rejected runs", "Ctrl+J")
+        self.show_rejected.setCheckable(True)
+        self.sound = self._make("Sound when a run is done", "Ctrl+B", tip="Once: done; twice: rejected")
+        self.sound.setCheckable(True)
         self.quit = self._make("Quit", "Ctrl+Q")
         self.reset_layout = self._make("Reset layout", "Ctrl+0")
         self.in_space = self._make("Track in 3D", "Ctrl+3")

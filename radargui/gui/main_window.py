@@ -9,9 +9,8 @@ from typing import Any
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
-from radargui.experiment.recorded_run import RecordedRun
 from radargui.gui.about import About, facts
 from radargui.gui.actions import Actions
 from radargui.gui.background import Jobs
@@ -28,11 +27,14 @@ from radargui.gui.notices import NoticeBoard
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.panels import Panels
 from radargui.gui.runs.run_desk import RunDesk
+from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.runs.run_list_panel import RunListPanel
-from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
+from radargui.gui.sessions.desk import SessionsDesk
+from radargui.gui.sessions.recovery_offer import RecoveryOffer
+from radargui.gui.sessions.work_strip import WorkStrip
 from radargui.gui.settings import Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
 from radargui.gui.setup.hardware_panel import HardwarePanel
@@ -41,14 +43,11 @@ from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup_desk import SetupDesk, first_setup
 from radargui.gui.theme import Theme, ThemeChoice
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.errors import RadarGuiError
 from radargui.session.data_folder import default_data_folder
-from radargui.session.session import Session
 from radargui.sources.factory import SourceKind, make_source
 
 FRAME_MS = 33
 _HEALTH_S = 0.2
-_SAVE_DETAILS_MS = 800
 
 
 class MainWindow(QMainWindow):
@@ -88,11 +87,6 @@ class MainWindow(QMainWindow):
         self.actions_ = Actions(self)
         self.opengl_answer = ""
         self._health_due = 0.0
-        self._details_timer = QTimer(self)
-        self._details_timer.setSingleShot(True)
-        self._details_timer.setInterval(_SAVE_DETAILS_MS)
-        self._details_timer.timeout.connect(self._save_details)
-        self._last_run = ""
 
         self.hardware = HardwarePanel(
             self.setup_model,
@@ -126,11 +120,14 @@ class MainWindow(QMainWindow):
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
         self.strip = NoticeStrip(board, theme)
         self.health = HealthLine(theme)
+        self.work = WorkStrip(self.jobs)
         self._put_together()
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme)
 
         self.setup_desk = SetupDesk(self.setup_model, settings, board, self)
         self.run_desk = RunDesk(self.runs, self.run, self.track, self.jobs, board, self)
+        self.keeping = RunKeeping(self)
+        self.sessions = SessionsDesk(self)
         self._connect()
         restore(self)
         self._show_setup()
@@ -165,6 +162,9 @@ class MainWindow(QMainWindow):
                 data_folder=self.session_panel.data_folder,
                 operator=self.session_panel.operator,
                 notes=self.session_panel.notes,
+                sample=self.session_panel.sample,
+                target=self.session_panel.target,
+                setup_file=self.setup_model.path,
             )
         )
 
@@ -208,6 +208,9 @@ class MainWindow(QMainWindow):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         column.addWidget(self.strip)
+        self.recovery = RecoveryOffer(self)
+        column.addWidget(self.recovery)
+        column.addWidget(self.work)
         column.addWidget(self.bar)
         column.addWidget(self.panels, 1)
         self.setCentralWidget(centre)
@@ -226,7 +229,9 @@ class MainWindow(QMainWindow):
         does.save_setup.triggered.connect(self.setup_desk.save)
         does.save_setup_as.triggered.connect(self.setup_desk.ask_save)
         does.new_session.triggered.connect(lambda: self.control.use_session(None))
-        does.open_session.triggered.connect(self._ask_session)
+        does.sessions.triggered.connect(self.sessions.browse)
+        does.open_session.triggered.connect(self.sessions.ask_folder)
+        does.mark.triggered.connect(self._write_mark)
         does.report.triggered.connect(self.run_desk.report)
         does.export.triggered.connect(self.run_desk.ask_export)
         does.reprocess.triggered.connect(lambda: self.run_desk.reprocess(self.setup_model.setup))
@@ -247,14 +252,11 @@ class MainWindow(QMainWindow):
         self.hardware.save_asked.connect(self.setup_desk.save)
         self.hardware.save_as_asked.connect(self.setup_desk.ask_save)
         self.session_panel.new_asked.connect(does.new_session.trigger)
-        self.session_panel.open_asked.connect(self._ask_session)
-        self.session_panel.details_changed.connect(self._details_timer.start)
         self.session_panel.folder_changed.connect(lambda: self.control.use_session(None))
         self.setup_model.changed.connect(self._show_setup)
 
         self.control.state_changed.connect(self._show_state)
         self.control.feed_changed.connect(self._show_feed)
-        self.control.run_recorded.connect(self._run_recorded)
         self.control.session_changed.connect(self._show_session)
         self.control.failed.connect(self.board.post_error)
         self.control.warned.connect(lambda text: self.board.post("warning", text))
@@ -295,52 +297,27 @@ class MainWindow(QMainWindow):
         does.save_setup_as.setEnabled(valid)
 
     def _show_detail(self) -> None:
-        self.bar.state.show_state(self.control.state, detail_of(self.control, self._last_run))
+        self.bar.state.show_state(self.control.state, detail_of(self.control, self.keeping.last_run))
 
     def _show_feed(self, feed: Feed | None) -> None:
         for panel in (self.scopes, self.planes, self.track):
             panel.show_feed(feed)
 
-    def _run_recorded(self, recorded: RecordedRun) -> None:
-        self.run_desk.add(recorded)
-        if recorded.path is None:
-            return
-        if recorded.result is None:
-            self._last_run = "not processed"
-        else:
-            entry = RunEntry(recorded.path, summary=self.runs.model.entries[-1].summary)
-            known = (entry.summary or {}).get("e") is not None
-            self._last_run = f"e = {entry.restitution()}" if known else entry.verdict
-
     def _show_session(self) -> None:
         session = self.control.session
-        self.session_panel.show_session(session.path if session else None)
+        self.session_panel.show_session(
+            session.path if session else None, read_only=bool(session and session.read_only)
+        )
         self.run_desk.show_session(session)
         self._write_title()
 
-    def _ask_session(self) -> None:
-        folder = QFileDialog.getExistingDirectory(self, "Open session", str(self.session_panel.data_folder))
-        if folder:
-            self.open_session(Path(folder))
+    def _write_mark(self) -> None:
+        self.panels.bring_up("session")
+        self.session_panel.write_mark()
 
     def open_session(self, path: Path) -> None:
         """Show a session that was recorded before."""
-        try:
-            session = Session.open(path)
-        except RadarGuiError as error:
-            self.board.post_error(error)
-            return
-        self.session_panel.set_details(session.info.operator, session.info.notes)
-        self.control.use_session(session)
-
-    def _save_details(self) -> None:
-        session = self.control.session
-        if session is None:
-            return
-        try:
-            session.update(operator=self.session_panel.operator, notes=self.session_panel.notes)
-        except RadarGuiError as error:
-            self.board.post_error(error)
+        self.sessions.open(path)
 
     def _choose_theme(self, choice: ThemeChoice) -> None:
         self.theme.apply(choice)
@@ -373,9 +350,8 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self._timer.stop()
-        if self._details_timer.isActive():
-            self._details_timer.stop()
-            self._save_details()
+        self.sessions.flush()
+        self.work.cancel()
         if not self.control.stop_and_wait():
             self.board.post("error", "The source does not stop: unplug it, or end the program by the system.")
         if self._probe is not None:

@@ -59,7 +59,9 @@ def test_two_runs_go_hands_free_into_one_session_and_can_be_chosen(
 ) -> None:
     window.bar.runs.setValue(2)
     record_one(window)
-    assert [entry.name for entry in window.runs.model.entries] == ["run-0001", "run-0002"]
+    entries = window.runs.model.entries
+    assert [entry.name for entry in entries if not entry.rejected] == ["run-0001", "run-0003"]
+    assert "nothing in it falls freely" in window.control.session.rejected["run-0002.h5"], "the sphere was put back by a hand"
     assert window.bar.state.text.startswith("DONE   2 runs, the last e = ")
     window.run_desk._kept.clear()
     window.runs.table.selectRow(0)

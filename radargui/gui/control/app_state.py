@@ -13,6 +13,7 @@ class AppState(Enum):
     LIVE = "LIVE"
     ARMED = "ARMED"
     RECORDING = "RECORDING"
+    SETTLING = "SETTLING"
     PROCESSING = "PROCESSING"
     STOPPING = "STOPPING"
     DONE = "DONE"

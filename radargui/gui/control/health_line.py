@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.state import AcquisitionState
@@ -39,7 +39,12 @@ class HealthLine(QWidget):
             label.setToolTip(tips[name])
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
             layout.addWidget(label)
-        layout.addStretch(1)
+        self.run = QLabel()
+        self.run.setToolTip("How the last run was recorded")
+        self.run.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        # never makes the window wider
+        self.run.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        layout.addWidget(self.run, 1)
         theme.changed.connect(self._write)
         self._write()
 
@@ -51,6 +56,11 @@ class HealthLine(QWidget):
         """Show a snapshot; None: nothing runs."""
         self._health = health
         self._write()
+
+    def show_run(self, text: str) -> None:
+        """Show how the last run was recorded."""
+        self.run.setText(text)
+        self.run.setToolTip(f"How the last run was recorded. {text}".strip())
 
     def _write(self) -> None:
         health = self._health or None

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -20,35 +19,19 @@ from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.state import ExperimentState
 from radargui.gui.control.app_state import AppState
 from radargui.gui.control.feed import Feed
+from radargui.gui.control.run_request import MakeSource, RunRequest, at_once
+from radargui.gui.control.source_watch import SourceWatch
 from radargui.gui.mailbox import Mailbox
 from radargui.model.setup import Setup
+from radargui.processing.live_memory import LiveMemory
+from radargui.session.info import calibration_of_file
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind
 
+__all__ = ["MakeSource", "RunControl", "RunRequest"]
+
 _HEALTH_S = 0.2
-
-
-class MakeSource(Protocol):
-    """Makes a source; `sources.factory.make_source` is one."""
-
-    def __call__(
-        self, kind: SourceKind, setup: Setup, *, run: int = 0, repeat: bool = False, file: Path | None = None
-    ) -> Source:
-        """Return a source, not yet open."""
-
-
-@dataclass(frozen=True, slots=True)
-class RunRequest:
-    """What Record was asked for."""
-
-    setup: Setup
-    kind: SourceKind
-    file: Path | None
-    n_runs: int
-    data_folder: Path
-    operator: str = ""
-    notes: str = ""
 
 
 class RunControl(QObject):
@@ -84,7 +67,11 @@ class RunControl(QObject):
         self.feed: Feed | None = None
         self.run_number = 0
         self.n_runs = 0
+        self.waits_for = ""
         self._kept = 0
+        self._memory = LiveMemory()
+        self._watch: SourceWatch | None = None
+        self._continuous = False
         self.progress = 0.0
         self._mailbox = Mailbox(self)
 
@@ -100,7 +87,7 @@ class RunControl(QObject):
 
     @property
     def kept(self) -> int:
-        """Runs recorded since Record was asked for."""
+        """Runs recorded since Record was asked for, without those that were set aside."""
         return self._kept
 
     @property
@@ -116,7 +103,9 @@ class RunControl(QObject):
         self._begin(setup)
 
         def work(_ticket: int) -> None:
-            acquisition = Acquisition(self._make(kind, setup, repeat=True, file=file), setup)
+            # to look at the signal nobody waits for an edge
+            looked = at_once(setup)
+            acquisition = Acquisition(self._source(kind, looked, repeat=True, file=file), looked)
             self._acquisition = acquisition
             if self._stopping.is_set():
                 acquisition.request_stop()
@@ -141,24 +130,38 @@ class RunControl(QObject):
         setup = request.setup
         self._begin(setup)
         self.run_number, self.n_runs = 1, request.n_runs
-        session = self.session if self.session is not None and self.session.setup == setup else None
+        self._continuous = request.continuous
+        session = self.session
+        if session is not None and (session.setup != setup or session.read_only):
+            session = None
 
         def work(ticket: int) -> None:
             here = session or Session.create(
                 request.data_folder,
                 setup,
                 operator=request.operator,
+                sample=request.sample,
+                target=request.target,
                 notes=request.notes,
+                calibration=calibration_of_file(request.setup_file) if request.setup_file else None,
+                setup_name=request.setup_file.stem if request.setup_file else "",
                 now=datetime.now().astimezone(),
             )
             if session is None:
+                # what the live track learned belongs to one set of antennas and wires
+                self._memory = LiveMemory()
                 self._mailbox.post(self._on_told, self._set_session, here, ticket)
-            done = len(here.run_paths())
+            done = len(here.run_paths(with_rejected=True))
             experiment = Experiment(
                 setup,
-                lambda run: self._make(request.kind, setup, run=done + run, file=request.file),
+                lambda run: self._source(
+                    request.kind, setup, run=done + run, repeat=request.continuous, file=request.file
+                ),
                 here,
                 listener=self._hear,
+                continuous=request.continuous,
+                attributes={"source": request.kind},
+                memory=self._memory,
             )
             self._experiment = experiment
             if self._stopping.is_set():
@@ -169,6 +172,27 @@ class RunControl(QObject):
                     return
 
         self._launch(work, "recording")
+
+    def reject(self, run: Path, *, back: bool = False) -> None:
+        """Set a run of the session aside, or take it `back`; waits for the disk, from any thread.
+
+        Raises
+        ------
+        SessionError
+            No such run, or the session cannot be written.
+        """
+        session, experiment = self.session, self._experiment
+        if session is None:
+            return
+        if back:
+            session.restore(run)
+        elif experiment is not None and self._continuous and self._state.running:
+            known = run.name in session.rejected
+            experiment.reject(run)
+            # another one is recorded in its place, unless that was the last and all is over
+            self.n_runs += not known and self._state is not AppState.PROCESSING
+        else:
+            session.reject(run, "rejected by the operator")
 
     def stop(self) -> None:
         """End what runs, without waiting: a run under way is kept; asked again, it is not processed."""
@@ -208,7 +232,13 @@ class RunControl(QObject):
                 self.feed_changed.emit(self.feed)
         if self._stopping.is_set():
             return
+        if self._watch is not None:
+            self.waits_for = self._watch.waits_for(self._health)
+            if news := self._watch.news():
+                self.warned.emit(news)
         if experiment is not None:
+            if self._continuous and acquisition is not None and acquisition.recorder is not None:
+                self.run_number = min(acquisition.recorder.n_wanted + 1, self.n_runs)
             self._enter(_state_of(acquisition))
         elif self._pulled is not None:
             self._enter(AppState.LIVE)
@@ -216,6 +246,7 @@ class RunControl(QObject):
     def use_session(self, session: Session | None) -> None:
         """Let the next Record add to a session that is there, or make a new one (None)."""
         if not self._state.running:
+            self._memory = LiveMemory()
             self._set_session(session)
 
     def _end_from_aside(self) -> None:
@@ -240,7 +271,9 @@ class RunControl(QObject):
     def _begin(self, setup: Setup) -> None:
         self._setup = setup
         self._stopping.clear()
-        self._acquisition = self._experiment = self._pulled = None
+        self._acquisition = self._experiment = self._pulled = self._watch = None
+        self._continuous = False
+        self.waits_for = ""
         self._next = None
         self._kept = 0
         self._cancel = False
@@ -248,6 +281,11 @@ class RunControl(QObject):
         self.progress = 0.0
         self._ticket += 1
         self._enter(AppState.STARTING)
+
+    def _source(self, kind: SourceKind, setup: Setup, **options: Any) -> Source:
+        source = self._make(kind, setup, **options)
+        self._watch = SourceWatch(source, setup.daq, is_device=kind == "ni")
+        return source
 
     def _launch(self, work: Callable[[int], None], what: str) -> None:
         ticket = self._ticket
@@ -282,9 +320,10 @@ class RunControl(QObject):
         self.session_changed.emit()
 
     def _recorded(self, recorded: RecordedRun) -> None:
-        self._kept += recorded.path is not None
+        counts = recorded.path is not None and not recorded.set_aside
+        self._kept += counts
         self.run_recorded.emit(recorded)
-        self.run_number = min(self.run_number + 1, self.n_runs)
+        self.run_number = min(self.run_number + counts, self.n_runs)
         self.progress = 0.0
 
     def _ended(self, error: object) -> None:
@@ -302,7 +341,8 @@ class RunControl(QObject):
 
     def _finish(self, state: AppState) -> None:
         self._worker = None
-        self._acquisition = self._experiment = self._pulled = None
+        self._acquisition = self._experiment = self._pulled = self._watch = None
+        self.waits_for = ""
         self.feed = None
         self.feed_changed.emit(None)
         self._enter(state)
@@ -324,5 +364,7 @@ def _state_of(acquisition: Acquisition | None) -> AppState:
             return AppState.ARMED
         case RecorderState.RECORDING:
             return AppState.RECORDING
+        case RecorderState.SETTLING:
+            return AppState.SETTLING
         case _:
             return AppState.PROCESSING

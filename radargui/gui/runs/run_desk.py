@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject
@@ -11,17 +12,19 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from radargui.acquisition.state import Ending
 from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.reprocess import own_setup, process_run
-from radargui.files.run_file import read_run, read_summary
 from radargui.files.summary import summarise
 from radargui.gui.background import Jobs
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.runs.run_notes import notes_of_file, notes_of_run
 from radargui.gui.runs.run_panel import RunPanel
+from radargui.gui.sessions.session_look import entry_of
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.model.errors import RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 from radargui.session.session import Session
 
@@ -57,8 +60,8 @@ class RunDesk(QObject):
         if session is None:
             self._runs.show_session(None, [])
             return
-        paths = session.run_paths()
-        self._runs.show_session(session.path, [RunEntry(path) for path in paths])
+        paths, rejected = session.run_paths(with_rejected=True), session.rejected
+        self._runs.show_session(session.path, [RunEntry(path, rejected=rejected.get(path.name)) for path in paths])
         if paths:
             self._jobs.start("the list of runs", lambda: [_entry(path) for path in paths], self._listed, self._fail)
 
@@ -71,13 +74,17 @@ class RunDesk(QObject):
                 self._board.post("warning", recorded.message)
             return
         result = recorded.result
+        agreement, health = notes_of_run(recorded)
         entry = RunEntry(
             recorded.path,
             started_at=result.recording.started_at if result else "",
             summary=summarise(result) if result else None,
-            problem=f"set aside: {recorded.set_aside}" if recorded.set_aside else "",
+            rejected=recorded.set_aside or None,
+            agreement=agreement,
+            health=health,
         )
-        self._runs.put(entry, select=True)
+        # what is set aside stays out of the way, also of the key that rejects the chosen run
+        self._runs.put(entry, select=not recorded.set_aside)
         if result is not None:
             self._keep(recorded.path, result)
             self._show(recorded.path, result)
@@ -159,7 +166,8 @@ class RunDesk(QObject):
 
     def _show(self, path: Path, result: RunResult) -> None:
         self._wanted = path
-        self._run.show_result(result, path.stem)
+        entry = self._runs.model.entry_of(path)
+        self._run.show_result(result, path.stem, (entry.agreement, entry.health) if entry else ())
         self._track.show_result(result, path.stem)
 
     def _keep(self, path: Path, result: RunResult) -> None:
@@ -195,17 +203,14 @@ class RunDesk(QObject):
 
 def _entry(path: Path) -> RunEntry:
     try:
-        return RunEntry(path, _started_at(path), read_summary(path))
+        agreement, health = notes_of_file(path)
+        return replace(entry_of(path), agreement=agreement, health=health)
     except RadarGuiError as error:
         return RunEntry(path, problem=str(error))
 
 
-def _started_at(path: Path) -> str:
-    return read_run(path).started_at
-
-
 def _processed(path: Path) -> RunResult:
-    return process(read_run(path), own_setup(path))
+    return process(read_for_processing(path), own_setup(path))
 
 
 def _write_report(session: Session) -> object:

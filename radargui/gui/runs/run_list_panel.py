@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QItemSelection, Qt, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QHeaderView, QPushButton, QTableView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QCheckBox,
+    QHBoxLayout,
+    QHeaderView,
+    QPushButton,
+    QTableView,
+    QVBoxLayout,
+    QWidget,
+)
 
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 
@@ -17,6 +27,7 @@ class RunListPanel(QWidget):
     run_chosen = Signal(object)
     report_asked = Signal()
     export_asked = Signal()
+    show_rejected_toggled = Signal(bool)
 
     def __init__(self) -> None:
         super().__init__()
@@ -48,11 +59,15 @@ class RunListPanel(QWidget):
         self.export = QPushButton("Export tables…")
         self.export.setToolTip("track.csv, bounces.csv and result.json of the chosen run")
         self.export.clicked.connect(self.export_asked)
+        self.rejected = QCheckBox()
+        self.rejected.setToolTip("Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back")
+        self.rejected.toggled.connect(self.show_rejected_toggled)
         row = QHBoxLayout()
         row.setContentsMargins(6, 2, 6, 4)
         for button in (self.report, self.open_report, self.open_folder, self.export):
             row.addWidget(button)
         row.addStretch(1)
+        row.addWidget(self.rejected)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
@@ -75,12 +90,14 @@ class RunListPanel(QWidget):
         """Show the runs of a session."""
         self._folder, self._report_file = folder, None
         self.model.replace_all(entries)
+        self._hide_rows()
         self._fit_columns()
         self._refresh_buttons()
 
     def put(self, entry: RunEntry, *, select: bool = False) -> None:
         """Add or update a run."""
         row = self.model.put(entry)
+        self._hide_rows()
         self._fit_columns()
         if row == len(self.model.entries) - 1:
             self.table.scrollToBottom()
@@ -91,6 +108,17 @@ class RunListPanel(QWidget):
             self.table.selectionModel().blockSignals(False)
             self.table.viewport().update()
         self._refresh_buttons()
+
+    def reject(self, path: Path, reason: str) -> None:
+        """Show that a run does not count; an empty reason: that it does."""
+        entry = self.model.entry_of(path)
+        if entry is not None:
+            self.put(replace(entry, rejected=reason))
+
+    def set_show_rejected(self, shown: bool) -> None:
+        """Show or hide the runs that do not count."""
+        self.rejected.setChecked(shown)
+        self._hide_rows()
 
     def report_started(self) -> None:
         """A report is being made."""
@@ -107,6 +135,12 @@ class RunListPanel(QWidget):
         self._refresh_buttons()
         if (entry := self.chosen) is not None:
             self.run_chosen.emit(entry)
+
+    def _hide_rows(self) -> None:
+        for row, entry in enumerate(self.model.entries):
+            self.table.setRowHidden(row, bool(entry.rejected) and not self.rejected.isChecked())
+        count = self.model.n_rejected
+        self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")
 
     def _fit_columns(self) -> None:
         """Make columns wide enough, and never narrower than they were."""

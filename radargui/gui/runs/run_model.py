@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import QApplication
 
 from radargui.report.rounding import UNKNOWN, plain, quantity
 
@@ -30,12 +32,19 @@ class RunEntry:
         What `files.summary.summarise` gave; None while not processed.
     problem
         Why the file cannot be used; empty where it can.
+    rejected
+        Why the run does not count; empty where it does. None: as it was known before.
+    agreement, health
+        How far live was from offline, how the recording went; empty where unknown, or as it was known before.
     """
 
     path: Path
     started_at: str = ""
     summary: Mapping[str, Any] | None = None
     problem: str = ""
+    rejected: str | None = None
+    agreement: str = ""
+    health: str = ""
 
     @property
     def name(self) -> str:
@@ -55,6 +64,8 @@ class RunEntry:
         """How good the run is, in words."""
         if self.problem:
             return self.problem
+        if self.rejected:
+            return f"set aside: {self.rejected.removeprefix('rejected ')}"
         if self.summary is None:
             return "not processed"
         if self.summary.get("status") == "no_motion":
@@ -99,7 +110,13 @@ class RunModel(QAbstractTableModel):
         """Add an entry, or replace the one of the same file; return its row."""
         for row, old in enumerate(self.entries):
             if old.path == entry.path:
-                self.entries[row] = replace(entry, started_at=entry.started_at or old.started_at)
+                self.entries[row] = replace(
+                    entry,
+                    started_at=entry.started_at or old.started_at,
+                    rejected=old.rejected if entry.rejected is None else entry.rejected,
+                    agreement=entry.agreement or old.agreement,
+                    health=entry.health or old.health,
+                )
                 self.dataChanged.emit(self.index(row, 0), self.index(row, len(COLUMNS) - 1))
                 return row
         row = len(self.entries)
@@ -107,6 +124,20 @@ class RunModel(QAbstractTableModel):
         self.entries.append(entry)
         self.endInsertRows()
         return row
+
+    @property
+    def n_rejected(self) -> int:
+        """How many runs do not count."""
+        return sum(bool(entry.rejected) for entry in self.entries)
+
+    @property
+    def last_kept(self) -> RunEntry | None:
+        """The last run that counts."""
+        return next((entry for entry in reversed(self.entries) if not entry.rejected), None)
+
+    def entry_of(self, path: Path) -> RunEntry | None:
+        """Return the entry of a file."""
+        return next((entry for entry in self.entries if entry.path == path), None)
 
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: N802, B008 - Qt's name and default
         """Return the number of runs."""
@@ -124,7 +155,11 @@ class RunModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return entry.cells()[index.column()]
         if role == Qt.ItemDataRole.ToolTipRole:
-            return entry.verdict if index.column() == len(COLUMNS) - 1 else str(entry.path)
+            if index.column() < len(COLUMNS) - 1:
+                return str(entry.path)
+            return "\n".join(filter(None, (entry.verdict, entry.agreement, entry.health)))
+        if role == Qt.ItemDataRole.ForegroundRole and entry.rejected:
+            return QApplication.palette().brush(QPalette.ColorGroup.Disabled, QPalette.ColorRole.Text)
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         return None

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from PySide6.QtWidgets import QLabel, QTabWidget, QVBoxLayout, QWidget
 
 from radargui.gui.runs.figures_view import FiguresView
 from radargui.gui.runs.phase_view import PhaseView
 from radargui.gui.runs.steps_view import StepsView
+from radargui.gui.setup.form import plain_label
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 
@@ -20,6 +23,9 @@ class RunPanel(QWidget):
         self._stale: set[int] = set()
         self._title = QLabel("No run chosen")
         self._title.setContentsMargins(6, 3, 6, 0)
+        self.notes = plain_label()
+        self.notes.setContentsMargins(6, 0, 6, 0)
+        self.notes.hide()
         self.figures = FiguresView(theme)
         self.steps = StepsView(theme)
         self.phase = PhaseView(theme)
@@ -33,6 +39,7 @@ class RunPanel(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         column.addWidget(self._title)
+        column.addWidget(self.notes)
         column.addWidget(self.tabs, 1)
 
     @property
@@ -48,8 +55,11 @@ class RunPanel(QWidget):
         """Say why a run cannot be shown."""
         self._title.setText(f"{name}: {why}")
 
-    def show_result(self, result: RunResult, name: str) -> None:
-        """Show what a run gave."""
+    def show_result(self, result: RunResult, name: str, notes: Iterable[str] = ()) -> None:
+        """Show what a run gave; `notes`: how it was recorded, one line each."""
+        text = "\n".join(filter(None, notes))
+        self.notes.setText(text)
+        self.notes.setVisible(bool(text))
         self._result = result
         self._title.setText(name)
         self._stale = set(range(len(self._pages)))

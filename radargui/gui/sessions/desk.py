@@ -35,6 +35,7 @@ class SessionsDesk(QObject):
         panel.details_changed.connect(self._save.start)
         panel.open_asked.connect(self.browse)
         panel.mark_asked.connect(self.mark)
+        window.recovery.recovered.connect(lambda _runs: self.reread())
 
     @property
     def browser(self) -> SessionBrowser:
@@ -102,6 +103,15 @@ class SessionsDesk(QObject):
             lambda entry: self._window.session_panel.show_marked(entry),
             self._window.board.post_error,
         )
+
+    def reread(self) -> None:
+        """Show anew what may have changed on the disk: the list of runs, the browser."""
+        window = self._window
+        session = window.control.session
+        if session is not None and not window.control.state.running:
+            window.run_desk.show_session(session)
+        if self._browser is not None and self._browser.isVisible():
+            self._browser.refresh()
 
     def flush(self) -> None:
         """Save now what was typed of the session that is open."""

@@ -1,0 +1,128 @@
+"""The offer at the start to finish runs that a crash left; nothing is changed without being asked for."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
+
+from radargui.experiment.recovery import RecoveredRun, recover_run
+from radargui.gui.sessions.work_strip import Task
+from radargui.gui.setup.form import plain_label
+from radargui.model.errors import RadarGuiError
+from radargui.session.recovery import UnfinishedRun, unfinished_runs
+
+if TYPE_CHECKING:
+    from radargui.gui.main_window import MainWindow
+
+_NAMED = 3
+_LOOK_AFTER_MS = 300
+
+
+class RecoveryOffer(QFrame):
+    """Words and two buttons; hidden where no run is unfinished."""
+
+    recovered = Signal(object)
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__()
+        self._window = window
+        self.runs: tuple[UnfinishedRun, ...] = ()
+        self.setObjectName("recovery")
+        self._words = plain_label()
+        self.recover = QPushButton("Recover")
+        self.recover.setToolTip("Finish the runs, mark them as recovered, process them; the samples stay as they are")
+        self.recover.clicked.connect(self._recover)
+        self.later = QPushButton("Not now")
+        self.later.setToolTip("Leave them as they are; offered again at the next start")
+        self.later.clicked.connect(self.hide)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(8, 4, 4, 4)
+        row.addWidget(self._words, 1)
+        row.addWidget(self.recover)
+        row.addWidget(self.later)
+        window.theme.changed.connect(self._paint)
+        self._paint()
+        self.hide()
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.timeout.connect(self.look)
+        self._soon.start(_LOOK_AFTER_MS)
+
+    @property
+    def text(self) -> str:
+        """What is offered."""
+        return self._words.text()
+
+    def look(self) -> None:
+        """Look for unfinished runs, in the background."""
+        folder = self._window.session_panel.data_folder
+        if folder.is_dir():
+            self._window.jobs.start(
+                "looking for unfinished runs",
+                lambda: unfinished_runs(folder),
+                self._offer,
+                self._window.board.post_error,
+            )
+
+    def _offer(self, runs: tuple[UnfinishedRun, ...]) -> None:
+        recording = self._window.control.session
+        own = None if recording is None else recording.recording
+        self.runs = tuple(run for run in runs if run.path != own)
+        names = [f"{run.path.parent.name}/{run.path.name} ({run.duration_s:.1f} s)" for run in self.runs[:_NAMED]]
+        more = len(self.runs) - len(names)
+        count = "1 run was" if len(self.runs) == 1 else f"{len(self.runs)} runs were"
+        self._words.setText(
+            f"{count} left unfinished by a crash or a power cut: {', '.join(names)}"
+            f"{f' and {more} more' if more else ''}. What was recorded until then is there."
+        )
+        self.setVisible(bool(self.runs))
+
+    def _recover(self) -> None:
+        paths = [run.path for run in self.runs]
+        self.hide()
+        self._window.work.start(
+            "recovering runs",
+            lambda task: _recovered(paths, task),
+            self._done,
+            self._window.board.post_error,
+            self.look,
+        )
+
+    def _done(self, outcome: list[RecoveredRun | RadarGuiError]) -> None:
+        board = self._window.board
+        good = [one for one in outcome if isinstance(one, RecoveredRun)]
+        for one in outcome:
+            if isinstance(one, RadarGuiError):
+                board.post_error(one)
+            elif one.error is not None:
+                board.post("warning", f"{one.path.name} is recovered, but not processed: {one.error}")
+        if good:
+            count = "1 run is" if len(good) == 1 else f"{len(good)} runs are"
+            folders = ", ".join(sorted({one.path.parent.name for one in good}))
+            board.post("info", f"{count} recovered, in {folders}")
+        self.recovered.emit(good)
+
+    def _paint(self) -> None:
+        colours = self._window.theme.colours
+        self.setStyleSheet(
+            f"QFrame#recovery {{ background: {colours.raised}; border: none; border-left: 6px solid {colours.mark}; }}"
+        )
+
+
+def _recovered(paths: list[Path], task: Task) -> list[RecoveredRun | RadarGuiError]:
+    outcome: list[RecoveredRun | RadarGuiError] = []
+    for done, path in enumerate(paths):
+
+        def tell(share: float, done: int = done) -> None:
+            task.tell((done + share) / len(paths))
+
+        tell(0.0)
+        try:
+            outcome.append(recover_run(path, now=datetime.now().astimezone(), progress=tell))
+        except RadarGuiError as error:
+            outcome.append(error)
+    return outcome

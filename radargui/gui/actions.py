@@ -23,6 +23,10 @@ class Actions:
         self.new_session = self._make("New session", "Ctrl+N", tip="The next Record makes a new session")
         self.sessions = self._make("Sessions…", "Ctrl+F", tip="Find, look at and open what was recorded before")
         self.open_session = self._make("Open session folder…", "Ctrl+Shift+O")
+        self.import_ = self._make("Import recordings…", "Ctrl+I", tip="CSV, MATLAB, TDMS, SigMF as a session")
+        self.export_samples = self._make(
+            "Export samples…", "Ctrl+Shift+E", tip="A run or the session as CSV, MATLAB, TDMS, SigMF"
+        )
         self.mark = self._make("Note now", "Ctrl+M", tip="Keep a note of this moment, also while a run is recorded")
         self.report = self._make("Make report", "Ctrl+R", tip="PDF, HTML, CSV and JSON of this session")
         self.export = self._make("Export tables of the run…", "Ctrl+E")

@@ -34,6 +34,7 @@ from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.sessions.desk import SessionsDesk
 from radargui.gui.sessions.recovery_offer import RecoveryOffer
+from radargui.gui.sessions.transfer_desk import TransferDesk
 from radargui.gui.sessions.work_strip import WorkStrip
 from radargui.gui.settings import Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
@@ -128,6 +129,7 @@ class MainWindow(QMainWindow):
         self.run_desk = RunDesk(self.runs, self.run, self.track, self.jobs, board, self)
         self.keeping = RunKeeping(self)
         self.sessions = SessionsDesk(self)
+        self.transfer = TransferDesk(self)
         self._connect()
         restore(self)
         self._show_setup()
@@ -231,6 +233,8 @@ class MainWindow(QMainWindow):
         does.new_session.triggered.connect(lambda: self.control.use_session(None))
         does.sessions.triggered.connect(self.sessions.browse)
         does.open_session.triggered.connect(self.sessions.ask_folder)
+        does.import_.triggered.connect(self.transfer.ask_import)
+        does.export_samples.triggered.connect(self.transfer.ask_export)
         does.mark.triggered.connect(self._write_mark)
         does.report.triggered.connect(self.run_desk.report)
         does.export.triggered.connect(self.run_desk.ask_export)

@@ -17,6 +17,8 @@ def fill_menus(bar: QMenuBar, does: Actions, panels: Panels, theme: Theme) -> QA
     file.addSeparator()
     file.addActions([does.new_session, does.sessions, does.open_session])
     file.addSeparator()
+    file.addActions([does.import_, does.export_samples])
+    file.addSeparator()
     file.addActions([does.report, does.export])
     file.addSeparator()
     file.addAction(does.quit)

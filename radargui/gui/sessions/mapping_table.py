@@ -1,0 +1,91 @@
+"""Which channel of a file is I1, Q1, ...: guessed, shown, corrected by the operator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QHeaderView, QSpinBox, QTableWidget, QTableWidgetItem, QVBoxLayout, QWidget
+
+from radargui.files.channel_map import LARGEST
+from radargui.files.signals import ChannelInfo
+from radargui.gui.sessions.import_look import FilesLook
+from radargui.gui.setup.form import plain_label, side_by_side
+from radargui.model.digitisation import iq_names
+
+_BASIS = {
+    "names": "The names tell which is which.",
+    "order": "Guessed from the order only: look at it.",
+    "remembered": "As chosen for such files before.",
+    "nothing": "No pairs of channels could be guessed: choose them.",
+}
+
+
+class MappingTable(QWidget):
+    """A line for each of I1, Q1, ... with the channel that it is."""
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._infos: tuple[ChannelInfo, ...] = ()
+        self.words = plain_label("Choose files first.")
+        self.receivers = QSpinBox()
+        self.receivers.setRange(1, LARGEST)
+        self.receivers.setAccessibleName("Receivers")
+        self.receivers.valueChanged.connect(lambda _count: self._fill(self.names))
+        self.table = QTableWidget(0, 2)
+        self.table.setHorizontalHeaderLabels(["Channel", "Column or variable of the file"])
+        self.table.verticalHeader().hide()
+        self.table.horizontalHeader().setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        self.table.setMinimumHeight(200)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(side_by_side(plain_label("Receivers"), self.receivers, self.words))
+        column.addWidget(self.table, 1)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The chosen channels as I1, Q1, ...; empty texts where none is chosen."""
+        return tuple(self.box(row).currentData() or "" for row in range(self.table.rowCount()))
+
+    @property
+    def complete(self) -> bool:
+        """Whether every channel is chosen, none twice."""
+        names = self.names
+        return bool(names) and all(names) and len(set(names)) == len(names)
+
+    def box(self, row: int) -> QComboBox:
+        """Return the choice of a row."""
+        return self.table.cellWidget(row, 1)
+
+    def show_look(self, look: FilesLook) -> None:
+        """Show other files with what was guessed for them."""
+        self._infos = look.infos
+        self.words.setText(_BASIS[look.basis])
+        self.receivers.blockSignals(True)
+        self.receivers.setValue(max(len(look.names) // 2, 1))
+        self.receivers.blockSignals(False)
+        self._fill(look.names)
+
+    def clear(self, words: str) -> None:
+        """Show that there is nothing to choose from."""
+        self._infos = ()
+        self.words.setText(words)
+        self.table.setRowCount(0)
+        self.changed.emit()
+
+    def _fill(self, names: Sequence[str]) -> None:
+        targets = iq_names(self.receivers.value()) if self._infos else []
+        self.table.setRowCount(len(targets))
+        for row, target in enumerate(targets):
+            self.table.setItem(row, 0, QTableWidgetItem(target))
+            box = QComboBox()
+            box.setAccessibleName(target)
+            box.addItem("not chosen", "")
+            for info in self._infos:
+                box.addItem(f"{info.name}  ({info.count} samples{f', {info.unit}' if info.unit else ''})", info.name)
+            box.setCurrentIndex(max(box.findData(names[row]) if row < len(names) else 0, 0))
+            box.currentIndexChanged.connect(lambda _index: self.changed.emit())
+            self.table.setCellWidget(row, 1, box)
+        self.changed.emit()

@@ -1,0 +1,148 @@
+"""Import with its mapping step, and export, through the dialogs of the window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.gui_sessions import make_session
+from support.stored_runs import SETUP
+
+from radargui.files.reading import read_recording
+from radargui.gui.main_window import MainWindow
+from radargui.gui.sessions.export_dialog import ExportDialog
+from radargui.gui.sessions.import_dialog import ImportDialog
+from radargui.gui.sessions.work_strip import WorkCancelledError
+from radargui.model.setup_file import dump_setup
+from radargui.session.info import read_info
+from radargui.sources.simulated import simulate_recording
+
+NAMES = ["ai0", "ai1", "ai2", "ai3", "ai4", "ai5"]
+
+
+@pytest.fixture
+def volts() -> Any:
+    return simulate_recording(SETUP)[0].volts()
+
+
+def write_csv(path: Path, volts: Any, names: list[str]) -> Path:
+    rows = [",".join(f"{value:.6f}" for value in column) for column in volts.T]
+    path.write_text("\n".join([",".join(names), *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def dialog_of(window: MainWindow) -> Any:
+    assert window.transfer.dialog is not None
+    return window.transfer.dialog
+
+
+def import_dialog(window: MainWindow, files: list[Path], wait_for: Any) -> ImportDialog:
+    window.actions_.import_.trigger()
+    dialog = dialog_of(window)
+    dialog.choose(files)
+    wait_for(lambda: not window.jobs.running)
+    return dialog
+
+
+def test_a_table_is_imported_with_a_corrected_mapping_that_is_remembered(
+    window: MainWindow, wait_for: Any, tmp_path: Path, volts: Any
+) -> None:
+    # the wires of the first receiver are swapped: only the operator knows
+    file = write_csv(tmp_path / "drop.csv", volts[[1, 0, 2, 3, 4, 5]], NAMES)
+    setup = tmp_path / "falling.toml"
+    setup.write_text(dump_setup(SETUP), encoding="utf-8")
+    dialog = import_dialog(window, [file], wait_for)
+    assert dialog.mapping.names == tuple(NAMES)
+    assert "order" in dialog.mapping.words.text()
+    dialog.mapping.box(0).setCurrentIndex(2)
+    assert not dialog.go.isEnabled()
+    dialog.mapping.box(1).setCurrentIndex(1)
+    assert dialog.mapping.names[:2] == ("ai1", "ai0")
+    assert dialog.go.isEnabled()
+    dialog.rate.setValue(2000.0)
+    dialog.use_setup(setup)
+    dialog.go.click()
+    wait_for(lambda: not window.work.busy)
+    session = window.control.session
+    assert session is not None, window.board.notices
+    assert read_info(session.path).setup_name == "falling"
+    read = read_recording(session.path / "run-0001.h5")
+    assert read.digitisation.sample_rate_hz == 2000.0
+    np.testing.assert_allclose(read.volts(), volts, atol=1e-6)
+    wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
+    assert window.runs.model.entries[0].summary["e"] == pytest.approx(0.5, abs=0.05)
+
+    again = import_dialog(window, [file], wait_for)
+    assert again.mapping.names[:2] == ("ai1", "ai0")
+    assert "before" in again.mapping.words.text()
+
+
+def test_files_of_one_receiver_each_become_one_run(
+    window: MainWindow, wait_for: Any, tmp_path: Path, volts: Any
+) -> None:
+    files = [
+        write_csv(tmp_path / f"rx{number}.csv", volts[2 * number - 2 : 2 * number], ["I", "Q"]) for number in (1, 2, 3)
+    ]
+    dialog = import_dialog(window, files, wait_for)
+    assert "receivers" in dialog.fault.text()
+    dialog.together.setChecked(True)
+    wait_for(lambda: not window.jobs.running)
+    assert dialog.mapping.names == tuple(f"rx{number}.csv: {part}" for number in (1, 2, 3) for part in "IQ")
+    dialog.rate.setValue(2000.0)
+    dialog.process.setChecked(False)
+    dialog.go.click()
+    wait_for(lambda: not window.work.busy)
+    assert window.control.session is not None, window.board.notices
+    read = read_recording(window.control.session.path / "run-0001.h5")
+    np.testing.assert_allclose(read.volts(), volts, atol=1e-6)
+
+
+def test_a_file_that_cannot_be_read_is_told_in_the_dialog(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.mat"
+    bad.write_bytes(b"no matlab file at all")
+    dialog = import_dialog(window, [bad], wait_for)
+    assert "bad.mat" in dialog.fault.text()
+    assert not dialog.go.isEnabled()
+
+
+def test_a_session_is_exported_and_nothing_is_replaced_unasked(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    path = make_session(tmp_path / "data", 4, n_runs=2)
+    window.open_session(path)
+    target = tmp_path / "out"
+    for attempt in range(2):
+        window.actions_.export_samples.trigger()
+        dialog = dialog_of(window)
+        assert isinstance(dialog, ExportDialog)
+        dialog.kind.setCurrentIndex(dialog.kind.findData("tdms"))
+        dialog.folder.setText(str(target))
+        dialog.go.click()
+        wait_for(lambda: not window.work.busy)
+        if attempt == 0:
+            assert [file.name for file in sorted(target.iterdir())] == ["run-0001.tdms", "run-0002.tdms"]
+            assert not [notice for notice in window.board.notices if notice.level == "error"]
+    assert [notice for notice in window.board.notices if notice.level == "error"]
+    original = read_recording(path / "run-0001.h5")
+    np.testing.assert_array_equal(read_recording(target / "run-0001.tdms").volts(), original.volts())
+
+
+def test_cancelled_work_leaves_no_half_file(
+    window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = make_session(tmp_path / "data", 4)
+    window.open_session(path)
+    window.actions_.export_samples.trigger()
+    dialog = dialog_of(window)
+    dialog.folder.setText(str(tmp_path / "out"))
+
+    def cancelled(_task: object, _share: float) -> None:
+        raise WorkCancelledError
+
+    monkeypatch.setattr("radargui.gui.sessions.work_strip.Task.tell", cancelled)
+    dialog.go.click()
+    wait_for(lambda: not window.work.busy)
+    assert not list((tmp_path / "out").iterdir())
+    assert "cancelled" in window.board.notices[-1].text

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QCloseEvent
@@ -39,7 +37,7 @@ from radargui.gui.sessions.work_strip import WorkStrip
 from radargui.gui.settings import Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
 from radargui.gui.setup.hardware_panel import HardwarePanel
-from radargui.gui.setup.ni_form import find_ni_devices
+from radargui.gui.setup.ni_form import FindDevices, find_ni_devices
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup_desk import SetupDesk, first_setup
 from radargui.gui.theme import Theme, ThemeChoice
@@ -77,7 +75,7 @@ class MainWindow(QMainWindow):
         setup_path: Path | None = None,
         source: SourceKind = "simulated",
         source_maker: MakeSource = make_source,
-        find_devices: Callable[[str | None], Sequence[Any]] = find_ni_devices,
+        find_devices: FindDevices = find_ni_devices,
         probe: OpenGLProbe | None = None,
     ) -> None:
         super().__init__()

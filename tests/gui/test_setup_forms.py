@@ -155,10 +155,10 @@ def test_the_search_for_devices_fills_the_list_or_says_why_not(
         DeviceError("The driver is not installed", remedy="Install NI-DAQmx."),
         (),
     ]
-    asked: list[str | None] = []
+    asked: list[Any] = []
 
-    def find(remote: str | None) -> Any:
-        asked.append(remote)
+    def find(remote: str | None, certificate: str | None) -> Any:
+        asked.append((remote, certificate))
         answer = answers[len(asked) - 1]
         if isinstance(answer, Exception):
             raise answer
@@ -172,13 +172,14 @@ def test_the_search_for_devices_fills_the_list_or_says_why_not(
     assert form.found.itemText(0) == "Dev3 (DAQPad-6015)"
     assert window.setup_model.setup.daq.device == "Dev3"
     window.setup_model.assign("daq.remote", "lab:31763")
+    window.setup_model.assign("daq.remote_certificate", "lab.pem")
     form.button.click()
     wait_for(lambda: form.button.isEnabled())
     assert form.answer.text() == str(answers[1])
     form.button.click()
     wait_for(lambda: form.button.isEnabled())
     assert "No device found" in form.answer.text()
-    assert asked == [None, "lab:31763", "lab:31763"]
+    assert asked == [(None, None), ("lab:31763", "lab.pem"), ("lab:31763", "lab.pem")]
 
 
 @pytest.mark.parametrize(

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from PySide6.QtWidgets import QComboBox, QPushButton
+from PySide6.QtWidgets import QComboBox, QFileDialog, QPushButton
 
 from radargui.gui.background import Jobs
+from radargui.gui.setup.device_start_form import DeviceStartForm
 from radargui.gui.setup.fields import ChoiceField, ListField, NumberField, TextField
-from radargui.gui.setup.form import Group, plain_label
+from radargui.gui.setup.form import Group, plain_label, side_by_side
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
+from radargui.model.setup import Setup
 
 TERMINALS = {
     "differential": "Differential",
@@ -20,29 +22,53 @@ TERMINALS = {
     "pseudodifferential": "Pseudodifferential",
     "default": "Default of the device",
 }
-FindDevices = Callable[[str | None], Sequence[Any]]
+CERTIFICATES = "Certificates (*.pem *.crt *.cer);;All files (*)"
+FindDevices = Callable[[str | None, str | None], Sequence[Any]]
+CheckSetup = Callable[[Setup], Any]
 
 
-def find_ni_devices(remote: str | None) -> Sequence[Any]:
+def find_ni_devices(remote: str | None, certificate: str | None = None) -> Sequence[Any]:
     """Ask the driver, or the device server `remote`, for its devices; the driver's package is loaded only now."""
     from radargui.sources.ni.discovery import find_devices
 
-    return find_devices(remote)
+    return find_devices(remote, certificate)
+
+
+def check_on_device(setup: Setup) -> Any:
+    """Try a setup on its device without sampling; the driver's package is loaded only now."""
+    from radargui.sources.ni.setup_check import check_setup
+
+    return check_setup(setup)
 
 
 class NiForm(Group):
-    """Device, channels, terminal, range, rate."""
+    """Device, channels, terminal, range, start; the search for devices and the check of the setup.
+
+    Attributes
+    ----------
+    check
+        Tries a setup on its device; tests put another one here.
+    """
 
     def __init__(self, model: SetupModel, theme: Theme, jobs: Jobs, find: FindDevices = find_ni_devices) -> None:
         super().__init__("NI device")
         self._model = model
         self._jobs = jobs
         self._find = find
+        self.check: CheckSetup = check_on_device
         self.row("Device", TextField(model, theme, "daq.device"), "Name in NI-DAQmx, for instance Dev1")
         self.row(
             "Device server",
             TextField(model, theme, "daq.remote", optional=True, hint="none: local driver"),
             "host:port of an NI gRPC device server; empty: the driver of this computer",
+        )
+        self._certificate = TextField(model, theme, "daq.remote_certificate", optional=True, hint="none: no encryption")
+        browse = QPushButton("Choose…")
+        browse.clicked.connect(self._browse)
+        self.row(
+            "Certificate",
+            side_by_side(self._certificate, browse),
+            "File (PEM) that a device server with encryption (TLS) is known by; empty: no encryption",
         )
         self.found = QComboBox()
         self.found.setVisible(False)
@@ -66,16 +92,57 @@ class NiForm(Group):
             NumberField(model, theme, "daq.channel_skew_s", scale=1e6),
             "Delay of a channel against the one before; read from the device when live",
         )
+        self.start = DeviceStartForm(self, model, theme)
+        self.check_button = QPushButton("Check this setup")
+        self.check_button.setToolTip("Tries it on the device without sampling, and says what will be in force")
+        self.check_button.clicked.connect(self.try_out)
+        self.whole(self.check_button)
+        self.checked = plain_label()
+        self.checked.setVisible(False)
+        self.whole(self.checked)
+        model.changed.connect(self._setup_changed)
 
     def search(self) -> None:
         """Look for devices without holding up the window."""
-        remote = self._model.value("daq.remote")
+        remote, certificate = self._text("daq.remote"), self._text("daq.remote_certificate")
         self.button.setEnabled(False)
         self._say("Searching for devices …")
         find = self._find
-        self._jobs.start(
-            "the search for devices", lambda: find(remote if isinstance(remote, str) else None), self._show, self._fail
-        )
+        self._jobs.start("the search for devices", lambda: find(remote, certificate), self._show, self._fail)
+
+    def try_out(self) -> None:
+        """Try the setup on its device without holding up the window."""
+        setup, check = self._model.setup, self.check
+        self.check_button.setEnabled(False)
+        self._tell("Asking the device …")
+        self._jobs.start("the check of the setup", lambda: check(setup), self._passed, self._refused)
+
+    def _passed(self, found: Any) -> None:
+        lines = (f"{what.capitalize()}: {how}" for what, how in found.lines)
+        self._tell("\n".join((f"The setup works on {found.device.title}.", *lines)))
+        self.check_button.setEnabled(self._model.valid)
+
+    def _refused(self, error: BaseException) -> None:
+        self._tell(str(error) or type(error).__name__)
+        self.check_button.setEnabled(self._model.valid)
+
+    def _setup_changed(self) -> None:
+        # what was found is about another setup
+        self.checked.setVisible(False)
+        self.check_button.setEnabled(self._model.valid)
+
+    def _tell(self, text: str) -> None:
+        self.checked.setText(text)
+        self.checked.setVisible(True)
+
+    def _browse(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(self, "Certificate of the device server", "", CERTIFICATES)
+        if name:
+            self._model.assign("daq.remote_certificate", name)
+
+    def _text(self, key: str) -> str | None:
+        value = self._model.value(key)
+        return value if isinstance(value, str) and value else None
 
     def _show(self, devices: Sequence[Any]) -> None:
         self.button.setEnabled(True)

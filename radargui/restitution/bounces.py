@@ -20,6 +20,7 @@ NOMINAL_G_M_S2 = 9.81
 METHOD = "parabolas with shared g"
 LARGEST_U_E = 0.1
 """A coefficient less certain than this is told as not valid."""
+LARGEST_G_ERROR = 0.3
 LEAST_SAMPLES = 8
 LARGEST_RESIDUAL = 5.0
 LEAST_RESIDUAL_M = 1.0e-3
@@ -83,12 +84,17 @@ def _along(track: Track, segment: Segment, normal: tuple[float, float, float], s
     impact_s = _meet(rough, place, impact_s)
     flights = find_flights(begin, end, impact_s, _rising_speed(heights, impact_s), NOMINAL_G_M_S2)
     fitted, place = _fit(heights, flights)
-    if fitted is None:
+    if fitted is None or not _falls(fitted, normal):
         return Bounces()
     impact_s = _meet(fitted, place, impact_s)
     impacts = tuple(_bounce(fitted, place, k, instant) for k, instant in enumerate(impact_s))
     fall = _free_fall(heights, flights[0], track, segment, normal, fitted, place, float(impact_s[0]))
     return cross_check(Bounces(impacts, fall), heights.time_s, heights.height_m, NOMINAL_G_M_S2 * normal[2])
+
+
+def _falls(fitted: Parabolas, normal: tuple[float, float, float]) -> bool:
+    """Whether the flights are about under gravity: else what looked like impacts came from elsewhere."""
+    return abs(fitted.g_m_s2 / (NOMINAL_G_M_S2 * max(normal[2], 1e-9)) - 1.0) < LARGEST_G_ERROR
 
 
 def _rising_speed(heights: _Heights, impact_s: FloatArray) -> float:

@@ -1,6 +1,6 @@
-"""Accuracy on seeded scenes: one line a scene and method, one table at the end.
+"""Accuracy on seeded scenes, half generic, half physical: every correction and geometry against exact truth.
 
-Run from the project's folder: python -m benchmarks.accuracy --seed 500 --scenes 40 (with tests/ on the path).
+python3 packaging/dev.py bench accuracy [--seed 500] [--scenes 40] [--method joint] [--kind physical] [--motion drop]
 """
 
 from __future__ import annotations
@@ -8,33 +8,28 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
 
 import numpy as np
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import SceneRecord, make_record
-from benchmarks.score import Score, score
+from benchmarks.scenes.score import Score, score
 
-from radargui.correction.adaptive.estimate import estimate_adaptive
-from radargui.correction.estimate import MotionEstimate
-from radargui.correction.joint.estimate import estimate_joint
-from radargui.model.bounce import Bounces
 from radargui.model.errors import ProcessingError
-from radargui.restitution.joint_bounces import joint_bounces
+from radargui.model.setup import Setup
+from radargui.processing.offline import process
 
-Method = Callable[[SceneRecord], tuple[MotionEstimate, Bounces | None]]
-
-
-def _joint(record: SceneRecord) -> tuple[MotionEstimate, Bounces | None]:
-    estimate = estimate_joint(record.recording, record.setup)
-    return estimate, joint_bounces(estimate, record.setup)[0]
-
-
-def _adaptive(record: SceneRecord) -> tuple[MotionEstimate, Bounces | None]:
-    return estimate_adaptive(record.recording, record.setup), None
+METHODS = tuple(
+    f"{correction}-{geometry}"
+    for correction in ("published", "ellipse", "adaptive", "joint")
+    for geometry in ("plane", "exact")
+)
 
 
-METHODS: dict[str, Method] = {"adaptive": _adaptive, "joint": _joint}
+def with_method(setup: Setup, method: str) -> Setup:
+    """Return the setup with the correction and the geometry of a method's name."""
+    correction, geometry = method.split("-")
+    plain = setup.model_dump(by_alias=True, exclude_unset=True)
+    return Setup.model_validate({**plain, "processing": {"correction": correction, "geometry": geometry}})
 
 
 def run(seeds: range, kinds: tuple[str, ...], methods: tuple[str, ...], motion: str | None) -> list[Score]:
@@ -46,11 +41,11 @@ def run(seeds: range, kinds: tuple[str, ...], methods: tuple[str, ...], motion: 
             for name in methods:
                 begin = time.process_time()
                 try:
-                    estimate, bounces = METHODS[name](record)
+                    result = process(record.recording, with_method(record.setup, name))
                 except ProcessingError as error:
-                    print(f"{record.scene.name:22s} {name:9s} {error}")
+                    print(f"{record.scene.name:22s} {name:15s} {error}")
                     continue
-                scores.append(score(record, estimate, bounces, time.process_time() - begin))
+                scores.append(score(record, name, result, time.process_time() - begin))
                 print(_line(record, scores[-1]), flush=True)
     return scores
 
@@ -59,11 +54,11 @@ def _line(record: SceneRecord, one: Score) -> str:
     scene = record.scene
     made = f"{scene.snr_db:3.0f} dB {scene.rate_hz / 1e3:4.1f}k planes {len(scene.planes)} 1/f {scene.flicker:.3f}"
     return (
-        f"{one.scene:22s} {one.method:9s} {made} L/bound {one.path_over_bound:7.2f} "
+        f"{one.scene:22s} {one.method:15s} {made} L/bound {one.path_over_bound or np.nan:7.2f} "
         f"3D {one.rms_3d_mm or np.nan:7.4f} mm in2u {one.inside_2u or np.nan:.2f} "
         f"missed {one.missed} false {one.false} "
         f"e {_number(one.first_e_percent)} % ({_number(one.first_e_in_u)} u) g {_number(one.g_percent)} % "
-        f"({_number(one.g_in_u)} u) chi2 {one.chi_square:.2f} {one.seconds:.1f} s"
+        f"({_number(one.g_in_u)} u) by {one.used} {one.seconds:.1f} s"
     )
 
 
@@ -83,7 +78,7 @@ def table(scores: list[Score]) -> str:
                 and (s.motion == "pendulum" if kind == "pendulum" else s.kind == kind and s.motion != "pendulum")
             ]
             if part:
-                rows.append(f"{method:9s} {kind:9s} {_row(part)}")
+                rows.append(f"{method:15s} {kind:9s} {_row(part)}")
     return "\n".join(rows)
 
 
@@ -111,7 +106,7 @@ def main() -> int:
     parser.add_argument("--scenes", type=int, default=40, help="half generic, half physical")
     parser.add_argument("--kind", choices=("generic", "physical"))
     parser.add_argument("--motion", choices=("drop", "circle", "pendulum", "bed"))
-    parser.add_argument("--method", choices=tuple(METHODS), action="append")
+    parser.add_argument("--method", choices=METHODS, action="append")
     options = parser.parse_args()
     kinds = (options.kind,) if options.kind else ("generic", "physical")
     seeds = range(options.seed, options.seed + -(-options.scenes // len(kinds)))

@@ -132,6 +132,16 @@ def test_without_impacts_there_is_no_coefficient() -> None:
     assert bounces.free_fall is None
 
 
+def test_jerks_that_no_gravity_follows_are_no_bounces() -> None:
+    time = np.arange(30000) / 10000.0
+    position = np.stack([np.zeros_like(time), np.zeros_like(time), 0.05 * np.abs(np.sin(2 * np.pi * time))])
+    position += np.random.default_rng(0).normal(0, 10e-6, position.shape)
+    track = Track(time, position, np.ones_like(position), np.ones(time.size, dtype=bool), "exact")
+    bounces = find_bounces(track, Segment(0, 30000, 0, 0), UP, 10000.0)
+    assert bounces.impacts == ()
+    assert bounces.free_fall is None
+
+
 def test_an_impact_whose_flight_is_unknown_has_no_coefficient() -> None:
     drop = Drop()
     track, segment = track_of(drop)

@@ -1,4 +1,4 @@
-"""Scores of an estimate against the truth of its scene."""
+"""Scores of a result against the truth of its scene."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 from benchmarks.scenes.motion import GRAVITY_M_S2
 from benchmarks.scenes.scene import SceneRecord
 
-from radargui.correction.estimate import MotionEstimate
 from radargui.model.bounce import Bounces
+from radargui.model.result import RunResult
 
 _SEEN_M_S, _NEAR_END_S, _SAME_S = 0.15, 0.015, 0.003
 
@@ -22,7 +22,7 @@ class Score:
     kind: str
     method: str
     motion: str
-    path_over_bound: float
+    path_over_bound: float | None
     rms_3d_mm: float | None
     inside_2u: float | None
     missed: int
@@ -32,7 +32,7 @@ class Score:
     e_inside_2u: tuple[int, int]
     g_percent: float | None
     g_in_u: float | None
-    chi_square: float
+    used: str  # the correction that stood in the end
     seconds: float  # of processor time
 
 
@@ -43,29 +43,36 @@ def noise_bound_m(record: SceneRecord) -> float:
     return float(scene.setup.radar.wavelength_m / (2.0 * np.pi) * ratio)
 
 
-def score(record: SceneRecord, estimate: MotionEstimate, bounces: Bounces | None, seconds: float) -> Score:
-    """Compare an estimate with the truth over the moving part."""
+def score(record: SceneRecord, method: str, result: RunResult, seconds: float) -> Score:
+    """Compare a result with the truth over the moving part."""
     scene = record.scene
-    moving = estimate.time_s > scene.motion.motion_start_s
-    path = (estimate.change_m - (record.truth.path_m - record.truth.path_m[:, :1]))[:, moving]
-    rms = inside = None
-    if estimate.position_m is not None and estimate.u_position_m is not None:
-        error = (estimate.position_m - record.truth.position_m)[:, moving]
-        rms = 1e3 * float(np.sqrt(np.nanmean((error**2).sum(axis=0))))
-        inside = float((np.abs(error) < 2.0 * estimate.u_position_m[:, moving]).mean())
-    last = estimate.time_s[-1] - _NEAR_END_S
+    time_s = record.recording.time_s()
+    moving = time_s > scene.motion.motion_start_s
+    path = rms = inside = None
+    if result.paths is not None:
+        wrong = result.paths.change_m - (record.truth.path_m - record.truth.path_m[:, :1])
+        wrong = np.where(result.paths.valid, wrong, np.nan)[:, moving]
+        path = float(np.sqrt(np.nanmean(wrong**2))) / noise_bound_m(record)
+    if result.track is not None and result.track.valid.any():
+        known = moving & result.track.valid
+        error = (result.track.position_m - record.truth.position_m)[:, known]
+        rms = 1e3 * float(np.sqrt(np.mean((error**2).sum(axis=0))))
+        inside = float((np.abs(error) < 2.0 * result.track.u_position_m[:, known]).mean())
+    bounces = result.bounces
+    found_s = np.array([impact.time_s for impact in bounces.impacts])
+    last = time_s[-1] - _NEAR_END_S
     seen = [i for i in scene.motion.impacts if i.after_m_s[2] > _SEEN_M_S and i.time_s < last]
-    missed = sum(bool(np.abs(estimate.impact_s - i.time_s).min(initial=1.0) > _SAME_S) for i in seen)
+    missed = sum(bool(np.abs(found_s - i.time_s).min(initial=1.0) > _SAME_S) for i in seen)
     true_times = record.truth.impact_time_s
-    false = sum(bool(np.abs(true_times - t).min(initial=1.0) > _SAME_S) for t in estimate.impact_s)
+    false = sum(bool(np.abs(true_times - t).min(initial=1.0) > _SAME_S) for t in found_s)
     errors = _restitution_errors(record, bounces)
-    fall = None if bounces is None else bounces.free_fall
+    fall = bounces.free_fall
     return Score(
         scene.name,
         scene.kind,
-        estimate.method,
+        method,
         scene.name.split("-")[1],
-        float(np.sqrt(np.nanmean(path**2))) / noise_bound_m(record),
+        path,
         rms,
         inside,
         missed,
@@ -75,15 +82,15 @@ def score(record: SceneRecord, estimate: MotionEstimate, bounces: Bounces | None
         (sum(abs(r) < 2.0 for _, r in errors), len(errors)),
         None if fall is None else 100.0 * (fall.g_m_s2 / GRAVITY_M_S2 - 1.0),
         None if fall is None else (fall.g_m_s2 - GRAVITY_M_S2) / fall.u_g_m_s2,
-        float(np.max(estimate.chi_square)),
+        result.corrected.method if result.corrected is not None else result.status,
         seconds,
     )
 
 
-def _restitution_errors(record: SceneRecord, bounces: Bounces | None) -> list[tuple[float, float]]:
+def _restitution_errors(record: SceneRecord, bounces: Bounces) -> list[tuple[float, float]]:
     """Return the relative error of e and its error in u of each valid bounce that really happened."""
     out = []
-    for bounce in bounces.impacts if bounces is not None else ():
+    for bounce in bounces.impacts:
         for impact in record.scene.motion.impacts:
             if abs(impact.time_s - bounce.time_s) < _SAME_S and bounce.valid:
                 e = float(-impact.after_m_s[2] / impact.before_m_s[2])

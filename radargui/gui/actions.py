@@ -30,6 +30,9 @@ class Actions:
         self.mark = self._make("Note now", "Ctrl+M", tip="Keep a note of this moment, also while a run is recorded")
         self.report = self._make("Make report", "Ctrl+R", tip="PDF, HTML, CSV and JSON of this session")
         self.export = self._make("Export tables of the run…", "Ctrl+E")
+        self.compare = self._make(
+            "Process again and compare…", "Shift+F8", tip="Other correction, geometry or setup; keep or discard"
+        )
         self.reprocess = self._make("Process run again with this setup", "F8")
         self.reject = self._make(
             "Reject run, or take it back",

@@ -32,6 +32,7 @@ from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.sessions.desk import SessionsDesk
 from radargui.gui.sessions.recovery_offer import RecoveryOffer
+from radargui.gui.sessions.reprocess_desk import ReprocessDesk
 from radargui.gui.sessions.transfer_desk import TransferDesk
 from radargui.gui.sessions.work_strip import WorkStrip
 from radargui.gui.settings import Settings
@@ -128,6 +129,7 @@ class MainWindow(QMainWindow):
         self.keeping = RunKeeping(self)
         self.sessions = SessionsDesk(self)
         self.transfer = TransferDesk(self)
+        self.again = ReprocessDesk(self)
         self._connect()
         restore(self)
         self._show_setup()
@@ -233,6 +235,7 @@ class MainWindow(QMainWindow):
         does.open_session.triggered.connect(self.sessions.ask_folder)
         does.import_.triggered.connect(self.transfer.ask_import)
         does.export_samples.triggered.connect(self.transfer.ask_export)
+        does.compare.triggered.connect(self.again.ask)
         does.mark.triggered.connect(self._write_mark)
         does.report.triggered.connect(self.run_desk.report)
         does.export.triggered.connect(self.run_desk.ask_export)
@@ -354,6 +357,7 @@ class MainWindow(QMainWindow):
         self._timer.stop()
         self.sessions.flush()
         self.work.cancel()
+        self.again.close()
         if not self.control.stop_and_wait():
             self.board.post("error", "The source does not stop: unplug it, or end the program by the system.")
         if self._probe is not None:

@@ -25,7 +25,7 @@ def fill_menus(bar: QMenuBar, does: Actions, panels: Panels, theme: Theme) -> QA
     run = bar.addMenu("&Run")
     run.addActions([does.start, does.record, does.stop])
     run.addSeparator()
-    run.addActions([does.mark, does.pause, does.show_live, does.reprocess])
+    run.addActions([does.mark, does.pause, does.show_live, does.reprocess, does.compare])
     run.addSeparator()
     run.addActions([does.reject, does.show_rejected, does.sound])
     view = bar.addMenu("&View")

@@ -10,17 +10,18 @@ from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
 from radargui.model.processing import Correction, Geometry
 
-_CORRECTIONS = {
+CORRECTIONS = {
     "joint": "Joint fit",
     "adaptive": "Adaptive",
     "published": "Published (peaks and valleys)",
     "ellipse": "Static ellipse (Heydemann)",
     "none": "None",
 }
-_GEOMETRIES = {"exact": "Exact (near field)", "plane": "Plane wave (far field)"}
+GEOMETRIES = {"exact": "Exact (near field)", "plane": "Plane wave (far field)"}
 
 
-def _offered(words: dict[str, str], values: tuple[str, ...]) -> dict[str, str]:
+def offered(words: dict[str, str], values: tuple[str, ...]) -> dict[str, str]:
+    """Return the words of all values that are allowed."""
     return {value: words.get(value, value) for value in values}
 
 
@@ -31,9 +32,9 @@ class ProcessingForm(Group):
         super().__init__("Processing")
         self.row(
             "IQ correction",
-            ChoiceField(model, "processing.correction", _offered(_CORRECTIONS, get_args(Correction))),
+            ChoiceField(model, "processing.correction", offered(CORRECTIONS, get_args(Correction))),
         )
-        self.row("Geometry", ChoiceField(model, "processing.geometry", _offered(_GEOMETRIES, get_args(Geometry))))
+        self.row("Geometry", ChoiceField(model, "processing.geometry", offered(GEOMETRIES, get_args(Geometry))))
 
 
 class RecordingForm(Group):

@@ -1,0 +1,88 @@
+"""Runs processed with other settings: compared first, kept only where the operator says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.gui_sessions import make_session
+from support.stored_runs import raw_digest, results_digest
+
+from radargui.files.run_card import read_run_card
+from radargui.files.stored_results import read_stored_results
+from radargui.gui.main_window import MainWindow
+from radargui.gui.sessions.reprocess_dialog import ReprocessDialog
+from radargui.gui.sessions.work_strip import WorkCancelledError
+
+
+@pytest.fixture
+def dialog(window: MainWindow, wait_for: Any, tmp_path: Path) -> ReprocessDialog:
+    window.open_session(make_session(tmp_path / "data", 4, n_runs=2))
+    wait_for(lambda: not window.jobs.running)
+    window.actions_.compare.trigger()
+    assert window.again.dialog is not None
+    return window.again.dialog
+
+
+def test_old_and_new_are_compared_and_nothing_changes_until_kept(
+    window: MainWindow, dialog: ReprocessDialog, wait_for: Any
+) -> None:
+    session = window.control.session
+    assert session is not None
+    runs = session.run_paths()
+    raw, results = [raw_digest(run) for run in runs], [results_digest(run) for run in runs]
+    old = read_run_card(runs[0]).summary["correction"]
+    dialog.correction.setCurrentIndex(dialog.correction.findData("none"))
+    dialog.compare.click()
+    assert not dialog.compare.isEnabled()
+    wait_for(lambda: not dialog.work.busy)
+    lines = dialog.table.texts()
+    assert [line[0] for line in lines if line[0]] == ["run-0001", "run-0002"]
+    assert [line[1] for line in lines[:5]] == ["Verdict", "e", "Drop height [mm]", "Impact speed [m/s]", "g [m/s²]"]
+    assert f"processing.correction: {old} → none" in dialog.settings.text()
+    assert [results_digest(run) for run in runs] == results
+    dialog.keep.click()
+    wait_for(lambda: not dialog.work.busy)
+    assert "kept" in dialog.words.text()
+    for run in runs:
+        assert read_run_card(run).summary["correction"] == "none"
+        assert [stored.is_present for stored in read_stored_results(run)] == [False, True]
+    assert [raw_digest(run) for run in runs] == raw
+    wait_for(lambda: (window.runs.model.entries[1].summary or {}).get("correction") == "none")
+
+
+def test_discarding_or_cancelling_leaves_the_stored_results(
+    window: MainWindow, dialog: ReprocessDialog, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = window.control.session
+    assert session is not None
+    before = [run.read_bytes() for run in session.run_paths()]
+    dialog.compare.click()
+    wait_for(lambda: not dialog.work.busy)
+    assert "same as" in dialog.settings.text()
+    assert dialog.keep.isEnabled()
+
+    def cancelled(_task: object, _share: float) -> None:
+        raise WorkCancelledError
+
+    monkeypatch.setattr("radargui.gui.sessions.work_strip.Task.tell", cancelled)
+    dialog.keep.click()
+    wait_for(lambda: not dialog.work.busy)
+    assert "Cancelled" in dialog.words.text()
+    dialog.discard.click()
+    assert not dialog.isVisible()
+    assert [run.read_bytes() for run in session.run_paths()] == before
+
+
+def test_a_damaged_run_is_told_and_the_others_are_compared(
+    window: MainWindow, dialog: ReprocessDialog, wait_for: Any
+) -> None:
+    session = window.control.session
+    assert session is not None
+    session.run_paths()[0].write_bytes(b"no run any more")
+    dialog.compare.click()
+    wait_for(lambda: not dialog.work.busy)
+    lines = dialog.table.texts()
+    assert lines[0][:2] == ("run-0001", "failed")
+    assert lines[1][:2] == ("run-0002", "Verdict")

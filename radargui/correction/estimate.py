@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from radargui.correction.hardware import HardwareConstants
+from radargui.correction.verdict import WORST_MISFIT
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.quality import ChannelQuality
 
@@ -58,5 +59,5 @@ class MotionEstimate:
 
     @property
     def fits(self) -> bool:
-        """Whether no receiver is rejected: else a simpler correction must stand in."""
-        return all(channel.verdict != "rejected" for channel in self.channels)
+        """Whether the misfit is small enough in every receiver: else a simpler correction must stand in."""
+        return bool((self.chi_square <= WORST_MISFIT).all())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.quality import ChannelQuality
@@ -11,6 +12,7 @@ LEAST_SNR_DB = 10.0
 GOOD_CIRCULARITY = 0.1
 LEAST_CIRCULARITY = 0.35
 LEAST_FRACTION_VALID = 0.9
+LEAST_TURNS = 8.0
 
 
 def circularity(iq: FloatArray) -> float:
@@ -24,11 +26,11 @@ def circularity(iq: FloatArray) -> float:
     return float(np.sqrt(np.mean((np.hypot(iq[0], iq[1]) - 1.0) ** 2)))
 
 
-def image_rejection_db(iq: FloatArray, phase_rad: FloatArray, noise: float) -> float | None:
-    """Return how far the image at -f_doppler lies below the line at +f_doppler.
+def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
+    """Return how far the image at -f_doppler lies below the line at +f_doppler, 20 log10(|line| / |image|).
 
-    The longest stretch in which the phase turns one way is taken, windowed, and the power of the positive and of the
-    negative frequencies beyond the slowest Doppler compared, white noise subtracted.
+    The longest stretch in which the phase turns one way is turned back, and on, by its own phase smoothed over two
+    fringes: the mean of the one is the line, of the other the image, whatever way the Doppler frequency changes.
 
     Parameters
     ----------
@@ -36,28 +38,23 @@ def image_rejection_db(iq: FloatArray, phase_rad: FloatArray, noise: float) -> f
         Corrected I and Q of the motion, shape (2, n_samples).
     phase_rad
         Unwrapped phase of the motion, shape (n_samples,).
-    noise
-        White noise of I and of Q, in amplitudes.
 
     Returns
     -------
     float or None
-        dB; None where no stretch holds four fringes.
+        dB; None where no stretch holds eight fringes.
     """
     first, last = _longest_one_way(phase_rad)
     turns = abs(phase_rad[last - 1] - phase_rad[first]) / (2.0 * np.pi) if last > first else 0.0
-    if turns < 4.0:
+    window = 2 * int((last - first) / max(turns, 1.0)) + 1
+    if turns < LEAST_TURNS or window < 5 or window > last - first:
         return None
-    window = np.hanning(last - first)
-    z = (iq[0, first:last] + 1j * iq[1, first:last]) * window
-    power = np.abs(np.fft.fft(z)) ** 2
-    count = power.size
-    lowest = max(2, int(0.25 * turns))
-    highest = min(int(8.0 * turns), count // 2 - 1)
-    noise_power = 2.0 * noise**2 * float((window**2).sum()) * (highest - lowest)
-    ahead, back = power[lowest:highest].sum(), power[count - highest : count - lowest].sum()
-    line, image = max(ahead, back), min(ahead, back)
-    return float(10.0 * np.log10(line / max(image - noise_power, 0.1 * noise_power, 1e-12 * line)))
+    smoothed = savgol_filter(phase_rad[first:last], window, 2)
+    z = iq[0, first:last] + 1j * iq[1, first:last]
+    taper = np.hanning(last - first)
+    turned_back, turned_on = (abs((taper * z * np.exp(sign * 1j * smoothed)).sum()) for sign in (-1.0, 1.0))
+    line, image = max(turned_back, turned_on), min(turned_back, turned_on)
+    return float(20.0 * np.log10(line / max(image, 1e-12 * line)))
 
 
 def _longest_one_way(phase_rad: FloatArray) -> tuple[int, int]:
@@ -119,7 +116,7 @@ def assess(
         name=name,
         snr_db=snr_db,
         circularity=round_error if np.isfinite(round_error) else None,
-        image_rejection_db=image_rejection_db(iq, phase_rad, noise),
+        image_rejection_db=image_rejection_db(iq, phase_rad),
         fringes=_fringes(phase_rad),
         fraction_valid=fraction_valid,
         fraction_clipped=fraction_clipped,

@@ -9,7 +9,8 @@ from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.quality import ChannelQuality
 
 _FEWEST_FRINGES, _LOWEST_SNR_DB = 1.0, 10.0
-_HIGHEST_MISFIT, _WORST_MISFIT = 2.0, 10.0
+_HIGHEST_MISFIT, WORST_MISFIT = 2.0, 10.0
+_WORST_CIRCULARITY = 0.15
 
 
 def judge_channels(
@@ -49,12 +50,13 @@ def judge_channels(
         snr = float(10.0 * np.log10(amplitude[n] ** 2 / (2.0 * sigma[n] ** 2)))
         travelled = np.abs(np.diff(change_m[n, moving][np.isfinite(change_m[n, moving])])).sum()
         fringes = float(travelled / wavelength_m)
-        verdict, reason = _verdict(snr, fringes, float(chi_square[n]))
+        circularity = float(np.sqrt(((radius - 1.0) ** 2).mean())) if use.any() else float("nan")
+        verdict, reason = _verdict(snr, fringes, float(chi_square[n]), circularity)
         out.append(
             ChannelQuality(
                 str(n + 1),
                 snr,
-                float(np.sqrt(((radius - 1.0) ** 2).mean())) if use.any() else None,
+                circularity if np.isfinite(circularity) else None,
                 None,
                 fringes,
                 float(valid[n, moving].mean()) if moving.any() else None,
@@ -68,8 +70,8 @@ def judge_channels(
     return tuple(out)
 
 
-def _verdict(snr_db: float, fringes: float, chi_square: float) -> tuple[str, str]:
-    if chi_square > _WORST_MISFIT:
+def _verdict(snr_db: float, fringes: float, chi_square: float, circularity: float) -> tuple[str, str]:
+    if chi_square > WORST_MISFIT and not circularity < _WORST_CIRCULARITY:
         return "rejected", "the model does not describe the signal (cycles lost, or more than one thing moves)"
     if fringes < _FEWEST_FRINGES:
         return "usable", "less than one fringe: the mismatch cannot be told from the motion"

@@ -17,7 +17,6 @@ from radargui.model.arrays import FloatArray
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
 from radargui.model.path import PathLengths
-from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
@@ -79,8 +78,8 @@ def _try_joint(recording: Recording, setup: Setup, tell: Callable[[float], None]
     except (np.linalg.LinAlgError, FloatingPointError, ValueError) as error:
         return None, f"its equations have no solution: {error}"
     if not joint.fits:
-        reasons = {channel.reason for channel in joint.channels if channel.verdict == "rejected"}
-        return None, "; ".join(sorted(reasons))
+        misfit = ", ".join(f"{value:.1f}" for value in joint.chi_square)
+        return None, f"its misfit (chi-square {misfit}) is too large"
     return joint, ""
 
 
@@ -92,7 +91,7 @@ def _corrected(estimate: MotionEstimate, segment: Segment, setup: Setup) -> Corr
     moving = slice(segment.first, segment.last)
     phase = estimate.change_m[:, moving] / _per_rad(setup)
     channels = tuple(
-        replace(channel, image_rejection_db=_image_rejection(estimate, channel, number, moving, phase[number]))
+        replace(channel, image_rejection_db=_image_rejection(estimate, number, moving, phase[number]))
         for number, channel in enumerate(estimate.channels)
     )
     return CorrectedIQ(
@@ -106,13 +105,10 @@ def _corrected(estimate: MotionEstimate, segment: Segment, setup: Setup) -> Corr
     )
 
 
-def _image_rejection(
-    estimate: MotionEstimate, channel: ChannelQuality, number: int, moving: slice, phase_rad: FloatArray
-) -> float | None:
+def _image_rejection(estimate: MotionEstimate, number: int, moving: slice, phase_rad: FloatArray) -> float | None:
     iq = np.stack([estimate.i[number, moving], estimate.q[number, moving]])
-    if channel.snr_db is None or not (np.isfinite(iq).all() and np.isfinite(phase_rad).all()):
-        return None
-    return image_rejection_db(iq, phase_rad, float(np.sqrt(0.5) * 10.0 ** (-channel.snr_db / 20.0)))
+    known = bool(np.isfinite(iq).all() and np.isfinite(phase_rad).all())
+    return image_rejection_db(iq, phase_rad) if known else None
 
 
 def _paths(estimate: MotionEstimate, setup: Setup) -> PathLengths:

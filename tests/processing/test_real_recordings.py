@@ -97,12 +97,17 @@ def test_the_toy_car_comes_nearer_at_its_speed(test_data: Path, name: str, stopw
     assert total_speed(result) == pytest.approx(-stopwatch, rel=0.1)
 
 
-def test_the_ellipse_finds_the_quadrature_error_of_the_24_ghz_radar(test_data: Path) -> None:
+@pytest.mark.parametrize("correction", ["ellipse", "adaptive"])
+def test_the_quadrature_error_of_the_24_ghz_radar_is_found_and_its_image_gone(test_data: Path, correction: str) -> None:
+    found = []
     for name in ("fram_fort_1.bin", "fram_fort_2.bin"):
-        result = process(toy_car(test_data, name), one_receiver(24.13e9, -1, "ellipse"))
+        result = process(toy_car(test_data, name), one_receiver(24.13e9, -1, correction))
+        assert result.status == "ok"
         assert result.corrected is not None
         channel = result.corrected.channels[0]
         assert channel.quadrature_error_deg == pytest.approx(17.5, abs=0.4)
         assert channel.gain_ratio == pytest.approx(1.02, abs=0.01)
         assert channel.image_rejection_db is not None
-        assert channel.image_rejection_db > 25
+        assert channel.image_rejection_db > 43.0
+        found.append(channel.quadrature_error_deg)
+    assert abs(found[0] - found[1]) < 0.5

@@ -14,7 +14,7 @@ from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.sessions.thumbnail_view import curves
 from radargui.session.info import read_info
-from radargui.session.lock import SessionLock, SessionLockedError
+from radargui.session.lock import SessionLock, SessionLockedError, owner_of
 
 
 @pytest.fixture
@@ -57,6 +57,7 @@ def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window:
         assert searched(window, wait_for, **texts) == wanted, texts
     assert searched(window, wait_for, since="yesterday") == ["Grace", "Ada"]
     assert browser.search.faulty == ("since",)
+    assert "From day cannot be read" in browser.words.text()
 
     browser.table.selectRow(0)
     wait_for(lambda: len(browser.thumbnails.runs.looks) == 2)
@@ -83,6 +84,7 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
     wait_for(lambda: window.setup_model.setup.daq.rate_hz == 2000.0)
     assert window.setup_model.path is None
     assert window.control.session is None
+    assert all(owner_of(path) is None for path in data_folder.iterdir()), "other programs may write to it now"
 
 
 def test_a_session_that_another_program_writes_is_opened_for_looking(

@@ -102,7 +102,8 @@ class SessionBrowser(QDialog):
         before = self.chosen
         self.model.show(found)
         runs = sum(one.n_runs for one in found)
-        self.words.setText(f"{len(found)} sessions with {runs} runs below {self._data_folder()}")
+        words = f"{len(found)} sessions with {runs} runs below {self._data_folder()}"
+        self.words.setText(" · ".join(filter(None, (words, self.search.fault))))
         rows = [row for row, one in enumerate(found) if before is not None and one.path == before.path]
         if rows:
             self.table.selectRow(rows[0])

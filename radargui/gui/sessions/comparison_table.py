@@ -27,6 +27,7 @@ class ComparisonTable(QTableWidget):
         super().__init__(0, len(HEADS))
         self.setHorizontalHeaderLabels(list(HEADS))
         self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setWordWrap(False)
         self.setShowGrid(False)

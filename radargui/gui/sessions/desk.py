@@ -34,6 +34,8 @@ class SessionsDesk(QObject):
         panel = window.session_panel
         panel.details_changed.connect(self._save.start)
         panel.open_asked.connect(self.browse)
+        self._held: Session | None = None
+        window.control.session_changed.connect(self._let_go)
         panel.mark_asked.connect(self.mark)
         window.recovery.recovered.connect(lambda _runs: self.reread())
 
@@ -122,7 +124,15 @@ class SessionsDesk(QObject):
             except RadarGuiError as error:
                 self._window.board.post_error(error)
 
+    def _let_go(self) -> None:
+        """Let other programs write to the session that was open before."""
+        before, self._held = self._held, self._window.control.session
+        if before is not None and before is not self._held:
+            before.close()
+
     def _save_aside(self) -> None:
+        if self._window.control.session is None:
+            return
         self._window.jobs.start("the session's record", self._updater(), lambda _: None, self._window.board.post_error)
 
     def _update(self) -> None:

@@ -41,6 +41,7 @@ class ExportDialog(QDialog):
             self.kind.addItem(f"{kind.title} ({', '.join(kind.suffixes)})", kind.name)
         self.folder = QLineEdit(str(session / FOLDER))
         browse = QPushButton("Choose…")
+        browse.setAutoDefault(False)
         browse.clicked.connect(self._browse)
         self.replace = QCheckBox("Replace files that are there")
         go = QPushButton("Export")
@@ -48,6 +49,7 @@ class ExportDialog(QDialog):
         go.clicked.connect(self._order)
         self.go = go
         cancel = QPushButton("Cancel")
+        cancel.setAutoDefault(False)
         cancel.clicked.connect(self.reject)
         group = Group()
         group.row("What", self.what)

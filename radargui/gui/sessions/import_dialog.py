@@ -48,6 +48,7 @@ class ImportDialog(QDialog):
         self._other: tuple[Setup, Path] | None = None
         self._named = plain_label("none")
         choose = QPushButton("Choose files…")
+        choose.setAutoDefault(False)
         choose.clicked.connect(self._choose)
         self.together = QCheckBox("The files together are one run: each holds some of its channels")
         self.together.setEnabled(False)
@@ -60,6 +61,7 @@ class ImportDialog(QDialog):
         self.setup = QComboBox()
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
         other = QPushButton("Another setup file…")
+        other.setAutoDefault(False)
         other.clicked.connect(self._choose_setup)
         self.process = QCheckBox("Process the runs")
         self.process.setChecked(True)
@@ -68,6 +70,7 @@ class ImportDialog(QDialog):
         self.go.setDefault(True)
         self.go.clicked.connect(self._order)
         cancel = QPushButton("Cancel")
+        cancel.setAutoDefault(False)
         cancel.clicked.connect(self.reject)
         self.mapping.changed.connect(self._show_fault)
 
@@ -140,7 +143,7 @@ class ImportDialog(QDialog):
 
     def _show_rate(self) -> None:
         rate = self._look.rate_hz if self._look else None
-        self.rate.setSpecialValueText(f"as in the file: {rate:g}" if rate else "as in the file")
+        self.rate.setSpecialValueText(f"as in the file: {rate:g}" if rate else "as in the file, if it says so")
 
     def _show_setups(self, wanted: str = "window") -> None:
         self.setup.blockSignals(True)

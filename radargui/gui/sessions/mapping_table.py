@@ -33,6 +33,7 @@ class MappingTable(QWidget):
         self.receivers = QSpinBox()
         self.receivers.setRange(1, LARGEST)
         self.receivers.setAccessibleName("Receivers")
+        self.receivers.setMaximumWidth(70)
         self.receivers.valueChanged.connect(lambda _count: self._fill(self.names))
         self.table = QTableWidget(0, 2)
         self.table.setHorizontalHeaderLabels(["Channel", "Column or variable of the file"])

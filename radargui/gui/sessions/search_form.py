@@ -69,6 +69,16 @@ class SearchForm(QWidget):
         """Fields whose text cannot be read."""
         return tuple(name for name, value in self._values().items() if value is None)
 
+    @property
+    def fault(self) -> str:
+        """What cannot be read, and how it is written; empty where all can."""
+        wrong = [
+            f"{words} cannot be read, write it as {example}"
+            for name, words, example, _ in _FIELDS
+            if name in self.faulty
+        ]
+        return "; ".join(wrong)
+
     def _values(self) -> dict[str, Any]:
         values: dict[str, Any] = {}
         for name, _, _, read in _FIELDS:

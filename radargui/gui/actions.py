@@ -44,6 +44,7 @@ class Actions:
         self.show_rejected.setCheckable(True)
         self.sound = self._make("Sound when a run is done", "Ctrl+B", tip="Once: done; twice: rejected")
         self.sound.setCheckable(True)
+        self.wiring = self._make("Check the wiring…", "F7", tip="Half a minute at the antennas: are the wires right?")
         self.quit = self._make("Quit", "Ctrl+Q")
         self.reset_layout = self._make("Reset layout", "Ctrl+0")
         self.in_space = self._make("Track in 3D", "Ctrl+3")

@@ -43,6 +43,7 @@ from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup_desk import SetupDesk, first_setup
 from radargui.gui.theme import Theme, ThemeChoice
 from radargui.gui.track.track_panel import TrackPanel
+from radargui.gui.wiring.wiring_desk import WiringDesk
 from radargui.session.data_folder import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 
@@ -127,6 +128,7 @@ class MainWindow(QMainWindow):
         self.setup_desk = SetupDesk(self.setup_model, settings, board, self)
         self.run_desk = RunDesk(self.runs, self.run, self.track, self.jobs, board, self)
         self.keeping = RunKeeping(self)
+        self.wiring = WiringDesk(self)
         self.sessions = SessionsDesk(self)
         self.transfer = TransferDesk(self)
         self.again = ReprocessDesk(self)

@@ -28,6 +28,8 @@ def fill_menus(bar: QMenuBar, does: Actions, panels: Panels, theme: Theme) -> QA
     run.addActions([does.mark, does.pause, does.show_live, does.reprocess, does.compare])
     run.addSeparator()
     run.addActions([does.reject, does.show_rejected, does.sound])
+    run.addSeparator()
+    run.addAction(does.wiring)
     view = bar.addMenu("&View")
     panels.fill(view)
     view.addSeparator()

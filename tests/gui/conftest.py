@@ -64,6 +64,12 @@ def nothing_of_the_user_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.fixture
+def fast_clock() -> Callable[[float], FastClock]:
+    """Make clocks that run so many times as fast."""
+    return FastClock
+
+
+@pytest.fixture
 def setup_path(tmp_path: Path) -> Path:
     """A user's setup file with a comment in it; low rates, so that the tests are quick."""
     setup = read_setup(default_setup_path())

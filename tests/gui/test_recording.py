@@ -61,7 +61,7 @@ def test_two_runs_go_hands_free_into_one_session_and_can_be_chosen(
     record_one(window)
     entries = window.runs.model.entries
     assert [entry.name for entry in entries if not entry.rejected] == ["run-0001", "run-0003"]
-    assert "nothing in it falls freely" in window.control.session.rejected["run-0002.h5"], "the sphere was put back by a hand"
+    assert "nothing in it falls freely" in window.control.session.rejected["run-0002.h5"]
     assert window.bar.state.text.startswith("DONE   2 runs, the last e = ")
     window.run_desk._kept.clear()
     window.runs.table.selectRow(0)

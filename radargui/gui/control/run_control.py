@@ -96,8 +96,15 @@ class RunControl(QObject):
         recorder = self._pulled.recorder if self._pulled is not None else None
         return recorder.count / self.feed.rate_hz if recorder is not None and self.feed is not None else 0.0
 
-    def start_live(self, setup: Setup, kind: SourceKind, file: Path | None) -> None:
-        """Show what the source gives, without recording."""
+    def start_live(
+        self,
+        setup: Setup,
+        kind: SourceKind,
+        file: Path | None,
+        *,
+        make: Callable[[Setup], Source] | None = None,
+    ) -> None:
+        """Show what the source gives, without recording; `make`: what makes another source instead."""
         if self._state.running:
             return
         self._begin(setup)
@@ -105,7 +112,8 @@ class RunControl(QObject):
         def work(_ticket: int) -> None:
             # to look at the signal nobody waits for an edge
             looked = at_once(setup)
-            acquisition = Acquisition(self._source(kind, looked, repeat=True, file=file), looked)
+            source = make(looked) if make else self._source(kind, looked, repeat=True, file=file)
+            acquisition = Acquisition(source, looked)
             self._acquisition = acquisition
             if self._stopping.is_set():
                 acquisition.request_stop()

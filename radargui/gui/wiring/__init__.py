@@ -1,0 +1,1 @@
+"""The wiring check: the guide across the room, and what it found."""

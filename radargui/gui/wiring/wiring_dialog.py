@@ -1,0 +1,160 @@
+"""The window of the wiring check: the step in letters that are read at the antennas, then what was found."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QProgressBar, QPushButton, QScrollArea, QVBoxLayout, QWidget
+
+from radargui.experiment.wiring import GuideState
+from radargui.gui.setup.form import plain_label
+from radargui.gui.theme import Theme, scaled_font
+from radargui.processing.wiring import WiringFinding, WiringReport
+
+_WELCOME = (
+    "Half a minute at the antennas: keep still, move the tracer away, wave a hand in front of each receiver. "
+    "It finds channels at the wrong antenna, I and Q exchanged, an inverted Q and dead inputs."
+)
+_LARGE, _MEDIUM = 2.6, 1.5
+
+
+class WiringDialog(QDialog):
+    """Says what to do; shows findings and what they propose."""
+
+    begin_asked = Signal()
+    take_asked = Signal()
+
+    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._theme = theme
+        self._report: WiringReport | None = None
+        self._measuring = False
+        self.setWindowTitle("Wiring check")
+        self.resize(900, 560)
+
+        self.when = plain_label(selectable=False)
+        self.when.setFont(scaled_font(self.font(), _LARGE, bold=True))
+        self.step = plain_label(_WELCOME, selectable=False)
+        self.step.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        self.progress = QProgressBar()
+        self.progress.setTextVisible(False)
+        self.findings = QWidget()
+        self._lines = QVBoxLayout(self.findings)
+        self._lines.setContentsMargins(0, 0, 0, 0)
+        self._lines.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._area = QScrollArea()
+        self._area.setWidget(self.findings)
+        self._area.setWidgetResizable(True)
+        self._area.setFrameShape(QScrollArea.Shape.NoFrame)
+        self.begin = QPushButton("Begin")
+        self.begin.setDefault(True)
+        self.begin.clicked.connect(self.begin_asked)
+        self.take = QPushButton("Take over the proposals")
+        self.take.clicked.connect(self.take_asked)
+        close = QPushButton("Close")
+        close.clicked.connect(self.reject)
+
+        column = QVBoxLayout(self)
+        column.setContentsMargins(18, 14, 18, 12)
+        column.setSpacing(10)
+        column.addWidget(self.when)
+        column.addWidget(self.step)
+        column.addWidget(self.progress)
+        column.addWidget(self._area, 1)
+        row = QHBoxLayout()
+        for button in (self.begin, self.take):
+            button.setFont(scaled_font(button.font(), 1.15, bold=True))
+            row.addWidget(button)
+        row.addStretch(1)
+        row.addWidget(close)
+        column.addLayout(row)
+        theme.changed.connect(self._colour)
+        self._show("Are the wires right?", _WELCOME)
+
+    def finding_texts(self) -> tuple[str, ...]:
+        """Return the findings shown."""
+        return tuple(self._lines.itemAt(place).widget().text() for place in range(self._lines.count()))
+
+    def show_waiting(self, words: str = "Waiting for the samples …") -> None:
+        """Say that nothing is to be done now."""
+        self._clear()
+        self._show(words, "")
+        self.begin.setEnabled(False)
+
+    def show_step(self, state: GuideState) -> None:
+        """Show what the operator does, and for how long."""
+        if state.step is None:
+            return
+        when = "Now" if state.measuring else "Get ready"
+        self._show(f"{when}   {state.left_s:.0f} s", state.step.instruction, large=True, measuring=state.measuring)
+        self.progress.setVisible(True)
+        self.progress.setRange(0, state.total)
+        self.progress.setValue(state.number - (not state.measuring))
+        self._area.setVisible(False)
+        self.begin.setEnabled(False)
+
+    def show_report(self, report: WiringReport) -> None:
+        """Show what was found."""
+        self._clear()
+        wrong = sum(finding.kind != "good" for finding in report.findings)
+        title = "The wiring is right." if report.is_good else f"{wrong} finding{'s'[: wrong > 1]}"
+        proposed = f"Proposed: {'; '.join(report.settings())}" if report.mends else ""
+        self._show(title, proposed)
+        for finding in report.findings:
+            line = plain_label(_said(finding))
+            line.setFont(scaled_font(line.font(), _MEDIUM))
+            self._lines.addWidget(line)
+        self._report = report
+        self._again()
+        self.take.setVisible(report.mends)
+        self._colour()
+
+    def show_failure(self, words: str) -> None:
+        """Say why there is nothing to show."""
+        self._clear()
+        self._show("Not checked", words)
+        self._again()
+
+    def show_taken(self) -> None:
+        """Say that the proposals stand in the setup."""
+        self.take.setVisible(False)
+        self.step.setText("The proposals stand in the setup: check again, then save it.")
+
+    def _again(self) -> None:
+        self.begin.setEnabled(True)
+        self.begin.setText("Check again")
+
+    def _show(self, title: str, words: str, *, large: bool = False, measuring: bool = False) -> None:
+        self.when.setText(title)
+        if words != self.step.text():
+            self.step.setText(words)
+        self.step.setFont(scaled_font(self.font(), _LARGE if large else _MEDIUM))
+        self.step.setVisible(bool(words))
+        self._measuring = measuring
+        self.progress.setVisible(False)
+        self._area.setVisible(True)
+        self.take.setVisible(False)
+        self._colour()
+
+    def _clear(self) -> None:
+        self._report = None
+        while self._lines.count():
+            widget = self._lines.takeAt(0).widget()
+            if widget is not None:
+                widget.deleteLater()
+
+    def _colour(self) -> None:
+        colours = self._theme.colours
+        good = self._report is not None and self._report.is_good
+        bad = self._report is not None and not good
+        colour = colours.alarm if bad else colours.good if good or self._measuring else colours.text
+        style = f"color: {colour};"
+        if self.when.styleSheet() != style:
+            self.when.setStyleSheet(style)
+        if self._report is not None:
+            for place, finding in enumerate(self._report.findings):
+                colour = colours.good if finding.kind == "good" else colours.alarm
+                self._lines.itemAt(place).widget().setStyleSheet(f"color: {colour};")
+
+
+def _said(finding: WiringFinding) -> str:
+    return f"{'✓' if finding.kind == 'good' else '✗'}  {finding}"

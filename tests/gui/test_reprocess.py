@@ -33,23 +33,27 @@ def test_old_and_new_are_compared_and_nothing_changes_until_kept(
     runs = session.run_paths()
     raw, results = [raw_digest(run) for run in runs], [results_digest(run) for run in runs]
     old = read_run_card(runs[0]).summary["correction"]
-    dialog.correction.setCurrentIndex(dialog.correction.findData("none"))
+    dialog.correction.setCurrentIndex(dialog.correction.findData("ellipse"))
     dialog.compare.click()
     assert not dialog.compare.isEnabled()
     wait_for(lambda: not dialog.work.busy)
     lines = dialog.table.texts()
     assert [line[0] for line in lines if line[0]] == ["run-0001", "run-0002"]
     assert [line[1] for line in lines[:5]] == ["Verdict", "e", "Drop height [mm]", "Impact speed [m/s]", "g [m/s²]"]
-    assert f"processing.correction: {old} → none" in dialog.settings.text()
+    assert f"processing.correction: {old} → ellipse" in dialog.settings.text()
     assert [results_digest(run) for run in runs] == results
     dialog.keep.click()
     wait_for(lambda: not dialog.work.busy)
     assert "kept" in dialog.words.text()
     for run in runs:
-        assert read_run_card(run).summary["correction"] == "none"
+        assert read_run_card(run).summary["correction"] == "ellipse"
         assert [stored.is_present for stored in read_stored_results(run)] == [False, True]
     assert [raw_digest(run) for run in runs] == raw
-    wait_for(lambda: (window.runs.model.entries[1].summary or {}).get("correction") == "none")
+    wait_for(lambda: (window.runs.model.entries[1].summary or {}).get("correction") == "ellipse")
+    window.runs.table.selectRow(1)
+    wait_for(lambda: window.run.result is not None)
+    assert window.run.result.corrected.method == "ellipse", "the kept result is shown, not the one of the recording"
+    wait_for(lambda: len(window.run.samples.plots) == 3)
 
 
 def test_discarding_or_cancelling_leaves_the_stored_results(

@@ -9,9 +9,11 @@ import pytest
 from pytestqt.qtbot import QtBot
 from support.changed import changed
 
+from radargui.files.overview import Overview
 from radargui.gui.runs.figures_view import page_of
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.runs.run_panel import RunPanel
+from radargui.gui.runs.samples_view import zigzag
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import result_track, start_time_s
 from radargui.gui.track.track_panel import TrackPanel
@@ -123,3 +125,18 @@ def test_the_list_says_what_came_of_a_run(summary: Any, verdict: str, tmp_path: 
     assert cells[1] == "13:14:15"
     assert cells[-1] == verdict
     assert cells[4] == ("0.8123 ± 0.0012" if summary and "e" in summary else "–")
+
+
+def test_a_long_run_is_seen_before_it_is_processed(panel: RunPanel) -> None:
+    low = np.zeros((4, 1000))
+    low[0, 500] = np.nan
+    overview = Overview(low - 1.0, low + 1.0, 64, 64_000, 1000.0, ("I1", "Q1", "I2", "Q2"))
+    panel.show_overview(overview, in_front=False)
+    assert panel.tabs.currentIndex() == 0
+    panel.show_overview(overview, in_front=True)
+    assert panel.tabs.currentWidget() is panel.samples
+    assert len(panel.samples.plots) == 2
+    time_s, value = zigzag(overview, 0)
+    assert time_s[-1] == pytest.approx(64.0 - 0.064)
+    assert value[:2].tolist() == [-1.0, 1.0]
+    panel.grab()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import OrderedDict
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,8 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from radargui.acquisition.state import Ending
 from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.reprocess import own_setup, process_run
+from radargui.files.overview import Overview, read_overview
+from radargui.files.stored_results import read_stored_results
 from radargui.files.summary import summarise
 from radargui.gui.background import Jobs
 from radargui.gui.notices import NoticeBoard
@@ -21,7 +24,7 @@ from radargui.gui.runs.run_notes import notes_of_file, notes_of_run
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.sessions.session_look import entry_of
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.errors import RadarGuiError
+from radargui.model.errors import RadarGuiError, SetupError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
@@ -88,6 +91,7 @@ class RunDesk(QObject):
         if result is not None:
             self._keep(recorded.path, result)
             self._show(recorded.path, result)
+            self._glance(recorded.path)
 
     def report(self) -> None:
         """Make the report of the session in the background."""
@@ -143,6 +147,7 @@ class RunDesk(QObject):
     def _choose(self, entry: RunEntry) -> None:
         path = entry.path
         self._wanted = path
+        self._glance(path)
         if path in self._kept:
             self._show(path, self._kept[path])
             return
@@ -159,6 +164,20 @@ class RunDesk(QObject):
         self._runs.put(RunEntry(path, result.recording.started_at, summarise(result)))
         if path == self._wanted:
             self._show(path, result)
+
+    def _glance(self, path: Path) -> None:
+        """Show all samples at a glance: that takes a moment also where processing takes long."""
+        self._jobs.start(
+            "the overview of the run",
+            lambda: read_overview(path),
+            lambda overview: self._show_overview(path, overview),
+            # what is wrong with the file is told by the reading of the run
+            lambda _error: None,
+        )
+
+    def _show_overview(self, path: Path, overview: Overview) -> None:
+        if path == self._wanted:
+            self._run.show_overview(overview, in_front=path not in self._kept)
 
     def _processed_again(self, path: Path, result: RunResult) -> None:
         self._loaded(path, result)
@@ -210,7 +229,16 @@ def _entry(path: Path) -> RunEntry:
 
 
 def _processed(path: Path) -> RunResult:
-    return process(read_for_processing(path), own_setup(path))
+    return process(read_for_processing(path), _setup_of(path))
+
+
+def _setup_of(path: Path) -> Setup:
+    """Return what the stored results were made with, so that they are shown; else what the run was recorded with."""
+    stored = read_stored_results(path)
+    if stored and stored[-1].is_present:
+        with contextlib.suppress(SetupError):
+            return stored[-1].setup
+    return own_setup(path)
 
 
 def _write_report(session: Session) -> object:

@@ -6,12 +6,16 @@ from collections.abc import Iterable
 
 from PySide6.QtWidgets import QLabel, QTabWidget, QVBoxLayout, QWidget
 
+from radargui.files.overview import Overview
 from radargui.gui.runs.figures_view import FiguresView
 from radargui.gui.runs.phase_view import PhaseView
+from radargui.gui.runs.samples_view import SamplesView
 from radargui.gui.runs.steps_view import StepsView
 from radargui.gui.setup.form import plain_label
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
+
+LONG_S = 60.0
 
 
 class RunPanel(QWidget):
@@ -31,9 +35,11 @@ class RunPanel(QWidget):
         self.phase = PhaseView(theme)
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
+        self.samples = SamplesView(theme)
         self._pages = (self.figures, self.steps, self.phase)
         for page, words in zip(self._pages, ("Result", "Correction steps", "Phase and path"), strict=True):
             self.tabs.addTab(page, words)
+        self.tabs.addTab(self.samples, "Samples")
         self.tabs.currentChanged.connect(self._draw)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -50,6 +56,12 @@ class RunPanel(QWidget):
     def loading(self, name: str) -> None:
         """Say that a run is being read and processed."""
         self._title.setText(f"{name}: reading and processing …")
+
+    def show_overview(self, overview: Overview, *, in_front: bool) -> None:
+        """Show all samples at a glance; of a long run, whose processing takes its time, `in_front`."""
+        self.samples.show_overview(overview)
+        if in_front and overview.n_samples > LONG_S * overview.sample_rate_hz:
+            self.tabs.setCurrentWidget(self.samples)
 
     def failed(self, name: str, why: str) -> None:
         """Say why a run cannot be shown."""

@@ -111,7 +111,11 @@ class SessionsDesk(QObject):
         window = self._window
         session = window.control.session
         if session is not None and not window.control.state.running:
+            chosen = window.runs.chosen
             window.run_desk.show_session(session)
+            rows = [row for row, one in enumerate(window.runs.model.entries) if chosen and one.path == chosen.path]
+            if rows:
+                window.runs.table.selectRow(rows[0])
         if self._browser is not None and self._browser.isVisible():
             self._browser.refresh()
 

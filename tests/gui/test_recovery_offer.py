@@ -10,6 +10,7 @@ from support.gui_sessions import make_session
 
 from radargui.files.run_card import read_run_card
 from radargui.gui.main_window import MainWindow
+from radargui.gui.sessions.work_strip import WorkCancelledError
 
 
 @pytest.fixture
@@ -48,3 +49,11 @@ def test_without_unfinished_runs_nothing_is_offered(tmp_path: Path, window: Main
     window.recovery.look()
     wait_for(lambda: not window.jobs.running)
     assert window.recovery.isHidden()
+
+
+def test_closing_ends_a_long_look_at_the_folders(window: MainWindow) -> None:
+    task = window.work.quiet()
+    task.tell(0.1)
+    window.close()
+    with pytest.raises(WorkCancelledError):
+        task.tell(0.2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -24,12 +24,15 @@ from radargui.gui.sessions.search_form import SearchForm
 from radargui.gui.sessions.session_look import SessionLook, look_at
 from radargui.gui.sessions.session_model import COLUMNS, SessionModel
 from radargui.gui.sessions.thumbnail_view import ThumbnailView
+from radargui.gui.sessions.work_strip import Task, WorkStrip
 from radargui.gui.setup.form import plain_label
 from radargui.gui.theme import Theme
 from radargui.session.catalogue import Catalogue, SessionSummary
 from radargui.session.query import Query
 
 _WIDTHS = {"Date": 130, "Operator": 90, "Sample": 140, "Target": 120, "Runs": 120, "e": 180, "Setup": 90}
+
+_TELL_MS = 200
 
 
 class SessionBrowser(QDialog):
@@ -40,15 +43,26 @@ class SessionBrowser(QDialog):
     elsewhere_asked = Signal()
 
     def __init__(
-        self, theme: Theme, jobs: Jobs, data_folder: Callable[[], Path], parent: QWidget | None = None
+        self,
+        theme: Theme,
+        jobs: Jobs,
+        work: WorkStrip,
+        data_folder: Callable[[], Path],
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Sessions")
         self.resize(1040, 620)
-        self._jobs = jobs
+        self._jobs, self._work = jobs, work
+        self._task = Task()
         self._data_folder = data_folder
         self._looking = self._again = False
         self._wanted: Path | None = None
+        self._folder_words = ""
+        # the first look at a large folder takes its time
+        self._timer = QTimer(self)
+        self._timer.setInterval(_TELL_MS)
+        self._timer.timeout.connect(self._tell_share)
         self.search = SearchForm(theme)
         self.model = SessionModel()
         self.table = self._table()
@@ -86,8 +100,11 @@ class SessionBrowser(QDialog):
             return
         self._looking, self._again = True, False
         folder, query = self._data_folder(), self.search.query
-        self.words.setText(f"Looking at {folder} …")
-        self._jobs.start("the list of sessions", lambda: _find(folder, query), self._show_found, self._failed)
+        self._task = task = self._work.quiet()
+        self._folder_words = f"Looking at {folder} …"
+        self._tell_share()
+        self._timer.start()
+        self._jobs.start("the list of sessions", lambda: _find(folder, query, task), self._show_found, self._failed)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Look for what came since it was shown last."""
@@ -96,6 +113,7 @@ class SessionBrowser(QDialog):
 
     def _show_found(self, found: tuple[SessionSummary, ...]) -> None:
         self._looking = False
+        self._timer.stop()
         if self._again:
             self.refresh()
             return
@@ -110,8 +128,13 @@ class SessionBrowser(QDialog):
         else:
             self._chosen()
 
+    def _tell_share(self) -> None:
+        share = self._task.share
+        self.words.setText(self._folder_words + (f" {100 * share:.0f} %" if share else ""))
+
     def _failed(self, error: BaseException) -> None:
         self._looking = False
+        self._timer.stop()
         self.words.setText(str(error))
 
     def _chosen(self, *_selections: object) -> None:
@@ -191,6 +214,7 @@ class SessionBrowser(QDialog):
         column.addLayout(buttons)
 
 
-def _find(folder: Path, query: Query) -> tuple[SessionSummary, ...]:
+def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:
     with Catalogue(folder) as catalogue:
-        return catalogue.find(query)
+        catalogue.refresh(task.tell)
+        return catalogue.find(query, refresh=False)

@@ -44,7 +44,9 @@ class SessionsDesk(QObject):
         """The browser, made when it is first asked for."""
         if self._browser is None:
             window = self._window
-            self._browser = SessionBrowser(window.theme, window.jobs, lambda: window.session_panel.data_folder, window)
+            self._browser = SessionBrowser(
+                window.theme, window.jobs, window.work, lambda: window.session_panel.data_folder, window
+            )
             self._browser.open_asked.connect(self.open)
             self._browser.setup_asked.connect(self.take_setup)
             self._browser.elsewhere_asked.connect(self.ask_folder)

@@ -13,6 +13,7 @@ from radargui.experiment.recovery import RecoveredRun, recover_run
 from radargui.gui.sessions.work_strip import Task
 from radargui.gui.setup.form import plain_label
 from radargui.model.errors import RadarGuiError
+from radargui.session.catalogue import Catalogue
 from radargui.session.recovery import UnfinishedRun, unfinished_runs
 
 if TYPE_CHECKING:
@@ -60,13 +61,15 @@ class RecoveryOffer(QFrame):
     def look(self) -> None:
         """Look for unfinished runs, in the background."""
         folder = self._window.session_panel.data_folder
-        if folder.is_dir():
-            self._window.jobs.start(
-                "looking for unfinished runs",
-                lambda: unfinished_runs(folder),
-                self._offer,
-                self._window.board.post_error,
-            )
+        if not folder.is_dir():
+            return
+        task = self._window.work.quiet()
+        self._window.jobs.start(
+            "looking for unfinished runs",
+            lambda: _unfinished(folder, task),
+            self._offer,
+            self._window.board.post_error,
+        )
 
     def _offer(self, runs: tuple[UnfinishedRun, ...]) -> None:
         recording = self._window.control.session
@@ -111,6 +114,13 @@ class RecoveryOffer(QFrame):
         self.setStyleSheet(
             f"QFrame#recovery {{ background: {colours.raised}; border: none; border-left: 6px solid {colours.mark}; }}"
         )
+
+
+def _unfinished(folder: Path, task: Task) -> tuple[UnfinishedRun, ...]:
+    # the first look at a large folder takes its time: it can be cancelled, and is kept in the index
+    with Catalogue(folder) as catalogue:
+        catalogue.refresh(task.tell)
+    return unfinished_runs(folder)
 
 
 def _recovered(paths: list[Path], task: Task) -> list[RecoveredRun | RadarGuiError]:

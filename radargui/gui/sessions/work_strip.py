@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import weakref
 from collections.abc import Callable
 from typing import Any
 
@@ -50,6 +51,7 @@ class WorkStrip(QWidget):
         super().__init__()
         self._jobs = jobs
         self._rows: dict[Task, _Row] = {}
+        self._quiet: weakref.WeakSet[Task] = weakref.WeakSet()
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self._column.setSpacing(1)
@@ -89,9 +91,15 @@ class WorkStrip(QWidget):
 
         self._jobs.start(what, lambda: work(task), ended, failed)
 
+    def quiet(self) -> Task:
+        """Return a task without a line of its own, which ends with the others."""
+        task = Task()
+        self._quiet.add(task)
+        return task
+
     def cancel(self) -> None:
         """Cancel all work, without waiting."""
-        for task in self._rows:
+        for task in (*self._rows, *self._quiet):
             task.cancel()
 
     def _remove(self, task: Task) -> None:

@@ -40,6 +40,8 @@ class Actions:
             "Backspace",
             tip="The chosen run, or the last one; it is kept",
         )
+        # the same keys mean something else in a window beside this one
+        self.reject.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         self.show_rejected = self._make("Show rejected runs", "Ctrl+J")
         self.show_rejected.setCheckable(True)
         self.sound = self._make("Sound when a run is done", "Ctrl+B", tip="Once: done; twice: rejected")

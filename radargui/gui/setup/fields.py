@@ -171,6 +171,9 @@ class ChoiceField(QComboBox):
         self.setObjectName(key)
         for value, words in choices.items():
             self.addItem(words, value)
+        # grows with its form, but never makes the form wider than its panel
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.setMinimumContentsLength(8)
         self.activated.connect(lambda _index: model.assign(key, self.currentData()))
         model.changed.connect(self.refresh)
         self.refresh()

@@ -14,7 +14,7 @@ _WELCOME = (
     "Half a minute at the antennas: keep still, move the tracer away, wave a hand in front of each receiver. "
     "It finds channels at the wrong antenna, I and Q exchanged, an inverted Q and dead inputs."
 )
-_LARGE, _MEDIUM = 2.6, 1.5
+_TITLE, _LARGE, _MEDIUM = 3.0, 4.0, 1.5
 
 
 class WiringDialog(QDialog):
@@ -32,7 +32,7 @@ class WiringDialog(QDialog):
         self.resize(900, 560)
 
         self.when = plain_label(selectable=False)
-        self.when.setFont(scaled_font(self.font(), _LARGE, bold=True))
+        self.when.setFont(scaled_font(self.font(), _TITLE, bold=True))
         self.step = plain_label(_WELCOME, selectable=False)
         self.step.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
         self.progress = QProgressBar()
@@ -51,6 +51,7 @@ class WiringDialog(QDialog):
         self.take = QPushButton("Take over the proposals")
         self.take.clicked.connect(self.take_asked)
         close = QPushButton("Close")
+        close.setAutoDefault(False)
         close.clicked.connect(self.reject)
 
         column = QVBoxLayout(self)
@@ -127,6 +128,7 @@ class WiringDialog(QDialog):
         self.when.setText(title)
         if words != self.step.text():
             self.step.setText(words)
+        self.when.setFont(scaled_font(self.font(), _LARGE if large else _TITLE, bold=True))
         self.step.setFont(scaled_font(self.font(), _LARGE if large else _MEDIUM))
         self.step.setVisible(bool(words))
         self._measuring = measuring

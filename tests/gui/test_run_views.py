@@ -13,7 +13,7 @@ from radargui.files.overview import Overview
 from radargui.gui.runs.figures_view import page_of
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.runs.run_panel import RunPanel
-from radargui.gui.runs.samples_view import zigzag
+from radargui.gui.runs.samples_view import boxes
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import result_track, start_time_s
 from radargui.gui.track.track_panel import TrackPanel
@@ -136,7 +136,7 @@ def test_a_long_run_is_seen_before_it_is_processed(panel: RunPanel) -> None:
     panel.show_overview(overview, in_front=True)
     assert panel.tabs.currentWidget() is panel.samples
     assert len(panel.samples.plots) == 2
-    time_s, value = zigzag(overview, 0)
-    assert time_s[-1] == pytest.approx(64.0 - 0.064)
-    assert value[:2].tolist() == [-1.0, 1.0]
+    time_s, value = boxes(overview, 0)
+    assert time_s[-1] == pytest.approx(64.0)
+    assert value[:4].tolist() == [-1.0, 1.0, 1.0, -1.0]
     panel.grab()

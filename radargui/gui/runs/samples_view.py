@@ -41,12 +41,17 @@ class SamplesView(QWidget):
             for row, role in ((2 * number, "i"), (2 * number + 1, "q")):
                 curve = plot.line(role, connect="finite")
                 curve.setClipToView(True)
-                curve.setData(*zigzag(overview, row))
+                curve.setData(*boxes(overview, row))
             self._column.addWidget(plot, 1)
 
 
-def zigzag(overview: Overview, row: int) -> tuple[FloatArray, FloatArray]:
-    """Return time [s] and value of a line that covers each bin of a channel, shape (2 * n_bins,) each."""
+def boxes(overview: Overview, row: int) -> tuple[FloatArray, FloatArray]:
+    """Return time [s] and value of a line around each bin of a channel, shape (4 * n_bins,) each.
+
+    A box says where the samples of a bin are and no more; a line from bin to bin would look like a signal.
+    """
     low, high = overview.lowest[row], overview.highest[row]
-    starts = np.arange(low.size) * (overview.bin_samples / overview.sample_rate_hz)
-    return np.repeat(starts, 2), np.stack([low, high], axis=1).ravel()
+    bin_s = overview.bin_samples / overview.sample_rate_hz
+    starts = np.arange(low.size) * bin_s
+    time_s = np.stack([starts, starts, starts + bin_s, starts + bin_s], axis=1).ravel()
+    return time_s, np.stack([low, high, high, low], axis=1).ravel()

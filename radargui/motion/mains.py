@@ -10,7 +10,7 @@ MAINS_HZ = (50.0, 60.0)
 HARMONICS = 5
 
 
-def without_mains(volts: FloatArray, sample_rate_hz: float, frequency_hz: float) -> FloatArray:
+def without_mains(volts: FloatArray, sample_rate_hz: float, frequency_hz: float, *, line: bool = True) -> FloatArray:
     """Return the voltages less a straight line and the least-squares sinusoids at the mains and its harmonics.
 
     Parameters
@@ -21,6 +21,8 @@ def without_mains(volts: FloatArray, sample_rate_hz: float, frequency_hz: float)
         Rate of each channel.
     frequency_hz
         Frequency of the mains.
+    line
+        Whether the straight line is taken off too.
     """
     time = np.arange(volts.shape[1]) / sample_rate_hz
     columns = [np.ones_like(time), time]
@@ -30,4 +32,5 @@ def without_mains(volts: FloatArray, sample_rate_hz: float, frequency_hz: float)
             columns += [np.cos(angle), np.sin(angle)]
     basis = np.stack(columns, axis=1)
     coefficients, *_ = np.linalg.lstsq(basis, volts.T, rcond=None)
-    return np.asarray(volts - (basis @ coefficients).T)
+    first = 0 if line else 2
+    return np.asarray(volts - (basis[:, first:] @ coefficients[first:]).T)

@@ -9,12 +9,15 @@ from radargui.model.segment import Segment
 from radargui.motion.activity import activity, block_size
 from radargui.motion.mains import MAINS_HZ, without_mains
 from radargui.motion.noise import block_means, white_noise_v
+from radargui.motion.slow_motion import turns_slowly
 
 THRESHOLD = 8.0
 """Motion shakes the block means this many times harder than the quiet part does (in variance, squared)."""
 NOT_QUIET = 0.05
 """A lowest activity above this share of the highest is motion throughout, not a quiet part."""
 LEAST_MOTION_S = 0.01
+SLOW_BLOCK_S = 0.025
+"""Averaging for a motion too slow to be seen within 20 ms; eight such blocks make a window."""
 REST_MARGIN_S = 0.02
 """Kept free between the rest and the motion: a fall begins slowly."""
 LEAST_REST_S = 0.05
@@ -24,7 +27,8 @@ def find_segment(volts: FloatArray, sample_rate_hz: float) -> Segment | None:
     """Find the segment with motion (Rech & Huang 2019, section III, step 1).
 
     Motion is where the voltages move more within 20 ms than in the quiet part of the record, and more than their
-    white noise; a hum of the mains is not motion.
+    white noise; a hum of the mains is not motion. Where nothing does, but I and Q run along a circle, windows ten times
+    as long are looked at.
 
     Parameters
     ----------
@@ -42,12 +46,16 @@ def find_segment(volts: FloatArray, sample_rate_hz: float) -> Segment | None:
         return None
     volts = held(volts)
     noise = floor_of_noise(volts)
+    size = block_size(sample_rate_hz)
     level = activity(volts, sample_rate_hz, noise)
     moving = _moving(level, volts, sample_rate_hz, noise)
-    if moving is None:
+    if moving is None and turns_slowly(volts, sample_rate_hz, noise):
+        size = max(1, round(SLOW_BLOCK_S * sample_rate_hz))
+        level = activity(block_means(volts, size), sample_rate_hz / size, noise / np.sqrt(size))
+        moving = np.asarray(level > THRESHOLD)
+    if moving is None or not moving.any():
         return None
     blocks = np.flatnonzero(moving)
-    size = block_size(sample_rate_hz)
     first, last = int(blocks[0]) * size, (int(blocks[-1]) + 1) * size
     if blocks[-1] == level.size - 1:
         last = volts.shape[1]

@@ -91,3 +91,27 @@ def test_a_record_of_a_few_samples_has_no_motion() -> None:
 def test_samples_that_are_not_numbers_are_held() -> None:
     x = np.array([[np.nan, 1.0, np.inf, 2.0], [np.nan] * 4])
     assert held(x) == pytest.approx(np.array([[1.0, 1.0, 1.0, 2.0], [0.0] * 4]))
+
+
+def test_a_slow_circle_deep_in_noise_is_motion_and_its_rest_is_found() -> None:
+    rate = 2000.0
+    time = np.arange(6000) / rate
+    angle = 2 * np.pi * 1.2 * np.clip(time - 0.5, 0.0, None) ** 2 / (1.0 + np.clip(time - 0.5, 0.0, None))
+    draw = np.random.default_rng(0)
+    volts = np.concatenate([np.stack([np.cos(angle + k), np.sin(angle + k)]) for k in range(3)])
+    volts = volts + 0.15 * draw.normal(size=volts.shape)
+    segment = find_segment(volts, rate)
+    assert segment is not None
+    assert 0.4 < segment.first / rate < 0.9
+    assert segment.last / rate > 2.8
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_strong_slow_drift_at_rest_is_no_motion(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    time = np.arange(30000) / 10000.0
+    drift = sum(
+        0.06 * np.sin(2 * np.pi * draw.uniform(0.03, 0.3, (6, 1)) * time + draw.uniform(0, 6.3, (6, 1)))
+        for _ in range(3)
+    )
+    assert find_segment(drift + draw.normal(0.2, 0.01, (6, 30000)), 10000.0) is None

@@ -15,11 +15,13 @@ from radargui.cli.guard import fail, fail_unexpected
 from radargui.cli.setup_choice import override, own_setup, positive
 from radargui.files.channel_map import ChannelMap, parse_channel_map, read_mapped
 from radargui.files.reading import read_recording
+from radargui.files.run_layout import SUFFIX
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
+from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 from radargui.report.rounding import UNKNOWN, quantity
 from radargui.report.tables import write_tables
@@ -117,7 +119,12 @@ def _inputs(options: ProcessOptions) -> list[Input]:
 
 
 def _file_input(options: ProcessOptions, file: Path, channels: ChannelMap | None) -> Input:
-    read = partial(read_recording, file, channels=channels, rate_hz=options.rate_hz)
+    read: Callable[[], Recording]
+    if file.suffix.lower() == SUFFIX and channels is None and options.rate_hz is None:
+        # of an hour only the part with the motion is read
+        read = partial(read_for_processing, file)
+    else:
+        read = partial(read_recording, file, channels=channels, rate_hz=options.rate_hz)
     return _input(options, file.stem if options.name is None else options.name, read, file)
 
 

@@ -197,6 +197,7 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
     from PySide6.QtCore import QCoreApplication, QEvent, QTimer
     from PySide6.QtWidgets import QApplication
 
+    from radargui.gui.garbage import GarbageKeeper
     from radargui.gui.main_window import MainWindow
     from radargui.gui.notices import NoticeBoard
     from radargui.gui.settings import Settings
@@ -204,6 +205,7 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
     from radargui.model.setup_file import write_setup
 
     application = QApplication.instance() or QApplication([])
+    keeper = GarbageKeeper(application)
     write_setup(setup, folder / "bench.toml")
     with generator(setup) as stream:
         source = Metered(stream.setup)
@@ -251,6 +253,7 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
         shown.close()
         shown.deleteLater()
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        keeper.deleteLater()
     if not stopped or "acquisition" not in state:
         raise SystemExit("the window did not record")
     acquisition = state["acquisition"]

@@ -67,6 +67,8 @@ def test_discarding_or_cancelling_leaves_the_stored_results(
     assert "same as" in dialog.settings.text()
     assert dialog.keep.isEnabled()
 
+    wait_for(lambda: not window.jobs.running)
+
     def cancelled(_task: object, _share: float) -> None:
         raise WorkCancelledError
 

@@ -138,6 +138,8 @@ def test_cancelled_work_leaves_no_half_file(
     dialog = dialog_of(window)
     dialog.folder.setText(str(tmp_path / "out"))
 
+    wait_for(lambda: not window.jobs.running)
+
     def cancelled(_task: object, _share: float) -> None:
         raise WorkCancelledError
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
 
 from radargui.experiment.recovery import RecoveredRun, recover_run
-from radargui.gui.sessions.work_strip import Task
+from radargui.gui.sessions.work_strip import Task, WorkCancelledError
 from radargui.gui.setup.form import plain_label
 from radargui.model.errors import RadarGuiError
 from radargui.session.catalogue import Catalogue
@@ -68,8 +68,12 @@ class RecoveryOffer(QFrame):
             "looking for unfinished runs",
             lambda: _unfinished(folder, task),
             self._offer,
-            self._window.board.post_error,
+            self._failed,
         )
+
+    def _failed(self, error: BaseException) -> None:
+        if not isinstance(error, WorkCancelledError):
+            self._window.board.post_error(error)
 
     def _offer(self, runs: tuple[UnfinishedRun, ...]) -> None:
         recording = self._window.control.session

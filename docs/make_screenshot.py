@@ -63,9 +63,9 @@ def take(window: MainWindow, application: QApplication, output: Path) -> None:
     window.setup_model.assign("simulation.rest_s", 1.6)
     wait(application, lambda: window.opengl_answer != "")
     window.actions_.in_space.setChecked(window.actions_.in_space.isEnabled())
-    window.bar.runs.setValue(2)
+    window.bar.runs.setValue(3)
     window.actions_.record.trigger()
-    wait(application, lambda: len(window.runs.model.entries) == 1 and window.control.state is AppState.ARMED)
+    wait(application, lambda: len(window.runs.model.entries) > 0)
     wait(application, lambda: not window.track.result_shown and falling(window))
     application.processEvents()
     save(picture_of(window), output)
@@ -80,7 +80,7 @@ def picture_of(window: MainWindow) -> QImage:
 
 
 def falling(window: MainWindow) -> bool:
-    """Return whether the sphere falls for the second time."""
+    """Return whether the sphere falls once more."""
     shown = window.track.shown
     if shown is None or window.control.state is not AppState.RECORDING:
         return False

@@ -53,7 +53,7 @@ def test_a_device_is_found_checked_looked_at_and_waits_for_its_edge(
         window.actions_.start.trigger()
         wait_for(lambda: window.control.state is AppState.LIVE)
         pace.advance(2000)
-        wait_for(lambda: window.control.feed.ring.latest >= 2000)
+        wait_for(lambda: (feed := window.control.feed) is not None and feed.ring.latest >= 2000)
         window.actions_.stop.trigger()
         wait_for(lambda: not window.control.state.running)
         assert not server.tasks

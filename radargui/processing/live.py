@@ -27,6 +27,7 @@ LONGEST_START_S = 2.0
 """Motion kept while the first 1.5 fringes are not complete."""
 SETTLED_S = 0.3
 AT_RELEASE_M = 0.012
+FALLEN_M = 0.05
 """A tracer that rests so near its release is at its release."""
 
 
@@ -102,12 +103,24 @@ class LiveProcessor:
         self._n_told = 0
         self._mode = _Mode.RESTING
         self._position_m = self._release_m.copy()
+        self._lowest_m = float(self._release_m[2])
         self._n_quiet = 0
 
     def at_release(self) -> None:
-        """Tell that the tracer hangs at its release and rests, as it does when a run is armed."""
+        """Tell that the tracer hangs at its release and rests, as it does when a run is armed.
+
+        One that has been followed down to where it now lies, its lowest place, is on the floor: the hand has not come
+        yet, and it is followed on.
+        """
+        if self._mode is _Mode.FOLLOWING and self._lies_on_floor():
+            return
         self._mode = _Mode.RESTING
         self._position_m = self._release_m.copy()
+        self._lowest_m = float(self._release_m[2])
+
+    def _lies_on_floor(self) -> bool:
+        height_m = float(self._position_m[2])
+        return height_m < self._release_m[2] - FALLEN_M and height_m < self._lowest_m + AT_RELEASE_M
 
     def push(self, samples: RawArray, first_index: int | None = None) -> LiveEstimate:
         """Take the next samples, shape (n_channels, n); `first_index` tells of a jump: samples between were lost."""
@@ -123,6 +136,7 @@ class LiveProcessor:
         estimate = self._estimate_by_mode(new, moving=moving)
         if self._mode is _Mode.RESTING or self._mode is _Mode.LOST or not moving:
             self._past = self._past.joined(new).part(-self._columns(REST_MEMORY_S), None)
+        self._lowest_m = min(self._lowest_m, float(self._position_m[2]))
         if self._mode is not _Mode.RESTING and self._is_back(estimate):
             self.at_release()
         return estimate

@@ -120,7 +120,7 @@ class SessionBrowser(QDialog):
         before = self.chosen
         self.model.show(found)
         runs = sum(one.n_runs for one in found)
-        words = f"{len(found)} sessions with {runs} runs below {self._data_folder()}"
+        words = f"{_counted(len(found), 'session')} with {_counted(runs, 'run')} below {self._data_folder()}"
         self.words.setText(" · ".join(filter(None, (words, self.search.fault))))
         rows = [row for row, one in enumerate(found) if before is not None and one.path == before.path]
         if rows:
@@ -218,3 +218,7 @@ def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:
     with Catalogue(folder) as catalogue:
         catalogue.refresh(task.tell)
         return catalogue.find(query, refresh=False)
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"

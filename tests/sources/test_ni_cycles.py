@@ -15,6 +15,11 @@ from radargui.sources.factory import make_source
 from radargui.sources.ni import NiSource
 
 
+def own_threads() -> int:
+    """Threads but those of the stand-in server's pool, which grows when two calls happen to meet."""
+    return sum(not thread.name.startswith("ThreadPoolExecutor") for thread in threading.enumerate())
+
+
 def test_ten_acquisitions_leave_no_thread_no_task_and_no_connection() -> None:
     with serve(code_recording(4000), at_end="end") as server:
         marks = []
@@ -26,7 +31,7 @@ def test_ten_acquisitions_leave_no_thread_no_task_and_no_connection() -> None:
             assert acquisition.error is None
             assert server.tasks == []
             if number in (1, 11):
-                marks.append((threading.active_count(), psutil.Process().num_fds()))
+                marks.append((own_threads(), psutil.Process().num_fds()))
         # gRPC closes a socket a moment after the channel
         assert marks[1][0] <= marks[0][0]
         assert marks[1][1] <= marks[0][1] + 3

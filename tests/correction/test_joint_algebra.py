@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_matrix, eye_array, kron
 
+from radargui.correction.joint.breaks import one_sided_slopes
 from radargui.correction.joint.layout import Sizes, make_layout
 from radargui.correction.joint.mirrors import MirrorPlane, detour
 from radargui.correction.joint.motion_spline import make_spline
@@ -54,6 +55,24 @@ def test_jerk_matrix_is_exact_for_a_cubic() -> None:
     c = np.linalg.lstsq(design, 5.0 * (t - 0.1) ** 3 - (t - 0.1), rcond=None)[0]
     matrix, _, _ = spline.jerk()
     assert matrix @ c == pytest.approx(30.0, rel=1e-4)
+
+
+def test_what_a_break_moves_equals_the_motion_with_the_break_moved() -> None:
+    spline = make_spline(0.1, 0.6, np.array([0.25, 0.4]))
+    c = np.cumsum(np.random.default_rng(4).standard_normal((spline.size, 3)), axis=0)
+    t = np.concatenate([np.linspace(0.0, 0.2499, 50), np.linspace(0.2501, 0.3999, 50), np.linspace(0.4001, 0.7, 50)])
+    slopes = spline.break_slopes(t, c).toarray()
+    for k in range(2):
+        moved = [spline.with_breaks(spline.break_s + step * np.eye(2)[k]).offset(t, c) for step in (-1e-6, 1e-6)]
+        assert slopes[:, k] == pytest.approx((moved[1] - moved[0]).ravel() / 2e-6, rel=1e-6, abs=1e-5)
+
+
+def test_slopes_on_both_sides_of_a_break_are_the_motions() -> None:
+    spline = make_spline(0.1, 0.6, np.array([0.25, 0.4]), np.array([0.3]))
+    c = np.cumsum(np.random.default_rng(4).standard_normal((spline.size, 3)), axis=0)
+    for matrix, side in zip(one_sided_slopes(spline), (-1.0, 1.0), strict=True):
+        beside = [spline.offset(spline.break_s + side * step, c) for step in (0.0, 1e-7)]
+        assert matrix @ c == pytest.approx(side * (beside[1] - beside[0]) / 1e-7, rel=1e-3, abs=0.1)
 
 
 def stage_and_layout():

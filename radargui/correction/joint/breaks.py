@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix, kron, vstack
+from scipy.sparse import csr_matrix, kron
 from scipy.sparse.linalg import splu
 
 from radargui.correction.joint.minimise import Solution
@@ -82,17 +82,14 @@ def one_sided_slopes(spline: MotionSpline) -> tuple[csr_matrix, csr_matrix]:
 
     A cubic's slope at the end of four even points: (-11 f0 + 18 f1 - 9 f2 + 2 f3) / (6 h).
     """
-    edge = spline.edge_s
-    out = []
-    for side in (-1, 1):
-        rows = []
-        for k in range(1, edge.size - 1):
-            share = 1.0 - spline.fractions[k - 1][-2] if side < 0 else spline.fractions[k][1]
-            neighbour = edge[k - 1] if side < 0 else edge[k + 1]
-            h = (neighbour - edge[k]) * share / 3.0
-            four = spline.design(edge[k] + h * np.arange(4))
-            rows.append(csr_matrix(np.array([[-11.0, 18.0, -9.0, 2.0]]) / (6.0 * h)) @ four)
-        out.append(csr_matrix(vstack(rows)))
+    edge, out = spline.edge_s, []
+    last = np.array([1.0 - share[-2] for share in spline.fractions[:-1]]) * np.diff(edge)[:-1]
+    first = np.array([share[1] for share in spline.fractions[1:]]) * np.diff(edge)[1:]
+    for h in (-last / 3.0, first / 3.0):
+        four = spline.design((edge[1:-1, None] + h[:, None] * np.arange(4)).ravel())
+        weight = np.array([-11.0, 18.0, -9.0, 2.0]) / (6.0 * h[:, None])
+        rows = csr_matrix((weight.ravel(), np.arange(weight.size), 4 * np.arange(h.size + 1)))
+        out.append(csr_matrix(rows @ four))
     return out[0], out[1]
 
 
@@ -100,7 +97,7 @@ def sharp_turns(solution: Solution, normal: FloatArray) -> FloatArray:
     """Return times where the motion turns from down to up by 0.1 mm in 8 ms, at high jerk, away from breaks."""
     spline = solution.at.spline
     grid = np.arange(spline.edge_s[0] + _APART_S, spline.edge_s[-1] - _APART_S, _GRID_S)
-    height = spline.design(grid) @ (solution.state.coefficients @ normal)
+    height = spline.offset(grid, solution.state.coefficients @ normal)
     turn = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])) + 1
     reach = round(_APART_S / _GRID_S)
     left, right = height[np.maximum(turn - reach, 0)], height[np.minimum(turn + reach, height.size - 1)]
@@ -136,4 +133,4 @@ def respline(
     design = new.design(grid)
     jerk, _, _ = new.jerk()
     normal = (design.T @ design + 1e-14 * (jerk.T @ jerk)).tocsc()
-    return new, np.asarray(splu(normal).solve(design.T @ (old.design(grid) @ coefficients)))
+    return new, np.asarray(splu(normal).solve(design.T @ old.offset(grid, coefficients)))

@@ -9,10 +9,9 @@ import numpy as np
 from scipy.interpolate import BSpline
 from scipy.sparse import csr_matrix
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 
 _KNOT_SPACING_S = 0.010
-_DIFFERENCE_S = 2e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,26 +55,36 @@ class MotionSpline:
 
     def design(self, time_s: FloatArray) -> csr_matrix:
         """Return B at times, shape (n, size); rows before the start are zero, after the end constant."""
-        clipped = np.clip(time_s, self.edge_s[0], self.edge_s[-1])
-        matrix = BSpline.design_matrix(clipped, self.knots(), 3)
-        return csr_matrix(matrix[:, 1:])
+        value, first = self._basis(time_s)
+        return self._rows(value, first)
+
+    def offset(self, time_s: FloatArray, coefficients: FloatArray) -> FloatArray:
+        """Return B(t) c = p(t) - p(start) for coefficients (size, k), shape (n, k)."""
+        return self._derivative(time_s, coefficients, 0)
 
     def with_breaks(self, break_s: FloatArray) -> MotionSpline:
         """Return the spline with its breaks moved."""
         return MotionSpline(np.concatenate([self.edge_s[:1], break_s, self.edge_s[-1:]]), self.fractions)
 
-    def break_slopes(self, time_s: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return dp/dtau of each break at fixed coefficients, shape (n_breaks, n, 3), by central differences."""
-        out = np.zeros((self.break_s.size, time_s.size, coefficients.shape[1]))
-        for k, moment in enumerate(self.break_s):
-            near = (time_s > self.edge_s[k]) & (time_s < self.edge_s[k + 2])
-            value = []
-            for sign in (1.0, -1.0):
-                moved = self.break_s.copy()
-                moved[k] = moment + sign * _DIFFERENCE_S
-                value.append(self.with_breaks(moved).design(time_s[near]) @ coefficients)
-            out[k, near] = (value[0] - value[1]) / (2.0 * _DIFFERENCE_S)
-        return out
+    def break_slopes(self, time_s: FloatArray, coefficients: FloatArray) -> csr_matrix:
+        """Return dp/dtau of each break at fixed coefficients, x, y, z interleaved, shape (3 n, n_breaks).
+
+        Between edges a and b the motion is a function of s = (t - a) / (b - a) alone, because the knots move with the
+        breaks: dp/da = -(1 - s) v, dp/db = -s v.
+        """
+        velocity = self._derivative(time_s, coefficients, 1)
+        part = np.searchsorted(self.edge_s, time_s) - 1
+        inside = (part >= 0) & (part < self.edge_s.size - 1)
+        part = np.where(inside, part, 0)
+        share = (time_s - self.edge_s[part]) / np.diff(self.edge_s)[part]
+        row = np.arange(time_s.size)
+        out = []
+        for number, weight in ((part - 1, share - 1.0), (part, -share)):
+            use = inside & (number >= 0) & (number < self.break_s.size)
+            rows, columns = (3 * row[use, None] + np.arange(3)).ravel(), np.repeat(number[use], 3)
+            values = (weight[:, None] * velocity)[use].ravel()
+            out.append(csr_matrix((values, (rows, columns)), shape=(3 * time_s.size, self.break_s.size)))
+        return csr_matrix(out[0] + out[1])
 
     def jerk(self) -> tuple[csr_matrix, FloatArray, FloatArray]:
         """Return the matrix of the third derivative in each span, the spans' middles, and their lengths.
@@ -86,9 +95,27 @@ class MotionSpline:
         edges = np.concatenate([*(a + (b - a) * share[:-1] for a, b, share in shares), self.edge_s[-1:]])
         length = np.diff(edges)
         h = length / 4.0
-        rows = [self.design(edges[:-1] + (0.5 + k) * h) for k in range(4)]
-        third = rows[3] - 3.0 * rows[2] + 3.0 * rows[1] - rows[0]
-        return csr_matrix(third.multiply(1.0 / h[:, None] ** 3)), edges[:-1] + length / 2.0, length
+        value, first = self._basis((edges[:-1, None] + (0.5 + np.arange(4)) * h[:, None]).ravel())
+        third = np.array([-1.0, 3.0, -3.0, 1.0]) @ value.reshape(-1, 4, 4)
+        return self._rows(third / h[:, None] ** 3, first[::4]), edges[:-1] + length / 2.0, length
+
+    def _derivative(self, time_s: FloatArray, coefficients: FloatArray, order: int) -> FloatArray:
+        clipped = np.clip(time_s, self.edge_s[0], self.edge_s[-1])
+        first = np.zeros_like(coefficients[:1])
+        return np.asarray(BSpline(self.knots(), np.concatenate([first, coefficients]), 3)(clipped, nu=order))
+
+    def _basis(self, time_s: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return the four functions that are not zero at each time, (n, 4), and the number of the first, (n,)."""
+        clipped = np.clip(time_s, self.edge_s[0], self.edge_s[-1])
+        matrix = BSpline.design_matrix(clipped, self.knots(), 3)
+        return matrix.data.reshape(-1, 4), matrix.indices[::4]
+
+    def _rows(self, value: FloatArray, first: IntArray) -> csr_matrix:
+        """Return rows of four neighbours each as a matrix, the first coefficient left out."""
+        column = first[:, None] + np.arange(-1, 3)
+        kept = column >= 0
+        pointer = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+        return csr_matrix((value[kept], column[kept], pointer), shape=(first.size, self.size))
 
 
 def make_spline(start_s: float, end_s: float, break_s: FloatArray, sharp_s: FloatArray | None = None) -> MotionSpline:

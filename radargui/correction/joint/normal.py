@@ -140,7 +140,7 @@ class NormalMatrix:
         return self.motion.log_determinant() + float(2.0 * np.log(np.diag(self.border[0])).sum())
 
     def row_variances(
-        self, rows: list[csr_matrix], by_border: list[FloatArray] | None = None, border: slice = slice(0, 0)
+        self, rows: list[csr_matrix], by_border: list[csr_matrix] | None = None, border: slice = slice(0, 0)
     ) -> list[FloatArray]:
         """Return the diagonal of R H^-1 R^T of each R, one value a row.
 
@@ -149,7 +149,7 @@ class NormalMatrix:
         rows
             Sparse parts of R that act on the motion.
         by_border, border
-            Dense parts that act on some places of the border; left out where R has none.
+            Sparse parts that act on some places of the border; left out where R has none.
         """
         inverse = self.motion.selected_inverse().tocsr()
         cross = self.motion.back_solve(self.half)

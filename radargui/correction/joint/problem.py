@@ -85,8 +85,8 @@ class Linearised:
         Robust weights over variance, same shape; zero where a bin does not count.
     signals
         Model of each receiver.
-    spline, design
-        The motion with the breaks in force, and B at the bins.
+    spline, design, jerk
+        The motion with the breaks in force, B at the bins, and its third derivative in the spans.
     """
 
     cost: float
@@ -95,6 +95,7 @@ class Linearised:
     signals: tuple[ReceiverSignal, ...]
     spline: MotionSpline
     design: csr_matrix
+    jerk: csr_matrix
 
 
 def linearise(problem: JointProblem, state: State) -> Linearised:
@@ -102,21 +103,14 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     bins, theta = problem.bins, state.theta
     spline = problem.spline.with_breaks(theta[problem.layout.breaks])
     node = np.stack([bins.time_s - bins.node_s, bins.time_s + bins.node_s])
-    release = problem.stage.release_m
-    cache: dict[float, FloatArray] = {}
-
-    def positions(delay: float) -> FloatArray:
-        if delay not in cache:
-            at = spline.design((node + delay).ravel()) @ state.coefficients + release
-            cache[delay] = at.T.reshape(3, 2, -1)
-        return cache[delay]
-
+    delays, which = np.unique(problem.delay_s, return_inverse=True)
+    offset = spline.offset((node + delays[:, None, None]).ravel(), state.coefficients)
+    place = (offset + problem.stage.release_m).T.reshape(3, delays.size, 2, bins.n_bins)
     residual, weight, signals = np.empty_like(bins.value), np.empty_like(bins.value), []
     loss = 0.0
     for receiver in range(problem.n_receivers):
         pair = slice(2 * receiver, 2 * receiver + 2)
-        nodes = np.stack([positions(float(delay)) for delay in problem.delay_s[pair]], axis=1)
-        signal = receiver_signal(nodes, theta, problem.layout, problem.stage, receiver)
+        signal = receiver_signal(place[:, which[pair]], theta, problem.layout, problem.stage, receiver)
         sigma = bins.sigma[pair] * problem.noise_scale[receiver]
         scaled = (signal.value - bins.value[pair]) / sigma
         size = np.abs(scaled)
@@ -128,7 +122,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     prior = problem.prior
     loss += 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum())
     loss += 0.5 * float((((jerk @ state.coefficients) / problem.jerk_sd[:, None]) ** 2).sum())
-    return Linearised(loss, residual, weight, tuple(signals), spline, spline.design(bins.time_s))
+    return Linearised(loss, residual, weight, tuple(signals), spline, spline.design(bins.time_s), jerk)
 
 
 @dataclass(frozen=True)
@@ -185,7 +179,7 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
         shared += _couple(weighted, signal.by_mirrors)
     between.append((mirrors, shared))
     weight_matrix = bsr_matrix((curvature, np.arange(n_bins), np.arange(n_bins + 1)), shape=(3 * n_bins, 3 * n_bins))
-    breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients).reshape(-1, 3 * n_bins).T
+    breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients)
     by_breaks = weight_matrix @ breaks
     c = np.zeros((motion.shape[1], layout.size))
     for places, block in between:
@@ -193,15 +187,14 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
         c[:, places] = motion.T @ block
         m[layout.breaks, places] = breaks.T @ block
         m[places, layout.breaks] = m[layout.breaks, places].T
-    c[:, layout.breaks] = motion.T @ by_breaks
-    m[layout.breaks, layout.breaks] = breaks.T @ by_breaks
+    c[:, layout.breaks] = (motion.T @ by_breaks).toarray()
+    m[layout.breaks, layout.breaks] = (breaks.T @ by_breaks).toarray()
     slope[layout.breaks] = breaks.T @ pull.ravel()
     s = motion.T @ (weight_matrix @ motion)
     prior = problem.prior
     m[np.diag_indices(layout.size)] += 1.0 / prior.sd**2
     slope += (state.theta - prior.mean) / prior.sd**2
-    jerk, _, _ = at.spline.jerk()
-    stiff = jerk.T @ diagonal(problem.jerk_sd**-2.0) @ jerk
+    stiff = at.jerk.T @ diagonal(problem.jerk_sd**-2.0) @ at.jerk
     s = csr_matrix(s + kron(stiff, eye_array(3), format="csr"))
     slope_motion = motion.T @ pull.ravel() + (stiff @ state.coefficients).ravel()
     return Assembled(s, c, m, slope_motion, slope)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix, eye_array, hstack, kron
+from scipy.sparse import csr_matrix, eye_array, kron
 
 from radargui.correction.joint.minimise import Solution, local_chi_square
 from radargui.correction.signals import Signals
@@ -108,17 +108,12 @@ def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
     place = (design @ solution.state.coefficients + problem.stage.release_m).T
     gradient = path_gradient(place, problem.stage.antennas)
     slopes = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
-    rows = [kron(design, eye_array(3), format="csr")]
-    for own in gradient:
-        parts = [design.multiply(own[axis][:, None]) for axis in range(3)]
-        joined = hstack(parts, format="csr")
-        size = design.shape[1]
-        order = np.arange(3 * size).reshape(3, size).T.ravel()
-        rows.append(csr_matrix(joined[:, order]))
-    border = solution.problem.layout.breaks
-    by_breaks = [slopes.transpose(1, 2, 0).reshape(3 * slopes.shape[1], slopes.shape[0])]
-    by_breaks += [np.einsum("an,kna->nk", own, slopes) for own in gradient]
-    variances = solution.normal.row_variances(rows, by_breaks, border)
+    motion = kron(design, eye_array(3), format="csr")
+    bin_starts = 3 * np.arange(place.shape[1] + 1)
+    toward = [csr_matrix((own.T.ravel(), np.arange(own.size), bin_starts)) for own in gradient]
+    rows = [motion, *(own @ motion for own in toward)]
+    by_breaks = [slopes, *(own @ slopes for own in toward)]
+    variances = solution.normal.row_variances(rows, by_breaks, problem.layout.breaks)
     return np.sqrt(variances[0]).reshape(-1, 3).T, np.sqrt(np.array(variances[1:]))
 
 

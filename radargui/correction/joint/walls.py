@@ -113,8 +113,7 @@ class _LinearisedSearch:
         self.solution, problem = solution, solution.problem
         self.n_bins, self.n_receivers = problem.bins.n_bins, problem.n_receivers
         self.motion = csr_matrix(kron(solution.at.design, eye_array(3), format="csr")).T
-        slopes = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
-        self.breaks = slopes.reshape(-1, 3 * self.n_bins)
+        self.breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients).T
         node = np.stack([problem.bins.time_s - problem.bins.node_s, problem.bins.time_s + problem.bins.node_s])
         self.nodes, self.fields = [], []
         for receiver in range(self.n_receivers):
@@ -124,7 +123,7 @@ class _LinearisedSearch:
             self.fields.append(field_at_nodes(place, solution.state.theta, problem.layout, problem.stage, receiver))
 
     def _positions(self, time: FloatArray) -> FloatArray:
-        at = self.solution.at.spline.design(time.ravel()) @ self.solution.state.coefficients
+        at = self.solution.at.spline.offset(time.ravel(), self.solution.state.coefficients)
         return np.asarray((at + self.solution.problem.stage.release_m).T.reshape(3, *time.shape))
 
     def gain(self, plane: MirrorPlane) -> float:

@@ -69,3 +69,10 @@ class DeviceError(SourceError):
 
 class ProcessingError(RadarGuiError):
     """The samples cannot be turned into a result."""
+
+
+class CancelledError(Exception):
+    """Somebody wants no more of some work; raised by the function it tells its progress to.
+
+    No fault, hence outside the tree: nothing that shows errors to the operator may take it for one.
+    """

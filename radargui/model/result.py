@@ -37,6 +37,9 @@ class RunResult:
         unit that the name ends with; None where the setup gives none.
     warnings
         Sentences for the operator.
+    preliminary
+        Whether the correction that the setup asks for is still being computed, or was stopped before it ended: then a
+        simpler one stands here.
     """
 
     recording: Recording = field(repr=False)
@@ -50,3 +53,4 @@ class RunResult:
     bounces: Bounces = field(default_factory=Bounces)
     calibration_uncertainty: dict[str, float] | None = None
     warnings: tuple[str, ...] = ()
+    preliminary: bool = False

@@ -9,8 +9,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from radargui.correction.adaptive.estimate import estimate_adaptive
+from radargui.correction.adaptive.found import Found, adaptive_rounds
 from radargui.correction.estimate import MotionEstimate
-from radargui.correction.joint.estimate import CancelledError, JointEstimate, estimate_joint
+from radargui.correction.joint.estimate import JointEstimate, estimate_joint
 from radargui.correction.quality import image_rejection_db
 from radargui.geometry.antennas import place_antennas
 from radargui.model.arrays import FloatArray
@@ -26,10 +27,18 @@ from radargui.processing.road import Road
 from radargui.restitution.joint_bounces import joint_bounces
 
 
-def estimated(recording: Recording, segment: Segment, setup: Setup, method: str, tell: Callable[[float], None]) -> Road:
+def estimated(
+    recording: Recording,
+    segment: Segment,
+    setup: Setup,
+    method: str,
+    tell: Callable[[float], None],
+    standing: Callable[[Road], None] | None = None,
+) -> Road:
     """Return corrected IQ, path lengths and track by the joint or the adaptive estimate.
 
-    Where the joint estimate does not fit the signal the adaptive one stands, and a warning says so.
+    Where the joint estimate does not fit the signal the adaptive one stands, and a warning says so. Fewer receivers
+    than it needs are no fault of the run: then only who named the joint correction in the setup is told.
 
     Parameters
     ----------
@@ -42,37 +51,50 @@ def estimated(recording: Recording, segment: Segment, setup: Setup, method: str,
     method
         adaptive or joint.
     tell
-        Called with the share done, 0 to 1.
+        Called with the share done, 0 to 1; what it raises ends the work.
+    standing
+        Given the adaptive road before the joint estimate is begun.
 
     Raises
     ------
     ProcessingError
         Neither estimate can be made.
     """
-    joint, why = None, ""
+    if method == "joint" and recording.n_receivers < LEAST_RECEIVERS:
+        method = "adaptive"
+        why = "it needs three receivers" if "correction" in setup.processing.model_fields_set else ""
+    else:
+        why = ""
     # the matrices are many and small: threads of the linear algebra cost four times what they save
     with threadpool_limits(limits=1, user_api="blas"):
+        found, road = adaptive_rounds(recording, setup), None
         if method == "joint":
-            joint, why = _try_joint(recording, setup, tell)
-        estimate: MotionEstimate = joint if joint is not None else estimate_adaptive(recording, setup)
-    paths = _paths(estimate, setup)
-    track = _track(estimate, paths, setup)
-    bounces = None
-    if joint is not None and setup.processing.geometry == "exact":
-        with threadpool_limits(limits=1, user_api="blas"):
-            bounces, _ = joint_bounces(joint, setup)
+            if standing is not None:
+                road = _road(estimate_adaptive(recording, setup, found), segment, setup)
+                standing(road)
+            joint, why = _try_joint(recording, setup, found, tell)
+            if joint is not None:
+                return _road(joint, segment, setup)
+        if road is None:
+            road = _road(estimate_adaptive(recording, setup, found), segment, setup)
     warnings = (f"the joint correction does not stand here ({why}): the adaptive one was used",) if why else ()
-    return Road(_corrected(estimate, segment, setup), paths, track, bounces, warnings)
+    return replace(road, warnings=warnings)
 
 
-def _try_joint(recording: Recording, setup: Setup, tell: Callable[[float], None]) -> tuple[JointEstimate | None, str]:
+def _road(estimate: MotionEstimate, segment: Segment, setup: Setup) -> Road:
+    paths = _paths(estimate, setup)
+    bounces = None
+    if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
+        bounces, _ = joint_bounces(estimate, setup)
+    return Road(_corrected(estimate, segment, setup), paths, _track(estimate, paths, setup), bounces)
+
+
+def _try_joint(
+    recording: Recording, setup: Setup, found: Found, tell: Callable[[float], None]
+) -> tuple[JointEstimate | None, str]:
     """Return the joint estimate, or None and why it does not stand."""
-    if recording.n_receivers < LEAST_RECEIVERS:
-        return None, "it needs three receivers"
     try:
-        joint = estimate_joint(recording, setup, progress=tell)
-    except CancelledError:
-        raise
+        joint = estimate_joint(recording, setup, found=found, progress=tell)
     except ProcessingError as error:
         return None, error.message.rstrip(".")
     except (np.linalg.LinAlgError, FloatingPointError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""A whole recording to its result: the method, step by step."""
+"""A whole recording to its result."""
 
 from __future__ import annotations
 
@@ -28,6 +28,9 @@ from radargui.restitution.cross_check import disagreements
 ESTIMATES = ("adaptive", "joint")
 
 Progress = Callable[[float], None]
+Standing = Callable[[RunResult], None]
+
+STOPPED = "the joint correction was stopped before it ended: the adaptive one stands"
 
 NO_REST = (
     "there is no rest before the motion: the track is laid so that it begins at the release position, "
@@ -36,7 +39,9 @@ NO_REST = (
 NO_REST_AFTER_GAP = "the motion begins right after lost samples: where the sphere was then is not known"
 
 
-def process(recording: Recording, setup: Setup, progress: Progress | None = None) -> RunResult:
+def process(
+    recording: Recording, setup: Setup, progress: Progress | None = None, standing: Standing | None = None
+) -> RunResult:
     """Turn the samples of one run into path lengths, track, bounces and g.
 
     Parameters
@@ -46,7 +51,9 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
     setup
         Geometry, correction, release position.
     progress
-        Called with the share done, 0 to 1.
+        Called with the share done, 0 to 1; what it raises, as `CancelledError`, ends the work.
+    standing
+        Given the preliminary result of the adaptive correction while the joint one is being computed.
 
     Returns
     -------
@@ -70,12 +77,27 @@ def process(recording: Recording, setup: Setup, progress: Progress | None = None
         )
     tell(0.1)
 
-    rate_hz = recording.digitisation.sample_rate_hz
-    road = _road(_part(recording, stretch), segment, setup, lambda done: tell(0.1 + 0.8 * done))
-    corrected, paths, track = road.corrected, road.paths, road.track
-    warnings += road.warnings
-    tell(0.9)
+    def result_of(road: Road) -> RunResult:
+        return _result(recording, setup, stretch, segment, road, warnings)
 
+    stands = None if standing is None else lambda road: standing(replace(result_of(road), preliminary=True))
+    road = _road(_part(recording, stretch), segment, setup, lambda done: tell(0.1 + 0.8 * done), stands)
+    tell(0.9)
+    return result_of(road)
+
+
+def cut_short(result: RunResult) -> RunResult:
+    """Return a preliminary result as it is kept where the joint correction was stopped."""
+    return replace(result, warnings=(STOPPED, *result.warnings))
+
+
+def _result(
+    recording: Recording, setup: Setup, stretch: slice, segment: Segment, road: Road, before: list[str]
+) -> RunResult:
+    """Return what a road gave, with bounces, verdicts and warnings; those of `before` come first."""
+    rate_hz = recording.digitisation.sample_rate_hz
+    corrected, paths, track = road.corrected, road.paths, road.track
+    warnings = [*before, *road.warnings]
     rejected = [
         f"receiver {channel.name}: {channel.reason}" for channel in corrected.channels if channel.verdict == "rejected"
     ]
@@ -129,7 +151,9 @@ def _part(recording: Recording, stretch: slice) -> Recording:
     )
 
 
-def _road(recording: Recording, segment: Segment, setup: Setup, tell: Progress) -> Road:
+def _road(
+    recording: Recording, segment: Segment, setup: Setup, tell: Progress, standing: Callable[[Road], None] | None
+) -> Road:
     """Take the road of the chosen correction; where an estimate cannot be made the published procedure stands."""
     method = setup.processing.correction
     if method not in ESTIMATES:
@@ -138,7 +162,7 @@ def _road(recording: Recording, segment: Segment, setup: Setup, tell: Progress) 
     from radargui.processing.estimated import estimated
 
     try:
-        return estimated(recording, segment, setup, method, tell)
+        return estimated(recording, segment, setup, method, tell, standing)
     except ProcessingError as error:
         road = step_by_step(recording, segment, setup, "published", tell)
         why = error.message.rstrip(".")

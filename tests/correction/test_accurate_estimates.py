@@ -10,8 +10,8 @@ from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import SceneRecord, make_record
 
 from radargui.correction.adaptive.estimate import estimate_adaptive
-from radargui.correction.joint.estimate import CancelledError, estimate_joint
-from radargui.model.errors import ProcessingError
+from radargui.correction.joint.estimate import estimate_joint
+from radargui.model.errors import CancelledError, ProcessingError
 from radargui.restitution.joint_bounces import joint_bounces
 
 
@@ -105,5 +105,13 @@ def test_joint_refuses_two_receivers_no_motion_and_stops_when_asked(drop: SceneR
     count = int(0.15 * drop.scene.rate_hz)
     with pytest.raises(ProcessingError, match="Nothing moves"):
         estimate_joint(replace(drop.recording, raw=drop.recording.raw[:, :count]), drop.setup)
+    told: list[float] = []
+
+    def enough(share: float) -> None:
+        told.append(share)
+        if len(told) == 3:
+            raise CancelledError
+
     with pytest.raises(CancelledError):
-        estimate_joint(drop.recording, drop.setup, cancel=lambda: True)
+        estimate_joint(drop.recording, drop.setup, progress=enough)
+    assert 0.0 < told[0] < told[1] < told[2] < 1.0

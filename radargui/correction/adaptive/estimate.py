@@ -8,7 +8,7 @@ from radargui.correction.adaptive.found import Found, adaptive_rounds
 from radargui.correction.adaptive.samples import circles_at_samples
 from radargui.correction.estimate import MotionEstimate
 from radargui.correction.hardware import HardwareConstants
-from radargui.correction.signals import Signals, read_signals
+from radargui.correction.signals import Signals
 from radargui.correction.verdict import judge_channels
 from radargui.geometry.bistatic import locate_exact, position_uncertainty
 from radargui.model.arrays import FloatArray
@@ -18,22 +18,23 @@ from radargui.model.setup import Setup
 _U_IMPACT_S = 1e-4
 
 
-def estimate_adaptive(recording: Recording, setup: Setup) -> MotionEstimate:
+def estimate_adaptive(recording: Recording, setup: Setup, found: Found | None = None) -> MotionEstimate:
     """Correct each receiver by a circle whose centre and radius are functions of position.
 
     Parameters
     ----------
     recording, setup
         One to four receivers; positions need three.
+    found
+        The rounds, where they are known already.
 
     Raises
     ------
     ProcessingError
         No motion.
     """
-    signals = read_signals(recording, setup.radar.phase_sign)
-    found = adaptive_rounds(signals, setup, rest_needed=False)
-    ground, last = found.ground, found.last
+    found = found or adaptive_rounds(recording, setup)
+    signals, ground, last = found.signals, found.ground, found.last
     samples = circles_at_samples(found, signals)
     change = samples.phase_rad * ground.wavelength_m / (2.0 * np.pi)
     u_change = samples.u_phase_rad * ground.wavelength_m / (2.0 * np.pi)

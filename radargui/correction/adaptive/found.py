@@ -9,10 +9,11 @@ import numpy as np
 from radargui.correction.adaptive.rough import rough_phases
 from radargui.correction.adaptive.rounds import Ground, Round, best_round, first_round, next_round
 from radargui.correction.bins import bin_by_fringe
-from radargui.correction.signals import Signals
+from radargui.correction.signals import Signals, read_signals
 from radargui.geometry.antennas import place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
+from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.motion.kinks import find_kinks, find_turns
 from radargui.motion.onset import find_onset, without_rest_drift
@@ -29,6 +30,8 @@ class Found:
 
     Attributes
     ----------
+    signals
+        The samples.
     ground
         Bins and geometry.
     first, last
@@ -43,6 +46,7 @@ class Found:
         Further sharp minima of the height, some of them impacts.
     """
 
+    signals: Signals
     ground: Ground
     first: Round
     last: Round
@@ -51,32 +55,32 @@ class Found:
     impact_s: FloatArray
     turn_s: FloatArray
 
+    @property
+    def has_rest(self) -> bool:
+        """Whether the record begins at rest; else its first bin takes the place of the rest."""
+        return self.onset_s > float(self.signals.time_s[0])
 
-def adaptive_rounds(signals: Signals, setup: Setup, *, rest_needed: bool) -> Found:
+
+def adaptive_rounds(recording: Recording, setup: Setup) -> Found:
     """Fit circles with maps of position; once more with the bins broken at the impacts.
 
     Parameters
     ----------
-    signals, setup
+    recording, setup
         One to four receivers.
-    rest_needed
-        Refuse a record that starts in motion; otherwise its first bin takes the place of the rest.
 
     Raises
     ------
     ProcessingError
-        Nothing moves, or the record holds no rest before the motion.
+        Nothing moves.
     """
+    signals = read_signals(recording, setup.radar.phase_sign)
     segment = find_segment(signals.value, signals.rate_hz)
     if segment is None:
         raise ProcessingError("Nothing moves in this recording.", reasons=("the tracer was not released",))
     onset = find_onset(signals.time_s, without_rest_drift(signals.time_s, signals.value, segment.rest_last))
     if onset is None:
         raise ProcessingError("Nothing moves in this recording.", reasons=("the tracer was not released",))
-    if not np.isfinite(onset) and rest_needed:
-        raise ProcessingError(
-            "The recording starts in motion.", reasons=("the trigger came late",), remedy="Record 0.1 s of rest first."
-        )
     begin = float(signals.time_s[0])
     onset = max(onset, begin)
     rough = rough_phases(signals, onset)
@@ -94,7 +98,7 @@ def adaptive_rounds(signals: Signals, setup: Setup, *, rest_needed: bool) -> Fou
         if impacts.size == 0:
             break
     turns = np.zeros(0) if antennas.n_receivers < 3 else _turns(ground, last, np.asarray(setup.floor.normal), impacts)
-    return Found(ground, first, last, onset, start, impacts, turns)
+    return Found(signals, ground, first, last, onset, start, impacts, turns)
 
 
 def _turns(ground: Ground, last: Round, normal: FloatArray, impact_s: FloatArray) -> FloatArray:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from radargui.correction.adaptive.found import adaptive_rounds
+from radargui.correction.adaptive.found import Found, adaptive_rounds
 from radargui.correction.estimate import MotionEstimate
 from radargui.correction.hardware import HardwareConstants, front_end_prior
 from radargui.correction.joint.breaks import break_speeds
@@ -15,13 +16,13 @@ from radargui.correction.joint.choose import Chosen, choose_model
 from radargui.correction.joint.drift import measure_drift
 from radargui.correction.joint.minimise import chi_square
 from radargui.correction.joint.samples import AtSamples, at_samples
-from radargui.correction.signals import Signals, read_signals
+from radargui.correction.signals import Signals
 from radargui.correction.verdict import judge_channels
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 
-_EXPECTED_ROUNDS = 35
+_TYPICAL_ROUNDS = 20
 _UNTRUSTED = 9.0
 
 
@@ -38,17 +39,13 @@ class JointEstimate(MotionEstimate):
     chosen: Chosen = field(repr=False)
 
 
-class CancelledError(ProcessingError):
-    """The caller asked to stop."""
-
-
 def estimate_joint(
     recording: Recording,
     setup: Setup,
     *,
+    found: Found | None = None,
     hardware: tuple[HardwareConstants, ...] | None = None,
     progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
 ) -> JointEstimate:
     """Estimate motion and mismatch of a recording together.
 
@@ -56,19 +53,18 @@ def estimate_joint(
     ----------
     recording, setup
         Three or four receivers.
+    found
+        The adaptive rounds, where they are known already.
     hardware
         Constants found before (`pool_constants`), prior of this run; None where nothing is known.
     progress
-        Called with the share done, 0 to 1.
-    cancel
-        Asked between rounds; True stops.
+        Called between rounds with the share done, 0 to 1: nobody knows how many there will be, each takes a part of
+        what is left. What it raises, as `CancelledError`, ends the work.
 
     Raises
     ------
     ProcessingError
         Fewer than three receivers, no motion, no rest before it.
-    CancelledError
-        `cancel` said so.
     """
     if recording.n_receivers < 3:
         raise ProcessingError(
@@ -79,14 +75,16 @@ def estimate_joint(
     def tick() -> None:
         nonlocal done
         done += 1
-        if cancel is not None and cancel():
-            raise CancelledError("Processing was stopped.")
         if progress is not None:
-            progress(min(0.95, done / _EXPECTED_ROUNDS))
+            progress(1.0 - math.exp(-done / _TYPICAL_ROUNDS))
 
-    signals = read_signals(recording, setup.radar.phase_sign)
-    found = adaptive_rounds(signals, setup, rest_needed=True)
+    found = found or adaptive_rounds(recording, setup)
+    if not found.has_rest:
+        raise ProcessingError(
+            "The recording starts in motion.", reasons=("the trigger came late",), remedy="Record 0.1 s of rest first."
+        )
     tick()
+    signals = found.signals
     prior = None if hardware is None else front_end_prior(hardware, signals.phase_sign)
     drift = measure_drift(signals, found.start_s)
     chosen = choose_model(found, drift, np.asarray(setup.floor.normal), tick, prior)

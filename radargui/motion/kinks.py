@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 
 _WINDOW_S = 0.010
 _MEETING_WINDOW_S = 0.030
@@ -70,9 +70,9 @@ def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
     reach, near = round(_TURN_S / _GRID_S), round(0.6 * _TURN_S / _GRID_S)
     least = max(_LEAST_DIP_M, _DIP_SIGNIFICANT * float(np.median(u_height_m)))
     found: list[float] = []
-    for k in range(near, grid.size - near):
-        around = height[k - near : k + near + 1]
-        if height[k] > around.min() or (found and grid[k] - found[-1] < 0.6 * _TURN_S):
+    lowest = np.flatnonzero(height <= minimum_filter1d(height, 2 * near + 1, mode="nearest"))
+    for k in lowest[(lowest >= near) & (lowest < grid.size - near)]:
+        if found and grid[k] - found[-1] < 0.6 * _TURN_S:
             continue
         left, right = height[max(0, k - reach) : k + 1].max(), height[k : k + reach + 1].max()
         if min(left, right) - height[k] > least:
@@ -80,10 +80,11 @@ def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
     return np.array(found)
 
 
-def _local_minima(time: FloatArray, height: FloatArray) -> list[int]:
+def _local_minima(time: FloatArray, height: FloatArray) -> IntArray:
     first = np.searchsorted(time, time - 0.006)
     last = np.searchsorted(time, time + 0.006, side="right")
-    return [k for k in range(time.size) if height[k] <= height[first[k] : last[k]].min()]
+    around = np.minimum.reduceat(np.append(height, np.inf), np.stack([first, last], axis=1).ravel())[::2]
+    return np.flatnonzero(height <= around)
 
 
 def _jump(time: FloatArray, height: FloatArray, u: FloatArray, moment: float) -> tuple[float, float]:

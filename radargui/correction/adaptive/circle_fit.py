@@ -127,17 +127,18 @@ def _update_deviation(sd: FloatArray, fit: CircleFit, group: slice) -> None:
 def _minimise(data: CircleData, theta: FloatArray, mean: FloatArray, sd: FloatArray) -> CircleFit:
     precision = 1.0 / sd**2
     damping = 1e-3
-    cost, residual, jacobian, weight = _linearise(theta, data, mean, precision)
+    at = _evaluate(theta, data, mean, precision)
+    normal, slope = _normal(at, data, mean, precision)
     for _ in range(_MAXIMUM_STEPS):
-        normal = (jacobian * weight[:, None]).T @ jacobian + np.diag(precision)
-        slope = jacobian.T @ (weight * residual) + precision * (theta - mean)
-        step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), -slope)
-        trial = theta + step
+        damped = normal.copy()
+        damped[np.diag_indices(theta.size)] *= 1.0 + damping
+        trial = at.theta + np.linalg.solve(damped, -slope)
         trial[2:4] = np.clip(trial[2:4], -0.5, 0.5)
-        trial_state = _linearise(trial, data, mean, precision)
-        if trial_state[0] < cost:
-            gained = cost - trial_state[0]
-            theta, (cost, residual, jacobian, weight) = trial, trial_state
+        trial_at = _evaluate(trial, data, mean, precision)
+        if trial_at.cost < at.cost:
+            gained = at.cost - trial_at.cost
+            at = trial_at
+            normal, slope = _normal(at, data, mean, precision)
             damping = max(damping / 10.0, 1e-9)
             if gained < 0.02:
                 break
@@ -145,20 +146,29 @@ def _minimise(data: CircleData, theta: FloatArray, mean: FloatArray, sd: FloatAr
             damping *= 10.0
             if damping > 1e4:
                 break
-    normal = (jacobian * weight[:, None]).T @ jacobian + np.diag(precision)
     covariance: FloatArray = np.asarray(np.linalg.inv(normal))
-    evidence = -cost - 0.5 * np.linalg.slogdet(normal)[1] + 0.5 * float(np.log(precision).sum())
-    return CircleFit(theta, covariance, evidence, float((weight * residual**2).mean()))
+    evidence = -at.cost - 0.5 * np.linalg.slogdet(normal)[1] + 0.5 * float(np.log(precision).sum())
+    return CircleFit(at.theta, covariance, evidence, float((at.weight * at.residual**2).mean()))
 
 
-def _linearise(
-    theta: FloatArray, data: CircleData, mean: FloatArray, precision: FloatArray
-) -> tuple[float, FloatArray, FloatArray, FloatArray]:
-    """Return cost, residual in standard deviations, its Jacobian, robust weights."""
+@dataclass(frozen=True, slots=True)
+class _Evaluated:
+    """The circle at a theta: cost, residual in standard deviations, robust weights, and what the slope needs."""
+
+    theta: FloatArray
+    cost: float
+    residual: FloatArray
+    weight: FloatArray
+    point: FloatArray
+    radius: FloatArray
+    sigma_v: FloatArray
+
+
+def _evaluate(theta: FloatArray, data: CircleData, mean: FloatArray, precision: FloatArray) -> _Evaluated:
     n = data.bias.shape[1]
     u = data.i - theta[0] - data.bias @ theta[5 : 5 + n]
     v = data.q - theta[1] - data.bias @ theta[5 + n : 5 + 2 * n]
-    x, y = _unskew(u, v, theta[2], theta[3])
+    x, y = point = _unskew(u, v, theta[2], theta[3])
     radius = np.hypot(x, y)
     amplitude = _amplitude(theta, data.shape, data.level)
     sigma = np.hypot(x * data.sigma_i, y * data.sigma_q * np.exp(-theta[2])) / radius / amplitude
@@ -167,10 +177,19 @@ def _linearise(
     weight = np.minimum(1.0, _HUBER / np.maximum(size, _HUBER))
     loss = np.where(size < _HUBER, 0.5 * size**2, _HUBER * size - 0.5 * _HUBER**2).sum()
     cost = float(loss + 0.5 * (precision * (theta - mean) ** 2).sum())
-    columns = _columns(theta, data, x, y, tangential=False)
-    columns[:, 4] = -radius
-    columns[:, 5 + 2 * n :] = -radius[:, None] * data.level
-    return cost, residual, columns / (amplitude * sigma)[:, None], weight
+    return _Evaluated(theta, cost, residual, weight, point, radius, amplitude * sigma)
+
+
+def _normal(at: _Evaluated, data: CircleData, mean: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the normal matrix and the slope of the cost."""
+    columns = _columns(at.theta, data, *at.point, tangential=False)
+    columns[:, 4] = -at.radius
+    columns[:, 5 + 2 * data.bias.shape[1] :] = -at.radius[:, None] * data.level
+    root = np.sqrt(at.weight)
+    columns *= (root / at.sigma_v)[:, None]
+    normal = columns.T @ columns
+    normal[np.diag_indices(precision.size)] += precision
+    return normal, columns.T @ (root * at.residual) + precision * (at.theta - mean)
 
 
 def _columns(theta: FloatArray, data: CircleData, x: FloatArray, y: FloatArray, *, tangential: bool) -> FloatArray:

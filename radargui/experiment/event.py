@@ -18,6 +18,7 @@ class EventKind(Enum):
     HEALTH = "health"
     PROGRESS = "progress"
     WARNING = "warning"
+    PRELIMINARY = "preliminary"
     RUN = "run"
 
 
@@ -29,7 +30,8 @@ class Event:
     ----------
     kind
         STATE: `state` has changed; HEALTH: `health` is new; PROGRESS: of processing, `fraction` from 0 to 1; WARNING:
-        `message` is for the operator; RUN: `run` is finished.
+        `message` is for the operator; PRELIMINARY: what `run` gives so far, its final result will follow; RUN: `run` is
+        finished.
     state
         Where the experiment is.
     number

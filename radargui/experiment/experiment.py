@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -16,11 +17,11 @@ from radargui.experiment.finished import FinishedJob, process_finished
 from radargui.experiment.live_agreement import LiveAgreement
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.experiment.recorded_run import RecordedRun
-from radargui.experiment.series import Ended, Progress, Series, Signal, Signals, unprocessed
+from radargui.experiment.series import Ended, Preliminary, Progress, Series, Signal, Signals, unprocessed
 from radargui.experiment.state import ExperimentState
 from radargui.experiment.teller import Listener, Teller
 from radargui.model.digitisation import Digitisation
-from radargui.model.errors import RadarGuiError
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.motion.fall import FallTest
@@ -36,7 +37,8 @@ class Experiment:
     """Runs recorded one after the other into one session.
 
     `record_run` and `record` do the work in the caller's thread, where the listener is called too; `finish`, `cancel`
-    and the properties may be used from any thread. Runs are processed in a thread of their own, in order.
+    and the properties may be used from any thread. Runs are processed in order, in a process of their own, or a thread
+    where the source is patient.
 
     Parameters
     ----------
@@ -173,7 +175,10 @@ class Experiment:
             acquisition.recorder.want_another()
 
     def cancel(self) -> None:
-        """End everything soon: what was recorded is kept, nothing more is recorded or processed."""
+        """End everything soon: what was recorded is kept, nothing more is recorded or processed.
+
+        Of a run that is being processed the preliminary result is kept, where it has one already.
+        """
         with self._lock:
             self._cancelled = True
         self.finish()
@@ -196,9 +201,14 @@ class Experiment:
             process=partial(self._processed, acquisition, signals, apart) if self._process else None,
             set_aside=lambda run: self._session.reject(run.path, run.set_aside),
             is_cancelled=lambda: self._cancelled,
+            cancel=self.cancel,
             waits_for_motion=self._seconds is None,
         )
         try:
+            if self._process and not self._patient:
+                # what fails here is told when there is something to process
+                with contextlib.suppress(ProcessingError):
+                    apart.start()
             yield from series.runs()
         finally:
             apart.close()
@@ -247,35 +257,28 @@ class Experiment:
 
         def progress(fraction: float) -> None:
             if self._cancelled:
-                raise _CancelledError("Processing was cancelled")
+                raise CancelledError
             signals.put(Progress(number, fraction))
 
+        def standing(result: RunResult) -> None:
+            signals.put(Preliminary(_recorded(run, number, result, None)))
+
         def work() -> None:
-            progress(0.0)
-            while_recording = not self._patient and not acquisition.state.is_final
-            found.append(apart.process(job, progress) if while_recording else process_finished(job, progress))
+            do = process_finished if self._patient else apart.process
+            with contextlib.suppress(CancelledError):
+                found.append(do(job, progress, standing))
 
         error = attempt(work, "Processing")
-        if isinstance(error, _CancelledError):
-            return unprocessed(run, number)
-        name = run.path.name
         if error is not None:
             error = _with_place(error, run.path)
-            return RecordedRun(number, run.path, None, run.ending, f"{name}: {error}", error, health=run.health)
-        result, agreement = found[0]
-        return RecordedRun(
-            number,
-            run.path,
-            result,
-            run.ending,
-            f"{name}: {_said(result, agreement)}",
-            agreement=agreement,
-            health=run.health,
-        )
+            message = f"{run.path.name}: {error}"
+            return RecordedRun(number, run.path, None, run.ending, message, error, health=run.health)
+        return _recorded(run, number, *found[0]) if found else unprocessed(run, number)
 
 
-class _CancelledError(RadarGuiError):
-    """The operator cancelled while a run was processed."""
+def _recorded(run: FinishedRun, number: int, result: RunResult, agreement: LiveAgreement | None) -> RecordedRun:
+    message = f"{run.path.name}: {_said(result, agreement)}"
+    return RecordedRun(number, run.path, result, run.ending, message, agreement=agreement, health=run.health)
 
 
 def _with_place(error: RadarGuiError, path: Path | None) -> RadarGuiError:
@@ -291,4 +294,5 @@ def _said(result: RunResult, agreement: LiveAgreement | None) -> str:
         return f"{result.status.replace('_', ' ')}, {result.reason}".rstrip(", ")
     bounce = next((bounce for bounce in result.bounces.impacts if bounce.valid), None)
     said = "processed, no bounce" if bounce is None else f"e = {bounce.e:.4f} ± {bounce.u_e:.4f}"
+    said = f"{said}, preliminary" if result.preliminary else said
     return said if agreement is None else f"{said}, live within {1e3 * agreement.rms_m:.2f} mm"

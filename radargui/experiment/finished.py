@@ -8,9 +8,12 @@ from pathlib import Path
 
 from radargui.acquisition.live_track import LiveSpan
 from radargui.experiment.live_agreement import LiveAgreement, live_agreement
-from radargui.experiment.reprocess import process_run
+from radargui.files.run_results import write_results
+from radargui.model.errors import CancelledError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.long_recording import read_for_processing
+from radargui.processing.offline import cut_short, process
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +38,19 @@ class FinishedJob:
     live: LiveSpan | None
 
 
-def process_finished(job: FinishedJob, progress: Callable[[float], None]) -> tuple[RunResult, LiveAgreement | None]:
+def process_finished(
+    job: FinishedJob, progress: Callable[[float], None], standing: Callable[[RunResult], None]
+) -> tuple[RunResult, LiveAgreement | None]:
     """Process a run, keep results and agreement in its file, and return both.
+
+    Parameters
+    ----------
+    job
+        The run.
+    progress
+        Called with the share done, 0 to 1. Where it raises `CancelledError`, the preliminary result is kept.
+    standing
+        Given the preliminary result, see `process`.
 
     Raises
     ------
@@ -44,16 +58,23 @@ def process_finished(job: FinishedJob, progress: Callable[[float], None]) -> tup
         The run cannot be read or written.
     ProcessingError
         The samples do not fit the setup.
+    CancelledError
+        `progress` did, and there is no preliminary result yet.
     """
-    found: list[LiveAgreement] = []
+    stands: list[RunResult] = []
 
-    def compared(result: RunResult) -> dict[str, object]:
-        agreement = None if job.live is None else live_agreement(job.live, job.first_index, result)
-        if agreement is None:
-            return {}
-        found.append(agreement)
-        return agreement.record()
+    def stand(result: RunResult) -> None:
+        stands.append(result)
+        standing(result)
 
     progress(0.0)
-    result = process_run(job.path, job.setup, progress=progress, health_of=compared)
-    return result, found[0] if found else None
+    recording = read_for_processing(job.path)
+    try:
+        result = process(recording, job.setup, progress, stand)
+    except CancelledError:
+        if not stands:
+            raise
+        result = cut_short(stands[0])
+    agreement = None if job.live is None else live_agreement(job.live, job.first_index, result)
+    write_results(job.path, result, health=None if agreement is None else agreement.record())
+    return result, agreement

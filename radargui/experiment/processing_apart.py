@@ -7,6 +7,7 @@ import logging
 import multiprocessing
 import os
 import pickle
+import signal
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +17,9 @@ from typing import Any
 
 from radargui.experiment.finished import FinishedJob, process_finished
 from radargui.experiment.live_agreement import LiveAgreement
-from radargui.model.errors import ProcessingError, RadarGuiError
+from radargui.experiment.spawning import unheard_children
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
+from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.processing.long_recording import read_again
 
@@ -31,41 +34,56 @@ class ProcessingApart:
     """One process that does one job after the other, started with the first; used from one thread.
 
     Threads share Python's one lock: a processing thread beside the reader's makes it wait for tenths of a second. A
-    process does not. It runs at a lower priority.
+    process does not. The window is drawn in time, too. It runs at a lower priority.
     """
 
     def __init__(self) -> None:
         self._process: SpawnProcess | None = None
         self._connection: Connection | None = None
 
-    def process(self, job: FinishedJob, progress: Callable[[float], None]) -> tuple[RunResult, LiveAgreement | None]:
-        """Do a job; as `process_finished`, and what `progress` raises ends it.
+    def start(self) -> None:
+        """Start the process, which takes a second, before there is a job; idempotent.
 
         Raises
         ------
-        RadarGuiError
-            As raised there, or the process ended without an answer.
+        ProcessingError
+            The system starts no process.
+        """
+        self._connected()
+
+    def process(
+        self, job: FinishedJob, progress: Callable[[float], None], standing: Callable[[RunResult], None]
+    ) -> tuple[RunResult, LiveAgreement | None]:
+        """Do a job, as `process_finished` does.
+
+        Raises
+        ------
+        RadarGuiError, CancelledError
+            As raised there, or the process cannot be started, or ended without an answer.
         """
         connection = self._connected()
         connection.send(job)
-        stopped: RadarGuiError | None = None
+        stopped = False
+        samples: Recording | None = None
         try:
             while True:
                 kind, value = connection.recv()
+                if kind == "error":
+                    raise value
                 if kind == "progress":
                     try:
                         progress(value)
-                    except RadarGuiError as error:
-                        if stopped is None:
+                    except CancelledError:
+                        if not stopped:
                             connection.send(_STOP)
-                        stopped = error
+                        stopped = True
                     continue
-                break
-            if kind == "error":
-                raise stopped or value
-            result, agreement = pickle.loads(  # noqa: S301 - from the process that we started
-                value[0], buffers=[connection.recv_bytes() for _ in range(value[1])]
-            )
+                result, agreement = _received(connection, value)
+                samples = samples or read_again(job.path, result.recording)
+                result = replace(result, recording=samples)
+                if kind == "result":
+                    return result, agreement
+                standing(result)
         except (EOFError, OSError, pickle.PickleError) as error:
             self.close()
             raise ProcessingError(
@@ -73,9 +91,6 @@ class ProcessingApart:
                 reasons=("the memory does not suffice", "somebody ended it"),
                 remedy="Process the run again.",
             ) from error
-        if stopped is not None:
-            raise stopped
-        return replace(result, recording=read_again(job.path, result.recording)), agreement
 
     def close(self) -> None:
         """End the process; idempotent."""
@@ -95,17 +110,30 @@ class ProcessingApart:
     def _connected(self) -> Connection:
         if self._connection is None:
             context = multiprocessing.get_context("spawn")
-            self._connection, theirs = context.Pipe()
-            self._process = context.Process(target=_serve, args=(theirs,), name="radargui-processing", daemon=True)
-            self._process.start()
-            theirs.close()
+            ours, theirs = context.Pipe()
+            process = context.Process(target=_serve, args=(theirs,), name="radargui-processing", daemon=True)
+            try:
+                with unheard_children():
+                    process.start()
+            except OSError as error:
+                ours.close()
+                raise ProcessingError(
+                    f"The process that processes runs cannot be started: {error}",
+                    reasons=("the memory does not suffice", "too many processes run"),
+                    remedy="Process the run again.",
+                ) from error
+            finally:
+                theirs.close()
+            self._connection, self._process = ours, process
         return self._connection
 
 
 def _serve(connection: Connection) -> None:
     """Do jobs until None comes or the parent is gone; in the process."""
+    # the parent hears Ctrl-C and says what becomes of the job
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     _lower_priority()
-    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+    with contextlib.suppress(EOFError, OSError):
         while (job := connection.recv()) is not None:
             if job != _STOP:
                 _answer(connection, job)
@@ -115,28 +143,37 @@ def _answer(connection: Connection, job: FinishedJob) -> None:
     def progress(fraction: float) -> None:
         connection.send(("progress", fraction))
         if connection.poll() and connection.recv() in (None, _STOP):
-            raise _StoppedError("Processing was stopped")
+            raise CancelledError
 
     try:
-        result, agreement = process_finished(job, progress)
-    except RadarGuiError as error:
+        result, agreement = process_finished(
+            job, progress, lambda preliminary: _send(connection, "standing", preliminary, None)
+        )
+    except (RadarGuiError, CancelledError) as error:
         connection.send(("error", error))
-        return
     except Exception as error:
         _logger.exception("Processing failed")
         connection.send(("error", ProcessingError(f"Processing failed unexpectedly: {type(error).__name__}: {error}")))
-        return
-    # the samples are in the file: the parent reads them there
+    else:
+        _send(connection, "result", result, agreement)
+
+
+def _send(connection: Connection, kind: str, result: RunResult, agreement: LiveAgreement | None) -> None:
+    """Send a result without its samples: those are in the file, the parent reads them there."""
     light = replace(result, recording=replace(result.recording, raw=result.recording.raw[:, :0]))
     buffers: list[pickle.PickleBuffer] = []
     data = pickle.dumps((light, agreement), protocol=5, buffer_callback=buffers.append)
-    connection.send(("result", (data, len(buffers))))
+    connection.send((kind, (data, len(buffers))))
     for buffer in buffers:
         connection.send_bytes(buffer.raw())
 
 
-class _StoppedError(RadarGuiError):
-    """The parent wants no more of this job."""
+def _received(connection: Connection, sent: tuple[bytes, int]) -> tuple[RunResult, LiveAgreement | None]:
+    data, count = sent
+    result, agreement = pickle.loads(  # noqa: S301 - from the process that we started
+        data, buffers=[connection.recv_bytes() for _ in range(count)]
+    )
+    return result, agreement
 
 
 def _lower_priority() -> None:

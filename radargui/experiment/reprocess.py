@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 from radargui.files.run_file import read_run_setup
@@ -19,7 +19,7 @@ def process_run(
     setup: Setup | None = None,
     *,
     progress: Callable[[float], None] | None = None,
-    health_of: Callable[[RunResult], Mapping[str, object]] | None = None,
+    standing: Callable[[RunResult], None] | None = None,
 ) -> RunResult:
     """Process a run file and store the results in it, in place of older ones; its samples are not touched.
 
@@ -30,9 +30,9 @@ def process_run(
     setup
         None: the one it was recorded with.
     progress
-        Called with the share done, 0 to 1.
-    health_of
-        Returns what the result adds to the health record of the run.
+        Called with the share done, 0 to 1; what it raises ends the work, and the stored results stay.
+    standing
+        See `process`.
 
     Raises
     ------
@@ -46,8 +46,8 @@ def process_run(
         The samples do not fit the setup.
     """
     recording = read_for_processing(path)
-    result = process(recording, setup or own_setup(path), progress)
-    write_results(path, result, health=None if health_of is None else health_of(result))
+    result = process(recording, setup or own_setup(path), progress, standing)
+    write_results(path, result)
     return result
 
 

@@ -30,11 +30,18 @@ class Progress:
 
 
 @dataclass(frozen=True, slots=True)
+class Preliminary:
+    """What a run gives so far."""
+
+    run: RecordedRun
+
+
+@dataclass(frozen=True, slots=True)
 class Ended:
     """The acquisition has ended: nothing more will be recorded."""
 
 
-Signal: TypeAlias = RecorderState | FinishedRun | RecordedRun | Progress | Ended
+Signal: TypeAlias = RecorderState | FinishedRun | RecordedRun | Progress | Preliminary | Ended
 Signals: TypeAlias = "queue.SimpleQueue[Signal]"
 
 
@@ -55,6 +62,8 @@ class Series:
         Rejects a run in the session.
     is_cancelled
         Whether the operator wants nothing more.
+    cancel
+        Makes it so: of the run that is being processed what stands already is kept.
     waits_for_motion
         Whether the recorder waits while it is armed.
     """
@@ -69,6 +78,7 @@ class Series:
         process: Callable[[FinishedRun, int], RecordedRun] | None,
         set_aside: Callable[[FinishedRun], None],
         is_cancelled: Callable[[], bool],
+        cancel: Callable[[], None],
         waits_for_motion: bool,
     ) -> None:
         self._acquisition = acquisition
@@ -78,6 +88,7 @@ class Series:
         self._process = process
         self._reject = set_aside
         self._is_cancelled = is_cancelled
+        self._cancel = cancel
         self._waits_for_motion = waits_for_motion
         self._base = teller.number - 1
         self._warnings = RunningWarnings()
@@ -99,9 +110,14 @@ class Series:
         self._acquisition.start()
         try:
             with closing(Jobs[FinishedRun](work)) as jobs:
-                while not self._ended or self._n_processing:
-                    self._take(self._next(), jobs)
-                    yield from self._in_order()
+                try:
+                    while not self._ended or self._n_processing:
+                        self._take(self._next(), jobs)
+                        yield from self._in_order()
+                except BaseException:
+                    # Ctrl-C, or whoever asked for the runs has left: nobody waits for what is being computed
+                    self._cancel()
+                    raise
         finally:
             self._acquisition.stop()
 
@@ -129,6 +145,8 @@ class Series:
                 self._enter_as(signal)
             case Progress():
                 self._teller.progress(signal.number, signal.fraction)
+            case Preliminary():
+                self._teller.preliminary(signal.run)
             case FinishedRun():
                 self._finished(signal, jobs)
             case RecordedRun():

@@ -57,6 +57,10 @@ class Teller:
             Event(EventKind.WARNING, self.state, self.number if number is None else number, message, error=error)
         )
 
+    def preliminary(self, run: RecordedRun) -> None:
+        """Tell what a run gives so far."""
+        self._tell(Event(EventKind.PRELIMINARY, self.state, run.number, run.message, run=run))
+
     def run(self, run: RecordedRun) -> None:
         """Tell what came of a run."""
         self._tell(Event(EventKind.RUN, self.state, run.number, run.message, run=run))

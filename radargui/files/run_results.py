@@ -104,7 +104,7 @@ def read_summary(path: Path) -> dict[str, object] | None:
 
 
 def results_are_current(path: Path, setup: Setup) -> bool:
-    """Return whether a run holds sound results that this version made with this setup.
+    """Return whether a run holds sound, final results that this version made with this setup.
 
     Raises
     ------
@@ -116,7 +116,8 @@ def results_are_current(path: Path, setup: Setup) -> bool:
         if not attributes or not is_sound(attributes):
             return False
         made_by, made_with = hdf5.text(attributes, "version"), hdf5.text(attributes, "setup")
-    return made_by == __version__ and made_with == dump_setup(setup)
+        preliminary = json.loads(hdf5.text(attributes, "summary") or "{}").get("preliminary", False)
+    return made_by == __version__ and made_with == dump_setup(setup) and not preliminary
 
 
 def _write(group: Any, result: RunResult) -> None:

@@ -22,7 +22,8 @@ def summarise(result: RunResult) -> dict[str, object]:
     -------
     dict
         `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `g_m_s2`, `u_g_m_s2`, `correction`,
-        `geometry`, `version`, `n_bounces` (all impacts), `verdict` (the worst receiver's). JSON can hold it.
+        `geometry`, `version`, `n_bounces` (all impacts), `verdict` (the worst receiver's), `preliminary` (see
+        `RunResult`). JSON can hold it.
     """
     bounce = next((bounce for bounce in result.bounces.impacts[:1] if bounce.valid), None)
     fall = result.bounces.free_fall
@@ -42,6 +43,7 @@ def summarise(result: RunResult) -> dict[str, object]:
         "version": __version__,
         "n_bounces": len(result.bounces.impacts),
         "verdict": next((verdict for verdict in _VERDICTS if verdict in verdicts), None),
+        "preliminary": result.preliminary,
     }
 
 

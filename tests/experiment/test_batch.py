@@ -16,10 +16,10 @@ from support.stored_runs import SETUP, raw_digest, results_digest, store_runs
 
 from radargui.experiment.batch.find import find_runs
 from radargui.experiment.batch.local import run_local
-from radargui.experiment.batch.task import BatchOutcome, BatchTask, StoppedError, TablesTo, work_on
+from radargui.experiment.batch.task import BatchOutcome, BatchTask, TablesTo, work_on
 from radargui.experiment.reprocess import process_run
 from radargui.files.run_file import read_summary
-from radargui.model.errors import FileError, ProcessingError, SetupError
+from radargui.model.errors import CancelledError, FileError, ProcessingError, SetupError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_file import parse_setup
@@ -126,7 +126,7 @@ def _raise(error: BaseException) -> Callable[[float], None]:
 @pytest.mark.parametrize(
     ("error", "state", "text"),
     [
-        (StoppedError(), "stopped", ""),
+        (CancelledError(), "stopped", ""),
         (MemoryError(), "failed", "memory"),
         (KeyError("x"), "failed", "unexpected KeyError"),
     ],

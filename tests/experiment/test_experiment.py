@@ -201,7 +201,7 @@ def test_a_failed_processing_keeps_the_recording_and_the_series_goes_on(
     def refuse(*_: object, **__: object) -> None:
         raise ProcessingError("It does not fit")
 
-    monkeypatch.setattr(finished, "process_run", refuse)
+    monkeypatch.setattr(finished, "process", refuse)
     an_experiment, listener = experiment(tmp_path, drop_setup())
     runs = list(an_experiment.record(2))
     assert len(runs) == 2

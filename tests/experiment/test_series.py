@@ -25,7 +25,8 @@ from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.state import ExperimentState
 from radargui.files.run_file import read_run, read_run_truth, read_summary
 from radargui.files.run_health import read_health
-from radargui.model.errors import DeviceError, ProcessingError, RadarGuiError
+from radargui.model.errors import CancelledError, DeviceError, ProcessingError, RadarGuiError
+from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.session.session import Session
 from radargui.sources.contract import Source
@@ -180,13 +181,13 @@ def test_a_run_is_processed_while_the_next_is_armed_and_results_come_in_order(
     setup = changed(drops(), recording={"falls_only": False})
     source = ControlledSource()
     go, armed_again = threading.Event(), threading.Event()
-    original = finished.process_run
+    original = finished.process
 
     def slow(*arguments, **more):  # type: ignore[no-untyped-def]
         assert go.wait(LONGEST_S)
         return original(*arguments, **more)
 
-    monkeypatch.setattr(finished, "process_run", slow)
+    monkeypatch.setattr(finished, "process", slow)
     experiment, events = series(tmp_path, setup, lambda _: source)
     armed = 0
 
@@ -306,19 +307,23 @@ def stored(tmp_path: Path) -> FinishedJob:
     return FinishedJob(path, setup, 0, None)
 
 
+def never(_: RunResult) -> None:
+    pytest.fail("the ellipse has no preliminary result")
+
+
 def test_a_process_apart_gives_the_same_result_and_keeps_it(stored: FinishedJob) -> None:
     told: list[float] = []
     apart = ProcessingApart()
     try:
-        result, agreement = apart.process(stored, told.append)
-        with pytest.raises(RadarGuiError, match="enough"):
-            apart.process(stored, lambda _: (_ for _ in ()).throw(RadarGuiError("enough")))
-        again, _ = apart.process(stored, told.append)
+        result, agreement = apart.process(stored, told.append, never)
+        with pytest.raises(CancelledError):
+            apart.process(stored, lambda _: (_ for _ in ()).throw(CancelledError), never)
+        again, _ = apart.process(stored, told.append, never)
         with pytest.raises(RadarGuiError):
-            apart.process(FinishedJob(stored.path.with_name("run-0009.h5"), stored.setup, 0, None), told.append)
+            apart.process(FinishedJob(stored.path.with_name("run-0009.h5"), stored.setup, 0, None), told.append, never)
         apart._process.kill()  # type: ignore[union-attr]
         with pytest.raises(ProcessingError, match="ended without an answer"):
-            apart.process(stored, told.append)
+            apart.process(stored, told.append, never)
     finally:
         apart.close()
         apart.close()

@@ -117,6 +117,7 @@ def test_the_summary_tells_the_first_bounce_and_the_worst_verdict(tmp_path: Path
         "geometry": "exact",
         "version": summary["version"],
         "n_bounces": 2,
+        "preliminary": False,
         "verdict": "usable",
     }
     json.dumps(summary, allow_nan=False)

@@ -10,7 +10,7 @@ from support.gui_sessions import make_session
 
 from radargui.files.run_card import read_run_card
 from radargui.gui.main_window import MainWindow
-from radargui.gui.sessions.work_strip import WorkCancelledError
+from radargui.model.errors import CancelledError
 
 
 @pytest.fixture
@@ -55,5 +55,5 @@ def test_closing_ends_a_long_look_at_the_folders(window: MainWindow) -> None:
     task = window.work.quiet()
     task.tell(0.1)
     window.close()
-    with pytest.raises(WorkCancelledError):
+    with pytest.raises(CancelledError):
         task.tell(0.2)

@@ -13,7 +13,7 @@ from radargui.files.run_card import read_run_card
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.main_window import MainWindow
 from radargui.gui.sessions.reprocess_dialog import ReprocessDialog
-from radargui.gui.sessions.work_strip import WorkCancelledError
+from radargui.model.errors import CancelledError
 
 
 @pytest.fixture
@@ -70,7 +70,7 @@ def test_discarding_or_cancelling_leaves_the_stored_results(
     wait_for(lambda: not window.jobs.running)
 
     def cancelled(_task: object, _share: float) -> None:
-        raise WorkCancelledError
+        raise CancelledError
 
     monkeypatch.setattr("radargui.gui.sessions.work_strip.Task.tell", cancelled)
     dialog.keep.click()

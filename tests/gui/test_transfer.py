@@ -14,7 +14,7 @@ from radargui.files.reading import read_recording
 from radargui.gui.main_window import MainWindow
 from radargui.gui.sessions.export_dialog import ExportDialog
 from radargui.gui.sessions.import_dialog import ImportDialog
-from radargui.gui.sessions.work_strip import WorkCancelledError
+from radargui.model.errors import CancelledError
 from radargui.model.setup_file import dump_setup
 from radargui.session.info import read_info
 from radargui.sources.simulated import simulate_recording
@@ -141,7 +141,7 @@ def test_cancelled_work_leaves_no_half_file(
     wait_for(lambda: not window.jobs.running)
 
     def cancelled(_task: object, _share: float) -> None:
-        raise WorkCancelledError
+        raise CancelledError
 
     monkeypatch.setattr("radargui.gui.sessions.work_strip.Task.tell", cancelled)
     dialog.go.click()

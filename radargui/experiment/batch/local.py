@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import multiprocessing
 import os
 import signal
-import threading
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.synchronize import Event
 
-from radargui.experiment.batch.task import BatchOutcome, BatchTask, StoppedError, work_on
-from radargui.model.errors import ProcessingError
+from radargui.experiment.batch.task import BatchOutcome, BatchTask, work_on
+from radargui.experiment.spawning import unheard_children
+from radargui.model.errors import CancelledError, ProcessingError
 
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 _AHEAD = 2
 """Tasks that are handed out for each worker: one to work on, one to go on with."""
 _stop: Event | None = None
@@ -73,7 +71,7 @@ def _run_pool(waiting: deque[BatchTask], count: int, suspects: list[BatchTask]) 
             while waiting and len(running) < _AHEAD * count:
                 task = waiting.popleft()
                 try:
-                    with _spawning():
+                    with unheard_children():
                         running[pool.submit(_work, task)] = task
                 except BrokenProcessPool:
                     suspects.append(task)
@@ -93,26 +91,6 @@ def _run_pool(waiting: deque[BatchTask], count: int, suspects: list[BatchTask]) 
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-@contextlib.contextmanager
-def _spawning() -> Iterator[None]:
-    """Let processes that are started here use one thread, and leave Ctrl-C to their parent."""
-    kept = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
-    is_main = threading.current_thread() is threading.main_thread()
-    # What a process ignores, its children ignore from their first instruction on.
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
-    try:
-        yield
-    finally:
-        if is_main:
-            signal.signal(signal.SIGINT, handler)
-        for name, value in kept.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
 def _begin(stop: Event) -> None:
     global _stop
     _stop = stop
@@ -127,4 +105,4 @@ def _work(task: BatchTask) -> BatchOutcome:
 
 def _look_for_stop(_: float) -> None:
     if _stop is not None and _stop.is_set():
-        raise StoppedError
+        raise CancelledError

@@ -12,7 +12,7 @@ from radargui import __version__
 from radargui.experiment.reprocess import own_setup
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.summary import summarise
-from radargui.model.errors import ProcessingError, RadarGuiError
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_change import changed
@@ -20,10 +20,6 @@ from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 
 State = Literal["done", "skipped", "failed", "stopped"]
-
-
-class StoppedError(Exception):
-    """The batch is being stopped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +99,11 @@ def work_on(task: BatchTask, progress: Callable[[float], None] | None = None) ->
     task
         What to do.
     progress
-        Called with the share done; may raise `StoppedError`.
+        Called with the share done; may raise `CancelledError`.
     """
     try:
         return _work_on(task, progress)
-    except StoppedError:
+    except CancelledError:
         return BatchOutcome(task.run, "stopped")
     except RadarGuiError as error:
         return BatchOutcome(task.run, "failed", error)

@@ -72,7 +72,8 @@ class RunEntry:
             return "no motion"
         if self.summary.get("status") == "rejected":
             return f"rejected: {self.summary.get('reason') or 'no reason given'}"
-        return str(self.summary.get("verdict") or UNKNOWN)
+        verdict = str(self.summary.get("verdict") or UNKNOWN)
+        return f"{verdict}, preliminary" if self.summary.get("preliminary") else verdict
 
     def restitution(self) -> str:
         """Return e with its uncertainty."""

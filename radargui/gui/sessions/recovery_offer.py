@@ -10,9 +10,9 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
 
 from radargui.experiment.recovery import RecoveredRun, recover_run
-from radargui.gui.sessions.work_strip import Task, WorkCancelledError
+from radargui.gui.sessions.work_strip import Task
 from radargui.gui.setup.form import plain_label
-from radargui.model.errors import RadarGuiError
+from radargui.model.errors import CancelledError, RadarGuiError
 from radargui.session.catalogue import Catalogue
 from radargui.session.recovery import UnfinishedRun, unfinished_runs
 
@@ -72,7 +72,7 @@ class RecoveryOffer(QFrame):
         )
 
     def _failed(self, error: BaseException) -> None:
-        if not isinstance(error, WorkCancelledError):
+        if not isinstance(error, CancelledError):
             self._window.board.post_error(error)
 
     def _offer(self, runs: tuple[UnfinishedRun, ...]) -> None:

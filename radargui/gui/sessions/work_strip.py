@@ -11,13 +11,10 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
+from radargui.model.errors import CancelledError
 
 _LOOK_MS = 100
 _STEPS = 1000
-
-
-class WorkCancelledError(Exception):
-    """The operator cancelled the work; not a fault."""
 
 
 class Task:
@@ -32,11 +29,11 @@ class Task:
 
         Raises
         ------
-        WorkCancelledError
+        CancelledError
             The work shall end.
         """
         if self._cancelled.is_set():
-            raise WorkCancelledError
+            raise CancelledError
         self.share = share
 
     def cancel(self) -> None:
@@ -87,7 +84,7 @@ class WorkStrip(QWidget):
 
         def failed(error: BaseException) -> None:
             self._remove(task)
-            cancelled() if isinstance(error, WorkCancelledError) else otherwise(error)
+            cancelled() if isinstance(error, CancelledError) else otherwise(error)
 
         self._jobs.start(what, lambda: work(task), ended, failed)
 

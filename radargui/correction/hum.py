@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 from radargui.model.arrays import FloatArray
 from radargui.model.segment import Segment
 from radargui.motion.mains import HARMONICS, MAINS_HZ
+from radargui.motion.onset import find_onset
 
 POOLED_HZ = 2000.0
 LEAST_REST_S = 0.1
@@ -137,8 +138,16 @@ def without_hum(volts: FloatArray, sample_rate_hz: float, segment: Segment | Non
     """
     if segment is None:
         return volts
+    time = np.arange(volts.shape[1]) / sample_rate_hz
     hum = find_hum(volts, sample_rate_hz, rests(segment, volts.shape[1], sample_rate_hz), noise_v)
-    return volts if hum is None else volts - hum.at(np.arange(volts.shape[1]) / sample_rate_hz)
+    if hum is None:
+        return volts
+    # a slow beginning of the motion, still counted as rest, can look like a weak hum: once more without it
+    onset = find_onset(time, volts - hum.at(time))
+    if onset is not None and MARGIN_S < onset < segment.rest_last / sample_rate_hz + MARGIN_S:
+        earlier = replace(segment, rest_last=round((onset - MARGIN_S) * sample_rate_hz))
+        hum = find_hum(volts, sample_rate_hz, rests(earlier, volts.shape[1], sample_rate_hz), noise_v)
+    return volts if hum is None else volts - hum.at(time)
 
 
 def _pooled(volts: FloatArray, start: int, size: int, rate_hz: float) -> tuple[FloatArray, FloatArray]:

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.model.arrays import FloatArray
 
 _BLOCK_S = 0.005
-_REST_S = 0.1
+_WINDOW, _AHEAD, _FEWEST = 60, 3, 10
+_DEGREES = ((30, 2), (20, 1), (0, 0))
 _THRESHOLD = 6.0
 _MOST_WANDER = 0.02
-_SHORTEST_REST_S = 0.05
-_DRIFT_REST_S = 0.2
-_DRIFT_DEGREE = 2
 
 
 def find_onset(time_s: FloatArray, value: FloatArray) -> float | None:
     """Return the time of the last block that still looks like the rest, None where nothing moves.
 
-    Means over 5 ms are compared with the mean of the first 0.1 s; the tracer moves where two blocks in turn differ by
-    more than 6 standard deviations of the rest's blocks in the root mean square over the channels.
+    Means over 5 ms are compared with what the 0.3 s that end 15 ms before them foretell: a parabola, so that offsets
+    may drift (a straight line or a mean while the rest is short). The tracer moves where two blocks in turn differ by
+    more than 6 standard deviations in the root mean square over the channels. A rest that is looked at as a whole would
+    take the slow beginning of a pendulum for drift.
 
     Parameters
     ----------
@@ -37,42 +38,65 @@ def find_onset(time_s: FloatArray, value: FloatArray) -> float | None:
     first = np.flatnonzero(np.diff(label, prepend=-1))
     count = np.diff(np.append(first, label.size))
     mean = np.add.reduceat(value, first, axis=1) / count
-    start = time_s[first]
-    rest = start < time_s[0] + _REST_S
-    if rest.sum() < 8:
+    if first.size < 2 * _FEWEST:
         return float("-inf")
-    white = (
-        np.median(np.abs(np.diff(value[:, : count[0] * int(rest.sum())], axis=1)), axis=1) / 0.95 / np.sqrt(count[0])
-    )
-    scale = np.median(value.std(axis=1))
-    size = np.clip(mean[:, rest].std(axis=1), white, np.maximum(white, _MOST_WANDER * scale)) + 1e-12
-    distance = np.sqrt((((mean - mean[:, rest].mean(axis=1)[:, None]) / size[:, None]) ** 2).mean(axis=0))
-    away = distance > _THRESHOLD
+    early = np.diff(value[:, : first[2 * _FEWEST - 1]], axis=1)
+    white = np.median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
+    size = np.stack([white, np.maximum(white, _MOST_WANDER * np.median(value.std(axis=1)))])
+    if _wanders(mean[:, :_FEWEST], size):
+        return float("-inf")
+    away = _departures(mean, size) > _THRESHOLD
     lasting = np.flatnonzero(away[:-1] & away[1:])
-    if lasting.size == 0:
-        return None
-    onset = float(start[lasting[0]])
-    return onset if onset > time_s[0] + _SHORTEST_REST_S else float("-inf")
+    return float(time_s[first[_FEWEST + _AHEAD + lasting[0]]]) if lasting.size else None
 
 
-def without_rest_drift(time_s: FloatArray, value: FloatArray, rest_last: int) -> FloatArray:
-    """Return the channels less the parabola that their offsets follow at rest, so that a drift is no onset.
+def _wanders(mean: FloatArray, size: FloatArray) -> bool:
+    """Return whether blocks (n_channels, n) differ from a straight line by more than a rest may."""
+    apart = mean - mean @ _Foresight.of(mean.shape[1], 1).smooth
+    return bool(np.sqrt(((apart / size[1][:, None]) ** 2).mean(axis=0)).max() > _THRESHOLD)
 
-    Parameters
-    ----------
-    time_s
-        Shape (n_samples,).
-    value
-        Shape (n_channels, n_samples).
-    rest_last
-        Samples before this one are at rest for sure; under 0.2 s of them the channels are left as they are.
-    """
-    if rest_last < 8 or time_s[rest_last - 1] - time_s[0] < _DRIFT_REST_S:
-        return value
-    pooled = max(1, rest_last // 200)
-    count = rest_last // pooled
-    means = value[:, : count * pooled].reshape(value.shape[0], count, pooled).mean(axis=2)
-    middle = time_s[: count * pooled].reshape(count, pooled).mean(axis=1) - time_s[0]
-    trend = np.polynomial.polynomial.polyfit(middle, means.T, _DRIFT_DEGREE)
-    trend[0] = 0.0
-    return np.asarray(value - np.polynomial.polynomial.polyval(time_s - time_s[0], trend))
+
+class _Foresight:
+    """A polynomial through n blocks in turn: its values there, and its value some blocks later."""
+
+    def __init__(self, count: int, degree: int) -> None:
+        place = (np.arange(count) - count - _AHEAD) / _WINDOW
+        powers = np.vander(place, degree + 1, increasing=True)
+        solve = np.linalg.solve(powers.T @ powers, powers.T)
+        self.smooth = powers @ solve
+        self.ahead: FloatArray = solve[0]
+        self.freedom = count - degree - 1
+        self.widening = float(np.sqrt(1.0 + self.ahead @ self.ahead))
+
+    @classmethod
+    def of(cls, count: int, degree: int | None = None) -> _Foresight:
+        """Return the one for a window's length; short windows take lower degrees."""
+        return cls(count, next(d for least, d in _DEGREES if count >= least) if degree is None else degree)
+
+    def departure(self, before: FloatArray, now: FloatArray, size: FloatArray) -> FloatArray:
+        """Return how far blocks lie from what was foretold, in deviations, root mean square over the channels.
+
+        Parameters
+        ----------
+        before
+            Shape (n_channels, n_windows, count).
+        now
+            Shape (n_channels, n_windows).
+        size
+            Smallest and largest deviation of a block, shape (2, n_channels).
+        """
+        rest = before - before @ self.smooth
+        deviation = np.sqrt((rest**2).sum(axis=2) / self.freedom)
+        deviation = np.clip(deviation, size[0][:, None], size[1][:, None]) * self.widening
+        return np.asarray(np.sqrt((((now - before @ self.ahead) / deviation) ** 2).mean(axis=0)))
+
+
+def _departures(mean: FloatArray, size: FloatArray) -> FloatArray:
+    """Return the departure of each block from the first that can be foretold on."""
+    n = mean.shape[1]
+    growing = range(_FEWEST, min(_WINDOW, n - _AHEAD))
+    out = [_Foresight.of(count).departure(mean[:, None, :count], mean[:, [count + _AHEAD]], size) for count in growing]
+    if n > _WINDOW + _AHEAD:
+        windows = sliding_window_view(mean, _WINDOW, axis=1)[:, : n - _WINDOW - _AHEAD]
+        out.append(_Foresight.of(_WINDOW).departure(windows, mean[:, _WINDOW + _AHEAD :], size))
+    return np.concatenate(out)

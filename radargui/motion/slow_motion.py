@@ -8,18 +8,19 @@ from radargui.model.arrays import FloatArray
 from radargui.motion.mains import MAINS_HZ, without_mains
 from radargui.motion.noise import block_means
 
-BLOCK_S = 0.005
+POOL_S, BLOCK_S = 0.0005, 0.005
 LEAST_TURN_RAD = 1.5 * np.pi
-LARGEST_SPREAD = 0.35
+LEAST_IN_ALL_RAD = np.pi
+LARGEST_SPREAD = 0.2
 LEAST_RADIUS = 6.0
 """In standard deviations of a block mean."""
 
 
 def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> bool:
-    """Return whether I and Q run along a circle in every receiver, three quarters of a turn or more.
+    """Return whether I and Q run along circles: in one receiver three quarters of a turn, in all half a turn.
 
-    A drift of the offsets makes lines and bends, which do not run round a centre at one distance in all receivers at
-    once; a hum is taken off first.
+    A drift of the offsets makes lines and bends, which do not run round a centre at one distance in several receivers
+    at once; a hum is taken off first.
 
     Parameters
     ----------
@@ -30,21 +31,25 @@ def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) 
     noise_v
         White noise of each channel, shape (2 n_receivers,).
     """
-    size = max(1, round(BLOCK_S * sample_rate_hz))
-    means = block_means(volts, size)
+    size = max(1, round(POOL_S * sample_rate_hz))
+    means, rate_hz = block_means(volts, size), sample_rate_hz / size
+    for frequency in MAINS_HZ:
+        means = without_mains(means, rate_hz, frequency, line=False)
+    further = max(1, round(BLOCK_S * rate_hz))
+    means = block_means(means, further)
     if means.shape[1] < 16:
         return False
-    for frequency in MAINS_HZ:
-        means = without_mains(means, sample_rate_hz / size, frequency, line=False)
-    pairs = zip(means[0::2], means[1::2], noise_v[0::2] / np.sqrt(size), strict=True)
-    return all(_round(i, q, float(noise)) for i, q, noise in pairs)
+    pairs = zip(means[0::2], means[1::2], noise_v[0::2] / np.sqrt(size * further), strict=True)
+    turns = [_turn_rad(i, q, float(noise)) for i, q, noise in pairs]
+    return max(turns) >= LEAST_TURN_RAD and min(turns) >= LEAST_IN_ALL_RAD
 
 
-def _round(i: FloatArray, q: FloatArray, noise: float) -> bool:
+def _turn_rad(i: FloatArray, q: FloatArray, noise: float) -> float:
+    """Return the angle run through on a circle, 0 where the points lie on none."""
     design = np.stack([2.0 * i, 2.0 * q, np.ones_like(i)], axis=1)
     (a, b, _), *_ = np.linalg.lstsq(design, i * i + q * q, rcond=None)
     radius = np.hypot(i - a, q - b)
     size = float(radius.mean())
     if size < LEAST_RADIUS * noise or float(radius.std()) > LARGEST_SPREAD * size:
-        return False
-    return float(np.ptp(np.unwrap(np.arctan2(q - b, i - a)))) >= LEAST_TURN_RAD
+        return 0.0
+    return float(np.ptp(np.unwrap(np.arctan2(q - b, i - a))))

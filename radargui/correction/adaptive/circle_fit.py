@@ -62,6 +62,13 @@ class CircleFit:
     log_evidence: float
     chi_square: float
 
+    @classmethod
+    def still(cls, ellipse: StillEllipse) -> CircleFit:
+        """Return an ellipse as a fit without maps, of unknown quality."""
+        amplitude = np.log(max(ellipse.amplitude, 0.05))
+        theta = np.array([ellipse.offset_i, ellipse.offset_q, ellipse.log_gain, ellipse.skew_rad, amplitude])
+        return cls(theta, np.zeros((theta.size, theta.size)), -np.inf, np.inf)
+
     @property
     def ellipse(self) -> StillEllipse:
         """The constants alone."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.correction.adaptive.rough import rough_phases
-from radargui.correction.adaptive.rounds import Ground, Round, best_round, first_round, next_round
+from radargui.correction.adaptive.rounds import Ground, Round, best_round, first_round, next_round, still_round
 from radargui.correction.bins import bin_by_fringe
 from radargui.correction.signals import Signals, read_signals
 from radargui.geometry.antennas import place_antennas
@@ -16,12 +16,13 @@ from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.motion.kinks import find_kinks, find_turns
-from radargui.motion.onset import find_onset, without_rest_drift
+from radargui.motion.onset import find_onset
 from radargui.motion.segment import find_segment
 
 _BEFORE_ONSET_S = 0.03
 _FIRST_LENGTH_M = 0.15
 _SAME_TURN_S = 0.006
+_OTHER_COUNT_RAD = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,20 +79,23 @@ def adaptive_rounds(recording: Recording, setup: Setup) -> Found:
     segment = find_segment(signals.value, signals.rate_hz)
     if segment is None:
         raise ProcessingError("Nothing moves in this recording.", reasons=("the tracer was not released",))
-    onset = find_onset(signals.time_s, without_rest_drift(signals.time_s, signals.value, segment.rest_last))
+    onset = find_onset(signals.time_s, signals.value)
     if onset is None:
         raise ProcessingError("Nothing moves in this recording.", reasons=("the tracer was not released",))
     begin = float(signals.time_s[0])
     onset = max(onset, begin)
     rough = rough_phases(signals, onset)
-    start = max(onset - _BEFORE_ONSET_S, begin + 0.02) if onset > begin else begin
+    # a slow beginning is seen late: by about as much as the shaking of the voltages is seen after the onset
+    late = max(0.0, float(signals.time_s[segment.first]) - onset)
+    start = max(onset - late - _BEFORE_ONSET_S, begin + 0.02) if onset > begin else begin
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
     impacts = np.zeros(0)
     for _ in range(2):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         ground = Ground(bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s)
-        first = first_round(ground, rough.ellipses)
-        last = best_round(ground, next_round(ground, first, _FIRST_LENGTH_M))
+        still = still_round(ground, rough.ellipses)
+        first = first_round(ground, still)
+        last = _with_maps(ground, still, first)
         if impacts.size or antennas.n_receivers < 3:
             break
         impacts = _impacts(ground, last, np.asarray(setup.floor.normal))
@@ -99,6 +103,18 @@ def adaptive_rounds(recording: Recording, setup: Setup) -> Found:
             break
     turns = np.zeros(0) if antennas.n_receivers < 3 else _turns(ground, last, np.asarray(setup.floor.normal), impacts)
     return Found(signals, ground, first, last, onset, start, impacts, turns)
+
+
+def _with_maps(ground: Ground, still: Round, first: Round) -> Round:
+    """Return the best round with maps; where it counts other fringes than the still ellipses, these start a rival.
+
+    Few fringes do not hold the circle of the range law: its centre can run away and lose cycles.
+    """
+    last = best_round(ground, next_round(ground, first, _FIRST_LENGTH_M))
+    if np.abs(last.phase_rad - still.phase_rad).max() > _OTHER_COUNT_RAD:
+        rival = best_round(ground, next_round(ground, still, _FIRST_LENGTH_M))
+        last = max(last, rival, key=lambda r: r.log_evidence)
+    return last
 
 
 def _turns(ground: Ground, last: Round, normal: FloatArray, impact_s: FloatArray) -> FloatArray:

@@ -69,18 +69,23 @@ class Round:
     home: FloatArray
 
 
-def first_round(ground: Ground, ellipses: tuple[StillEllipse, ...]) -> Round:
-    """Fit circles whose amplitude follows the range law alone, starting from still ellipses."""
+def still_round(ground: Ground, ellipses: tuple[StillEllipse, ...]) -> Round:
+    """Take still ellipses as they are."""
     amplitude = np.array([np.full(ground.bins.n_bins, ellipse.amplitude) for ellipse in ellipses])
     value = ground.bins.value
     for _ in range(2 if ground.delay_s.any() else 1):
         points = [circle_point(i, q, e) for i, q, e in zip(value[0::2], value[1::2], ellipses, strict=True)]
         phase, turn = _phases(points, ground.rest)
         value = unskew(ground.bins, ground.delay_s, phase + turn[:, None], amplitude, ellipses)
-    start = [
-        np.array([e.offset_i, e.offset_q, e.log_gain, e.skew_rad, np.log(max(e.amplitude, 0.05))]) for e in ellipses
-    ]
-    return _fit(ground, value, phase, _places(ground, phase), None, None, start, _home(start))
+    fits = tuple(CircleFit.still(ellipse) for ellipse in ellipses)
+    home = _home([fit.theta for fit in fits])
+    return Round(phase, turn, value, amplitude, _places(ground, phase), fits, None, None, -np.inf, home)
+
+
+def first_round(ground: Ground, still: Round) -> Round:
+    """Fit circles whose amplitude follows the range law alone, starting from still ellipses."""
+    start = [fit.theta for fit in still.fits]
+    return _fit(ground, still.value, still.phase_rad, still.place, None, None, start, still.home)
 
 
 def next_round(ground: Ground, before: Round, length_m: float) -> Round:

@@ -18,6 +18,8 @@ _GRID_S = 0.001
 _LEAST_JUMP_M_S, _SIGNIFICANT = 0.12, 7.0
 _LEAST_SPEED_M_S = 0.04
 _LEAST_DIP_M = 1e-4
+_GRAVITY_M_S2 = 9.81
+_LEAST_FLIGHT_S, _MOST_BOUNCES = 0.010, 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,25 @@ class BreakSpeeds:
         A weak break costs nothing; one taken away again bends the motion around it when a bounce was there.
         """
         return np.asarray(self.after_m_s > self.before_m_s)
+
+    def expected_impacts(self, end_s: float) -> FloatArray:
+        """Return when a body that bounces on lands after the last impact, while its flights take 10 ms or more.
+
+        A flight that starts upward with v lasts 2 v / g; every impact takes away the same share of the speed.
+        """
+        impacts = self.are_impacts()
+        if not impacts.any():
+            return np.zeros(0)
+        speed, moment = float(self.after_m_s[impacts][-1]), float(self.time_s[impacts][-1])
+        share = float(np.median(-self.after_m_s[impacts] / self.before_m_s[impacts]))
+        out: list[float] = []
+        while len(out) < _MOST_BOUNCES:
+            moment += 2.0 * speed / _GRAVITY_M_S2
+            if 2.0 * speed / _GRAVITY_M_S2 < _LEAST_FLIGHT_S or moment > end_s - _LEAST_FLIGHT_S:
+                break
+            out.append(moment)
+            speed *= min(share, 1.0)
+        return np.array(out)
 
 
 def break_speeds(solution: Solution, normal: FloatArray) -> BreakSpeeds:

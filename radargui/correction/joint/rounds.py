@@ -18,6 +18,7 @@ _STEPS = 6
 _ENOUGH = 0.2
 _BREAK_ROUNDS = 6
 _SAME_S = 0.0015
+_CASCADES, _NO_WORSE = 3, 1.02
 
 
 def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]) -> Solution:
@@ -50,10 +51,12 @@ def converge(ground: Ground, posed: Posed, rounds: int, tick: Callable[[], None]
 def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]) -> Solution:
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
-    A break that was dropped is not tried again at the same place; the round with the smallest misfit is returned
+    First the body is let bounce on from its last impact: one break too few between short flights draws its neighbour
+    away. A break that was dropped is not tried again at the same place; the round with the smallest misfit is returned
     (evidences are not comparable between different knots).
     """
-    sharp, refused, best = np.zeros(0), np.zeros(0), solution
+    sharp, refused = np.zeros(0), np.zeros(0)
+    best = solution = _bounced_on(ground, solution, normal, tick)
     for number in range(_BREAK_ROUNDS):
         speeds = break_speeds(solution, normal)
         good = speeds.are_kinks()
@@ -70,6 +73,25 @@ def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: 
         solution = converge(ground, pose_again(ground, solution, motion), 4, tick)
         best = min(best, solution, key=_misfit)
     return best
+
+
+def _bounced_on(ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]) -> Solution:
+    """Return the solution with breaks where the body should land next, as long as that finds more impacts."""
+    for _ in range(_CASCADES):
+        speeds = break_speeds(solution, normal)
+        impacts = speeds.are_impacts()
+        expected = speeds.expected_impacts(float(solution.at.spline.edge_s[-1]))
+        if expected.size == 0:
+            break
+        before = speeds.time_s[speeds.time_s <= speeds.time_s[impacts][-1]]
+        breaks = np.concatenate([before, expected])
+        motion = respline(solution.at.spline, solution.state.coefficients, breaks, np.zeros(0))
+        trial = converge(ground, pose_again(ground, solution, motion), 4, tick)
+        more = int(break_speeds(trial, normal).are_impacts().sum()) > int(impacts.sum())
+        if not more or _misfit(trial) > _NO_WORSE * _misfit(solution):
+            break
+        solution = trial
+    return solution
 
 
 def _misfit(solution: Solution) -> float:

@@ -53,7 +53,7 @@ class FreeFall:
     release_height_m
         Height at rest before the fall, along the floor's normal.
     drop_height_m
-        Height at rest above the height of the first impact.
+        Height at rest above the height of the first impact; NaN where the fall ends without one.
     parabola
         Coefficients of the height along the floor's normal, a + b (t - first) + c (t - first)^2 in m, m/s, m/s^2.
     residual_rms_m
@@ -72,7 +72,19 @@ class FreeFall:
 
 @dataclass(frozen=True, slots=True)
 class Bounces:
-    """All impacts of a run in time order, and the fall before the first."""
+    """All impacts of a run in time order, and the fall before the first.
+
+    Attributes
+    ----------
+    impacts, free_fall
+        What was found.
+    normal
+        Unit vector away from the floor, which speeds and heights are along; None where nothing was found along any.
+    u_tilt_deg
+        Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
+    """
 
     impacts: tuple[Bounce, ...] = ()
     free_fall: FreeFall | None = None
+    normal: tuple[float, float, float] | None = None
+    u_tilt_deg: float | None = None

@@ -134,7 +134,7 @@ class _Taker:
         u = track.u_position_m[:, self.first : self.last]
         known = np.flatnonzero(np.isfinite(position).all(axis=0))
         places = position[:, known[every(known.size, _TRACK_POINTS)]]
-        normal = self.result.setup.floor.normal
+        normal = self.result.bounces.normal or self.result.setup.floor.normal
         height = np.asarray(normal) @ position
         parabola, residual = self._fall(height)
         x, y, _ = (self._curve(row) for row in position)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from math import isfinite
 
 from radargui.model.bounce import FreeFall
 from radargui.model.setup import Setup
@@ -46,12 +47,10 @@ def _fall_rows(fall: FreeFall | None, name: str) -> tuple[tuple[str, str], ...]:
     if fall is None:
         return ((name, "none that can be fitted"),)
     span = f"{fall.first_time_s:.4f} s to {fall.last_time_s:.4f} s"
-    drop, release = (plain(value, 5, "mm", 1e3) for value in (fall.drop_height_m, fall.release_height_m))
+    release = f"from a height of {plain(fall.release_height_m, 5, 'mm', 1e3)}, fitted {span}"
+    drop = f"{plain(fall.drop_height_m, 5, 'mm', 1e3)} " if isfinite(fall.drop_height_m) else ""
     return (
-        (
-            name,
-            f"{drop} from a height of {release}, fitted {span}",
-        ),
+        (name, f"{drop}{release}"),
         ("g", quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²")),
         ("Residual of the fit", f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms"),
     )

@@ -89,7 +89,7 @@ def _along(track: Track, segment: Segment, normal: tuple[float, float, float], s
     impact_s = _meet(fitted, place, impact_s)
     impacts = tuple(_bounce(fitted, place, k, instant) for k, instant in enumerate(impact_s))
     fall = _free_fall(heights, flights[0], track, segment, normal, fitted, place, float(impact_s[0]))
-    return cross_check(Bounces(impacts, fall), heights.time_s, heights.height_m, NOMINAL_G_M_S2 * normal[2])
+    return cross_check(Bounces(impacts, fall, normal), heights.time_s, heights.height_m, NOMINAL_G_M_S2 * normal[2])
 
 
 def _falls(fitted: Parabolas, normal: tuple[float, float, float]) -> bool:

@@ -16,11 +16,14 @@ MODEL_SHARE = 0.01
 """Air drag and a floor that gives way make the three differ by up to about a percent, none of them being wrong."""
 
 
-def cross_check(bounces: Bounces, time_s: FloatArray, height_m: FloatArray, g_m_s2: float) -> Bounces:
+def cross_check(
+    bounces: Bounces, time_s: FloatArray, height_m: FloatArray, g_m_s2: float, drag_1_m: float = 0.0
+) -> Bounces:
     """Return the bounces with e from the flight time and from the height of the flight that follows each.
 
-    A flight of duration T over a level floor begins with g T / 2, one of height h with sqrt(2 g h); over the speed
-    before the impact each is e.
+    With drag k v^2 a flight of duration T over a level floor begins with (g T / 2) (1 + g k T^2 / 16), to first order
+    in k, and one of height h with sqrt((g / k) (exp(2 k h) - 1)), exactly; without drag with g T / 2 and sqrt(2 g h).
+    Over the speed before the impact each is e.
 
     Parameters
     ----------
@@ -30,19 +33,30 @@ def cross_check(bounces: Bounces, time_s: FloatArray, height_m: FloatArray, g_m_
         Height along the floor's normal on the known samples of the motion, shape (n_samples,).
     g_m_s2
         Gravity along the normal.
+    drag_1_m
+        k, where it is known.
     """
     impacts = list(bounces.impacts)
     for number, (impact, following) in enumerate(itertools.pairwise(impacts)):
-        if not impact.speed_before_m_s > 0.0:
+        before = impact.speed_before_m_s
+        if not before > 0.0:
             continue
         duration = following.time_s - impact.time_s
         rise = _apex(impact, following, time_s, height_m)
         impacts[number] = replace(
             impact,
-            e_flight_time=g_m_s2 * duration / (2.0 * impact.speed_before_m_s),
-            e_height=float(np.sqrt(2.0 * g_m_s2 * rise)) / impact.speed_before_m_s if rise > 0.0 else float("nan"),
+            e_flight_time=0.5 * g_m_s2 * duration * (1.0 + g_m_s2 * drag_1_m * duration**2 / 16.0) / before,
+            e_height=float(np.sqrt(2.0 * g_m_s2 * rise * _drag_factor(drag_1_m * rise))) / before
+            if rise > 0.0
+            else float("nan"),
         )
     return replace(bounces, impacts=tuple(impacts))
+
+
+def _drag_factor(drag_times_rise: float) -> float:
+    """Return (exp(2 k h) - 1) / (2 k h)."""
+    x = 2.0 * drag_times_rise
+    return float(np.expm1(x) / x) if x else 1.0
 
 
 def _apex(impact: Bounce, following: Bounce, time_s: FloatArray, height_m: FloatArray) -> float:
@@ -57,8 +71,18 @@ def _apex(impact: Bounce, following: Bounce, time_s: FloatArray, height_m: Float
 
 
 def disagreements(bounces: Bounces) -> list[str]:
-    """Return a sentence for each impact whose three coefficients do not agree within three standard uncertainties."""
+    """Return a sentence for each impact whose three coefficients do not agree within three standard uncertainties.
+
+    And one where the impacts say that the floor, of which the setup says nothing, is tilted.
+    """
     sentences = []
+    if bounces.u_tilt_deg is not None and bounces.normal is not None and bounces.normal[2] < 1.0:
+        x, y, z = bounces.normal
+        tilt = np.degrees(np.arctan2(np.hypot(x, y), z))
+        sentences.append(
+            f"the floor is tilted by {tilt:.2f} ± {bounces.u_tilt_deg:.2f} degrees, as the impacts say (the setup "
+            f"gives no floor.normal): speeds are along ({x:.3f}, {y:.3f}, {z:.3f})"
+        )
     for number, impact in enumerate(bounces.impacts, 1):
         if not impact.valid:
             continue

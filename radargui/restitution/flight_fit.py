@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BSpline
 
-from radargui.correction.joint.flight_information import MotionInformation
+from radargui.correction.joint.flight_information import MotionInformation, motion_information
+from radargui.correction.joint.minimise import Solution
+from radargui.correction.joint.motion_spline import MotionSpline
 from radargui.model.arrays import FloatArray
 from radargui.restitution.flight_law import drift_time, fall_below_apex, speed_below_apex
 
@@ -20,17 +22,36 @@ _STEPS = 20
 class FlightPlan:
     """Which parts of the motion obey the equation of free flight.
 
+    Flights are the first segments between edges.
+
     Attributes
     ----------
-    segments
-        Numbers of the segments between edges that are flights, consecutive.
-    first_coefficient
-        In the first of them, the coefficient (of the segment) from which on the motion is free: a release before it is
-        left to the spline.
+    n_flights
+        How many.
+    first_span
+        In the first of them, the span from which on the motion is free: a release before it is left to the spline.
+    last_span
+        Of a fall alone, the span before which it ends; None: flights last until their segments end.
     """
 
-    segments: tuple[int, ...]
-    first_coefficient: int
+    n_flights: int
+    first_span: int
+    last_span: int | None = None
+
+    def size(self, spline: MotionSpline) -> int:
+        """Return how many of the spline's first coefficients the flights touch."""
+        stop = int(_segment_starts(spline.spans)[self.n_flights])
+        return stop if self.last_span is None else self.last_span + 2
+
+    def lifted(self, spline: MotionSpline) -> slice:
+        """Return the spans that the law of flight describes."""
+        return slice(self.first_span, sum(spline.spans[: self.n_flights]) if self.last_span is None else self.last_span)
+
+    def information(self, solution: Solution) -> MotionInformation:
+        """Return what the samples say about the flights."""
+        spline = solution.at.spline
+        n_breaks = min(self.n_flights, spline.break_s.size)
+        return motion_information(solution, self.size(spline), n_breaks, self.lifted(spline))
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +70,8 @@ class FlightFit:
         Chi-square of the flights against the free motion, and its degrees of freedom.
     apex_s
         Times of the apexes, one a flight.
+    first_end_s
+        End of the first flight.
     """
 
     g_m_s2: float
@@ -59,6 +82,25 @@ class FlightFit:
     covariance: FloatArray
     misfit: tuple[float, int]
     apex_s: FloatArray
+    first_end_s: float
+
+    @property
+    def reduced_misfit(self) -> float:
+        """Chi-square of the flights over its degrees of freedom."""
+        return self.misfit[0] / self.misfit[1]
+
+    def widened(self) -> FlightFit:
+        """Return the fit with its covariance widened by the reduced misfit, where that is above one."""
+        return replace(self, covariance=self.covariance * max(1.0, self.reduced_misfit))
+
+    def u_change(self) -> FloatArray:
+        """Return the uncertainty of a horizontal component of the velocity's change at each impact, (n_impacts,)."""
+        rows = np.zeros((2 * self.impact_s.size, self.covariance.shape[0]))
+        for row in range(rows.shape[0]):
+            place = 2 + 7 * (row // 2) + row % 2
+            rows[row, place + 1], rows[row, place + 4] = -1.0, 1.0
+        variance = np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
+        return np.asarray(np.sqrt(variance.reshape(-1, 2).mean(axis=1)))
 
     def u_g(self) -> float:
         """Return the standard uncertainty of g from noise and fit."""
@@ -75,16 +117,12 @@ class _Parameters:
     def __init__(self, information: MotionInformation, plan: FlightPlan) -> None:
         self.information, self.plan = information, plan
         spline = information.spline
-        self.n_flights = len(plan.segments)
-        self.n_breaks = spline.break_s.size
+        self.n_breaks = information.n_breaks
         self.starts = _segment_starts(spline.spans)
-        self.collocation = [_collocation(spline.fractions[s]) for s in plan.segments]
-        taken = np.zeros(spline.size + 1, dtype=np.bool_)
-        for number, segment in enumerate(plan.segments):
-            first = self.starts[segment] + (plan.first_coefficient if number == 0 else 0)
-            taken[first : self.starts[segment] + spline.spans[segment] + 3] = True
-        self.free = np.flatnonzero(~taken[1:])
-        self.n_law = 8 + 3 * (self.n_flights - 1)
+        self.collocation = [_collocation(share) for share in spline.fractions[: plan.n_flights]]
+        # The coefficient before the first is left out: the motion starts at the release position.
+        self.free = np.arange(plan.first_span - 1)
+        self.n_law = 8 + 3 * (plan.n_flights - 1)
 
     def split(self, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return law unknowns, break times, free coefficients (n_free, 3)."""
@@ -93,21 +131,21 @@ class _Parameters:
 
     def edges(self, breaks: FloatArray) -> FloatArray:
         edge = self.information.spline.edge_s
-        return np.concatenate([edge[:1], breaks, edge[-1:]])
+        return np.concatenate([edge[:1], breaks, edge[1 + self.n_breaks :]])
 
     def law(self, q: FloatArray) -> tuple[FloatArray, list[FloatArray], FloatArray]:
         """Return the spline's coefficients under the law, and velocities (before, after) at impacts between flights."""
         law, breaks, free = self.split(q)
         g, k, apex, top, x, y, vx, vy = law[:8]
-        edge, spline = self.edges(breaks), self.information.spline
-        coefficients = np.full((spline.size + 1, 3), np.nan)
+        edge, size = self.edges(breaks), self.information.size
+        coefficients = np.empty((size + 1, 3))
         coefficients[1 + self.free] = free
         speeds: list[FloatArray] = []
         apexes: list[float] = []
         place, ground = np.array([x, y]), 0.0
         along = np.array([vx, vy])
-        for number, segment in enumerate(self.plan.segments):
-            first, last = edge[segment], edge[segment + 1]
+        for number in range(self.plan.n_flights):
+            first, last = edge[number], edge[number + 1]
             if number > 0:
                 apex, vx, vy = law[8 + 3 * (number - 1) : 11 + 3 * (number - 1)]
                 top = ground + float(fall_below_apex(np.array([first - apex]), g, k)[0])
@@ -120,9 +158,9 @@ class _Parameters:
             moved = drift_time(time - first, height, k)
             points = np.stack([place[0] + along[0] * moved, place[1] + along[1] * moved, height], axis=1)
             own = solve @ points - self.information.release_m
-            begin = self.starts[segment]
-            skip = self.plan.first_coefficient if number == 0 else 0
-            coefficients[begin + skip : begin + own.shape[0]] = own[skip:]
+            skip = self.plan.first_span if number == 0 else 0
+            begin, end = self.starts[number] + skip, min(self.starts[number] + own.shape[0], size + 1)
+            coefficients[begin:end] = own[skip : skip + end - begin]
             place, ground = points[-1, :2], float(points[-1, 2])
             slowing = np.exp(-k * np.abs(np.diff(height)).sum())
             speeds.append(np.array([*(along * slowing), speed_below_apex(last - apex, g, k)]))
@@ -133,22 +171,29 @@ class _Parameters:
         """Return coefficients and breaks as the information's x."""
         return np.concatenate([self.law(q)[0].ravel(), self.split(q)[1]])
 
+    def last(self, number: int) -> float:
+        """Return when a flight ends in the free motion."""
+        edge, stop = self.information.spline.edge_s, self.plan.last_span
+        if stop is None:
+            return float(edge[number + 1])
+        return float(edge[0] + (edge[1] - edge[0]) * self.information.spline.fractions[0][stop])
+
     def start(self) -> FloatArray:
         """Read the unknowns off the free motion."""
         info = self.information
-        coefficients = info.x0[: 3 * info.spline.size].reshape(-1, 3)
+        coefficients = info.x0[: 3 * info.size].reshape(-1, 3)
         edge, law = info.spline.edge_s, [_STANDARD_GRAVITY, 0.0]
-        for number, segment in enumerate(self.plan.segments):
-            first, last = edge[segment], edge[segment + 1]
+        for number in range(self.plan.n_flights):
+            first, last = edge[number], self.last(number)
             early = first + (0.3 * (last - first) if number == 0 else 0.0)
             time = np.linspace(early, last, 40)[1:-1]
-            p = info.spline.design(time) @ coefficients + info.release_m
+            p = info.spline.design(time)[:, : info.size] @ coefficients + info.release_m
             bend, slope, level = np.polyfit(time - early, p[:, 2] + 0.5 * _STANDARD_GRAVITY * (time - early) ** 2, 2)
             del bend
             apex = early + slope / _STANDARD_GRAVITY
             (vx, x), (vy, y) = (np.polyfit(time - first, p[:, axis], 1) for axis in (0, 1))
             law += [apex, level + 0.5 * slope**2 / _STANDARD_GRAVITY, x, y, vx, vy] if number == 0 else [apex, vx, vy]
-        return np.concatenate([law, info.x0[3 * info.spline.size :], coefficients[self.free].ravel()])
+        return np.concatenate([law, info.x0[3 * info.size :], coefficients[self.free].ravel()])
 
 
 def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
@@ -224,6 +269,7 @@ def _result(parameters: _Parameters, q: FloatArray, normal: FloatArray) -> Fligh
         covariance,
         (chi, information.x0.size - q.size),
         parameters.law(q)[2],
+        float(per[0, 0]) if per.size else parameters.last(0),
     )
 
 
@@ -231,8 +277,8 @@ def _outputs(parameters: _Parameters, q: FloatArray) -> FloatArray:
     speeds = parameters.law(q)[1]
     breaks = parameters.split(q)[1]
     out = [q[:2]]
-    for segment, pair in zip(parameters.plan.segments, speeds, strict=False):
-        out += [breaks[segment : segment + 1], pair]
+    for number, pair in enumerate(speeds):
+        out += [breaks[number : number + 1], pair]
     return np.concatenate(out)
 
 

@@ -5,20 +5,23 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.correction.joint.breaks import break_speeds
-from radargui.correction.joint.flight_information import motion_information
 from radargui.correction.joint.minimise import Solution
 from radargui.correction.joint.motion_spline import MotionSpline
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import FloatArray
 from radargui.restitution.flight_fit import FlightFit, FlightPlan, fit_flights
 
 _AFTER_ONSET_S = 0.010
-_LARGEST = 2500
-_STANDARD_GRAVITY, _NEAR_GRAVITY = 9.81, 0.5
+_LARGEST = 800
+_STANDARD_GRAVITY, _NEAR_GRAVITY, _ABOUT_GRAVITY = 9.81, 0.5, 2.5
 _GOOD_MISFIT, _SLACK = 1.5, 20.0
+_SHORTEST_FALL_S, _BEFORE_CONTACT_S = 0.050, 0.010
 
 
 def fit_free_flights(solution: Solution, normal: FloatArray, onset_s: float) -> FlightFit | None:
     """Fit the longest run of flights from the release on that obeys the law of free flight.
+
+    Where no two neighbours do, the first fall alone, up to where it ends or something stops it. A misfit that stays
+    widens the covariance.
 
     Parameters
     ----------
@@ -32,11 +35,9 @@ def fit_free_flights(solution: Solution, normal: FloatArray, onset_s: float) -> 
     Returns
     -------
     FlightFit or None
-        None without two neighbouring flights, or where the record is too long for a dense fit.
+        None without free flight.
     """
     spline = solution.at.spline
-    if 3 * spline.size > _LARGEST:
-        return None
     impacts = break_speeds(solution, normal).are_impacts()
     n_flights = 1 + int(np.argmin(np.append(impacts, False)))
     if n_flights == spline.break_s.size + 1 and not _falls_freely(solution, n_flights - 1):
@@ -45,15 +46,58 @@ def fit_free_flights(solution: Solution, normal: FloatArray, onset_s: float) -> 
     if first >= spline.spans[0]:
         return None
     best: FlightFit | None = None
-    while n_flights >= 2:
-        plan = FlightPlan(tuple(range(n_flights)), first)
-        fit = fit_flights(motion_information(solution, _lifted(spline, plan)), plan)
-        if best is None or fit.misfit[0] / fit.misfit[1] < best.misfit[0] / best.misfit[1]:
+    for count in range(min(n_flights, _affordable(spline)), 1, -1):
+        plan = FlightPlan(count, first)
+        fit = fit_flights(plan.information(solution), plan)
+        if best is None or fit.reduced_misfit < best.reduced_misfit:
             best = fit
-        if fit.misfit[0] < _GOOD_MISFIT * fit.misfit[1] + _SLACK:
+        if _is_good(fit):
             break
-        n_flights -= 1
+    if best is None:
+        best = _fit_first_fall(solution, first)
+    return best if best is None or _is_good(best) else best.widened()
+
+
+def _is_good(fit: FlightFit) -> bool:
+    return fit.misfit[0] < _GOOD_MISFIT * fit.misfit[1] + _SLACK
+
+
+def _fit_first_fall(solution: Solution, first: int) -> FlightFit | None:
+    """Fit the first fall alone; None where the motion does not fall like a free body for 50 ms.
+
+    A sphere that meets grains has no break in its velocity, and a spline with 10 ms knots feels the contact before it
+    comes: the end goes back until the misfit is good, and 10 ms further.
+    """
+    spline = solution.at.spline
+    _, middle, length = spline.jerk()
+    end = middle + length / 2.0
+    inside = np.arange(first, spline.spans[0])
+    step = length[inside] / 4.0
+    height = [spline.design(middle[inside] + k * step) @ solution.state.coefficients[:, 2] for k in (-1.0, 0.0, 1.0)]
+    falls = np.abs((height[0] - 2.0 * height[1] + height[2]) / step**2 + _STANDARD_GRAVITY) < _ABOUT_GRAVITY
+    count = int(np.argmin(np.append(falls, False)))
+    best: FlightFit | None = None
+    begin_s, settled_s = end[first] - length[first], np.inf
+    for last in range(first + count, first, -1):
+        if end[last - 1] - begin_s < _SHORTEST_FALL_S:
+            break
+        if end[last - 1] > settled_s:
+            continue
+        plan = FlightPlan(1, first, last)
+        fit = fit_flights(plan.information(solution), plan)
+        if best is None or fit.reduced_misfit < best.reduced_misfit or np.isfinite(settled_s):
+            best = fit
+        if np.isfinite(settled_s):
+            break
+        if _is_good(fit):
+            settled_s = end[last - 1] - _BEFORE_CONTACT_S
     return best
+
+
+def _affordable(spline: MotionSpline) -> int:
+    """Return how many flights a dense fit can take."""
+    sizes = np.cumsum(np.array(spline.spans) + 2)
+    return max(1, int(np.searchsorted(sizes, _LARGEST, side="right")))
 
 
 def _falls_freely(solution: Solution, segment: int) -> bool:
@@ -63,11 +107,3 @@ def _falls_freely(solution: Solution, segment: int) -> bool:
     time = np.linspace(edge[segment] + 0.1 * length, edge[segment + 1] - 0.1 * length, 15)
     height = solution.at.spline.design(time) @ solution.state.coefficients[:, 2]
     return bool(abs(2.0 * np.polyfit(time - time[0], height, 2)[0] + _STANDARD_GRAVITY) < _NEAR_GRAVITY)
-
-
-def _lifted(spline: MotionSpline, plan: FlightPlan) -> BoolArray:
-    starts = np.concatenate([[0], np.cumsum(spline.spans)])
-    out = np.zeros(starts[-1], dtype=np.bool_)
-    for number, segment in enumerate(plan.segments):
-        out[starts[segment] + (plan.first_coefficient if number == 0 else 0) : starts[segment + 1]] = True
-    return out

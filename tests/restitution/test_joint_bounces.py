@@ -1,0 +1,136 @@
+"""e, g and their checks from joint estimates with known truth: drag, a tilted floor, grains without a rebound."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benchmarks.scenes.draw import draw_scene
+from benchmarks.scenes.motion import GRAVITY_M_S2
+from benchmarks.scenes.scene import SceneRecord, make_record
+from support.changed import changed
+from threadpoolctl import threadpool_limits
+
+from radargui.correction.joint.estimate import JointEstimate, estimate_joint
+from radargui.model.resources import default_setup_path
+from radargui.model.setup import Setup
+from radargui.model.setup_file import read_setup
+from radargui.restitution.cross_check import disagreements
+from radargui.restitution.flight_fit import FlightPlan, fit_flights
+from radargui.restitution.joint_bounces import joint_bounces
+from radargui.sources.simulated.recording import simulate_recording
+
+TILT_DEG, E = 5.0, 0.4
+
+
+def estimated(record: SceneRecord) -> JointEstimate:
+    with threadpool_limits(limits=1, user_api="blas"):
+        return estimate_joint(record.recording, record.setup)
+
+
+@pytest.fixture(scope="module")
+def drop() -> tuple[SceneRecord, JointEstimate]:
+    fixed = {"rate_hz": 5000.0, "snr_db": 40.0, "skew_s": 0.0, "floor": 0.0, "wall": 0.0, "flicker": 0.0}
+    record = make_record(draw_scene(9, "physical", "drop", drag=0.06, e=0.7, height_m=0.2, **fixed))
+    return record, estimated(record)
+
+
+def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
+    drop: tuple[SceneRecord, JointEstimate],
+) -> None:
+    solution = drop[1].chosen.solution
+    spline = solution.at.spline
+    plan = FlightPlan(2, int(np.searchsorted(spline.knots(), drop[1].onset_s + 0.01)))
+    information = plan.information(solution)
+    blocks, size, layout = solution.assembled, 3 * information.size, solution.problem.layout
+    n_motion = blocks.s.shape[0]
+    assert size < n_motion
+    whole = np.block([[blocks.s.toarray(), blocks.c], [blocks.c.T, blocks.m]])
+    x = np.concatenate([np.arange(size), n_motion + np.arange(information.n_breaks)])
+    rest = np.setdiff1d(np.arange(n_motion + layout.size), x)
+    dense = whole[np.ix_(x, x)] - whole[np.ix_(x, rest)] @ np.linalg.solve(
+        whole[np.ix_(rest, rest)], whole[np.ix_(rest, x)]
+    )
+    # lifting the smoothness concerns kept unknowns only: it is the same on both sides
+    lifted = dense - information.matrix
+    fit = fit_flights(information, plan)
+    jerk, _, _ = spline.jerk()
+    spans = np.zeros(jerk.shape[0])
+    spans[plan.lifted(spline)] = solution.problem.jerk_sd[plan.lifted(spline)] ** -2.0
+    stiff = (jerk.T @ (jerk.multiply(spans[:, None]))).toarray()[: information.size, : information.size]
+    expected = np.zeros_like(lifted)
+    expected[:size, :size] = np.kron(stiff, np.eye(3))
+    prior = solution.problem.prior.sd[: information.n_breaks] ** -2.0
+    expected[size:, size:] = np.diag(prior)
+    scale = np.sqrt(np.outer(np.diag(dense), np.diag(dense)))
+    assert np.abs((lifted - expected) / scale).max() < 1e-8
+    assert fit.misfit[0] < 1.5 * fit.misfit[1] + 20.0
+
+
+def test_drag_is_taken_out_of_the_two_other_ways_to_e(drop: tuple[SceneRecord, JointEstimate]) -> None:
+    record, estimate = drop
+    bounces, fit = joint_bounces(estimate, record.setup)
+    assert fit is not None
+    assert fit.drag_1_m == pytest.approx(0.06, abs=0.01)
+    first = bounces.impacts[0]
+    assert first.e_flight_time == pytest.approx(first.e, rel=5e-4)
+    assert first.e_height == pytest.approx(first.e, rel=3e-3)
+    assert np.isnan(bounces.impacts[-1].e_flight_time)
+    assert disagreements(bounces) == []
+    assert bounces.normal == (0.0, 0.0, 1.0)
+
+
+@pytest.fixture(scope="module")
+def tilted() -> tuple[Setup, JointEstimate]:
+    tilt = np.radians(TILT_DEG)
+    normal = [float(np.sin(tilt) * 0.8), float(np.sin(tilt) * 0.6), float(np.cos(tilt))]
+    setup = changed(
+        read_setup(default_setup_path()),
+        floor={"height_m": None, "normal": normal},
+        daq={"rate_hz": 5000.0},
+        simulation={"drop_height_m": 0.2, "restitution": E, "rest_s": 0.3, "settle_s": 0.1, "mismatch": 0.005},
+    )
+    recording, _ = simulate_recording(setup)
+    with threadpool_limits(limits=1, user_api="blas"):
+        return setup, estimate_joint(recording, setup)
+
+
+def with_normal(setup: Setup, normal: tuple[float, float, float] | None) -> Setup:
+    plain = setup.model_dump(by_alias=True, exclude_unset=True)
+    return Setup.model_validate({**plain, "floor": {} if normal is None else {"normal": normal}})
+
+
+def test_e_is_along_the_normal_that_the_impacts_say_where_the_setup_says_none(
+    tilted: tuple[Setup, JointEstimate],
+) -> None:
+    setup, estimate = tilted
+    found, _ = joint_bounces(estimate, with_normal(setup, None))
+    assert found.normal is not None
+    assert found.u_tilt_deg is not None
+    between = np.degrees(np.arccos(np.dot(found.normal, setup.floor.normal)))
+    assert between < 2.0 * found.u_tilt_deg
+    first = found.impacts[0]
+    assert first.e == pytest.approx(E, rel=1e-3)
+    assert abs(first.e - E) < 2.0 * first.u_e
+    assert any("the floor is tilted by" in sentence for sentence in disagreements(found))
+    upright, _ = joint_bounces(estimate, with_normal(setup, (0.0, 0.0, 1.0)))
+    assert abs(upright.impacts[0].e - E) > 0.02 * E
+    assert abs(upright.impacts[0].e_flight_time - E) < 0.002
+    given, _ = joint_bounces(estimate, setup)
+    assert given.impacts[0].e == pytest.approx(E, rel=3e-4)
+    assert given.impacts[0].u_e < first.u_e
+    assert given.u_tilt_deg is None
+
+
+def test_g_comes_from_one_fall_into_grains_and_no_impact_is_invented() -> None:
+    record = make_record(draw_scene(6003, "generic", "bed", rate_hz=5000.0, snr_db=35.0))
+    bounces, fit = joint_bounces(estimated(record), record.setup)
+    fall = bounces.free_fall
+    assert bounces.impacts == ()
+    assert fit is not None
+    assert fall is not None
+    assert abs(fall.g_m_s2 - GRAVITY_M_S2) < 2.0 * fall.u_g_m_s2
+    assert fall.u_g_m_s2 < 0.03
+    height = record.truth.position_m[2]
+    begins_to_brake = record.recording.time_s()[int(np.argmin(np.gradient(height)))]
+    assert begins_to_brake - 0.06 < fall.last_time_s < begins_to_brake
+    assert np.isnan(fall.drop_height_m)

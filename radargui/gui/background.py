@@ -42,6 +42,10 @@ class Jobs(QObject):
         self._threads[thread] = what
         thread.start()
 
+    def tell(self, call: Then, value: Any) -> None:
+        """Let `call(value)` be made in the window's thread, ahead of the end of the work that tells it."""
+        self._mailbox.post(call, value)
+
     def _deliver(self, thread: threading.Thread, callback: Callable[[Any], None], value: Any) -> None:
         thread.join()
         self._threads.pop(thread, None)

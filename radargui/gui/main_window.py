@@ -126,7 +126,7 @@ class MainWindow(QMainWindow):
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme)
 
         self.setup_desk = SetupDesk(self.setup_model, settings, board, self)
-        self.run_desk = RunDesk(self.runs, self.run, self.track, self.jobs, board, self)
+        self.run_desk = RunDesk(self.runs, self.run, self.track, self.work, self.jobs, board, self)
         self.keeping = RunKeeping(self)
         self.wiring = WiringDesk(self)
         self.sessions = SessionsDesk(self)

@@ -43,6 +43,7 @@ class RunControl(QObject):
 
     state_changed = Signal()
     feed_changed = Signal(object)
+    run_preliminary = Signal(object)
     run_recorded = Signal(object)
     session_changed = Signal()
     failed = Signal(object)
@@ -73,6 +74,7 @@ class RunControl(QObject):
         self._watch: SourceWatch | None = None
         self._continuous = False
         self.progress = 0.0
+        self.has_preliminary = False
         self._mailbox = Mailbox(self)
 
     @property
@@ -176,7 +178,7 @@ class RunControl(QObject):
                 return
             for recorded in experiment.record(request.n_runs):
                 self._mailbox.post(self._on_told, self._recorded, recorded, ticket)
-                if self._stopping.is_set():
+                if self._stopping.is_set() and not request.continuous:
                     return
 
         self._launch(work, "recording")
@@ -203,11 +205,14 @@ class RunControl(QObject):
             session.reject(run, "rejected by the operator")
 
     def stop(self) -> None:
-        """End what runs, without waiting: a run under way is kept; asked again, it is not processed."""
+        """End what runs, without waiting: a run under way is kept and processed.
+
+        Asked again, or while there is nothing but processing, that ends too: what stands already is kept.
+        """
         if not self._state.running:
             return
         self._next = None
-        self._cancel = self._stopping.is_set()
+        self._cancel = self._stopping.is_set() or self._state is AppState.PROCESSING
         self._stopping.set()
         self._enter(AppState.STOPPING)
         self._end_from_aside()
@@ -287,6 +292,7 @@ class RunControl(QObject):
         self._cancel = False
         self._health = None
         self.progress = 0.0
+        self.has_preliminary = False
         self._ticket += 1
         self._enter(AppState.STARTING)
 
@@ -315,6 +321,8 @@ class RunControl(QObject):
             self.progress = event.fraction
         elif event.kind is EventKind.HEALTH:
             self._health = event.health
+        elif event.kind is EventKind.PRELIMINARY:
+            self._mailbox.post(self._on_told, self._preliminary, event.run, self._ticket)
         elif event.kind is EventKind.WARNING and event.state is not ExperimentState.PROCESSING:
             # what processing warns of stands with the run's result
             self._mailbox.post(self.warned.emit, event.message)
@@ -327,7 +335,12 @@ class RunControl(QObject):
         self.session = session if isinstance(session, Session) else None
         self.session_changed.emit()
 
+    def _preliminary(self, recorded: RecordedRun) -> None:
+        self.has_preliminary = True
+        self.run_preliminary.emit(recorded)
+
     def _recorded(self, recorded: RecordedRun) -> None:
+        self.has_preliminary = False
         counts = recorded.path is not None and not recorded.set_aside
         self._kept += counts
         self.run_recorded.emit(recorded)

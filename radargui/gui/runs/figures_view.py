@@ -40,7 +40,8 @@ def page_of(result: RunResult, theme: Theme) -> str:
     colours = theme.colours
     alarm = f' style="color:{colours.alarm}"' if result.status == "rejected" else ""
     reason = f": {escape(result.reason)}" if result.reason else ""
-    parts = [f"<p{alarm}><b>{_STATUS[result.status]}</b>{reason}</p>"]
+    preliminary = ", preliminary" if result.preliminary else ""
+    parts = [f"<p{alarm}><b>{_STATUS[result.status]}{preliminary}</b>{reason}</p>"]
     parts += _fall(result)
     parts += _bounces(result)
     if result.corrected is not None:

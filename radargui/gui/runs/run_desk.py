@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,14 +24,16 @@ from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.runs.run_notes import notes_of_file, notes_of_run
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.sessions.session_look import entry_of
+from radargui.gui.sessions.work_strip import Task, WorkStrip
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.errors import RadarGuiError, SetupError
+from radargui.model.errors import CancelledError, RadarGuiError, SetupError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import process
+from radargui.processing.offline import STOPPED, process
 from radargui.session.session import Session
 
+COMPUTING = "By the adaptive correction: the joint one is being computed …"
 _KEPT = 3
 """Results held in memory; others are computed again when chosen."""
 
@@ -39,18 +42,27 @@ class RunDesk(QObject):
     """Joins the run list, the run panel, the track and the work behind them."""
 
     def __init__(
-        self, runs: RunListPanel, run: RunPanel, track: TrackPanel, jobs: Jobs, board: NoticeBoard, window: QWidget
+        self,
+        runs: RunListPanel,
+        run: RunPanel,
+        track: TrackPanel,
+        work: WorkStrip,
+        jobs: Jobs,
+        board: NoticeBoard,
+        window: QWidget,
     ) -> None:
         super().__init__(window)
         self._runs = runs
         self._run = run
         self._track = track
+        self._work = work
         self._jobs = jobs
         self._board = board
         self._window = window
         self._session: Session | None = None
         self._kept: OrderedDict[Path, RunResult] = OrderedDict()
         self._wanted: Path | None = None
+        self._reading: Task | None = None
         runs.run_chosen.connect(self._choose)
         runs.report_asked.connect(self.report)
         runs.export_asked.connect(self.ask_export)
@@ -69,7 +81,7 @@ class RunDesk(QObject):
             self._jobs.start("the list of runs", lambda: [_entry(path) for path in paths], self._listed, self._fail)
 
     def add(self, recorded: RecordedRun) -> None:
-        """List and show a run that was just recorded."""
+        """List and show a run that was just recorded; its final result without taking the eye off something else."""
         if recorded.error is not None:
             self._board.post_error(recorded.error)
         if recorded.path is None:
@@ -78,6 +90,7 @@ class RunDesk(QObject):
             return
         result = recorded.result
         agreement, health = notes_of_run(recorded)
+        follows = recorded.path in self._kept
         entry = RunEntry(
             recorded.path,
             started_at=result.recording.started_at if result else "",
@@ -87,11 +100,15 @@ class RunDesk(QObject):
             health=health,
         )
         # what is set aside stays out of the way, also of the key that rejects the chosen run
-        self._runs.put(entry, select=not recorded.set_aside)
-        if result is not None:
-            self._keep(recorded.path, result)
+        self._runs.put(entry, select=not recorded.set_aside and not follows)
+        if result is None:
+            return
+        self._keep(recorded.path, result)
+        if not follows:
             self._show(recorded.path, result)
             self._glance(recorded.path)
+        elif recorded.path == self._wanted:
+            self._show(recorded.path, result, with_track=self._track.result_shown)
 
     def report(self) -> None:
         """Make the report of the session in the background."""
@@ -118,15 +135,17 @@ class RunDesk(QObject):
         if entry is None:
             return
         known = self._kept.get(entry.path)
+        if known is not None and _is_being_computed(known):
+            known = None
 
-        def work() -> Path:
+        def work(task: Task) -> Path:
             from radargui.report.tables import write_tables
 
             target = _free_folder(folder, entry.name)
-            write_tables(known or _processed(entry.path), target)
+            write_tables(known or _processed(entry.path, task.tell), target)
             return target
 
-        self._jobs.start("the export", work, self._exported, self._fail)
+        self._work.start("the export", work, self._exported, self._fail)
 
     def reprocess(self, setup: Setup) -> None:
         """Process the chosen run with another setup and keep what comes out beside its samples."""
@@ -137,27 +156,45 @@ class RunDesk(QObject):
         path = entry.path
         self._wanted = path
         self._run.loading(entry.name)
-        self._jobs.start(
-            "processing",
-            lambda: process_run(path, setup),
+        self._work.start(
+            f"processing {entry.name} again",
+            lambda task: process_run(path, setup, progress=task.tell, standing=self._teller(path)),
             lambda result: self._processed_again(path, result),
             lambda error: self._not_shown(entry.name, error),
+            lambda: self._cancelled(entry),
         )
 
     def _choose(self, entry: RunEntry) -> None:
         path = entry.path
         self._wanted = path
+        if self._reading is not None:
+            self._reading.cancel()
         self._glance(path)
         if path in self._kept:
             self._show(path, self._kept[path])
             return
         self._run.loading(entry.name)
+        self._reading = task = self._work.quiet()
         self._jobs.start(
             "reading the run",
-            lambda: _processed(path),
+            lambda: _processed(path, task.tell, self._teller(path)),
             lambda result: self._loaded(path, result),
-            lambda error: self._not_shown(entry.name, error),
+            lambda error: None if isinstance(error, CancelledError) else self._not_shown(entry.name, error),
         )
+
+    def _teller(self, path: Path) -> Callable[[RunResult], None]:
+        """Return what shows a preliminary result, to be called by the work."""
+
+        def show(result: RunResult) -> None:
+            if path == self._wanted:
+                self._show(path, result)
+
+        return lambda result: self._jobs.tell(show, result)
+
+    def _cancelled(self, entry: RunEntry) -> None:
+        self._board.post("info", f"Cancelled: {entry.name} keeps the results that it had.")
+        if entry.path == self._wanted:
+            self._choose(entry)
 
     def _loaded(self, path: Path, result: RunResult) -> None:
         self._keep(path, result)
@@ -183,11 +220,13 @@ class RunDesk(QObject):
         self._loaded(path, result)
         self._board.post("info", f"{path.stem} was processed again; the new results are kept in {path}")
 
-    def _show(self, path: Path, result: RunResult) -> None:
+    def _show(self, path: Path, result: RunResult, *, with_track: bool = True) -> None:
         self._wanted = path
         entry = self._runs.model.entry_of(path)
-        self._run.show_result(result, path.stem, (entry.agreement, entry.health) if entry else ())
-        self._track.show_result(result, path.stem)
+        now = COMPUTING if _is_being_computed(result) else ""
+        self._run.show_result(result, path.stem, (now, *((entry.agreement, entry.health) if entry else ())))
+        if with_track:
+            self._track.show_result(result, path.stem)
 
     def _keep(self, path: Path, result: RunResult) -> None:
         self._kept[path] = result
@@ -228,8 +267,14 @@ def _entry(path: Path) -> RunEntry:
         return RunEntry(path, problem=str(error))
 
 
-def _processed(path: Path) -> RunResult:
-    return process(read_for_processing(path), _setup_of(path))
+def _is_being_computed(result: RunResult) -> bool:
+    return result.preliminary and STOPPED not in result.warnings
+
+
+def _processed(
+    path: Path, progress: Callable[[float], None], standing: Callable[[RunResult], None] | None = None
+) -> RunResult:
+    return process(read_for_processing(path), _setup_of(path), progress, standing)
 
 
 def _setup_of(path: Path) -> Setup:

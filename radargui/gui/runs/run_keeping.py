@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
@@ -27,6 +28,7 @@ class RunKeeping(QObject):
         super().__init__(window)
         self._window = window
         self.last_run = ""
+        self._heard: Path | None = None
         self.sounds = Sounds(self)
         does, settings = window.actions_, window.settings
         self.sounds.on = settings.text("sound", "on") == "on"
@@ -37,6 +39,7 @@ class RunKeeping(QObject):
         window.runs.set_show_rejected(does.show_rejected.isChecked())
         does.show_rejected.toggled.connect(self._switch_rejected)
         window.runs.show_rejected_toggled.connect(does.show_rejected.setChecked)
+        window.control.run_preliminary.connect(self._preliminary)
         window.control.run_recorded.connect(self._recorded)
         window.control.session_changed.connect(lambda: window.health.show_run(""))
 
@@ -64,6 +67,14 @@ class RunKeeping(QObject):
             self.sounds.rejected()
             board.post("info", f"{entry.name} is rejected: kept, but not counted. The same key (Del) takes it back.")
 
+    def _preliminary(self, recorded: RecordedRun) -> None:
+        """Show what stands while the joint correction is computed; the operator can go on, and hears so."""
+        window = self._window
+        window.run_desk.add(recorded)
+        self._heard = recorded.path
+        self.sounds.done()
+        self._say(recorded)
+
     def _recorded(self, recorded: RecordedRun) -> None:
         window = self._window
         window.run_desk.add(recorded)
@@ -73,14 +84,19 @@ class RunKeeping(QObject):
         if recorded.set_aside:
             self.sounds.rejected()
             return
-        self.sounds.done()
-        if recorded.result is None:
+        if recorded.path != self._heard:
+            self.sounds.done()
+        self._say(recorded)
+
+    def _say(self, recorded: RecordedRun) -> None:
+        if recorded.path is None or recorded.result is None:
             self.last_run = "not processed"
             return
-        entry = window.runs.model.entry_of(recorded.path)
+        entry = self._window.runs.model.entry_of(recorded.path)
         if entry is not None:
             known = (entry.summary or {}).get("e") is not None
-            self.last_run = f"e = {entry.restitution()}" if known else entry.verdict
+            preliminary = ", preliminary" if recorded.result.preliminary else ""
+            self.last_run = f"e = {entry.restitution()}{preliminary}" if known else entry.verdict
 
     def _switch_sound(self, on: bool) -> None:
         self.sounds.on = on

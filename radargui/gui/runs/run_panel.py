@@ -73,7 +73,7 @@ class RunPanel(QWidget):
         self.notes.setText(text)
         self.notes.setVisible(bool(text))
         self._result = result
-        self._title.setText(name)
+        self._title.setText(f"{name}, preliminary" if result.preliminary else name)
         self._stale = set(range(len(self._pages)))
         self._draw()
 

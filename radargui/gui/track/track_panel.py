@@ -134,7 +134,8 @@ class TrackPanel(QWidget):
         self.show_setup(result.setup)
         self._draw(track)
         self.height_plot.show_result(track)
-        self._tell(f"{name}: {'result' if track else 'no track'}")
+        words = "preliminary result" if result.preliminary else "result"
+        self._tell(f"{name}: {words if track else 'no track'}")
         self._show_words(result=track is not None)
 
     def show_live(self) -> None:

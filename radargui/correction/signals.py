@@ -67,7 +67,8 @@ def read_signals(recording: Recording, phase_sign: int) -> Signals:
     volts = recording.volts()
     unusable = ~np.isfinite(volts) | recording.clipped()
     volts = held(volts)
-    volts = without_hum(volts, rate_hz, find_segment(volts, rate_hz), floor_of_noise(volts))
+    noise_v = floor_of_noise(volts)
+    volts = without_hum(volts, rate_hz, find_segment(volts, rate_hz, noise_v), noise_v)
     n_receivers = recording.n_receivers
     pairs = volts[: 2 * n_receivers].reshape(n_receivers, 2, -1)
     scale: FloatArray = np.sqrt(2.0) * np.median(pairs.std(axis=2), axis=1)

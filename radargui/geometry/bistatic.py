@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from radargui.geometry.antennas import Antennas
 from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.geometry.plane_wave import locate_plane
 from radargui.model.arrays import FloatArray
+from radargui.model.pieces import pieces
 
 _MAXIMUM_STEPS = 40
 _TOLERANCE_M = 1e-12
 _SINGULAR = 1e-9
-_PIECE = 1 << 13
 
 
 def locate_exact(
@@ -44,7 +42,7 @@ def locate_exact(
     position = locate_plane(change_m, antennas, release_position_m) if start_m is None else start_m
     target = path_lengths(release_position_m[:, None], antennas) + change_m
     out = np.full((3, change_m.shape[1]), np.nan)
-    for part in _pieces(change_m.shape[1]):
+    for part in pieces(change_m.shape[1]):
         out[:, part] = _located(target[:, part], antennas, position[:, part])
     return out
 
@@ -108,7 +106,7 @@ def position_uncertainty(position_m: FloatArray, u_path_m: FloatArray, antennas:
         u of x, y, z in metres, shape (3, n_samples); NaN where the position or u is unknown, or J is singular.
     """
     out = np.full(position_m.shape, np.nan)
-    for part in _pieces(position_m.shape[1]):
+    for part in pieces(position_m.shape[1]):
         out[:, part] = _uncertain(position_m[:, part], u_path_m[:, part], antennas)
     return out
 
@@ -128,9 +126,3 @@ def _uncertain(position_m: FloatArray, u_path_m: FloatArray, antennas: Antennas)
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
-
-
-def _pieces(count: int) -> Iterator[slice]:
-    """Yield slices short enough for the processor's cache."""
-    for first in range(0, count, _PIECE):
-        yield slice(first, first + _PIECE)

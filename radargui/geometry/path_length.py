@@ -23,9 +23,8 @@ def path_lengths(position_m: FloatArray, antennas: Antennas) -> FloatArray:
     FloatArray
         Metres, shape (n_receivers, n_samples).
     """
-    to_transmitter = np.linalg.norm(position_m - antennas.transmitter_m[:, None], axis=0)
-    to_receiver = np.linalg.norm(position_m[None] - antennas.receivers_m[:, :, None], axis=1)
-    return np.asarray(to_transmitter + to_receiver)
+    to_transmitter = _distance(position_m - antennas.transmitter_m[:, None])
+    return np.stack([to_transmitter + _distance(position_m - own[:, None]) for own in antennas.receivers_m])
 
 
 def path_gradient(position_m: FloatArray, antennas: Antennas) -> FloatArray:
@@ -44,7 +43,11 @@ def path_gradient(position_m: FloatArray, antennas: Antennas) -> FloatArray:
         No unit, shape (n_receivers, 3, n_samples).
     """
     from_transmitter = position_m - antennas.transmitter_m[:, None]
-    from_receiver = position_m[None] - antennas.receivers_m[:, :, None]
-    unit_transmitter = from_transmitter / np.linalg.norm(from_transmitter, axis=0)
-    unit_receiver = from_receiver / np.linalg.norm(from_receiver, axis=1, keepdims=True)
-    return np.asarray(unit_transmitter[None] + unit_receiver)
+    unit_transmitter = from_transmitter / _distance(from_transmitter)
+    from_receivers = [position_m - own[:, None] for own in antennas.receivers_m]
+    return np.stack([unit_transmitter + away / _distance(away) for away in from_receivers])
+
+
+def _distance(away_m: FloatArray) -> FloatArray:
+    x, y, z = away_m
+    return np.asarray(np.sqrt(x * x + y * y + z * z))

@@ -23,7 +23,7 @@ REST_MARGIN_S = 0.02
 LEAST_REST_S = 0.05
 
 
-def find_segment(volts: FloatArray, sample_rate_hz: float) -> Segment | None:
+def find_segment(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray | None = None) -> Segment | None:
     """Find the segment with motion (Rech & Huang 2019, section III, step 1).
 
     Motion is where the voltages move more within 20 ms than in the quiet part of the record, and more than their
@@ -36,6 +36,8 @@ def find_segment(volts: FloatArray, sample_rate_hz: float) -> Segment | None:
         Shape (n_channels, n_samples); NaN are held.
     sample_rate_hz
         Rate of each channel.
+    noise_v
+        `floor_of_noise` of these volts where it is known already, shape (n_channels,).
 
     Returns
     -------
@@ -45,7 +47,7 @@ def find_segment(volts: FloatArray, sample_rate_hz: float) -> Segment | None:
     if volts.shape[1] < 16:
         return None
     volts = held(volts)
-    noise = floor_of_noise(volts)
+    noise = floor_of_noise(volts) if noise_v is None else noise_v
     size = block_size(sample_rate_hz)
     level = activity(volts, sample_rate_hz, noise)
     moving = _moving(level, volts, sample_rate_hz, noise)

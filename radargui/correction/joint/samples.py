@@ -8,9 +8,13 @@ import numpy as np
 from scipy.sparse import csr_matrix, eye_array, kron
 
 from radargui.correction.joint.minimise import Solution, local_chi_square
+from radargui.correction.joint.mirrors import ComplexArray
+from radargui.correction.joint.signal_model import front_end
 from radargui.correction.signals import Signals
+from radargui.geometry.antennas import Antennas
 from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.model.arrays import FloatArray
+from radargui.model.pieces import pieces
 
 _COVERAGE = 1.5
 _SMALLEST_U_M, _SLOW_START_S = 1e-7, 0.03
@@ -40,9 +44,9 @@ def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solutio
     problem, time = solution.problem, signals.time_s
     stage, bins = problem.stage, problem.bins
     release = stage.release_m
-    position = solution.at.spline.design(time) @ solution.state.coefficients + release
+    position = (solution.at.spline.offset(time, solution.state.coefficients) + release).T
     at_rest = path_lengths(release[:, None], stage.antennas)
-    change = path_lengths(position.T, stage.antennas) - at_rest
+    change = path_lengths(position, stage.antennas) - at_rest
     u_position, u_change = _uncertainties(solution)
     misfit = local_chi_square(solution)
     excess = np.sqrt(np.maximum(misfit / problem.noise_scale[:, None] ** 2, 1.0))
@@ -55,9 +59,9 @@ def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solutio
         return np.array([np.interp(time, bins.time_s, row) for row in values])
 
     unseen = np.where(time < solution.at.spline.edge_s[0] + _SLOW_START_S, _unseen_m(solution, signals), _SMALLEST_U_M)
-    i, q = _corrected(solution, signals, at_rest)
+    i, q = _corrected(solution, signals, change, at_rest)
     return AtSamples(
-        np.ascontiguousarray(position.T),
+        np.ascontiguousarray(position),
         np.hypot(_COVERAGE * spread(u_position), unseen),
         change,
         np.hypot(_COVERAGE * spread(u_change), unseen),
@@ -117,40 +121,57 @@ def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
     return np.sqrt(variances[0]).reshape(-1, 3).T, np.sqrt(np.array(variances[1:]))
 
 
-def _corrected(solution: Solution, signals: Signals, at_rest: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _corrected(
+    solution: Solution, signals: Signals, change_m: FloatArray, at_rest_m: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return I and Q on the unit circle at the time of channel 0: the model's circle plus what the samples add.
 
     The difference between sample and model is taken at the channel's own time, brought back through gain ratio and
     quadrature error and divided by the amplitude: mirrors, bias and drift are gone, noise stays.
     """
-    problem, theta, time = solution.problem, solution.state.theta, signals.time_s
-    stage, bins = problem.stage, problem.bins
-    out_i, out_q = np.empty((problem.n_receivers, time.size)), np.empty((problem.n_receivers, time.size))
-    for receiver, own in enumerate(problem.layout.receivers):
-        signal = solution.at.signals[receiver]
-        ratio = signal.field / signal.direct
-
-        def slow(values: FloatArray) -> FloatArray:
-            return np.interp(time, bins.time_s, values)
-
-        amplitude = slow(np.abs(signal.direct))
-        factor = slow(ratio.real) + 1j * slow(ratio.imag)
-        rest_i = [slow(row) for row in signal.besides]
-        gain, sine, cosine = np.exp(theta[own.log_gain]), np.sin(theta[own.skew]), np.cos(theta[own.skew])
-        unit, left = [], []
-        for part in range(2):
-            moment = time + float(problem.delay_s[2 * receiver + part])
-            place = solution.at.spline.design(moment) @ solution.state.coefficients + stage.release_m
-            length = path_lengths(place.T, stage.antennas)[receiver] - at_rest[receiver]
-            unit.append(np.exp(1j * stage.wavenumber * length))
-            z = amplitude * unit[part] * np.exp(1j * theta[own.phase]) * factor
-            model = z.real if part == 0 else gain * (sine * z.real + cosine * z.imag)
-            left.append(signals.value[2 * receiver + part] - model - rest_i[part])
-        real = left[0]
-        imaginary = (left[1] / gain - sine * real) / cosine
-        turn = np.exp(-1j * theta[own.phase]) / (amplitude * factor)
-        base = solution.at.spline.design(time) @ solution.state.coefficients + stage.release_m
-        length = path_lengths(base.T, stage.antennas)[receiver] - at_rest[receiver]
-        z = np.exp(1j * stage.wavenumber * length) + (real + 1j * imaginary) * turn
-        out_i[receiver], out_q[receiver] = z.real, signals.phase_sign * z.imag
+    out_i, out_q = np.empty((2, signals.n_receivers, signals.time_s.size))
+    for receiver in range(signals.n_receivers):
+        circle = _Circle(solution, signals, receiver, change_m[receiver], float(at_rest_m[receiver, 0]))
+        for part in pieces(signals.time_s.size):
+            z = circle.at(part)
+            out_i[receiver, part], out_q[receiver, part] = z.real, signals.phase_sign * z.imag
     return out_i, out_q
+
+
+class _Circle:
+    """One receiver's circle between the bins."""
+
+    def __init__(
+        self, solution: Solution, signals: Signals, receiver: int, change_m: FloatArray, at_rest_m: float
+    ) -> None:
+        self.solution, self.signals, self.receiver = solution, signals, receiver
+        self.change_m, self.at_rest_m = change_m, at_rest_m
+        self.own, signal = solution.problem.layout.receivers[receiver], solution.at.signals[receiver]
+        ratio = signal.field / signal.direct
+        self.curves = np.stack([np.abs(signal.direct), ratio.real, ratio.imag, *signal.besides])
+        antennas = solution.problem.stage.antennas
+        self.antennas = Antennas(antennas.transmitter_m, antennas.receivers_m[receiver : receiver + 1])
+
+    def at(self, part: slice) -> ComplexArray:
+        """Return points near the unit circle at some samples."""
+        theta, own, time = self.solution.state.theta, self.own, self.signals.time_s[part]
+        pair = slice(2 * self.receiver, 2 * self.receiver + 2)
+        bin_s = self.solution.problem.bins.time_s
+        size, real, imaginary, besides_i, besides_q = (np.interp(time, bin_s, row) for row in self.curves)
+        amplitude = size * np.exp(1j * theta[own.phase]) * (real + 1j * imaginary)
+        here = self._unit(self.change_m[part])
+        delays = self.solution.problem.delay_s[pair]
+        later = [self._unit(self._change(time + delay)) if delay else here for delay in delays]
+        model = front_end(np.stack(later) * amplitude, theta, own)
+        left_i, left_q = self.signals.value[pair, part] - model - np.stack([besides_i, besides_q])
+        gain, sine, cosine = np.exp(theta[own.log_gain]), np.sin(theta[own.skew]), np.cos(theta[own.skew])
+        return np.asarray(here + (left_i + 1j * (left_q / gain - sine * left_i) / cosine) / amplitude)
+
+    def _change(self, time_s: FloatArray) -> FloatArray:
+        place = self.solution.at.spline.offset(time_s, self.solution.state.coefficients)
+        place += self.solution.problem.stage.release_m
+        return np.asarray(path_lengths(place.T, self.antennas)[0] - self.at_rest_m)
+
+    def _unit(self, change_m: FloatArray) -> ComplexArray:
+        angle = self.solution.problem.stage.wavenumber * change_m
+        return np.asarray(np.cos(angle) + 1j * np.sin(angle))

@@ -24,6 +24,7 @@ from radargui.model.setup import Setup
 from radargui.model.track import Track
 from radargui.processing.locate import LEAST_RECEIVERS, locate
 from radargui.processing.road import Road
+from radargui.restitution.flight_shift import FlightShift
 from radargui.restitution.joint_bounces import joint_bounces
 
 
@@ -83,10 +84,11 @@ def estimated(
 
 def _road(estimate: MotionEstimate, segment: Segment, setup: Setup) -> Road:
     paths = _paths(estimate, setup)
-    bounces = None
+    bounces, shift = None, None
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
-        bounces, _ = joint_bounces(estimate, setup)
-    return Road(_corrected(estimate, segment, setup), paths, _track(estimate, paths, setup), bounces)
+        bounces, fit = joint_bounces(estimate, setup)
+        shift = None if fit is None else FlightShift(fit, np.asarray(bounces.normal))
+    return Road(_corrected(estimate, segment, setup), paths, _track(estimate, paths, setup), bounces, shift)
 
 
 def _try_joint(

@@ -109,7 +109,7 @@ def _result(
     if track is not None and not rejected:
         bounces = _bounces_of(track, segment, setup, rate_hz) if road.bounces is None else road.bounces
         if segment.has_rest:
-            calibration = calibration_uncertainty(paths, setup, segment, _bounces_of, rate_hz)
+            calibration = calibration_uncertainty(paths, setup, segment, _bounces_of, rate_hz, road.shift)
         else:
             bounces = _unsupported(bounces)
         warnings += disagreements(bounces)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from radargui.model.arrays import FloatArray
 from radargui.model.bounce import Bounces
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.path import PathLengths
@@ -22,6 +24,9 @@ class Road:
         None with fewer than three receivers.
     bounces
         Where the road found them itself; None: to be found from the track.
+    shift
+        Changes of the first e and of g where the track is shifted a little (times, shift of shape (3, n)), where the
+        road knows them itself.
     warnings
         Sentences for the operator.
     """
@@ -30,4 +35,5 @@ class Road:
     paths: PathLengths
     track: Track | None
     bounces: Bounces | None = None
+    shift: Callable[[FloatArray, FloatArray], tuple[float, float]] | None = None
     warnings: tuple[str, ...] = ()

@@ -72,6 +72,9 @@ class FlightFit:
         Times of the apexes, one a flight.
     first_end_s
         End of the first flight.
+    spline, response
+        The free motion, and the derivative of what `covariance` is of with respect to its first coefficients (x, y, z
+        interleaved).
     """
 
     g_m_s2: float
@@ -83,6 +86,8 @@ class FlightFit:
     misfit: tuple[float, int]
     apex_s: FloatArray
     first_end_s: float
+    spline: MotionSpline
+    response: FloatArray
 
     @property
     def reduced_misfit(self) -> float:
@@ -255,7 +260,8 @@ def _result(parameters: _Parameters, q: FloatArray, normal: FloatArray) -> Fligh
         back = q.copy()
         back[column] -= step
         rows[:, column] = (_outputs(parameters, moved) - _outputs(parameters, back)) / (2.0 * step)
-    covariance = rows @ _solve(normal, rows.T)
+    inverse = _solve(normal, rows.T)
+    covariance = rows @ inverse
     offset = parameters.x(q) - information.x0
     free = -_solve(information.matrix, information.slope, 1e-10)
     chi = float((offset - free) @ information.matrix @ (offset - free))
@@ -270,7 +276,13 @@ def _result(parameters: _Parameters, q: FloatArray, normal: FloatArray) -> Fligh
         (chi, information.x0.size - q.size),
         parameters.law(q)[2],
         float(per[0, 0]) if per.size else parameters.last(0),
+        information.spline,
+        _response(parameters, q, inverse)[:, : 3 * information.size],
     )
+
+
+def _response(parameters: _Parameters, q: FloatArray, inverse: FloatArray) -> FloatArray:
+    return np.asarray(inverse.T @ _jacobian(parameters, q).T @ parameters.information.matrix)
 
 
 def _outputs(parameters: _Parameters, q: FloatArray) -> FloatArray:

@@ -1,0 +1,48 @@
+"""The reported calibration uncertainty of a joint result against processing again with the antennas elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benchmarks.scenes.draw import draw_scene
+from benchmarks.scenes.scene import make_record
+from support.changed import changed
+
+from radargui.model.setup import Setup
+from radargui.processing.offline import process
+
+U_TILT_DEG = 0.5
+
+
+def with_receiver(setup: Setup, **keys: float) -> Setup:
+    plain = setup.model_dump(by_alias=True)
+    plain["receiver"][0].update(keys)
+    return Setup.model_validate(plain)
+
+
+def test_e_g_and_position_move_with_an_antenna_as_their_calibration_uncertainty_says() -> None:
+    fixed = {"rate_hz": 5000.0, "snr_db": 40.0, "skew_s": 0.0, "floor": 0.0, "wall": 0.0, "flicker": 0.0}
+    record = make_record(draw_scene(9, "physical", "drop", drag=0.0, e=0.7, height_m=0.2, **fixed))
+    recording = record.recording
+    joint = changed(record.setup, processing={"correction": "joint"}, floor={"normal": (0.0, 0.0, 1.0)})
+    setup = with_receiver(joint, u_tilt_deg=U_TILT_DEG)
+    tilt = setup.receiver[0].tilt_deg
+    here = process(recording, setup)
+    there = process(recording, with_receiver(setup, tilt_deg=tilt + U_TILT_DEG))
+    reported = here.calibration_uncertainty
+    assert reported is not None
+    assert here.track is not None
+    assert there.track is not None
+    assert here.segment is not None
+    assert here.bounces.free_fall is not None
+    assert there.bounces.free_fall is not None
+    part = slice(here.segment.first, here.segment.last)
+    moved = (there.track.position_m - here.track.position_m)[:, part]
+    assert reported["u_position_m"] == pytest.approx(float(np.sqrt(np.nanmean(moved**2))), rel=0.05)
+    e = there.bounces.impacts[0].e - here.bounces.impacts[0].e
+    assert reported["u_e"] == pytest.approx(abs(e), rel=0.3)
+    g = there.bounces.free_fall.g_m_s2 - here.bounces.free_fall.g_m_s2
+    assert reported["u_g_m_s2"] == pytest.approx(abs(g), rel=0.1)
+    # else the test would compare noise with noise
+    assert abs(e) > 5e-6
+    assert abs(g) > 2.0 * here.bounces.free_fall.u_g_m_s2

@@ -6,11 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg.blas import dtrsm
 from scipy.sparse import bsr_matrix, csr_matrix
 
 from radargui.model.arrays import FloatArray
+from radargui.model.pieces import pieces
 
 _BLOCK = 24
+_TOGETHER = 32 * _BLOCK
+_FELT = 1e-17
 
 
 class BlockTridiagonal:
@@ -44,9 +48,7 @@ class BlockTridiagonal:
         for k in range(self.count):
             block = diagonal[k]
             if k:
-                self.below[k - 1] = solve_triangular(
-                    self.lower[k - 1], below[k - 1].T, lower=True, check_finite=False
-                ).T
+                self.below[k - 1] = _lower_solve(self.lower[k - 1], below[k - 1].T.copy()).T
                 block = block - self.below[k - 1] @ self.below[k - 1].T
             self.lower[k] = np.linalg.cholesky(block)
 
@@ -58,7 +60,7 @@ class BlockTridiagonal:
         for k in range(self.count):
             if k:
                 blocks[k] -= self.below[k - 1] @ blocks[k - 1]
-            blocks[k] = solve_triangular(self.lower[k], blocks[k], lower=True, check_finite=False)
+            _lower_solve(self.lower[k], blocks[k])
         return out
 
     def back_solve(self, half: FloatArray) -> FloatArray:
@@ -67,7 +69,7 @@ class BlockTridiagonal:
         for k in range(self.count - 1, -1, -1):
             if k + 1 < self.count:
                 blocks[k] -= self.below[k].T @ blocks[k + 1]
-            blocks[k] = solve_triangular(self.lower[k], blocks[k], lower=True, trans=1, check_finite=False)
+            _lower_solve(self.lower[k], blocks[k], transposed=True)
         return np.asarray(blocks.reshape(self.count * _BLOCK, -1)[: self.size])
 
     def log_determinant(self) -> float:
@@ -80,7 +82,7 @@ class BlockTridiagonal:
         on, beside = np.empty_like(self.lower), np.empty_like(self.below)
         identity = np.eye(_BLOCK)
         for k in range(n - 1, -1, -1):
-            inverse = solve_triangular(self.lower[k], identity, lower=True, check_finite=False)
+            inverse = _lower_solve(self.lower[k], identity.copy())
             on[k] = inverse.T @ inverse
             if k + 1 < n:
                 gain = self.below[k] @ inverse
@@ -97,6 +99,23 @@ class BlockTridiagonal:
                 indices.append(k + 1)
             pointer.append(len(indices))
         return bsr_matrix((np.array(data), indices, pointer), shape=(n * _BLOCK, n * _BLOCK))
+
+
+def _lower_solve(lower: FloatArray, right: FloatArray, *, transposed: bool = False) -> FloatArray:
+    """Return L^-1 right, or L^-T right, in place of `right`, whose rows must lie one after the other."""
+    return np.asarray(dtrsm(1.0, lower.T, right.T, side=1, trans_a=int(transposed), overwrite_b=1).T)
+
+
+def _gram(half: FloatArray) -> FloatArray:
+    """Return half^T half without the parts of columns that are zero to rounding: a break is felt near it alone."""
+    out = np.zeros((half.shape[1], half.shape[1]))
+    largest = np.abs(half).max(axis=0)
+    for first in range(0, half.shape[0], _TOGETHER):
+        part = half[first : first + _TOGETHER]
+        felt = np.flatnonzero(np.abs(part).max(axis=0) > _FELT * largest)
+        part = part[:, felt]
+        out[np.ix_(felt, felt)] += part.T @ part
+    return out
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +141,7 @@ class NormalMatrix:
         """Factor the matrix; raises numpy's LinAlgError where it is not positive definite."""
         motion = BlockTridiagonal(s)
         half = motion.half_solve(c)
-        return NormalMatrix(motion, half, cho_factor(m - half.T @ half, lower=True, check_finite=False))
+        return NormalMatrix(motion, half, cho_factor(m - _gram(half), lower=True, check_finite=False))
 
     def solve(self, slope_motion: FloatArray, slope_border: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return both parts of H^-1 applied to a vector."""
@@ -157,10 +176,14 @@ class NormalMatrix:
         root = solve_triangular(self.border[0], np.eye(self.half.shape[1])[:, border], lower=True, check_finite=False).T
         out = []
         for number, matrix in enumerate(rows):
-            padded = csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=(matrix.shape[0], inverse.shape[0]))
-            own = np.asarray((padded @ inverse).multiply(padded).sum(axis=1)).ravel()
-            through = matrix @ spread
-            if by_border is not None:
-                through = through - by_border[number] @ root
-            out.append(own + (through**2).sum(axis=1))
+            variance = np.empty(matrix.shape[0])
+            for part in pieces(variance.size):
+                own = matrix[part]
+                padded = csr_matrix((own.data, own.indices, own.indptr), shape=(own.shape[0], inverse.shape[0]))
+                through = own @ spread
+                if by_border is not None:
+                    through = through - by_border[number][part] @ root
+                alone = np.asarray((padded @ inverse).multiply(padded).sum(axis=1)).ravel()
+                variance[part] = alone + np.einsum("nk,nk->n", through, through)
+            out.append(variance)
         return out

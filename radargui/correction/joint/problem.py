@@ -155,9 +155,15 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
     curvature = np.zeros((n_bins, 3, 3))
     m = np.zeros((layout.size, layout.size))
     slope = np.zeros(layout.size)
-    between: list[tuple[slice, FloatArray]] = []
+    c = np.zeros((motion.shape[1], layout.size))
+    breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients)
     mirrors = slice(layout.planes.start, layout.forward.stop)
-    shared = np.zeros((n_bins, 3, mirrors.stop - mirrors.start))
+
+    def couple(places: slice, block: FloatArray) -> None:
+        c[:, places] += motion.T @ block
+        m[layout.breaks, places] += breaks.T @ block
+        m[places, layout.breaks] = m[layout.breaks, places].T
+
     for receiver, (signal, own) in enumerate(zip(at.signals, layout.receivers, strict=True)):
         pair = slice(2 * receiver, 2 * receiver + 2)
         weight = at.weight[pair]
@@ -175,18 +181,10 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
         m[mirrors, mirrors] += (by_mirrors * weight.reshape(-1, 1)).T @ by_mirrors
         slope[places] = weighed_own.T @ misfit.ravel()
         slope[mirrors] += (by_mirrors * weight.reshape(-1, 1)).T @ misfit.ravel()
-        between.append((places, _couple(weighted, signal.by_own)))
-        shared += _couple(weighted, signal.by_mirrors)
-    between.append((mirrors, shared))
+        couple(places, _couple(weighted, signal.by_own))
+        couple(mirrors, _couple(weighted, signal.by_mirrors))
     weight_matrix = bsr_matrix((curvature, np.arange(n_bins), np.arange(n_bins + 1)), shape=(3 * n_bins, 3 * n_bins))
-    breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients)
     by_breaks = weight_matrix @ breaks
-    c = np.zeros((motion.shape[1], layout.size))
-    for places, block in between:
-        block = block.reshape(3 * n_bins, -1)
-        c[:, places] = motion.T @ block
-        m[layout.breaks, places] = breaks.T @ block
-        m[places, layout.breaks] = m[layout.breaks, places].T
     c[:, layout.breaks] = (motion.T @ by_breaks).toarray()
     m[layout.breaks, layout.breaks] = (breaks.T @ by_breaks).toarray()
     slope[layout.breaks] = breaks.T @ pull.ravel()
@@ -207,7 +205,7 @@ def diagonal(values: FloatArray) -> csr_matrix:
 
 
 def _couple(weighted: FloatArray, columns: FloatArray) -> FloatArray:
-    """Return sum over the two parts of (dm/dp)^T w J, shape (n_bins, 3, n_columns)."""
+    """Return sum over the two parts of (dm/dp)^T w J, x, y, z interleaved, shape (3 n_bins, n_columns)."""
     out = weighted[0].T[:, :, None] * columns[0][:, None, :]
     out += weighted[1].T[:, :, None] * columns[1][:, None, :]
-    return np.asarray(out)
+    return np.asarray(out.reshape(3 * columns.shape[1], columns.shape[2]))

@@ -26,6 +26,7 @@ class RecordProgress:
     def __init__(self, n_runs: int) -> None:
         self._n_runs = n_runs
         self._health = ""
+        self._so_far = ""
         self._progress: Progress | None = None
         if sys.stderr.isatty():
             columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
@@ -51,18 +52,24 @@ class RecordProgress:
             self._health = event.message
         if event.kind is EventKind.WARNING:
             self._say(f"run {event.number}: warning: {one_line(event.message)}", err=True)
+        elif event.kind is EventKind.PRELIMINARY:
+            self._so_far = event.message
         elif event.kind is EventKind.RUN:
+            self._so_far = ""
             self._say(f"run {event.number}: {_outcome(event) or _line(event) or self._health}")
         elif self._progress:
             self._show(event)
 
     def _show(self, event: Event) -> None:
         bar = self._progress
-        if bar is None:
+        # of a run that is processed while the next one is armed nothing is said: the next one is what to watch
+        if bar is None or (event.kind is EventKind.PROGRESS and event.state is not ExperimentState.PROCESSING):
             return
         text = f"run {event.number} of {self._n_runs}: {event.state.value}"
         if event.state in (ExperimentState.ARMED, ExperimentState.RECORDING) and self._health:
             text += f", {self._health}"
+        if event.state is ExperimentState.PROCESSING and self._so_far:
+            text += f", {self._so_far}"
         total = 1.0 if event.state is ExperimentState.PROCESSING else None
         bar.update(self._task, description=text, total=total, completed=event.fraction or 0.0)
 

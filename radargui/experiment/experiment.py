@@ -59,8 +59,8 @@ class Experiment:
     patient
         Whether the source loses nothing when it has to wait: a simulation or replay that is as fast as asked.
     continuous
-        Whether the source goes on after a run: `record` then opens one source, arms again after each run without
-        losing a sample, and processes a run while the next one is armed. Runs without a fall are set aside, where
+        Whether the source goes on after a run: `record` then opens one source and arms again after each run without
+        losing a sample; else it opens one after the other. Runs without a fall are set aside, where
         `recording.falls_only` is true: rejected in the session, not counted, not processed.
     attributes
         Further facts to keep with each run file.
@@ -119,7 +119,7 @@ class Experiment:
         return self._cancelled
 
     def record(self, n_runs: int) -> Iterator[RecordedRun]:
-        """Record runs and yield each when it is processed, in order.
+        """Record runs and yield each when it is processed, in order; the next one is armed meanwhile.
 
         Those that were set aside come too and do not count. The last one has no file where nothing moved any more.
 
@@ -128,16 +128,9 @@ class Experiment:
         RadarGuiError
             A run failed while it was recorded.
         """
-        if self._continuous:
-            yield from self._series(n_runs)
+        if n_runs < 1 or self._cancelled:
             return
-        for _ in range(n_runs):
-            if self._cancelled:
-                return
-            run = self.record_run()
-            yield run
-            if run.path is None:
-                return
+        yield from self._series(1, n_runs) if self._continuous else self._series(n_runs, 1)
 
     def record_run(self) -> RecordedRun:
         """Record one run, process it and save its results.
@@ -152,7 +145,7 @@ class Experiment:
         RadarGuiError
             The source or the disk failed; what was recorded until then is kept, the error says where.
         """
-        return list(self._series(1))[-1]
+        return list(self._series(1, 1))[-1]
 
     def finish(self) -> None:
         """End the recording that is under way; it is kept and processed."""
@@ -183,27 +176,25 @@ class Experiment:
             self._cancelled = True
         self.finish()
 
-    def _series(self, n_runs: int) -> Iterator[RecordedRun]:
-        """Record runs from one source, opened once."""
-        self._teller.number += 1
+    def _series(self, n_acquisitions: int, n_runs: int) -> Iterator[RecordedRun]:
+        """Record runs, so many from each source; each is processed while the next one is armed."""
         signals: Signals = queue.SimpleQueue[Signal]()
+        apart = ProcessingApart()
         try:
-            acquisition, recorder = self._make(signals, n_runs)
+            series = Series(
+                partial(self._make, signals, n_runs),
+                n_acquisitions,
+                signals,
+                self._teller,
+                process=partial(self._processed, signals, apart) if self._process else None,
+                set_aside=lambda run: self._session.reject(run.path, run.set_aside),
+                is_cancelled=lambda: self._cancelled,
+                cancel=self.cancel,
+                waits_for_motion=self._seconds is None,
+            )
         except RadarGuiError as error:
             self._teller.fail(error)
             raise
-        apart = ProcessingApart()
-        series = Series(
-            acquisition,
-            recorder,
-            signals,
-            self._teller,
-            process=partial(self._processed, acquisition, signals, apart) if self._process else None,
-            set_aside=lambda run: self._session.reject(run.path, run.set_aside),
-            is_cancelled=lambda: self._cancelled,
-            cancel=self.cancel,
-            waits_for_motion=self._seconds is None,
-        )
         try:
             if self._process and not self._patient:
                 # what fails here is told when there is something to process
@@ -212,8 +203,8 @@ class Experiment:
             yield from series.runs()
         finally:
             apart.close()
-        if acquisition.error is not None:
-            failure = _with_place(acquisition.error, recorder.path)
+        if series.failure is not None:
+            failure = _with_place(series.failure, series.failed_file)
             self._teller.fail(failure)
             raise failure
 
@@ -248,7 +239,7 @@ class Experiment:
         return FallTest(self._setup, digitisation)
 
     def _processed(
-        self, acquisition: Acquisition, signals: Signals, apart: ProcessingApart, run: FinishedRun, number: int
+        self, signals: Signals, apart: ProcessingApart, acquisition: Acquisition, run: FinishedRun, number: int
     ) -> RecordedRun:
         """Process a run and return what came of it; in the thread of the jobs."""
         live = None if acquisition.live is None else acquisition.live.since(run.first_index)

@@ -1,4 +1,4 @@
-"""A series: runs from one source opened once, each processed while the next one is armed."""
+"""A series: runs of one acquisition or several, each processed while the next one is armed."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import queue
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeAlias
 
 from radargui.acquisition.acquisition import Acquisition
@@ -17,6 +18,7 @@ from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.running_warnings import RunningWarnings, losses, signal_warnings
 from radargui.experiment.state import ExperimentState
 from radargui.experiment.teller import Teller
+from radargui.model.errors import RadarGuiError
 
 HEALTH_S = 0.25
 
@@ -43,21 +45,24 @@ class Ended:
 
 Signal: TypeAlias = RecorderState | FinishedRun | RecordedRun | Progress | Preliminary | Ended
 Signals: TypeAlias = "queue.SimpleQueue[Signal]"
+_Job: TypeAlias = tuple[Acquisition, FinishedRun, int]
 
 
 class Series:
-    """Follows an acquisition that records runs; tells what happens and hands out runs in order.
+    """Follows acquisitions that record runs; tells what happens and hands out runs in order.
 
     Parameters
     ----------
-    acquisition, recorder
-        Not started; both tell `signals`.
+    acquire
+        Makes the next acquisition and its recorder, not started; both tell `signals`.
+    n_acquisitions
+        How many there are at most: none follows one that failed, was stopped, or in which nothing moved.
     signals
         Changes of the recorder, finished runs, the end of the acquisition; processing adds its own.
     teller
-        Its `number` is that of the first run.
+        Its `number` is that of the run before the first.
     process
-        Processes a run, in another thread; never raises. None: runs are not processed.
+        Processes a run of an acquisition, in another thread; never raises. None: runs are not processed.
     set_aside
         Rejects a run in the session.
     is_cancelled
@@ -66,23 +71,28 @@ class Series:
         Makes it so: of the run that is being processed what stands already is kept.
     waits_for_motion
         Whether the recorder waits while it is armed.
+
+    Attributes
+    ----------
+    failure, failed_file
+        What ended the last acquisition, or kept the next one from being made, and the file that was being written.
     """
 
     def __init__(
         self,
-        acquisition: Acquisition,
-        recorder: Recorder,
+        acquire: Callable[[], tuple[Acquisition, Recorder]],
+        n_acquisitions: int,
         signals: Signals,
         teller: Teller,
         *,
-        process: Callable[[FinishedRun, int], RecordedRun] | None,
+        process: Callable[[Acquisition, FinishedRun, int], RecordedRun] | None,
         set_aside: Callable[[FinishedRun], None],
         is_cancelled: Callable[[], bool],
         cancel: Callable[[], None],
         waits_for_motion: bool,
     ) -> None:
-        self._acquisition = acquisition
-        self._recorder = recorder
+        self._acquire = acquire
+        self._n_left = n_acquisitions
         self._signals = signals
         self._teller = teller
         self._process = process
@@ -90,26 +100,35 @@ class Series:
         self._is_cancelled = is_cancelled
         self._cancel = cancel
         self._waits_for_motion = waits_for_motion
-        self._base = teller.number - 1
         self._warnings = RunningWarnings()
-        self._held: FinishedRun | None = None
         self._n_processing = 0
-        self._ended = False
-        self._last_number: int | None = None
-        self._next_number = teller.number
+        self._next_number = teller.number + 1
         self._outcomes: dict[int, RecordedRun] = {}
+        self.failure: RadarGuiError | None = None
+        self.failed_file: Path | None = None
+        self._begin()
+
+    def _begin(self) -> None:
+        """Make the next acquisition."""
+        self._teller.number += 1
+        self._base = self._teller.number - 1
+        self._held: FinishedRun | None = None
+        self._last_number: int | None = None
+        self._ended = False
+        self._n_left -= 1
+        self._acquisition, self._recorder = self._acquire()
 
     def runs(self) -> Iterator[RecordedRun]:
-        """Start, and yield runs until the acquisition has ended and all are processed."""
+        """Start, and yield runs until the last acquisition has ended and all are processed."""
         process = self._process
 
-        def work(run: FinishedRun) -> None:
+        def work(job: _Job) -> None:
             if process is not None:
-                self._signals.put(process(run, self._base + run.number))
+                self._signals.put(process(*job))
 
         self._acquisition.start()
         try:
-            with closing(Jobs[FinishedRun](work)) as jobs:
+            with closing(Jobs[_Job](work)) as jobs:
                 try:
                     while not self._ended or self._n_processing:
                         self._take(self._next(), jobs)
@@ -139,7 +158,7 @@ class Series:
                 if self._is_cancelled():
                     self._acquisition.stop()
 
-    def _take(self, signal: Signal, jobs: Jobs[FinishedRun]) -> None:
+    def _take(self, signal: Signal, jobs: Jobs[_Job]) -> None:
         match signal:
             case RecorderState():
                 self._enter_as(signal)
@@ -172,7 +191,7 @@ class Series:
         elif state is RecorderState.SETTLING:
             self._teller.enter(ExperimentState.SETTLING, "waiting until nothing moves")
 
-    def _finished(self, run: FinishedRun, jobs: Jobs[FinishedRun]) -> None:
+    def _finished(self, run: FinishedRun, jobs: Jobs[_Job]) -> None:
         number = self._base + run.number
         if run.is_last:
             self._last_number = number
@@ -194,25 +213,48 @@ class Series:
             # the processing of the last one can wait until all else is done
             self._held = run
         else:
-            self._submit(run, jobs)
+            self._submit(self._acquisition, run, number, jobs)
 
-    def _end(self, jobs: Jobs[FinishedRun]) -> None:
-        self._ended = True
+    def _end(self, jobs: Jobs[_Job]) -> None:
+        """See to the end of an acquisition: the next one begins, or this was the last."""
         self._acquisition.stop()
         self._warn()
-        if self._held is not None or self._n_processing:
+        self._ended = True
+        self.failure, self.failed_file = self._acquisition.error, self._recorder.path
+        held, base = self._held, self._base
+        last = self._acquisition
+        if self._is_followed():
+            self._follow()
+        if self._ended and (held is not None or self._n_processing):
             self._teller.enter(ExperimentState.PROCESSING, "processing")
-        if self._held is not None:
-            self._submit(self._held, jobs)
-        if self._last_number is None and self._acquisition.error is None:
+        if held is not None:
+            self._submit(last, held, base + held.number, jobs)
+        if self._ended and self._last_number is None and self.failure is None:
             ending = self._recorder.ending or Ending.STOPPED
             message = f"No run was recorded: {ending.value}."
             number = self._teller.number
             self._outcomes[number] = RecordedRun(number, None, None, ending, message)
 
-    def _submit(self, run: FinishedRun, jobs: Jobs[FinishedRun]) -> None:
+    def _is_followed(self) -> bool:
+        """Return whether another acquisition comes after the one that has ended."""
+        if self._n_left == 0 or self._is_cancelled():
+            return False
+        recorded = self._last_number is not None and self.failure is None
+        return recorded and self._recorder.ending is not Ending.STOPPED
+
+    def _follow(self) -> None:
+        try:
+            self._begin()
+        except RadarGuiError as error:
+            # told after the results of the runs before
+            self._ended = True
+            self.failure, self.failed_file = error, None
+        else:
+            self._acquisition.start()
+
+    def _submit(self, acquisition: Acquisition, run: FinishedRun, number: int, jobs: Jobs[_Job]) -> None:
         self._n_processing += 1
-        jobs.add(run)
+        jobs.add((acquisition, run, number))
 
     def _told(self, run: RecordedRun, *, is_last: bool) -> RecordedRun:
         if run.result is not None:

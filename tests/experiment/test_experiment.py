@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from support.changed import changed
 from support.controlled_source import LONGEST_S, ControlledSource, codes
 from support.simulated_setup import simulated_setup
 
@@ -17,10 +18,13 @@ from radargui.acquisition.state import AcquisitionState, Ending
 from radargui.experiment import finished
 from radargui.experiment.event import Event, EventKind
 from radargui.experiment.experiment import Experiment
+from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.state import ExperimentState
 from radargui.files.run_file import read_run, read_run_truth, read_summary, run_is_complete
+from radargui.files.run_results import results_are_current
 from radargui.model.errors import DeviceError, ProcessingError, SourceError
 from radargui.model.setup import Setup
+from radargui.processing.offline import STOPPED
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 from radargui.sources.simulated import SimulatedSource, simulate_recording
@@ -217,7 +221,7 @@ def test_finish_ends_a_recording_and_processes_it(tmp_path: Path) -> None:
     source.push_all(codes(9000, moving=slice(5000, 9000)))
     an_experiment, listener = experiment(tmp_path, drop_setup(), lambda _: source)
     listener.reactions[ExperimentState.RECORDING] = lambda: (source.wait_until_taken(), an_experiment.finish())
-    run = an_experiment.record_run()
+    (run,) = an_experiment.record(3)
     assert run.ending is Ending.STOPPED
     assert run.result is not None
     assert run_is_complete(an_experiment.session.run_paths()[0])
@@ -304,3 +308,101 @@ def test_further_facts_are_kept_with_the_run(tmp_path: Path) -> None:
     with h5py.File(run.path) as file:
         source = file.attrs["source"]
     assert source in ("test", b"test")
+
+
+def test_the_next_source_is_armed_while_the_run_before_is_processed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    armed_again = threading.Event()
+    original = finished.process
+
+    def slow(*arguments, **more):  # type: ignore[no-untyped-def]
+        assert armed_again.wait(LONGEST_S)
+        return original(*arguments, **more)
+
+    monkeypatch.setattr(finished, "process", slow)
+    an_experiment, listener = experiment(tmp_path, drop_setup())
+
+    def listen(event: Event) -> None:
+        listener.events.append(event)
+        if event.state is ExperimentState.ARMED and event.number == 2:
+            armed_again.set()
+
+    an_experiment._teller._listener = listen
+    runs = list(an_experiment.record(2))
+    assert [(run.number, run.result is not None) for run in runs] == [(1, True), (2, True)]
+    assert listener.states == [
+        *2 * [ExperimentState.ARMED, ExperimentState.RECORDING],
+        ExperimentState.PROCESSING,
+        ExperimentState.DONE,
+    ]
+
+
+def test_a_second_source_that_cannot_be_made_is_told_after_the_first_result(tmp_path: Path) -> None:
+    setup = drop_setup()
+
+    def once(run: int) -> Source:
+        if run:
+            raise SourceError("No such device any more")
+        return SimulatedSource(setup)
+
+    an_experiment, listener = experiment(tmp_path, setup, once)
+    runs: list[RecordedRun] = []
+    with pytest.raises(SourceError, match="any more"):
+        runs.extend(an_experiment.record(3))
+    told = [event.run for event in listener.of(EventKind.RUN)]
+    assert [run.result is not None for run in told if run] == [True]
+    assert listener.states[-1] is ExperimentState.FAILED
+
+
+def joint_drop() -> Setup:
+    return changed(drop_setup(), processing={"correction": "joint"}, recording={"maximum_s": 0.8})
+
+
+def test_cancelling_while_the_joint_correction_is_computed_keeps_the_adaptive_result_and_says_so(
+    tmp_path: Path,
+) -> None:
+    an_experiment, listener = experiment(tmp_path, joint_drop())
+    stood: list[Event] = []
+
+    def stop(event: Event) -> None:
+        listener.events.append(event)
+        if event.kind is EventKind.PRELIMINARY:
+            stood.append(event)
+            an_experiment.cancel()
+
+    an_experiment._teller._listener = stop
+    run = an_experiment.record_run()
+    (event,) = stood
+    assert event.run is not None
+    assert event.run.result is not None
+    assert event.run.result.preliminary
+    assert event.message.endswith(", preliminary")
+    assert event.run.result.bounces.impacts[0].e == pytest.approx(0.6, rel=0.02)
+    assert run.error is None
+    assert run.result is not None
+    assert run.result.preliminary
+    assert run.result.warnings[0] == STOPPED
+    assert run.path is not None
+    summary = read_summary(run.path)
+    assert summary is not None
+    assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
+    assert not results_are_current(run.path, joint_drop()), "a batch must make up for it"
+    assert an_experiment.state is ExperimentState.DONE
+    assert STOPPED in [event.message for event in listener.of(EventKind.WARNING)]
+
+
+def test_who_leaves_while_a_run_is_processed_does_not_wait_for_the_joint_correction(tmp_path: Path) -> None:
+    an_experiment, _ = experiment(tmp_path, joint_drop())
+
+    def interrupted(event: Event) -> None:
+        if event.kind is EventKind.PRELIMINARY:
+            raise KeyboardInterrupt
+
+    an_experiment._teller._listener = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        an_experiment.record_run()
+    assert an_experiment.is_cancelled
+    summary = read_summary(an_experiment.session.run_paths()[0])
+    assert summary is not None
+    assert (summary["status"], summary["correction"], summary["preliminary"]) == ("ok", "adaptive", True)

@@ -178,8 +178,6 @@ class RunControl(QObject):
                 return
             for recorded in experiment.record(request.n_runs):
                 self._mailbox.post(self._on_told, self._recorded, recorded, ticket)
-                if self._stopping.is_set() and not request.continuous:
-                    return
 
         self._launch(work, "recording")
 
@@ -321,6 +319,8 @@ class RunControl(QObject):
             self.progress = event.fraction
         elif event.kind is EventKind.HEALTH:
             self._health = event.health
+        elif event.kind is EventKind.STATE and not self._continuous:
+            self.run_number = min(event.number, self.n_runs)
         elif event.kind is EventKind.PRELIMINARY:
             self._mailbox.post(self._on_told, self._preliminary, event.run, self._ticket)
         elif event.kind is EventKind.WARNING and event.state is not ExperimentState.PROCESSING:
@@ -344,7 +344,6 @@ class RunControl(QObject):
         counts = recorded.path is not None and not recorded.set_aside
         self._kept += counts
         self.run_recorded.emit(recorded)
-        self.run_number = min(self.run_number + counts, self.n_runs)
         self.progress = 0.0
 
     def _ended(self, error: object) -> None:

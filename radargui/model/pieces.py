@@ -7,7 +7,7 @@ from collections.abc import Iterator
 _PIECE = 1 << 14
 
 
-def pieces(count: int) -> Iterator[slice]:
-    """Yield slices that cover `count` samples."""
-    for first in range(0, count, _PIECE):
-        yield slice(first, min(first + _PIECE, count))
+def pieces(count: int, size: int = _PIECE) -> Iterator[slice]:
+    """Yield slices of at most `size` that cover `count` samples."""
+    for first in range(0, count, size):
+        yield slice(first, min(first + size, count))

@@ -14,6 +14,7 @@ from radargui.correction.joint.mirrors import MirrorPlane, detour
 from radargui.correction.joint.motion_spline import make_spline
 from radargui.correction.joint.normal import NormalMatrix
 from radargui.correction.joint.signal_model import Stage, receiver_signal
+from radargui.correction.joint.signal_slopes import receiver_slopes
 from radargui.geometry.antennas import Antennas
 
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
@@ -103,7 +104,7 @@ def stage_and_layout():
 def test_signal_derivatives_equal_numerical_ones() -> None:
     stage, layout, theta, node = stage_and_layout()
     own = layout.receivers[1]
-    at = receiver_signal(node, theta, layout, stage, 1)
+    at = receiver_slopes(node, theta, layout, stage, 1)
     for column in range(own.first, own.last):
         step = np.zeros_like(theta)
         step[column] = 1e-6
@@ -119,7 +120,7 @@ def test_signal_derivatives_equal_numerical_ones() -> None:
 
 def test_position_derivative_is_right_up_to_the_amplitudes_slope() -> None:
     stage, layout, theta, node = stage_and_layout()
-    at = receiver_signal(node, theta, layout, stage, 0)
+    at = receiver_slopes(node, theta, layout, stage, 0)
     for axis in range(3):
         step = np.zeros((3, 1, 1, 1))
         step[axis] = 1e-7

@@ -83,7 +83,7 @@ def detour(
 
     image = plane.image(antenna_m, unknown)
     direct, mirrored = place - at(antenna_m), place - at(image)
-    r, r_image = np.linalg.norm(direct, axis=0), np.linalg.norm(mirrored, axis=0)
+    r, r_image = (np.sqrt((away * away).sum(axis=0)) for away in (direct, mirrored))
     at_rest = release_m - image
     difference = r_image - r - (np.linalg.norm(at_rest) - np.linalg.norm(release_m - antenna_m))
     ratio = r / r_image * np.exp(1j * k * difference)
@@ -97,15 +97,19 @@ def detour(
 
 
 def detour_ratio(
-    place: FloatArray, antenna_m: FloatArray, plane: MirrorPlane, release_m: FloatArray, k: float
+    place: FloatArray, antenna_m: FloatArray, plane: MirrorPlane, unknown: FloatArray, release_m: FloatArray, k: float
 ) -> ComplexArray:
-    """Return only rho of the detour over a mirror as it stands, without derivatives."""
-    tail = (1,) * (place.ndim - 1)
-    image = plane.image(antenna_m, np.zeros(3))
-    r = np.linalg.norm(place - antenna_m.reshape(3, *tail), axis=0)
-    r_image = np.linalg.norm(place - image.reshape(3, *tail), axis=0)
+    """Return only rho of the detour over a mirror, without derivatives."""
+    image = plane.image(antenna_m, unknown)
+
+    def distance(point: FloatArray) -> FloatArray:
+        x, y, z = place - point.reshape(3, *(1,) * (place.ndim - 1))
+        return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+    r, r_image = distance(antenna_m), distance(image)
     at_rest = np.linalg.norm(release_m - image) - np.linalg.norm(release_m - antenna_m)
-    return np.asarray(r / r_image * np.exp(1j * k * (r_image - r - at_rest)))
+    phase = k * (r_image - r - at_rest)
+    return np.asarray(r / r_image * (np.cos(phase) + 1j * np.sin(phase)))
 
 
 @lru_cache(maxsize=512)

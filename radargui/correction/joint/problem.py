@@ -13,10 +13,13 @@ from radargui.correction.joint.layout import Layout, Prior
 from radargui.correction.joint.motion_spline import MotionSpline
 from radargui.correction.joint.normal import NormalMatrix
 from radargui.correction.joint.signal_model import ReceiverSignal, Stage, receiver_signal
+from radargui.correction.joint.signal_slopes import receiver_slopes
 from radargui.correction.position_map import PositionBasis
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.pieces import pieces
 
 _HUBER = 4.0
+_BINS_TOGETHER = 2048
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,8 @@ class Linearised:
         Robust weights over variance, same shape; zero where a bin does not count.
     signals
         Model of each receiver.
+    node_m
+        Positions at the bins' nodes at each channel's time, shape (3, n_channels, 2, n_bins).
     spline, design, jerk
         The motion with the breaks in force, B at the bins, and its third derivative in the spans.
     """
@@ -93,6 +98,7 @@ class Linearised:
     residual: FloatArray
     weight: FloatArray
     signals: tuple[ReceiverSignal, ...]
+    node_m: FloatArray
     spline: MotionSpline
     design: csr_matrix
     jerk: csr_matrix
@@ -105,12 +111,13 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     node = np.stack([bins.time_s - bins.node_s, bins.time_s + bins.node_s])
     delays, which = np.unique(problem.delay_s, return_inverse=True)
     offset = spline.offset((node + delays[:, None, None]).ravel(), state.coefficients)
-    place = (offset + problem.stage.release_m).T.reshape(3, delays.size, 2, bins.n_bins)
+    place = np.ascontiguousarray((offset + problem.stage.release_m).T).reshape(3, delays.size, 2, bins.n_bins)
+    node_m = np.take(place, which, axis=1)
     residual, weight, signals = np.empty_like(bins.value), np.empty_like(bins.value), []
     loss = 0.0
     for receiver in range(problem.n_receivers):
         pair = slice(2 * receiver, 2 * receiver + 2)
-        signal = receiver_signal(place[:, which[pair]], theta, problem.layout, problem.stage, receiver)
+        signal = receiver_signal(node_m[:, pair], theta, problem.layout, problem.stage, receiver)
         sigma = bins.sigma[pair] * problem.noise_scale[receiver]
         scaled = (signal.value - bins.value[pair]) / sigma
         size = np.abs(scaled)
@@ -122,7 +129,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     prior = problem.prior
     loss += 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum())
     loss += 0.5 * float((((jerk @ state.coefficients) / problem.jerk_sd[:, None]) ** 2).sum())
-    return Linearised(loss, residual, weight, tuple(signals), spline, spline.design(bins.time_s), jerk)
+    return Linearised(loss, residual, weight, tuple(signals), node_m, spline, spline.design(bins.time_s), jerk)
 
 
 @dataclass(frozen=True)
@@ -149,40 +156,32 @@ class Assembled:
 
 def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
     """Build H = J^T W J + priors and the slope J^T W r + priors, interleaving x, y, z in the motion."""
-    layout, n_bins = problem.layout, problem.bins.n_bins
+    layout, bins, n_bins = problem.layout, problem.bins, problem.bins.n_bins
     motion = kron(at.design, eye_array(3), format="csr")
-    pull = np.zeros((n_bins, 3))
-    curvature = np.zeros((n_bins, 3, 3))
-    m = np.zeros((layout.size, layout.size))
-    slope = np.zeros(layout.size)
-    c = np.zeros((motion.shape[1], layout.size))
-    breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients)
-    mirrors = slice(layout.planes.start, layout.forward.stop)
-
-    def couple(places: slice, block: FloatArray) -> None:
-        c[:, places] += motion.T @ block
-        m[layout.breaks, places] += breaks.T @ block
-        m[places, layout.breaks] = m[layout.breaks, places].T
-
-    for receiver, (signal, own) in enumerate(zip(at.signals, layout.receivers, strict=True)):
-        pair = slice(2 * receiver, 2 * receiver + 2)
-        weight = at.weight[pair]
-        misfit = signal.value - problem.bins.value[pair]
-        weighted = signal.by_position * weight[:, None]
-        pull += (weighted * misfit[:, None]).sum(axis=0).T
-        curvature += np.einsum("pan,pbn->nab", weighted, signal.by_position)
-        places = slice(own.first, own.last)
-        by_own = signal.by_own.reshape(2 * n_bins, -1)
-        by_mirrors = signal.by_mirrors.reshape(2 * n_bins, -1)
-        weighed_own = by_own * weight.reshape(-1, 1)
-        m[places, places] = weighed_own.T @ by_own
-        m[mirrors, places] = by_mirrors.T @ weighed_own
-        m[places, mirrors] = m[mirrors, places].T
-        m[mirrors, mirrors] += (by_mirrors * weight.reshape(-1, 1)).T @ by_mirrors
-        slope[places] = weighed_own.T @ misfit.ravel()
-        slope[mirrors] += (by_mirrors * weight.reshape(-1, 1)).T @ misfit.ravel()
-        couple(places, _couple(weighted, signal.by_own))
-        couple(mirrors, _couple(weighted, signal.by_mirrors))
+    breaks = at.spline.break_slopes(bins.time_s, state.coefficients)
+    pull, curvature = np.zeros((n_bins, 3)), np.zeros((n_bins, 3, 3))
+    c, m, slope = np.zeros((motion.shape[1], layout.size)), np.zeros((layout.size, layout.size)), np.zeros(layout.size)
+    mirrors = np.arange(layout.planes.start, layout.forward.stop)
+    for part in pieces(n_bins, _BINS_TOGETHER):
+        rows, stage = slice(3 * part.start, 3 * part.stop), problem.stage.at(part)
+        near, near_motion = _touched(motion[rows])
+        for receiver, (signal, own) in enumerate(zip(at.signals, layout.receivers, strict=True)):
+            pair = slice(2 * receiver, 2 * receiver + 2)
+            slopes = receiver_slopes(at.node_m[:, pair, :, part], state.theta, layout, stage, receiver)
+            weight, misfit = at.weight[pair, part], signal.value[:, part] - bins.value[pair, part]
+            weighted = slopes.by_position * weight[:, None]
+            pull[part] += (weighted * misfit[:, None]).sum(axis=0).T
+            curvature[part] += np.einsum("pan,pbn->nab", weighted, slopes.by_position)
+            places = np.concatenate([mirrors, np.arange(own.first, own.last)])
+            columns = np.concatenate([slopes.by_mirrors, slopes.by_own], axis=2)
+            root = np.sqrt(weight).ravel()
+            scaled = columns.reshape(root.size, -1) * root[:, None]
+            m[np.ix_(places, places)] += scaled.T @ scaled
+            slope[places] += scaled.T @ (root * misfit.ravel())
+            block = _couple(weighted, columns)
+            c[near, places] += near_motion.T @ block
+            m[layout.breaks, places] += breaks[rows].T @ block
+    m[layout.breaks.stop :, layout.breaks] = m[layout.breaks, layout.breaks.stop :].T
     weight_matrix = bsr_matrix((curvature, np.arange(n_bins), np.arange(n_bins + 1)), shape=(3 * n_bins, 3 * n_bins))
     by_breaks = weight_matrix @ breaks
     c[:, layout.breaks] = (motion.T @ by_breaks).toarray()
@@ -202,6 +201,13 @@ def diagonal(values: FloatArray) -> csr_matrix:
     """Return a sparse diagonal matrix."""
     n = values.size
     return csr_matrix((values, np.arange(n), np.arange(n + 1)), shape=(n, n))
+
+
+def _touched(rows: csr_matrix) -> tuple[slice, csr_matrix]:
+    """Return the range of columns that some rows of a band touch, and the rows with these columns alone."""
+    first, last = (int(rows.indices.min()), int(rows.indices.max()) + 1) if rows.nnz else (0, 0)
+    shape = rows.shape[0], last - first
+    return slice(first, last), csr_matrix((rows.data, rows.indices - first, rows.indptr), shape=shape)
 
 
 def _couple(weighted: FloatArray, columns: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix, eye_array, kron
 
 from radargui.correction.joint.minimise import Solution, local_chi_square
 from radargui.correction.joint.mirrors import ComplexArray
-from radargui.correction.joint.signal_model import front_end
+from radargui.correction.joint.signal_model import FrontEnd
 from radargui.correction.signals import Signals
 from radargui.geometry.antennas import Antennas
 from radargui.geometry.path_length import path_gradient, path_lengths
@@ -162,7 +162,7 @@ class _Circle:
         here = self._unit(self.change_m[part])
         delays = self.solution.problem.delay_s[pair]
         later = [self._unit(self._change(time + delay)) if delay else here for delay in delays]
-        model = front_end(np.stack(later) * amplitude, theta, own)
+        model = FrontEnd(theta, own)(np.stack(later) * amplitude)
         left_i, left_q = self.signals.value[pair, part] - model - np.stack([besides_i, besides_q])
         gain, sine, cosine = np.exp(theta[own.log_gain]), np.sin(theta[own.skew]), np.cos(theta[own.skew])
         return np.asarray(here + (left_i + 1j * (left_q / gain - sine * left_i) / cosine) / amplitude)

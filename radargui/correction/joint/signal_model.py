@@ -1,13 +1,13 @@
-"""What one receiver's bins should show, and how that changes with every unknown."""
+"""What one receiver's bins should show."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radargui.correction.joint.layout import Layout, ReceiverLayout
-from radargui.correction.joint.mirrors import ComplexArray, Detour, MirrorPlane, detour
+from radargui.correction.joint.mirrors import ComplexArray, MirrorPlane, detour_ratio
 from radargui.geometry.antennas import Antennas
 from radargui.model.arrays import FloatArray
 
@@ -39,6 +39,12 @@ class Stage:
     law: FloatArray
     drift: FloatArray
 
+    def at(self, part: slice) -> Stage:
+        """Return the stage of some of the bins."""
+        return replace(
+            self, bias=self.bias[part], level=self.level[part], law=self.law[:, part], drift=self.drift[part]
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class ReceiverSignal:
@@ -48,12 +54,6 @@ class ReceiverSignal:
     ----------
     value
         Shape (2, n_bins).
-    by_position
-        Shape (2, 3, n_bins).
-    by_own
-        Derivatives with respect to the receiver's own unknowns, shape (2, n_bins, n_own).
-    by_mirrors
-        With respect to planes and forward coefficients, shape (2, n_bins, n_planes + n_forward).
     direct, field
         A exp(j phi) without and with mirrors, averaged over parts and nodes, shape (n_bins,).
     besides
@@ -61,9 +61,6 @@ class ReceiverSignal:
     """
 
     value: FloatArray
-    by_position: FloatArray
-    by_own: FloatArray
-    by_mirrors: FloatArray
     direct: ComplexArray
     field: ComplexArray
     besides: FloatArray
@@ -89,52 +86,12 @@ def receiver_signal(
         Number.
     """
     own = layout.receivers[receiver]
-    k = stage.wavenumber
-    tx, rx = stage.antennas.transmitter_m, stage.antennas.receivers_m[receiver]
-    from_tx, from_rx = node_m - tx[:, None, None, None], node_m - rx[:, None, None, None]
-    r_tx, r_rx = np.linalg.norm(from_tx, axis=0), np.linalg.norm(from_rx, axis=0)
-    at_rest = np.linalg.norm(stage.release_m - tx) + np.linalg.norm(stage.release_m - rx)
-    wave = np.exp(1j * (k * (r_tx + r_rx - at_rest) + theta[own.phase]))
-    gradient = 1j * k * (from_tx / r_tx + from_rx / r_rx)
-    amplitude = stage.law[receiver] * np.exp(theta[own.log_amplitude] + stage.level @ theta[own.level])
-    mirrored = _mirrors(node_m, theta, layout, stage, receiver)
-    field = wave * mirrored.factor
-    z = amplitude * field.mean(axis=1)
-    by_position = amplitude * (field * gradient + wave * mirrored.slope).mean(axis=2)
-    bias = stage.bias @ theta[own.bias_i] + 1j * (stage.bias @ theta[own.bias_q])
-    front = _FrontEnd(theta, own)
-    n_bins = stage.law.shape[1]
-    by_own = np.zeros((2, n_bins, own.last - own.first))
-
-    def column(place: int) -> int:
-        return place - own.first
-
-    def columns(places: slice) -> slice:
-        return slice(places.start - own.first, places.stop - own.first)
-
-    by_own[:, :, column(own.phase)] = front(1j * z)
-    by_own[:, :, column(own.log_amplitude)] = front(z)
-    by_own[0, :, column(own.offset.start)] = 1.0
-    by_own[1, :, column(own.offset.start) + 1] = 1.0
-    q = front(z + bias)[1]
-    by_own[1, :, column(own.log_gain)] = q
-    by_own[1, :, column(own.skew)] = front.by_skew((z + bias)[1])
-    by_own[0, :, columns(own.bias_i)] = stage.bias
-    by_own[1, :, columns(own.bias_i)] = front.gain * front.sine * stage.bias
-    by_own[1, :, columns(own.bias_q)] = front.gain * front.cosine * stage.bias
-    by_own[:, :, columns(own.level)] = front(z)[:, :, None] * stage.level
-    by_own[0, :, columns(own.drift_i)] = stage.drift
-    by_own[1, :, columns(own.drift_q)] = stage.drift
-    for places, slopes in ((own.backward, mirrored.by_backward), (own.ghost, mirrored.by_ghost)):
-        by_own[:, :, columns(places)] = _complex_columns(front, amplitude, wave, slopes)
-    by_planes = [front(amplitude * (wave * slope).mean(axis=1)) for slope in mirrored.by_plane]
-    by_forward = _complex_columns(front, amplitude, wave, mirrored.by_forward)
-    by_mirrors = np.concatenate([_stack(by_planes, n_bins), by_forward], axis=2)
+    direct = field_at_nodes(node_m, theta, layout, stage, receiver)
+    z = (direct * _factor(node_m, theta, layout, stage, receiver)).mean(axis=1)
+    bias, front = bias_of(theta, own, stage), FrontEnd(theta, own)
     noise = np.stack([stage.drift @ theta[own.drift_i], stage.drift @ theta[own.drift_q]])
     besides = front(np.stack([bias, bias])) + theta[own.offset][:, None] + noise
-    value = front(z) + besides
-    direct = amplitude * wave.mean(axis=(0, 1))
-    return ReceiverSignal(value, _front_vector(front, by_position), by_own, by_mirrors, direct, z.mean(axis=0), besides)
+    return ReceiverSignal(front(z) + besides, direct.mean(axis=(0, 1)), z.mean(axis=0), besides)
 
 
 def field_at_nodes(node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage, receiver: int) -> ComplexArray:
@@ -142,19 +99,47 @@ def field_at_nodes(node_m: FloatArray, theta: FloatArray, layout: Layout, stage:
     own = layout.receivers[receiver]
     path = np.zeros(node_m.shape[1:])
     for antenna in (stage.antennas.transmitter_m, stage.antennas.receivers_m[receiver]):
-        path += np.linalg.norm(node_m - antenna[:, None, None, None], axis=0) - np.linalg.norm(
-            stage.release_m - antenna
+        x, y, z = node_m - antenna[:, None, None, None]
+        path += np.sqrt(x * x + y * y + z * z) - np.linalg.norm(stage.release_m - antenna)
+    phase = stage.wavenumber * path + theta[own.phase]
+    return np.asarray(amplitude_of(theta, own, stage, receiver) * (np.cos(phase) + 1j * np.sin(phase)))
+
+
+def amplitude_of(theta: FloatArray, own: ReceiverLayout, stage: Stage, receiver: int) -> FloatArray:
+    """Return A from the range law and the map, shape (n_bins,)."""
+    return np.asarray(stage.law[receiver] * np.exp(theta[own.log_amplitude] + stage.level @ theta[own.level]))
+
+
+def bias_of(theta: FloatArray, own: ReceiverLayout, stage: Stage) -> ComplexArray:
+    """Return beta, shape (n_bins,)."""
+    return np.asarray(stage.bias @ theta[own.bias_i] + 1j * (stage.bias @ theta[own.bias_q]))
+
+
+def _factor(node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage, receiver: int) -> ComplexArray | float:
+    """Return F, what the mirrors make of the direct field."""
+    if not stage.planes:
+        return 1.0
+    own, unknown = layout.receivers[receiver], theta[layout.planes].reshape(-1, 3)
+    t, r, x = (complex_of(theta[places]) for places in (layout.forward, own.backward, own.ghost))
+    forward, backward = np.ones(node_m.shape[1:], complex), np.ones(node_m.shape[1:], complex)
+    ghost = np.zeros(node_m.shape[1:], complex)
+    antennas = stage.antennas.transmitter_m, stage.antennas.receivers_m[receiver]
+    for m, (plane, shift) in enumerate(zip(stage.planes, unknown, strict=True)):
+        over_tx, over_rx = (
+            detour_ratio(node_m, antenna, plane, shift, stage.release_m, stage.wavenumber) for antenna in antennas
         )
-    amplitude = stage.law[receiver] * np.exp(theta[own.log_amplitude] + stage.level @ theta[own.level])
-    return np.asarray(amplitude * np.exp(1j * (stage.wavenumber * path + theta[own.phase])))
+        forward += t[m] * over_tx
+        backward += r[m] * over_rx
+        ghost += x[m] * over_tx * over_rx
+    return np.asarray(forward * backward + ghost)
 
 
-def front_end(z: ComplexArray, theta: FloatArray, own: ReceiverLayout) -> FloatArray:
-    """Return what the two channels show of the complex Z of each part, shape (2, n)."""
-    return _FrontEnd(theta, own)(z)
+def complex_of(pairs: FloatArray) -> ComplexArray:
+    """Return complex numbers from their real and imaginary parts by turns."""
+    return np.asarray(pairs[0::2] + 1j * pairs[1::2])
 
 
-class _FrontEnd:
+class FrontEnd:
     """The receiver's front end: complex Z of each part (2, n) to the two channels (2, n)."""
 
     def __init__(self, theta: FloatArray, own: ReceiverLayout) -> None:
@@ -162,84 +147,9 @@ class _FrontEnd:
         self.sine, self.cosine = float(np.sin(theta[own.skew])), float(np.cos(theta[own.skew]))
 
     def __call__(self, z: ComplexArray) -> FloatArray:
+        """Return what the two channels show of each part's Z."""
         return np.stack([z[0].real, self.gain * (self.sine * z[1].real + self.cosine * z[1].imag)])
 
     def by_skew(self, z: ComplexArray) -> FloatArray:
         """Return dQ / d eps for the Q part's Z."""
         return np.asarray(self.gain * (self.cosine * z.real - self.sine * z.imag))
-
-
-def _front_vector(front: _FrontEnd, z: ComplexArray) -> FloatArray:
-    """Apply the front end to (3, 2, n): returns (2, 3, n)."""
-    return np.stack([front(part) for part in z], axis=1)
-
-
-def _complex_columns(
-    front: _FrontEnd, amplitude: FloatArray, wave: ComplexArray, slopes: list[ComplexArray]
-) -> FloatArray:
-    """Return derivatives with respect to real and imaginary parts of complex coefficients, (2, n, 2 n_coefficients)."""
-    out = []
-    for slope in slopes:
-        z = amplitude * (wave * slope).mean(axis=1)
-        out += [front(z), front(1j * z)]
-    return _stack(out, amplitude.size)
-
-
-def _stack(columns: list[FloatArray], n_bins: int) -> FloatArray:
-    return np.stack(columns, axis=2) if columns else np.zeros((2, n_bins, 0))
-
-
-@dataclass(frozen=True, slots=True)
-class _Mirrored:
-    """F and its derivatives; lists hold one entry a coefficient or a plane's unknown."""
-
-    factor: ComplexArray | float
-    slope: ComplexArray | float
-    by_plane: list[ComplexArray]
-    by_forward: list[ComplexArray]
-    by_backward: list[ComplexArray]
-    by_ghost: list[ComplexArray]
-
-
-def _mirrors(node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage, receiver: int) -> _Mirrored:
-    if not stage.planes:
-        return _Mirrored(1.0, 0.0, [], [], [], [])
-    own = layout.receivers[receiver]
-    unknown = theta[layout.planes].reshape(-1, 3)
-    t = _complex(theta[layout.forward])
-    r, x = _complex(theta[own.backward]), _complex(theta[own.ghost])
-
-    def detours(antenna: FloatArray) -> list[Detour]:
-        return [
-            detour(node_m, antenna, plane, shift, stage.release_m, stage.wavenumber)
-            for plane, shift in zip(stage.planes, unknown, strict=True)
-        ]
-
-    over_tx, over_rx = detours(stage.antennas.transmitter_m), detours(stage.antennas.receivers_m[receiver])
-    forward, backward = np.ones(node_m.shape[1:], complex), np.ones(node_m.shape[1:], complex)
-    forward_slope, backward_slope = np.zeros(node_m.shape, complex), np.zeros(node_m.shape, complex)
-    ghost, ghost_slope = np.zeros(node_m.shape[1:], complex), np.zeros(node_m.shape, complex)
-    for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
-        forward += t[m] * a.ratio
-        backward += r[m] * b.ratio
-        forward_slope += t[m] * a.slope
-        backward_slope += r[m] * b.slope
-        ghost += x[m] * a.ratio * b.ratio
-        ghost_slope += x[m] * (a.slope * b.ratio + a.ratio * b.slope)
-    by_plane: list[ComplexArray] = []
-    for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
-        by_plane += list(
-            t[m] * a.plane * backward + forward * r[m] * b.plane + x[m] * (a.plane * b.ratio + a.ratio * b.plane)
-        )
-    return _Mirrored(
-        forward * backward + ghost,
-        forward_slope * backward + forward * backward_slope + ghost_slope,
-        by_plane,
-        [a.ratio * backward for a in over_tx],
-        [forward * b.ratio for b in over_rx],
-        [a.ratio * b.ratio for a, b in zip(over_tx, over_rx, strict=True)],
-    )
-
-
-def _complex(pairs: FloatArray) -> ComplexArray:
-    return np.asarray(pairs[0::2] + 1j * pairs[1::2])

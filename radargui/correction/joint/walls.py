@@ -16,7 +16,8 @@ from radargui.correction.joint.minimise import Solution, log_evidence
 from radargui.correction.joint.mirrors import MirrorPlane, detour_ratio
 from radargui.correction.joint.problem import JointProblem, State
 from radargui.correction.joint.rounds import converge
-from radargui.correction.joint.signal_model import field_at_nodes, front_end
+from radargui.correction.joint.signal_model import FrontEnd, field_at_nodes
+from radargui.correction.joint.signal_slopes import receiver_slopes
 from radargui.model.arrays import FloatArray, IntArray
 
 _AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
@@ -114,17 +115,10 @@ class _LinearisedSearch:
         self.n_bins, self.n_receivers = problem.bins.n_bins, problem.n_receivers
         self.motion = csr_matrix(kron(solution.at.design, eye_array(3), format="csr")).T
         self.breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients).T
-        node = np.stack([problem.bins.time_s - problem.bins.node_s, problem.bins.time_s + problem.bins.node_s])
-        self.nodes, self.fields = [], []
-        for receiver in range(self.n_receivers):
-            delays = problem.delay_s[2 * receiver : 2 * receiver + 2]
-            place = np.stack([self._positions(node + delay) for delay in delays], axis=1)
-            self.nodes.append(place)
-            self.fields.append(field_at_nodes(place, solution.state.theta, problem.layout, problem.stage, receiver))
-
-    def _positions(self, time: FloatArray) -> FloatArray:
-        at = self.solution.at.spline.offset(time.ravel(), self.solution.state.coefficients)
-        return np.asarray((at + self.solution.problem.stage.release_m).T.reshape(3, *time.shape))
+        theta, layout, stage = solution.state.theta, problem.layout, problem.stage
+        self.nodes = [solution.at.node_m[:, 2 * n : 2 * n + 2] for n in range(self.n_receivers)]
+        self.fields = [field_at_nodes(node, theta, layout, stage, n) for n, node in enumerate(self.nodes)]
+        self.slopes = [receiver_slopes(node, theta, layout, stage, n) for n, node in enumerate(self.nodes)]
 
     def gain(self, plane: MirrorPlane) -> float:
         """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2, A the Schur complement of T and R, g their slope."""
@@ -135,18 +129,19 @@ class _LinearisedSearch:
         to_border = np.zeros((old.size, n_new))
         pulled = np.zeros((self.n_bins, 3, n_new))
         mirrors = slice(old.planes.start, old.forward.stop)
-        for receiver, before in enumerate(at.signals):
+        for receiver, before in enumerate(self.slopes):
             own = old.receivers[receiver]
-            j = np.zeros((2, self.n_bins, n_new))
+            front, j = FrontEnd(self.solution.state.theta, own), np.zeros((2, self.n_bins, n_new))
             antennas = stage.antennas.transmitter_m, stage.antennas.receivers_m[receiver]
             for first, antenna in zip((0, 2 + 2 * receiver), antennas, strict=True):
-                ratio = detour_ratio(self.nodes[receiver], antenna, plane, stage.release_m, stage.wavenumber)
+                ratio = detour_ratio(
+                    self.nodes[receiver], antenna, plane, np.zeros(3), stage.release_m, stage.wavenumber
+                )
                 z = (self.fields[receiver] * ratio).mean(axis=1)
-                j[:, :, first] = front_end(z, self.solution.state.theta, own)
-                j[:, :, first + 1] = front_end(1j * z, self.solution.state.theta, own)
+                j[:, :, first], j[:, :, first + 1] = front(z), front(1j * z)
             pair = slice(2 * receiver, 2 * receiver + 2)
             weighed = at.weight[pair][:, :, None] * j
-            misfit = before.value - problem.bins.value[pair]
+            misfit = at.signals[receiver].value - problem.bins.value[pair]
             slope += np.einsum("pnk,pn->k", weighed, misfit)
             flat = weighed.reshape(2 * self.n_bins, n_new)
             curvature += flat.T @ j.reshape(2 * self.n_bins, n_new)

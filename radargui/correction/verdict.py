@@ -65,6 +65,8 @@ def judge_channels(
                 own.quadrature_error_deg,
                 verdict,
                 reason,
+                own.u_gain_ratio,
+                own.u_quadrature_error_deg,
             )
         )
     return tuple(out)

@@ -16,6 +16,7 @@ from radargui.model.setup_change import changed
 from radargui.model.setup_file import parse_setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
+from radargui.session.front_ends import known_front_ends
 
 FIGURES = (
     ("e", "u_e", ""),
@@ -179,12 +180,13 @@ def compare_with(
         before = _side(stored[-1])
     else:
         recording = read_for_processing(run)
-        first = process(recording, own_setup(run))
+        own = own_setup(run)
+        first = process(recording, own, front_ends=known_front_ends(run, own))
         before = Side(summarise(first), first.setup)
     result = (
         process_run(run, other, progress=progress)
         if keep
-        else process(recording or read_for_processing(run), other, progress)
+        else process(recording or read_for_processing(run), other, progress, front_ends=known_front_ends(run, other))
     )
     return Comparison(run, before, Side(summarise(result), result.setup))
 

@@ -14,6 +14,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import cut_short, process
+from radargui.session.front_ends import known_front_ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +44,8 @@ def process_finished(
 ) -> tuple[RunResult, LiveAgreement | None]:
     """Process a run, keep results and agreement in its file, and return both.
 
+    What earlier runs of its session say about the front ends is its prior.
+
     Parameters
     ----------
     job
@@ -70,7 +73,7 @@ def process_finished(
     progress(0.0)
     recording = read_for_processing(job.path)
     try:
-        result = process(recording, job.setup, progress, stand)
+        result = process(recording, job.setup, progress, stand, known_front_ends(job.path, job.setup))
     except CancelledError:
         if not stands:
             raise

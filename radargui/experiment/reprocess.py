@@ -12,6 +12,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
+from radargui.session.front_ends import known_front_ends
 
 
 def process_run(
@@ -22,6 +23,8 @@ def process_run(
     standing: Callable[[RunResult], None] | None = None,
 ) -> RunResult:
     """Process a run file and store the results in it, in place of older ones; its samples are not touched.
+
+    What earlier runs of its session say about the front ends is its prior.
 
     Parameters
     ----------
@@ -46,7 +49,8 @@ def process_run(
         The samples do not fit the setup.
     """
     recording = read_for_processing(path)
-    result = process(recording, setup or own_setup(path), progress, standing)
+    chosen = setup or own_setup(path)
+    result = process(recording, chosen, progress, standing, known_front_ends(path, chosen))
     write_results(path, result)
     return result
 

@@ -19,6 +19,7 @@ from radargui.files.rewriting import copy_attribute, rewritten
 from radargui.files.run_header import is_run
 from radargui.files.run_health import health_in, put_health
 from radargui.files.seal import is_sound, seal
+from radargui.files.stored_front_ends import PRIOR
 from radargui.files.stored_results import keep_earlier
 from radargui.files.summary import summarise
 from radargui.files.thumbnail import put_thumbnail
@@ -131,6 +132,8 @@ def _write(group: Any, result: RunResult) -> None:
     hdf5.put_text(group.attrs, "calibration_uncertainty", json.dumps(result.calibration_uncertainty))
     channels = result.corrected.channels if result.corrected else ()
     hdf5.put_text(group.attrs, "channels", json.dumps([asdict(channel) for channel in channels]))
+    prior = None if result.front_end_prior is None else asdict(result.front_end_prior)
+    hdf5.put_text(group.attrs, PRIOR, json.dumps(prior))
     excerpt = result.recording.excerpt
     group.attrs["first_sample"] = 0 if excerpt is None else excerpt.first_stored
     seal(group.attrs)

@@ -33,6 +33,10 @@ class ChannelQuality:
         good, usable or rejected.
     reason
         Why, when not good.
+    u_gain_ratio, u_quadrature_error_deg
+        Standard uncertainties of gain ratio and quadrature error.
+    prior_runs
+        Runs of the session whose gain ratio and quadrature error were the prior of these; empty where none was used.
     """
 
     name: str
@@ -46,3 +50,6 @@ class ChannelQuality:
     quadrature_error_deg: float | None = None
     verdict: str = "good"
     reason: str = ""
+    u_gain_ratio: float | None = None
+    u_quadrature_error_deg: float | None = None
+    prior_runs: tuple[str, ...] = ()

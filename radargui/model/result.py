@@ -7,6 +7,7 @@ from typing import Literal
 
 from radargui.model.bounce import Bounces
 from radargui.model.corrected import CorrectedIQ
+from radargui.model.front_end import FrontEndPrior
 from radargui.model.path import PathLengths
 from radargui.model.recording import Recording
 from radargui.model.segment import Segment
@@ -40,6 +41,9 @@ class RunResult:
     preliminary
         Whether the correction that the setup asks for is still being computed, or was stopped before it ended: then a
         simpler one stands here.
+    front_end_prior
+        What earlier runs of the session said about the front ends, and whether it was used; None where nothing was
+        known or asked.
     """
 
     recording: Recording = field(repr=False)
@@ -54,3 +58,4 @@ class RunResult:
     calibration_uncertainty: dict[str, float] | None = None
     warnings: tuple[str, ...] = ()
     preliminary: bool = False
+    front_end_prior: FrontEndPrior | None = None

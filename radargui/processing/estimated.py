@@ -11,12 +11,14 @@ from threadpoolctl import threadpool_limits
 from radargui.correction.adaptive.estimate import estimate_adaptive
 from radargui.correction.adaptive.found import Found, adaptive_rounds
 from radargui.correction.estimate import MotionEstimate
+from radargui.correction.hardware import disagreement
 from radargui.correction.joint.estimate import JointEstimate, estimate_joint
 from radargui.correction.quality import image_rejection_db
 from radargui.geometry.antennas import place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
+from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.path import PathLengths
 from radargui.model.recording import Recording
 from radargui.model.segment import Segment
@@ -35,6 +37,7 @@ def estimated(
     method: str,
     tell: Callable[[float], None],
     standing: Callable[[Road], None] | None = None,
+    prior: FrontEndPrior | None = None,
 ) -> Road:
     """Return corrected IQ, path lengths and track by the joint or the adaptive estimate.
 
@@ -55,6 +58,9 @@ def estimated(
         Called with the share done, 0 to 1; what it raises ends the work.
     standing
         Given the adaptive road before the joint estimate is begun.
+    prior
+        What is known about the front ends: the joint estimate begins with it, and is made again without where the run
+        contradicts it.
 
     Raises
     ------
@@ -73,9 +79,9 @@ def estimated(
             if standing is not None:
                 road = _road(estimate_adaptive(recording, setup, found), segment, setup)
                 standing(road)
-            joint, why = _try_joint(recording, setup, found, tell)
+            joint, why, tried = _try_joint_with(prior, recording, setup, found, tell)
             if joint is not None:
-                return _road(joint, segment, setup)
+                return _with_prior(_road(joint, segment, setup), tried, why)
         if road is None:
             road = _road(estimate_adaptive(recording, setup, found), segment, setup)
     warnings = (f"the joint correction does not stand here ({why}): the adaptive one was used",) if why else ()
@@ -91,12 +97,43 @@ def _road(estimate: MotionEstimate, segment: Segment, setup: Setup) -> Road:
     return Road(_corrected(estimate, segment, setup), paths, _track(estimate, paths, setup), bounces, shift)
 
 
+def _try_joint_with(
+    prior: FrontEndPrior | None, recording: Recording, setup: Setup, found: Found, tell: Callable[[float], None]
+) -> tuple[JointEstimate | None, str, FrontEndPrior | None]:
+    """Return the joint estimate, why it does not stand or why without its prior, and the prior with its use."""
+    if prior is None:
+        return *_try_joint(recording, setup, found, tell), None
+    joint, why = _try_joint(recording, setup, found, tell, prior.front_ends)
+    if joint is not None:
+        why = disagreement(joint.constants, prior.front_ends)
+        if not why:
+            return joint, "", replace(prior, used=True)
+    joint, other = _try_joint(recording, setup, found, lambda _: tell(1.0))
+    return joint, why if joint is not None else other, replace(prior, used=False)
+
+
+def _with_prior(road: Road, prior: FrontEndPrior | None, why: str) -> Road:
+    """Return the road that tells which runs its prior came from, or why it was not used."""
+    if prior is None:
+        return road
+    if prior.used:
+        channels = tuple(replace(channel, prior_runs=prior.runs) for channel in road.corrected.channels)
+        return replace(road, corrected=replace(road.corrected, channels=channels), front_end_prior=prior)
+    runs = prior.runs[0] if len(prior.runs) == 1 else f"{prior.runs[0]} to {prior.runs[-1]}"
+    warning = f"what {runs} say about the front ends was not used: with it this run is not described ({why})"
+    return replace(road, front_end_prior=prior, warnings=(warning,))
+
+
 def _try_joint(
-    recording: Recording, setup: Setup, found: Found, tell: Callable[[float], None]
+    recording: Recording,
+    setup: Setup,
+    found: Found,
+    tell: Callable[[float], None],
+    front_ends: tuple[FrontEnd, ...] | None = None,
 ) -> tuple[JointEstimate | None, str]:
     """Return the joint estimate, or None and why it does not stand."""
     try:
-        joint = estimate_joint(recording, setup, found=found, progress=tell)
+        joint = estimate_joint(recording, setup, found=found, hardware=front_ends, progress=tell)
     except ProcessingError as error:
         return None, error.message.rstrip(".")
     except (np.linalg.LinAlgError, FloatingPointError, ValueError) as error:

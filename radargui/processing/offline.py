@@ -9,6 +9,7 @@ import numpy as np
 
 from radargui.model.bounce import Bounces
 from radargui.model.errors import ProcessingError
+from radargui.model.front_end import FrontEndPrior
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.segment import Segment
@@ -40,7 +41,11 @@ NO_REST_AFTER_GAP = "the motion begins right after lost samples: where the spher
 
 
 def process(
-    recording: Recording, setup: Setup, progress: Progress | None = None, standing: Standing | None = None
+    recording: Recording,
+    setup: Setup,
+    progress: Progress | None = None,
+    standing: Standing | None = None,
+    front_ends: FrontEndPrior | None = None,
 ) -> RunResult:
     """Turn the samples of one run into path lengths, track, bounces and g.
 
@@ -54,6 +59,9 @@ def process(
         Called with the share done, 0 to 1; what it raises, as `CancelledError`, ends the work.
     standing
         Given the preliminary result of the adaptive correction while the joint one is being computed.
+    front_ends
+        What other runs say about the front ends, prior of the joint correction; None: nothing, the run speaks for
+        itself.
 
     Returns
     -------
@@ -81,7 +89,7 @@ def process(
         return _result(recording, setup, stretch, segment, road, warnings)
 
     stands = None if standing is None else lambda road: standing(replace(result_of(road), preliminary=True))
-    road = _road(_part(recording, stretch), segment, setup, lambda done: tell(0.1 + 0.8 * done), stands)
+    road = _road(_part(recording, stretch), segment, setup, lambda done: tell(0.1 + 0.8 * done), stands, front_ends)
     tell(0.9)
     return result_of(road)
 
@@ -134,6 +142,7 @@ def _result(
         bounces=bounces,
         calibration_uncertainty=calibration,
         warnings=tuple(warnings),
+        front_end_prior=road.front_end_prior,
     )
 
 
@@ -152,7 +161,12 @@ def _part(recording: Recording, stretch: slice) -> Recording:
 
 
 def _road(
-    recording: Recording, segment: Segment, setup: Setup, tell: Progress, standing: Callable[[Road], None] | None
+    recording: Recording,
+    segment: Segment,
+    setup: Setup,
+    tell: Progress,
+    standing: Callable[[Road], None] | None,
+    front_ends: FrontEndPrior | None,
 ) -> Road:
     """Take the road of the chosen correction; where an estimate cannot be made the published procedure stands."""
     method = setup.processing.correction
@@ -162,7 +176,7 @@ def _road(
     from radargui.processing.estimated import estimated
 
     try:
-        return estimated(recording, segment, setup, method, tell, standing)
+        return estimated(recording, segment, setup, method, tell, standing, front_ends)
     except ProcessingError as error:
         road = step_by_step(recording, segment, setup, "published", tell)
         why = error.message.rstrip(".")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from radargui.model.arrays import FloatArray
 from radargui.model.bounce import Bounces
 from radargui.model.corrected import CorrectedIQ
+from radargui.model.front_end import FrontEndPrior
 from radargui.model.path import PathLengths
 from radargui.model.track import Track
 
@@ -27,6 +28,8 @@ class Road:
     shift
         Changes of the first e and of g where the track is shifted a little (times, shift of shape (3, n)), where the
         road knows them itself.
+    front_end_prior
+        What was known about the front ends, and whether it was used.
     warnings
         Sentences for the operator.
     """
@@ -36,4 +39,5 @@ class Road:
     track: Track | None
     bounces: Bounces | None = None
     shift: Callable[[FloatArray, FloatArray], tuple[float, float]] | None = None
+    front_end_prior: FrontEndPrior | None = None
     warnings: tuple[str, ...] = ()

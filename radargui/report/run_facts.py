@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from radargui.files.stored_front_ends import read_prior
 from radargui.files.summary import summarise
 from radargui.model.block import Gap
 from radargui.model.bounce import Bounces, FreeFall
@@ -91,7 +92,9 @@ class RunFacts:
 def study(path: Path, setup: Setup, progress: Progress | None = None) -> RunFacts:
     """Read and process one run; whatever goes wrong with it becomes its `failure`."""
     try:
-        return take_facts(process(read_for_processing(path), setup, progress), path.stem)
+        return take_facts(
+            process(read_for_processing(path), setup, progress, front_ends=read_prior(path, setup)), path.stem
+        )
     except RadarGuiError as error:
         return RunFacts(path.stem, failure=str(error))
     except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:

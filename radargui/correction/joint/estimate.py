@@ -19,6 +19,7 @@ from radargui.correction.joint.samples import AtSamples, at_samples
 from radargui.correction.signals import Signals
 from radargui.correction.verdict import judge_channels
 from radargui.model.errors import ProcessingError
+from radargui.model.front_end import FrontEnd
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 
@@ -44,7 +45,7 @@ def estimate_joint(
     setup: Setup,
     *,
     found: Found | None = None,
-    hardware: tuple[HardwareConstants, ...] | None = None,
+    hardware: tuple[FrontEnd, ...] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> JointEstimate:
     """Estimate motion and mismatch of a recording together.

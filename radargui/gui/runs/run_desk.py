@@ -15,6 +15,7 @@ from radargui.acquisition.state import Ending
 from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.reprocess import own_setup, process_run
 from radargui.files.overview import Overview, read_overview
+from radargui.files.stored_front_ends import read_prior
 from radargui.files.stored_results import read_stored_results
 from radargui.files.summary import summarise
 from radargui.gui.background import Jobs
@@ -274,7 +275,8 @@ def _is_being_computed(result: RunResult) -> bool:
 def _processed(
     path: Path, progress: Callable[[float], None], standing: Callable[[RunResult], None] | None = None
 ) -> RunResult:
-    return process(read_for_processing(path), _setup_of(path), progress, standing)
+    setup = _setup_of(path)
+    return process(read_for_processing(path), setup, progress, standing, read_prior(path, setup))
 
 
 def _setup_of(path: Path) -> Setup:

@@ -1,0 +1,74 @@
+"""What the earlier runs of a session know about the front ends: the prior of the next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from radargui.correction.hardware import pool_constants, without_prior
+from radargui.files.stored_front_ends import StoredFrontEnds, read_front_ends
+from radargui.model.errors import RadarGuiError
+from radargui.model.front_end import FrontEnd, FrontEndPrior
+from radargui.model.setup import Setup
+from radargui.model.setup_file import parse_setup
+from radargui.session.info import read_info
+from radargui.session.session import run_paths
+
+_MOST_RUNS = 10
+
+
+def known_front_ends(run: Path, setup: Setup) -> FrontEndPrior | None:
+    """Return what the runs before this one in its session say about the front ends; None where they say nothing.
+
+    Counted are the last ten whose stored result is a joint one with good receivers, made under the same radar,
+    antennas and device; runs set aside are not. What a result had from its own prior is taken off, so that no run
+    counts twice.
+
+    Parameters
+    ----------
+    run
+        Run file in the folder of a session.
+    setup
+        Under which the run is processed.
+    """
+    try:
+        rejected = read_info(run.parent).rejected
+    except RadarGuiError:
+        return None
+    earlier: list[Path] = []
+    for path in run_paths(run.parent):
+        if path.name == run.name:
+            break
+        earlier.append(path)
+    else:
+        return None
+    found: list[StoredFrontEnds] = []
+    for path in reversed(earlier):
+        stored = None if path.name in rejected else read_front_ends(path)
+        if stored is not None and _same_hardware(stored, setup):
+            found.insert(0, stored)
+        if len(found) == _MOST_RUNS:
+            break
+    if not found:
+        return None
+    return FrontEndPrior(tuple(stored.run for stored in found), pool_constants([_own(stored) for stored in found]))
+
+
+def _same_hardware(stored: StoredFrontEnds, setup: Setup) -> bool:
+    try:
+        other = parse_setup(stored.setup_toml, "setup in the results")
+    except RadarGuiError:
+        return False
+    return (
+        other.radar == setup.radar
+        and other.transmitter == setup.transmitter
+        and other.receiver == setup.receiver
+        and other.daq == setup.daq
+        and len(stored.front_ends) == setup.n_receivers
+    )
+
+
+def _own(stored: StoredFrontEnds) -> tuple[FrontEnd, ...]:
+    if stored.prior is None or not stored.prior.used:
+        return stored.front_ends
+    pairs = zip(stored.front_ends, stored.prior.front_ends, strict=True)
+    return tuple(without_prior(found, prior) for found, prior in pairs)

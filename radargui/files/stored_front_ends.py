@@ -60,15 +60,17 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
         return None
 
 
-def read_prior(path: Path, setup: Setup) -> FrontEndPrior | None:
+def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
     """Return the prior that a run's present result had, so that it can be computed again.
 
-    None where it had none, or was not made with this setup.
+    None where it had none, or was not made with this setup, where one is given.
     """
     try:
         with hdf5.opened(path, "a run file", is_run) as file:
             attributes = file[layout.RESULTS].attrs if layout.RESULTS in file else {}
-            if not attributes or not is_sound(attributes) or hdf5.text(attributes, "setup") != dump_setup(setup):
+            if not attributes or not is_sound(attributes):
+                return None
+            if setup is not None and hdf5.text(attributes, "setup") != dump_setup(setup):
                 return None
             return _prior(attributes)
     except (FileError, ValueError, LookupError, TypeError):

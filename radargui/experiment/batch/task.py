@@ -11,6 +11,7 @@ from typing import Literal
 from radargui import __version__
 from radargui.experiment.reprocess import own_setup
 from radargui.files.run_results import results_are_current, write_results
+from radargui.files.stored_front_ends import read_prior
 from radargui.files.summary import summarise
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
 from radargui.model.result import RunResult
@@ -94,6 +95,9 @@ class BatchOutcome:
 def work_on(task: BatchTask, progress: Callable[[float], None] | None = None) -> BatchOutcome:
     """Process one run; whatever goes wrong is told in the outcome.
 
+    What is known about the front ends is what the stored result had as prior: the order in which workers end must not
+    show in the results.
+
     Parameters
     ----------
     task
@@ -124,7 +128,7 @@ def _work_on(task: BatchTask, progress: Callable[[float], None] | None) -> Batch
     setup = changed(task.setup or own_setup(task.run), task.changes, "command line")
     if not task.force and _is_current(task, setup):
         return BatchOutcome(task.run, "skipped")
-    result = process(read_for_processing(task.run), setup, progress)
+    result = process(read_for_processing(task.run), setup, progress, front_ends=read_prior(task.run))
     if task.tables is None:
         write_results(task.run, result)
     else:

@@ -13,5 +13,5 @@ Geometry = Literal["exact", "plane"]
 class Processing(Section):
     """How samples become a track."""
 
-    correction: Correction = "published"
+    correction: Correction = "joint"
     geometry: Geometry = "exact"

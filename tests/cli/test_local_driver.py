@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.ni_driver import build, environment
+from support.small_setups import quick_setup
 
 from radargui.files.run_file import read_run
 from radargui.model.recording import Recording
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup, write_setup
+from radargui.model.setup_file import write_setup
 from radargui.sources.simulated.recording import simulate_recording
 
 Ran = subprocess.CompletedProcess[str]
@@ -29,7 +29,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def setup() -> Setup:
-    return changed(read_setup(default_setup_path()), daq={"rate_hz": 10_000.0, "channel_skew_s": 15e-6})
+    return changed(quick_setup(), daq={"rate_hz": 10_000.0, "channel_skew_s": 15e-6})
 
 
 @pytest.fixture(scope="module")

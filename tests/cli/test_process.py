@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -80,6 +81,24 @@ def test_the_correction_and_geometry_of_the_command_line_win(command: Command, r
     assert command("process", run, *options).status == 0
     document = result(tmp_path / "out" / "run-0001")
     assert (document["correction_used"], document["geometry_used"]) == ("ellipse", "plane")
+
+
+def test_ctrl_c_leaves_the_joint_correction_at_once_and_writes_nothing(
+    command: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shares: list[float] = []
+
+    def tell(share: float) -> None:
+        shares.append(share)
+        if share > 0.2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("radargui.cli.process.progress_bar", lambda _title: nullcontext(tell))
+    ended = command("process", run, "--correction", "joint", "--output", tmp_path / "out")
+    assert ended.status == 1
+    assert ended.error == "interrupted"
+    assert len(shares) > 3
+    assert not list((tmp_path / "out").glob("**/*.csv"))
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,11 @@ from support.changed import changed
 from support.command_line import Command
 from support.ni_server import RealTime, serve, usb_6356
 from support.ni_server.server import CERTIFICATES
+from support.small_setups import quick_setup
 
 from radargui.files.run_file import read_run, read_summary
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup, write_setup
+from radargui.model.setup_file import write_setup
 from radargui.sources.simulated.recording import simulate_recording
 
 
@@ -23,7 +23,7 @@ from radargui.sources.simulated.recording import simulate_recording
 def drop() -> Setup:
     """A short drop at the rate that fills the DAQPad-6015: its server divides 20 MHz, 33333.33 Hz is exact."""
     return changed(
-        read_setup(default_setup_path()),
+        quick_setup(),
         daq={"rate_hz": 20e6 / 600},
         simulation={"restitution": 0.5, "rest_s": 0.4, "settle_s": 0.5},
         recording={"pretrigger_s": 0.2},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from radargui.files.run_health import read_health
 from radargui.model.errors import CancelledError, DeviceError, ProcessingError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.offline import STOPPED
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 from radargui.sources.simulated import SimulatedSource
@@ -309,6 +311,42 @@ def stored(tmp_path: Path) -> FinishedJob:
 
 def never(_: RunResult) -> None:
     pytest.fail("the ellipse has no preliminary result")
+
+
+def test_a_process_apart_tells_what_stands_and_keeps_it_where_it_is_cancelled(stored: FinishedJob) -> None:
+    job = replace(stored, setup=changed(stored.setup, processing={"correction": "joint"}))
+    stood: list[RunResult] = []
+
+    def enough(_: float) -> None:
+        if stood:
+            raise CancelledError
+
+    apart = ProcessingApart()
+    try:
+        apart.start()
+        result, _ = apart.process(job, enough, stood.append)
+    finally:
+        apart.close()
+    assert [one.preliminary for one in stood] == [True]
+    assert np.array_equal(stood[0].recording.raw, read_run(stored.path).raw)
+    assert result.preliminary
+    assert result.warnings[0] == STOPPED
+    summary = read_summary(stored.path)
+    assert summary is not None
+    assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
+
+
+def test_a_process_that_cannot_be_started_says_so_and_can_be_closed(
+    stored: FinishedJob, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: object) -> None:
+        raise OSError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr("multiprocessing.context.SpawnProcess.start", refuse)
+    apart = ProcessingApart()
+    with pytest.raises(ProcessingError, match=r"cannot be started: .*Resource temporarily unavailable"):
+        apart.process(stored, lambda _: None, never)
+    apart.close()
 
 
 def test_a_process_apart_gives_the_same_result_and_keeps_it(stored: FinishedJob) -> None:

@@ -14,6 +14,7 @@ from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from support.changed import changed
+from support.small_setups import quick_setup
 
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
@@ -21,7 +22,7 @@ from radargui.gui.notices import NoticeBoard
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
 from radargui.model.resources import default_setup_path
-from radargui.model.setup_file import dump_setup, read_setup
+from radargui.model.setup_file import dump_setup
 from radargui.sources.factory import make_source
 
 LONGEST_MS = 60_000
@@ -72,7 +73,7 @@ def fast_clock() -> Callable[[float], FastClock]:
 @pytest.fixture
 def setup_path(tmp_path: Path) -> Path:
     """A user's setup file with a comment in it; low rates, so that the tests are quick."""
-    setup = read_setup(default_setup_path())
+    setup = quick_setup()
     setup = changed(
         setup,
         daq={"rate_hz": 12000.0, "channel_skew_s": 0.0},

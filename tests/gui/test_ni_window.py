@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from support.changed import changed
 from support.ni_server import ByHand, serve
+from support.small_setups import quick_setup
 
 from radargui.gui.control.app_state import AppState
-from radargui.model.resources import default_setup_path
-from radargui.model.setup_file import read_setup, write_setup
+from radargui.model.setup_file import write_setup
 from radargui.sources.factory import make_source
 from radargui.sources.simulated import simulate_recording
 
@@ -20,7 +20,7 @@ def test_a_device_is_found_checked_looked_at_and_waits_for_its_edge(
     make_window: Any, tmp_path: Any, wait_for: Any, restart: bool
 ) -> None:
     still = changed(
-        read_setup(default_setup_path()),
+        quick_setup(),
         daq={"rate_hz": 20e6 / 2000, "channel_skew_s": 0.0},
         simulation={"scene": "rest", "rest_s": 2.0, "settle_s": 0.0},
     )

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 from support.changed import changed
+from support.small_setups import quick_setup
 
 from radargui.files.overview import Overview
 from radargui.gui.runs.figures_view import page_of
@@ -17,10 +18,8 @@ from radargui.gui.runs.samples_view import boxes
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import result_track, start_time_s
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
 from radargui.processing.offline import process
 from radargui.sources.simulated import simulate_recording
 
@@ -33,7 +32,7 @@ def result_of(setup: Setup, **tables: Any) -> RunResult:
 
 @pytest.fixture(scope="module")
 def setup() -> Setup:
-    return read_setup(default_setup_path())
+    return quick_setup()
 
 
 @pytest.fixture

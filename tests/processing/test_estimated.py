@@ -8,10 +8,12 @@ from support.changed import changed
 
 from radargui.model.recording import Recording
 from radargui.model.resources import default_setup_path
+from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
 from radargui.model.truth import Truth
 from radargui.processing.offline import process
+from radargui.report.tables import result_document
 from radargui.sources.simulated.recording import simulate_recording
 
 E = 0.6
@@ -37,8 +39,16 @@ def test_the_joint_correction_is_ten_times_nearer_to_the_truth_than_the_publishe
 ) -> None:
     recording, truth = drop
     rms = {}
+    told: list[float] = []
+    standing: list[tuple[RunResult, float]] = []
     for correction in ("joint", "published"):
-        result = process(recording, changed(setup, processing={"correction": correction}))
+        result = process(
+            recording,
+            changed(setup, processing={"correction": correction}),
+            told.append,
+            lambda preliminary: standing.append((preliminary, told[-1])),
+        )
+        assert not result.preliminary
         assert result.corrected is not None
         assert result.corrected.method == correction
         assert result.track is not None
@@ -57,19 +67,36 @@ def test_the_joint_correction_is_ten_times_nearer_to_the_truth_than_the_publishe
             assert inside.mean() > 0.9
             assert result.corrected.channels[0].quadrature_error_deg is not None
             assert result.warnings == ()
+            assert told == sorted(told)
+            assert len(set(told)) > 15
+            assert 0.0 < told[0] < told[-1] == 0.9
+        told.clear()
+    # the published procedure has none
+    ((stood, so_far),) = standing
+    assert so_far == 0.1
+    assert stood.preliminary
+    assert stood.corrected is not None
+    assert stood.corrected.method == "adaptive"
+    assert stood.bounces.impacts[0].e == pytest.approx(E, rel=2e-3)
     assert rms["joint"] < 0.05e-3
     assert rms["joint"] < rms["published"] / 3
 
 
-def test_one_receiver_is_corrected_by_the_adaptive_estimate_and_told_so(setup: Setup) -> None:
-    plain = changed(setup, processing={"correction": "joint"}).model_dump(by_alias=True)
+@pytest.mark.parametrize("named", [True, False])
+def test_one_receiver_is_corrected_by_the_adaptive_estimate_and_who_named_the_joint_one_is_told(
+    setup: Setup, named: bool
+) -> None:
+    plain = setup.model_dump(by_alias=True)
     plain["receiver"], plain["daq"]["channels"] = plain["receiver"][:1], None
+    plain["processing"] = {"correction": "joint"} if named else {}
     single = Setup.model_validate(plain)
+    assert single.processing.correction == "joint"
     recording, truth = simulate_recording(single)
-    result = process(recording, single)
+    result = process(recording, single, standing=lambda _: pytest.fail("there is nothing to wait for"))
     assert result.corrected is not None
     assert result.corrected.method == "adaptive"
-    assert any("needs three receivers" in warning for warning in result.warnings)
+    assert result_document(result)["correction_used"] == "adaptive"
+    assert any("needs three receivers" in warning for warning in result.warnings) == named
     assert result.paths is not None
     known = result.paths.valid[0]
     wrong = (result.paths.change_m[0] - (truth.path_m[0] - truth.path_m[0, 0]))[known]

@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.changed import changed
+from support.small_setups import quick_setup
 
 from radargui.model.block import Gap
 from radargui.model.errors import ProcessingError
-from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
 from radargui.processing.offline import process
 from radargui.sources.simulated.recording import simulate_recording
 
@@ -24,7 +23,7 @@ PERFECT = {"mismatch": 0.0, "noise": False, "adc_bits": 0}
 def setup() -> Setup:
     """A drop of 27 cm."""
     return changed(
-        read_setup(default_setup_path()),
+        quick_setup(),
         floor={"height_m": None},
         daq={"rate_hz": 20000.0},
         simulation={"drop_height_m": 0.27, "restitution": E},

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from radargui.model.processing import Processing
 from radargui.model.resources import shipped_setups
 from radargui.model.setup_file import dump_setup, parse_setup, read_setup
 from radargui.sources.simulated import simulate_recording
@@ -18,6 +19,13 @@ SETUPS = shipped_setups()
 def test_setups_are_shipped_for_one_receiver_high_speed_a_bed_a_perfect_radar_and_physical_mismatch() -> None:
     names = {path.stem for path in SETUPS}
     assert {"default", "clean", "granular-bed", "high-speed", "one-receiver", "physical"} <= names
+
+
+def test_what_is_shipped_takes_the_best_correction_that_its_receivers_allow() -> None:
+    corrections = {path.stem: read_setup(path).processing.correction for path in SETUPS}
+    others = {"one-receiver": "adaptive", "clean": "none"}
+    assert corrections == {name: others.get(name, "joint") for name in corrections}
+    assert Processing().correction == "joint"
 
 
 @pytest.mark.parametrize("path", SETUPS, ids=lambda path: path.stem)

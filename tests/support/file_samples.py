@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import scipy.io
 from nptdms import ChannelObject, TdmsWriter
+from support.small_setups import quick_setup
 
 from radargui.files.run_writer import RunWriter
 from radargui.model.block import Block, Gap
@@ -18,10 +19,9 @@ from radargui.model.digitisation import Digitisation, iq_names
 from radargui.model.path import PathLengths
 from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording
-from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.model.setup_file import dump_setup, read_setup
+from radargui.model.setup_file import dump_setup
 from radargui.model.track import Track
 from radargui.model.truth import Truth
 
@@ -29,7 +29,7 @@ RATE_HZ = 1000.0
 
 
 def default_setup() -> Setup:
-    return read_setup(default_setup_path())
+    return quick_setup()
 
 
 def int16_digitisation(rate_hz: float = RATE_HZ, n_receivers: int = 3) -> Digitisation:

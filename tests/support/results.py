@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from support.small_setups import quick_setup
 
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.geometry.antennas import place_antennas
@@ -18,11 +19,9 @@ from radargui.model.digitisation import Digitisation, iq_names
 from radargui.model.path import PathLengths
 from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording
-from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
 from radargui.model.track import Track
 
 G = 9.81
@@ -31,7 +30,7 @@ REST_S = 0.3
 
 def default_setup() -> Setup:
     """The shipped setup."""
-    return read_setup(default_setup_path())
+    return quick_setup()
 
 
 def bouncing_height(t: FloatArray, height_m: float, e: float) -> tuple[FloatArray, list[float], list[float]]:

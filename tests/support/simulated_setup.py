@@ -18,7 +18,7 @@ def simulated_setup(
     n_receivers: int = 3,
     **simulation: Any,
 ) -> Setup:
-    """Return a setup with receivers all round; keywords go to [simulation]."""
+    """Return a setup with receivers all round and the published, quick correction; keywords go to [simulation]."""
     return Setup.model_validate(
         {
             "schema": 1,
@@ -32,6 +32,7 @@ def simulated_setup(
             "floor": {"height_m": -0.14} if floor is None else floor,
             "daq": {"rate_hz": 10000.0, **(daq or {})},
             "simulation": simulation,
+            "processing": {"correction": "published"},
         }
     )
 

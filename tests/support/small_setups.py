@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from radargui.model.resources import default_setup_path
+from radargui.model.setup import Setup
+from radargui.model.setup_change import changed
+from radargui.model.setup_file import read_setup
 
 PLATE = """\
 # 9 GHz homodyne radar: one antenna sends and receives, the plate moves on its axis
@@ -15,11 +18,19 @@ distance_m = 2.0
 tilt_deg = 0.0
 azimuth_deg = 0.0
 distance_m = 2.0
+[processing]
+correction = "published"
 """
 
 
+def quick_setup() -> Setup:
+    """Return the default setup with the published correction: for tests that do not need the estimates."""
+    return changed(read_setup(default_setup_path()), {"processing.correction": "published"})
+
+
 def small_setup_text() -> str:
-    """Return the default setup at 4 kHz without multiplexer, with runs that end early."""
+    """Return the default setup at 4 kHz without multiplexer, with the quick correction and runs that end early."""
     text = default_setup_path().read_text(encoding="utf-8")
     text = text.replace("rate_hz = 33333.0", "rate_hz = 4000.0").replace("channel_skew_s = 5.0e-6", "")
+    text = text.replace('correction = "joint"', 'correction = "published"')
     return f"{text}\n[recording]\nquiet_s = 0.2\nmaximum_s = 4.0\n"

@@ -1,0 +1,131 @@
+"""The adaptive result stands while the joint correction is computed; it is replaced, or kept after a cancel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.gui_sessions import make_session
+from support.stored_runs import results_digest
+
+from radargui.acquisition.state import Ending
+from radargui.experiment.recorded_run import RecordedRun
+from radargui.experiment.reprocess import own_setup
+from radargui.files.run_file import read_run, read_summary
+from radargui.gui.control.app_state import AppState
+from radargui.gui.main_window import MainWindow
+from radargui.gui.runs.run_desk import COMPUTING
+from radargui.processing.offline import STOPPED, process
+
+
+@pytest.fixture
+def joint_window(window: MainWindow) -> MainWindow:
+    window.setup_model.assign("processing.correction", "joint")
+    window.setup_model.assign("daq.rate_hz", 4000.0)
+    window.setup_model.assign("recording.maximum_s", 0.7)
+    return window
+
+
+def stands(window: MainWindow) -> bool:
+    return window.run.result is not None and window.run.result.preliminary
+
+
+def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_one(
+    joint_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = joint_window
+    heard: list[int] = []
+    monkeypatch.setattr("radargui.gui.control.sounds.QApplication.beep", lambda: heard.append(1))
+    window.actions_.record.trigger()
+    wait_for(lambda: stands(window))
+    window.refresh()
+    (entry,) = window.runs.model.entries
+    assert entry.verdict.endswith(", preliminary")
+    assert window.runs.chosen == entry
+    assert window.run.result.corrected.method == "adaptive"
+    assert window.run._title.text() == "run-0001, preliminary"
+    assert COMPUTING in window.run.notes.text()
+    assert window.track._title.text() == "run-0001: preliminary result"
+    window.run.show()
+    window.panels.docks["run"].raise_()
+    assert "preliminary" in window.run.figures.toPlainText()
+    assert read_summary(entry.path) is None, "kept is only what is final"
+    text = window.bar.state.text
+    assert text.startswith("PROCESSING   ")
+    assert text.endswith(f"%   e = {entry.restitution()}, preliminary")
+
+    wait_for(lambda: window.control.state is AppState.DONE)
+    (final,) = window.runs.model.entries
+    assert not window.run.result.preliminary
+    assert window.run.result.corrected.method == "joint"
+    assert final.verdict == "good"
+    assert window.run._title.text() == "run-0001"
+    assert COMPUTING not in window.run.notes.text()
+    assert window.track._title.text() == "run-0001: result"
+    assert window.bar.state.text == f"DONE   e = {final.restitution()}"
+    assert read_summary(final.path)["correction"] == "joint"
+    assert heard == [1], "the sound comes once, with the first result"
+
+
+def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
+    joint_window: MainWindow, wait_for: Any
+) -> None:
+    window = joint_window
+    window.actions_.record.trigger()
+    wait_for(lambda: stands(window))
+    wait_for(lambda: window.control.state is AppState.PROCESSING)
+    window.actions_.stop.trigger()
+    wait_for(lambda: window.control.state is AppState.DONE)
+    assert window.run.result.warnings[0] == STOPPED
+    assert COMPUTING not in window.run.notes.text()
+    (entry,) = window.runs.model.entries
+    assert window.bar.state.text == f"DONE   e = {entry.restitution()}, preliminary"
+    summary = read_summary(entry.path)
+    assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
+    assert window.board.notices == ()
+
+
+def test_processing_again_can_be_cancelled_and_the_run_keeps_its_results(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    window.open_session(make_session(tmp_path / "data", 4))
+    wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
+    window.runs.table.selectRow(0)
+    wait_for(lambda: window.run.result is not None)
+    path = window.runs.model.entries[0].path
+    before = results_digest(path)
+    window.setup_model.assign("processing.correction", "joint")
+    window.actions_.reprocess.trigger()
+    assert window.work.busy
+    wait_for(lambda: stands(window))
+    window.work.cancel()
+    wait_for(lambda: not window.work.busy)
+    wait_for(lambda: not stands(window))
+    assert window.run.result.corrected.method == "published"
+    assert results_digest(path) == before
+    assert [notice.level for notice in window.board.notices] == ["info"]
+    assert "run-0001 keeps the results that it had" in window.board.notices[0].text
+
+
+def test_a_final_result_does_not_take_the_eye_off_another_run(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    window.open_session(make_session(tmp_path / "data", 4, n_runs=2))
+    wait_for(lambda: not window.jobs.running)
+    first, second = (entry.path for entry in window.runs.model.entries)
+    result = process(read_run(second), own_setup(second))
+    recorded = RecordedRun(2, second, replace(result, preliminary=True), Ending.QUIET, "")
+    window.run_desk.add(recorded)
+    assert stands(window)
+    assert window.runs.chosen.path == second
+    window.runs.table.selectRow(0)
+    wait_for(lambda: not stands(window))
+    window.run_desk.add(replace(recorded, result=result))
+    assert window.runs.chosen.path == first
+    assert window.run._title.text() == "run-0001"
+    assert window.runs.model.entries[1].verdict == "good"
+    window.runs.table.selectRow(1)
+    assert window.run.result is result, "kept for the moment it is asked for"
+    wait_for(lambda: not window.jobs.running)

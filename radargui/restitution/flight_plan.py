@@ -76,21 +76,21 @@ def _fit_first_fall(solution: Solution, first: int) -> FlightFit | None:
     height = [spline.design(middle[inside] + k * step) @ solution.state.coefficients[:, 2] for k in (-1.0, 0.0, 1.0)]
     falls = np.abs((height[0] - 2.0 * height[1] + height[2]) / step**2 + _STANDARD_GRAVITY) < _ABOUT_GRAVITY
     count = int(np.argmin(np.append(falls, False)))
-    best: FlightFit | None = None
-    begin_s, settled_s = end[first] - length[first], np.inf
-    for last in range(first + count, first, -1):
-        if end[last - 1] - begin_s < _SHORTEST_FALL_S:
-            break
-        if end[last - 1] > settled_s:
-            continue
+    begin_s = end[first] - length[first]
+    ends = [last for last in range(first + count, first, -1) if end[last - 1] - begin_s > _SHORTEST_FALL_S]
+
+    def fit_until(last: int) -> FlightFit:
         plan = FlightPlan(1, first, last)
-        fit = fit_flights(plan.information(solution), plan)
-        if best is None or fit.reduced_misfit < best.reduced_misfit or np.isfinite(settled_s):
+        return fit_flights(plan.information(solution), plan)
+
+    best: FlightFit | None = None
+    for last in ends:
+        fit = fit_until(last)
+        if best is None or fit.reduced_misfit < best.reduced_misfit:
             best = fit
-        if np.isfinite(settled_s):
-            break
         if _is_good(fit):
-            settled_s = end[last - 1] - _BEFORE_CONTACT_S
+            before = [other for other in ends if end[other - 1] <= end[last - 1] - _BEFORE_CONTACT_S]
+            return fit_until(before[0]) if before else fit
     return best
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
 from radargui.correction.bins import bin_by_fringe
 from radargui.correction.noise import noise_deviation
 from radargui.correction.position_map import make_basis
 from radargui.correction.signals import Signals
+from radargui.correction.smooth import savitzky_golay
 from radargui.motion.kinks import find_kinks, find_turns
 from radargui.motion.onset import find_onset
 
@@ -104,3 +106,10 @@ def test_turns_are_all_bounces_of_a_cascade_and_none_of_a_slow_swing() -> None:
         assert np.abs(found - impact).min() < 0.002
     swing = 0.05 * np.cos(2 * np.pi * t / 0.9)
     assert find_turns(t, swing, np.full(t.size, 2e-5)).size == 0
+
+
+@pytest.mark.parametrize("derivative", [0, 1])
+def test_a_wide_parabola_is_the_one_of_scipy(derivative: int) -> None:
+    x = np.cumsum(np.random.default_rng(2).standard_normal((2, 3000)), axis=1)
+    wanted = savgol_filter(x, 401, 2, deriv=derivative, delta=1e-3, axis=-1)
+    assert savitzky_golay(x, 401, 2, derivative=derivative, spacing=1e-3) == pytest.approx(wanted, rel=1e-9, abs=1e-8)

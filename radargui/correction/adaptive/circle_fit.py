@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 from radargui.correction.start import StillEllipse
 from radargui.model.arrays import FloatArray
@@ -138,8 +139,8 @@ def _minimise(data: CircleData, theta: FloatArray, mean: FloatArray, sd: FloatAr
     normal, slope = _normal(at, data, mean, precision)
     for _ in range(_MAXIMUM_STEPS):
         damped = normal.copy()
-        damped[np.diag_indices(theta.size)] *= 1.0 + damping
-        trial = at.theta + np.linalg.solve(damped, -slope)
+        damped.flat[:: theta.size + 1] *= 1.0 + damping
+        trial = at.theta + dposv(damped, -slope)[1]  # positive definite by its priors
         trial[2:4] = np.clip(trial[2:4], -0.5, 0.5)
         trial_at = _evaluate(trial, data, mean, precision)
         if trial_at.cost < at.cost:
@@ -176,9 +177,9 @@ def _evaluate(theta: FloatArray, data: CircleData, mean: FloatArray, precision: 
     u = data.i - theta[0] - data.bias @ theta[5 : 5 + n]
     v = data.q - theta[1] - data.bias @ theta[5 + n : 5 + 2 * n]
     x, y = point = _unskew(u, v, theta[2], theta[3])
-    radius = np.hypot(x, y)
+    radius = np.sqrt(x * x + y * y)
     amplitude = _amplitude(theta, data.shape, data.level)
-    sigma = np.hypot(x * data.sigma_i, y * data.sigma_q * np.exp(-theta[2])) / radius / amplitude
+    sigma = np.sqrt((x * data.sigma_i) ** 2 + (y * data.sigma_q * np.exp(-theta[2])) ** 2) / radius / amplitude
     residual = (radius / amplitude - 1.0 - 0.5 * sigma**2) / sigma
     size = np.abs(residual)
     weight = np.minimum(1.0, _HUBER / np.maximum(size, _HUBER))
@@ -195,14 +196,14 @@ def _normal(at: _Evaluated, data: CircleData, mean: FloatArray, precision: Float
     root = np.sqrt(at.weight)
     columns *= (root / at.sigma_v)[:, None]
     normal = columns.T @ columns
-    normal[np.diag_indices(precision.size)] += precision
+    normal.flat[:: precision.size + 1] += precision
     return normal, columns.T @ (root * at.residual) + precision * (at.theta - mean)
 
 
 def _columns(theta: FloatArray, data: CircleData, x: FloatArray, y: FloatArray, *, tangential: bool) -> FloatArray:
     """Return the derivative of the radial (or tangential) coordinate of z with respect to theta."""
     n = data.bias.shape[1]
-    radius = np.hypot(x, y)
+    radius = np.sqrt(x * x + y * y)
     along_x, along_y = (-y / radius, x / radius) if tangential else (x / radius, y / radius)
     gain, tangent, cosine = np.exp(theta[2]), np.tan(theta[3]), np.cos(theta[3])
     d_i = -(along_x - along_y * tangent)

@@ -187,6 +187,7 @@ class Experiment:
                 signals,
                 self._teller,
                 process=partial(self._processed, signals, apart) if self._process else None,
+                announce=partial(self._announced, signals, apart),
                 set_aside=lambda run: self._session.reject(run.path, run.set_aside),
                 is_cancelled=lambda: self._cancelled,
                 cancel=self.cancel,
@@ -238,6 +239,14 @@ class Experiment:
     def _judge(self, digitisation: Digitisation) -> Judge:
         return FallTest(self._setup, digitisation)
 
+    def _announced(
+        self, signals: Signals, apart: ProcessingApart, _: Acquisition, run: FinishedRun, number: int
+    ) -> None:
+        """Let the preliminary result of a run that waits be there soon."""
+        if not self._patient:
+            job = FinishedJob(run.path, self._setup, run.first_index, None)
+            apart.announce(job, _preliminary(signals, run, number))
+
     def _processed(
         self, signals: Signals, apart: ProcessingApart, acquisition: Acquisition, run: FinishedRun, number: int
     ) -> RecordedRun:
@@ -251,13 +260,10 @@ class Experiment:
                 raise CancelledError
             signals.put(Progress(number, fraction))
 
-        def standing(result: RunResult) -> None:
-            signals.put(Preliminary(_recorded(run, number, result, None)))
-
         def work() -> None:
             do = process_finished if self._patient else apart.process
             with contextlib.suppress(CancelledError):
-                found.append(do(job, progress, standing))
+                found.append(do(job, progress, _preliminary(signals, run, number)))
 
         error = attempt(work, "Processing")
         if error is not None:
@@ -265,6 +271,11 @@ class Experiment:
             message = f"{run.path.name}: {error}"
             return RecordedRun(number, run.path, None, run.ending, message, error, health=run.health)
         return _recorded(run, number, *found[0]) if found else unprocessed(run, number)
+
+
+def _preliminary(signals: Signals, run: FinishedRun, number: int) -> Callable[[RunResult], None]:
+    """Return what tells the preliminary result of a run."""
+    return lambda result: signals.put(Preliminary(_recorded(run, number, result, None)))
 
 
 def _recorded(run: FinishedRun, number: int, result: RunResult, agreement: LiveAgreement | None) -> RecordedRun:

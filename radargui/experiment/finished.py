@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,6 +39,33 @@ class FinishedJob:
     first_index: int
     live: LiveSpan | None
 
+    @property
+    def will_stand(self) -> bool:
+        """Whether there will be a preliminary result."""
+        return self.setup.processing.correction == "joint"
+
+
+def preliminary_result(job: FinishedJob) -> RunResult | None:
+    """Return the preliminary result of a run, without computing the final one; None where there is none.
+
+    Raises
+    ------
+    FileError
+        The run cannot be read.
+    ProcessingError
+        The samples do not fit the setup.
+    """
+    stands: list[RunResult] = []
+
+    def enough(_: float) -> None:
+        if stands:
+            raise CancelledError
+
+    if job.will_stand:
+        with contextlib.suppress(CancelledError):
+            process(read_for_processing(job.path), job.setup, enough, stands.append)
+    return stands[0] if stands else None
+
 
 def process_finished(
     job: FinishedJob, progress: Callable[[float], None], standing: Callable[[RunResult], None]
@@ -51,7 +79,8 @@ def process_finished(
     job
         The run.
     progress
-        Called with the share done, 0 to 1. Where it raises `CancelledError`, the preliminary result is kept.
+        Called with the share done, 0 to 1. Where it raises `CancelledError`, the preliminary result is kept, within
+        a second; where the setup asks for a correction that has none, the work ends at once.
     standing
         Given the preliminary result, see `process`.
 
@@ -62,18 +91,28 @@ def process_finished(
     ProcessingError
         The samples do not fit the setup.
     CancelledError
-        `progress` did, and there is no preliminary result yet.
+        `progress` did, and there is no preliminary result.
     """
     stands: list[RunResult] = []
+    cancelled = False
+
+    def tell(fraction: float) -> None:
+        nonlocal cancelled
+        try:
+            progress(fraction)
+        except CancelledError:
+            cancelled = True
+        if cancelled and (stands or not job.will_stand):
+            raise CancelledError
 
     def stand(result: RunResult) -> None:
         stands.append(result)
         standing(result)
 
-    progress(0.0)
+    tell(0.0)
     recording = read_for_processing(job.path)
     try:
-        result = process(recording, job.setup, progress, stand, known_front_ends(job.path, job.setup))
+        result = process(recording, job.setup, tell, stand, known_front_ends(job.path, job.setup))
     except CancelledError:
         if not stands:
             raise

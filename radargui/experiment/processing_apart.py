@@ -9,29 +9,38 @@ import os
 import pickle
 import signal
 import sys
+import threading
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
+from pathlib import Path
 from typing import Any
 
-from radargui.experiment.finished import FinishedJob, process_finished
+from radargui.experiment.finished import FinishedJob, preliminary_result, process_finished
 from radargui.experiment.live_agreement import LiveAgreement
 from radargui.experiment.spawning import unheard_children
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
-from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.processing.long_recording import read_again
 
 _logger = logging.getLogger(__name__)
 _STOP = "stop"
+Standing = Callable[[RunResult], None]
 _CLOSE_S = 5.0
 _BELOW_NORMAL_PRIORITY = 0x4000
 _LOWER_BY = 10
 
 
+@dataclass(frozen=True, slots=True)
+class _Soon:
+    """A job that waits for the one that is done now."""
+
+    job: FinishedJob
+
+
 class ProcessingApart:
-    """One process that does one job after the other, started with the first; used from one thread.
+    """One process that does one job after the other, started with the first; used from one thread but for `announce`.
 
     Threads share Python's one lock: a processing thread beside the reader's makes it wait for tenths of a second. A
     process does not. The window is drawn in time, too. It runs at a lower priority.
@@ -40,6 +49,8 @@ class ProcessingApart:
     def __init__(self) -> None:
         self._process: SpawnProcess | None = None
         self._connection: Connection | None = None
+        self._sending = threading.Lock()
+        self._stands: dict[Path, Standing | None] = {}
 
     def start(self) -> None:
         """Start the process, which takes a second, before there is a job; idempotent.
@@ -51,8 +62,16 @@ class ProcessingApart:
         """
         self._connected()
 
+    def announce(self, job: FinishedJob, standing: Standing) -> None:
+        """Let the preliminary result of a job that waits be computed between two rounds of the one that is done now."""
+        self._stands[job.path] = standing
+        connection = self._connection
+        if connection is not None:
+            with self._sending, contextlib.suppress(OSError):
+                connection.send(_Soon(job))
+
     def process(
-        self, job: FinishedJob, progress: Callable[[float], None], standing: Callable[[RunResult], None]
+        self, job: FinishedJob, progress: Callable[[float], None], standing: Standing
     ) -> tuple[RunResult, LiveAgreement | None]:
         """Do a job, as `process_finished` does.
 
@@ -62,10 +81,11 @@ class ProcessingApart:
             As raised there, or the process cannot be started, or ended without an answer.
         """
         connection = self._connected()
-        connection.send(job)
+        self._stands.setdefault(job.path, standing)
         stopped = False
-        samples: Recording | None = None
         try:
+            with self._sending:
+                connection.send(job)
             while True:
                 kind, value = connection.recv()
                 if kind == "error":
@@ -75,15 +95,19 @@ class ProcessingApart:
                         progress(value)
                     except CancelledError:
                         if not stopped:
-                            connection.send(_STOP)
+                            with self._sending:
+                                connection.send(_STOP)
                         stopped = True
-                    continue
-                result, agreement = _received(connection, value)
-                samples = samples or read_again(job.path, result.recording)
-                result = replace(result, recording=samples)
-                if kind == "result":
+                elif kind == "standing":
+                    path, result, _ = _received(connection, value)
+                    tell = self._stands.get(path)
+                    # once, also where the job was announced before
+                    self._stands[path] = None
+                    if tell is not None:
+                        tell(result)
+                else:
+                    _, result, agreement = _received(connection, value)
                     return result, agreement
-                standing(result)
         except (EOFError, OSError, pickle.PickleError) as error:
             self.close()
             raise ProcessingError(
@@ -91,6 +115,8 @@ class ProcessingApart:
                 reasons=("the memory does not suffice", "somebody ended it"),
                 remedy="Process the run again.",
             ) from error
+        finally:
+            self._stands.pop(job.path, None)
 
     def close(self) -> None:
         """End the process; idempotent."""
@@ -135,19 +161,24 @@ def _serve(connection: Connection) -> None:
     _lower_priority()
     with contextlib.suppress(EOFError, OSError):
         while (job := connection.recv()) is not None:
-            if job != _STOP:
+            # what was announced comes now itself, and what was to be stopped has ended
+            if isinstance(job, FinishedJob):
                 _answer(connection, job)
 
 
 def _answer(connection: Connection, job: FinishedJob) -> None:
     def progress(fraction: float) -> None:
         connection.send(("progress", fraction))
-        if connection.poll() and connection.recv() in (None, _STOP):
-            raise CancelledError
+        while connection.poll():
+            said = connection.recv()
+            if isinstance(said, _Soon):
+                _answer_soon(connection, said.job)
+            else:
+                raise CancelledError
 
     try:
         result, agreement = process_finished(
-            job, progress, lambda preliminary: _send(connection, "standing", preliminary, None)
+            job, progress, lambda preliminary: _send(connection, "standing", job, preliminary, None)
         )
     except (RadarGuiError, CancelledError) as error:
         connection.send(("error", error))
@@ -155,25 +186,38 @@ def _answer(connection: Connection, job: FinishedJob) -> None:
         _logger.exception("Processing failed")
         connection.send(("error", ProcessingError(f"Processing failed unexpectedly: {type(error).__name__}: {error}")))
     else:
-        _send(connection, "result", result, agreement)
+        _send(connection, "result", job, result, agreement)
 
 
-def _send(connection: Connection, kind: str, result: RunResult, agreement: LiveAgreement | None) -> None:
+def _answer_soon(connection: Connection, job: FinishedJob) -> None:
+    try:
+        preliminary = preliminary_result(job)
+    except Exception:
+        # told when it is the turn of the job
+        _logger.info("There is no preliminary result of %s", job.path, exc_info=True)
+        return
+    if preliminary is not None:
+        _send(connection, "standing", job, preliminary, None)
+
+
+def _send(
+    connection: Connection, kind: str, job: FinishedJob, result: RunResult, agreement: LiveAgreement | None
+) -> None:
     """Send a result without its samples: those are in the file, the parent reads them there."""
     light = replace(result, recording=replace(result.recording, raw=result.recording.raw[:, :0]))
     buffers: list[pickle.PickleBuffer] = []
-    data = pickle.dumps((light, agreement), protocol=5, buffer_callback=buffers.append)
+    data = pickle.dumps((job.path, light, agreement), protocol=5, buffer_callback=buffers.append)
     connection.send((kind, (data, len(buffers))))
     for buffer in buffers:
         connection.send_bytes(buffer.raw())
 
 
-def _received(connection: Connection, sent: tuple[bytes, int]) -> tuple[RunResult, LiveAgreement | None]:
+def _received(connection: Connection, sent: tuple[bytes, int]) -> tuple[Path, RunResult, LiveAgreement | None]:
     data, count = sent
-    result, agreement = pickle.loads(  # noqa: S301 - from the process that we started
+    path, result, agreement = pickle.loads(  # noqa: S301 - from the process that we started
         data, buffers=[connection.recv_bytes() for _ in range(count)]
     )
-    return result, agreement
+    return path, replace(result, recording=read_again(path, result.recording)), agreement
 
 
 def _lower_priority() -> None:

@@ -63,6 +63,8 @@ class Series:
         Its `number` is that of the run before the first.
     process
         Processes a run of an acquisition, in another thread; never raises. None: runs are not processed.
+    announce
+        Told of a run that waits for its processing; must not take long.
     set_aside
         Rejects a run in the session.
     is_cancelled
@@ -86,6 +88,7 @@ class Series:
         teller: Teller,
         *,
         process: Callable[[Acquisition, FinishedRun, int], RecordedRun] | None,
+        announce: Callable[[Acquisition, FinishedRun, int], None],
         set_aside: Callable[[FinishedRun], None],
         is_cancelled: Callable[[], bool],
         cancel: Callable[[], None],
@@ -96,6 +99,7 @@ class Series:
         self._signals = signals
         self._teller = teller
         self._process = process
+        self._announce = announce
         self._reject = set_aside
         self._is_cancelled = is_cancelled
         self._cancel = cancel
@@ -253,6 +257,8 @@ class Series:
             self._acquisition.start()
 
     def _submit(self, acquisition: Acquisition, run: FinishedRun, number: int, jobs: Jobs[_Job]) -> None:
+        if self._n_processing:
+            self._announce(acquisition, run, number)
         self._n_processing += 1
         jobs.add((acquisition, run, number))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import shutil
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -310,7 +311,7 @@ def stored(tmp_path: Path) -> FinishedJob:
 
 
 def never(_: RunResult) -> None:
-    pytest.fail("the ellipse has no preliminary result")
+    pytest.fail("no preliminary result was to come")
 
 
 def test_a_process_apart_tells_what_stands_and_keeps_it_where_it_is_cancelled(stored: FinishedJob) -> None:
@@ -334,6 +335,31 @@ def test_a_process_apart_tells_what_stands_and_keeps_it_where_it_is_cancelled(st
     summary = read_summary(stored.path)
     assert summary is not None
     assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
+
+
+def test_a_job_that_waits_for_a_long_one_has_its_preliminary_result_meanwhile_and_once(stored: FinishedJob) -> None:
+    job = replace(stored, setup=changed(stored.setup, processing={"correction": "joint"}))
+    waiting = replace(job, path=stored.path.with_name("run-0002.h5"))
+    shutil.copy(job.path, waiting.path)
+    told: list[str] = []
+
+    def progress(_: float) -> None:
+        if told == ["run-0001"]:
+            apart.announce(waiting, lambda result: told.append(result.recording.name))
+            told.append("announced")
+        if told[-1:] == ["run-0002"]:
+            raise CancelledError
+
+    apart = ProcessingApart()
+    try:
+        first, _ = apart.process(job, progress, lambda result: told.append(result.recording.name))
+        assert told == ["run-0001", "announced", "run-0002"]
+        second, _ = apart.process(waiting, progress, never)
+    finally:
+        apart.close()
+    assert [result.recording.name for result in (first, second)] == ["run-0001", "run-0002"]
+    assert first.preliminary
+    assert second.preliminary
 
 
 def test_a_process_that_cannot_be_started_says_so_and_can_be_closed(

@@ -28,7 +28,7 @@ class RunKeeping(QObject):
         super().__init__(window)
         self._window = window
         self.last_run = ""
-        self._heard: Path | None = None
+        self._heard: set[Path] = set()
         self.sounds = Sounds(self)
         does, settings = window.actions_, window.settings
         self.sounds.on = settings.text("sound", "on") == "on"
@@ -71,7 +71,8 @@ class RunKeeping(QObject):
         """Show what stands while the joint correction is computed; the operator can go on, and hears so."""
         window = self._window
         window.run_desk.add(recorded)
-        self._heard = recorded.path
+        if recorded.path is not None:
+            self._heard.add(recorded.path)
         self.sounds.done()
         self._say(recorded)
 
@@ -84,8 +85,9 @@ class RunKeeping(QObject):
         if recorded.set_aside:
             self.sounds.rejected()
             return
-        if recorded.path != self._heard:
+        if recorded.path not in self._heard:
             self.sounds.done()
+        self._heard.discard(recorded.path)
         self._say(recorded)
 
     def _say(self, recorded: RecordedRun) -> None:

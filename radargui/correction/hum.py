@@ -9,8 +9,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from radargui.model.arrays import FloatArray
+from radargui.model.pieces import pieces
 from radargui.model.segment import Segment
-from radargui.motion.mains import HARMONICS, MAINS_HZ
+from radargui.motion.mains import HARMONICS, MAINS_HZ, harmonics
+from radargui.motion.noise import block_means
 from radargui.motion.onset import find_onset
 
 POOLED_HZ = 2000.0
@@ -49,10 +51,10 @@ class Hum:
 
     def at(self, time_s: FloatArray) -> FloatArray:
         """Return the pick-up at times of the record, volts, shape (n_channels, n_samples)."""
-        out = np.zeros((self.cosine_v.shape[0], time_s.size))
-        for place, order in enumerate(self.orders):
-            angle = 2.0 * np.pi * order * self.frequency_hz * time_s
-            out += self.cosine_v[:, place, None] * np.cos(angle) + self.sine_v[:, place, None] * np.sin(angle)
+        weights = np.stack([self.cosine_v, self.sine_v], axis=2).reshape(self.cosine_v.shape[0], -1)
+        out = np.empty((weights.shape[0], time_s.size))
+        for part in pieces(time_s.size):
+            out[:, part] = weights @ harmonics(time_s[part], self.frequency_hz, self.orders)
         return out
 
 
@@ -88,11 +90,11 @@ def find_hum(volts: FloatArray, sample_rate_hz: float, rest: Sequence[slice], no
     if sum(part.stop - part.start for part in rest) < LEAST_REST_S * sample_rate_hz:
         return None
     size = max(1, round(sample_rate_hz / POOLED_HZ))
-    pieces = [_pooled(volts[:, part], part.start, size, sample_rate_hz) for part in rest]
+    stretches = [_pooled(volts[:, part], part.start, size, sample_rate_hz) for part in rest]
     sigma = noise_v / np.sqrt(size)
     searched = [
         minimize_scalar(
-            lambda f: _misfit(pieces, sigma, f, (1,)),
+            lambda f: _misfit(stretches, sigma, f, (1,)),
             bounds=(nominal - SEARCH_HZ, nominal + SEARCH_HZ),
             method="bounded",
         )
@@ -100,22 +102,22 @@ def find_hum(volts: FloatArray, sample_rate_hz: float, rest: Sequence[slice], no
     ]
     frequency = float(min(searched, key=lambda found: found.fun).x)
     orders: tuple[int, ...] = ()
-    misfit = _misfit(pieces, sigma, frequency, orders)
+    misfit = _misfit(stretches, sigma, frequency, orders)
     for order in range(1, HARMONICS + 1):
         if order * frequency < 0.4 * sample_rate_hz / size:
-            other = _misfit(pieces, sigma, frequency, (*orders, order))
+            other = _misfit(stretches, sigma, frequency, (*orders, order))
             if misfit - other > CONVINCING + 2.0 * volts.shape[0]:
                 orders, misfit = (*orders, order), other
     if not orders:
         return None
     refined = minimize_scalar(
-        lambda f: _misfit(pieces, sigma, f, orders),
+        lambda f: _misfit(stretches, sigma, f, orders),
         bounds=(frequency - 0.05, frequency + 0.05),
         method="bounded",
         options={"xatol": 1e-6},
     )
     frequency = float(refined.x)
-    amplitudes = _solve(pieces, frequency, orders)[0]
+    amplitudes = _solve(stretches, frequency, orders)[0]
     # a mean over `size` samples makes an oscillation smaller by its Dirichlet kernel
     angle = np.pi * np.array(orders) * frequency / sample_rate_hz
     shrunk = np.sin(size * angle) / (size * np.sin(angle))
@@ -152,33 +154,31 @@ def without_hum(volts: FloatArray, sample_rate_hz: float, segment: Segment | Non
 
 def _pooled(volts: FloatArray, start: int, size: int, rate_hz: float) -> tuple[FloatArray, FloatArray]:
     """Return times and block means of a rest; shapes (n,) and (n_channels, n)."""
-    count = volts.shape[1] // size
-    means = volts[:, : count * size].reshape(volts.shape[0], count, size).mean(axis=2)
-    return (start + np.arange(count) * size + 0.5 * (size - 1)) / rate_hz, means
+    means = block_means(volts, size)
+    middle = start + 0.5 * (size - 1) + size * np.arange(means.shape[1], dtype=np.float64)
+    return middle / rate_hz, means
 
 
 def _solve(
-    pieces: Sequence[tuple[FloatArray, FloatArray]], frequency_hz: float, orders: Sequence[int]
+    stretches: Sequence[tuple[FloatArray, FloatArray]], frequency_hz: float, orders: Sequence[int]
 ) -> tuple[FloatArray, FloatArray]:
     """Return amplitudes, cosine and sine by turns, shape (2 n_orders, n_channels), and all residuals."""
-    total = sum(time.size for time, _ in pieces)
-    design = np.zeros((total, 2 * len(orders) + 2 * len(pieces)))
+    total = sum(time.size for time, _ in stretches)
+    design = np.zeros((total, 2 * len(orders) + 2 * len(stretches)))
     begin = 0
-    for number, (time, _) in enumerate(pieces):
+    for number, (time, _) in enumerate(stretches):
         rows = slice(begin, begin + time.size)
         begin += time.size
-        for place, order in enumerate(orders):
-            angle = 2.0 * np.pi * order * frequency_hz * time
-            design[rows, 2 * place], design[rows, 2 * place + 1] = np.cos(angle), np.sin(angle)
+        design[rows, : 2 * len(orders)] = harmonics(time, frequency_hz, orders).T
         design[rows, 2 * len(orders) + 2 * number] = 1.0
         design[rows, 2 * len(orders) + 2 * number + 1] = time - time.mean()
-    values = np.concatenate([means for _, means in pieces], axis=1).T
+    values = np.concatenate([means for _, means in stretches], axis=1).T
     solution, *_ = np.linalg.lstsq(design, values, rcond=None)
     return solution[: 2 * len(orders)], values - design @ solution
 
 
 def _misfit(
-    pieces: Sequence[tuple[FloatArray, FloatArray]], sigma_v: FloatArray, frequency_hz: float, orders: Sequence[int]
+    stretches: Sequence[tuple[FloatArray, FloatArray]], sigma_v: FloatArray, frequency_hz: float, orders: Sequence[int]
 ) -> float:
-    residual = _solve(pieces, frequency_hz, orders)[1]
+    residual = _solve(stretches, frequency_hz, orders)[1]
     return float(((residual / sigma_v) ** 2).sum())

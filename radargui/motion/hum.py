@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.motion.mains import MAINS_HZ
+from radargui.motion.mains import MAINS_HZ, harmonics
 
 HARMONICS = 3
 LEAST_REST_S = 0.2
@@ -55,10 +55,10 @@ class Hum:
         best = (np.inf, 0.0)
         for nominal in MAINS_HZ:
             for away in _SEARCH_HZ:
-                rows = _rows(time_s, nominal + away, 1, trend=True)
+                rows = _rows(time_s, nominal + away, 1)
                 explained = _explained(rows, scaled)
                 best = min(best, (float((away / FREQUENCY_SD_HZ) ** 2 - explained), nominal + float(away)))
-        rows = _rows(time_s, best[1], HARMONICS, trend=True)
+        rows = _rows(time_s, best[1], HARMONICS)
         weights = np.linalg.lstsq(rows.T, centred.T, rcond=None)[0][: 2 * HARMONICS]
         left = centred - weights.T @ rows[: 2 * HARMONICS]
         sd = np.maximum(left.std(axis=1), 1e-12) * np.sqrt(2.0 / n)
@@ -71,15 +71,12 @@ class Hum:
         """Return the hum in volts, shape (n_channels, n); 0.0 where there is none."""
         if self._weights is None:
             return 0.0
-        return np.asarray(self._weights.T @ _rows(time_s, self._frequency_hz, HARMONICS, trend=False))
+        return np.asarray(self._weights.T @ harmonics(time_s, self._frequency_hz, range(1, HARMONICS + 1)))
 
 
-def _rows(time_s: FloatArray, frequency_hz: float, harmonics: int, *, trend: bool) -> FloatArray:
-    turn = 2.0 * np.pi * frequency_hz * time_s
-    rows = [wave(order * turn) for order in range(1, harmonics + 1) for wave in (np.cos, np.sin)]
-    if trend:
-        rows += [np.ones_like(time_s), time_s - time_s.mean()]
-    return np.stack(rows)
+def _rows(time_s: FloatArray, frequency_hz: float, highest: int) -> FloatArray:
+    line = np.stack([np.ones_like(time_s), time_s - time_s.mean()])
+    return np.concatenate([harmonics(time_s, frequency_hz, range(1, highest + 1)), line])
 
 
 def _explained(rows: FloatArray, values: FloatArray) -> float:

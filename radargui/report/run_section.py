@@ -111,8 +111,8 @@ def _quality(run: RunFacts) -> list[Block]:
             plain(channel.fringes, 3),
             _percent(channel.fraction_valid),
             _percent(channel.fraction_clipped),
-            plain(channel.gain_ratio, 3),
-            plain(channel.quadrature_error_deg, 2),
+            quantity(channel.gain_ratio, channel.u_gain_ratio),
+            quantity(channel.quadrature_error_deg, channel.u_quadrature_error_deg),
             channel.verdict,
         )
         for channel in run.channels

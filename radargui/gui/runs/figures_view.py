@@ -101,8 +101,11 @@ def _quality(channels: tuple[ChannelQuality, ...]) -> str:
         ("Departure from the circle, rms [amplitudes]", [plain(channel.circularity, 2) for channel in channels]),
         ("Image rejection [dB]", [plain(channel.image_rejection_db, 3) for channel in channels]),
         ("Fringes", [plain(channel.fringes, 3) for channel in channels]),
-        ("Gain Q / I", [plain(channel.gain_ratio, 4) for channel in channels]),
-        ("Quadrature error [°]", [plain(channel.quadrature_error_deg, 3) for channel in channels]),
+        ("Gain Q / I", [quantity(channel.gain_ratio, channel.u_gain_ratio) for channel in channels]),
+        (
+            "Quadrature error [°]",
+            [quantity(channel.quadrature_error_deg, channel.u_quadrature_error_deg) for channel in channels],
+        ),
         ("Valid samples [%]", [share(channel.fraction_valid) for channel in channels]),
         ("Clipped samples [%]", [share(channel.fraction_clipped) for channel in channels]),
         ("Verdict", [escape(channel.verdict) for channel in channels]),

@@ -56,7 +56,7 @@ def joint_bounces(estimate: JointEstimate, setup: Setup) -> tuple[Bounces, Fligh
             bounces.append(_from_slopes(speeds, covariance, slopes, int(number), floor))
     fall = None if fit is None else _free_fall(estimate, fit, floor.normal)
     x, y, z = (float(part) for part in floor.normal)
-    found = Bounces(tuple(bounces), fall, (x, y, z), None if given else floor.u_tilt_deg)
+    found = Bounces(tuple(bounces), fall, (x, y, z), None if given or not bounces else floor.u_tilt_deg)
     return _checked(found, estimate, fit, floor.normal), fit
 
 

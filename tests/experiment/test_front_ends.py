@@ -11,6 +11,7 @@ from support.changed import changed
 from support.stored_runs import SETUP, store_runs
 
 from radargui.experiment.batch.task import BatchTask, work_on
+from radargui.experiment.finished import FinishedJob, process_finished
 from radargui.experiment.reprocess import process_run
 from radargui.files.run_results import write_results
 from radargui.files.stored_front_ends import read_prior
@@ -41,7 +42,7 @@ def test_the_second_run_has_the_first_as_prior_and_a_batch_keeps_it(tmp_path: Pa
     runs = store_runs(tmp_path / "recorded", 2)
     first, second = (Path(shutil.copy(run, session.path / run.name)) for run in runs)
     write_results(first, found_perfect(first))
-    result = process_run(second, JOINT)
+    result, _ = process_finished(FinishedJob(second, JOINT, 0, None), lambda _: None, lambda _: None)
     prior = result.front_end_prior
     assert prior is not None
     assert prior.used
@@ -50,6 +51,7 @@ def test_the_second_run_has_the_first_as_prior_and_a_batch_keeps_it(tmp_path: Pa
     assert result.corrected is not None
     assert result.corrected.channels[2].prior_runs == ("run-0001",)
     assert read_prior(second, JOINT) == prior
+    assert process_run(second, JOINT).front_end_prior == prior
     # what stands in the first run from now on must not change the second, whoever ends first
     process_run(first, changed(JOINT, processing={"correction": "published"}))
     assert work_on(BatchTask(second, JOINT, force=True)).state == "done"

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
+from radargui.cli.bar import Bar
 from radargui.cli.guard import FAILED, fail
 from radargui.cli.setup_choice import override
 from radargui.experiment.batch.cluster import run_on_cluster
@@ -65,7 +63,7 @@ def run_batch(options: BatchOptions) -> int:
         with BatchProgress(len(found.runs)) as progress, closing(_outcomes(tasks.tasks, options)) as outcomes:
             for outcome in outcomes:
                 states[outcome.state] += 1
-                progress.advance(outcome)
+                progress.tell(outcome)
     except KeyboardInterrupt:
         left = len(found.runs) - states["done"] - states["skipped"]
         fail(RadarGuiError(f"interrupted with {left} runs left.", remedy="The same command goes on from there."))
@@ -128,7 +126,7 @@ def _outcomes(tasks: list[BatchTask], options: BatchOptions) -> Generator[BatchO
         yield from run_on_cluster(tasks, options.scheduler)
 
 
-class BatchProgress:
+class BatchProgress(Bar):
     """A line for each run that ends; on a terminal also a bar with the remaining time.
 
     Parameters
@@ -138,33 +136,16 @@ class BatchProgress:
     """
 
     def __init__(self, n_runs: int) -> None:
-        self._progress: Progress | None = None
-        if sys.stderr.isatty() and n_runs:
-            columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-            self._progress = Progress(*columns, console=Console(stderr=True), transient=True)
-            self._task = self._progress.add_task("runs", total=n_runs)
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        super().__init__(*columns, description="runs", total=n_runs)
 
-    def __enter__(self) -> BatchProgress:
-        """Show the bar."""
-        if self._progress:
-            self._progress.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Take the bar away."""
-        if self._progress:
-            self._progress.stop()
-
-    def advance(self, outcome: BatchOutcome) -> None:
+    def tell(self, outcome: BatchOutcome) -> None:
         """Tell the outcome of a run."""
         if outcome.error is not None:
             fail(outcome.error, str(outcome.run))
         elif outcome.state == "done":
-            typer.echo(f"{outcome.run}: {_told(outcome)}")
-        if self._progress:
-            self._progress.advance(self._task)
+            self.say(f"{outcome.run}: {_told(outcome)}")
+        self.advance()
 
 
 def _told(outcome: BatchOutcome) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import queue
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -295,6 +296,12 @@ def _said(result: RunResult, agreement: LiveAgreement | None) -> str:
     if result.status != "ok":
         return f"{result.status.replace('_', ' ')}, {result.reason}".rstrip(", ")
     bounce = next((bounce for bounce in result.bounces.impacts if bounce.valid), None)
-    said = "processed, no bounce" if bounce is None else f"e = {bounce.e:.4f} ± {bounce.u_e:.4f}"
+    said = "processed, no bounce" if bounce is None else f"e = {_with_u(bounce.e, bounce.u_e)}"
     said = f"{said}, preliminary" if result.preliminary else said
     return said if agreement is None else f"{said}, live within {1e3 * agreement.rms_m:.2f} mm"
+
+
+def _with_u(value: float, u: float) -> str:
+    """Return a value and its uncertainty, to the second digit of the uncertainty but four decimals at least."""
+    decimals = max(4, 1 - math.floor(math.log10(u))) if 0.0 < u < math.inf else 4
+    return f"{value:.{decimals}f} ± {u:.{decimals}f}"

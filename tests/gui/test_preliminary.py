@@ -55,7 +55,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     wait_for(lambda: stands(window))
     window.refresh()
     (entry,) = window.runs.model.entries
-    assert entry.verdict.endswith(", preliminary")
+    assert entry.verdict.startswith("preliminary, ")
     assert window.runs.chosen == entry
     assert window.run.result.corrected.method == "adaptive"
     assert window.run._title.text() == "run-0001, preliminary"

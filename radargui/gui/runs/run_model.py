@@ -73,7 +73,7 @@ class RunEntry:
         if self.summary.get("status") == "rejected":
             return f"rejected: {self.summary.get('reason') or 'no reason given'}"
         verdict = str(self.summary.get("verdict") or UNKNOWN)
-        return f"{verdict}, preliminary" if self.summary.get("preliminary") else verdict
+        return f"preliminary, {verdict}" if self.summary.get("preliminary") else verdict
 
     def restitution(self) -> str:
         """Return e with its uncertainty."""

@@ -11,7 +11,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.pieces import pieces
 
 _MAXIMUM_STEPS = 40
-_TOLERANCE_M = 1e-12
+_TOLERANCE_M = 1e-8  # the next step would be its square over the distance of the antennas
 _SINGULAR = 1e-9
 
 

@@ -11,9 +11,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.front_end import FrontEnd
 
 _CHANGE_GAIN, _CHANGE_DEG = 1e-3, 0.05
-_WIDENED = 1.5
-_LEAST_NEW = 0.01
-_DISAGREES = 3.5
+_DISAGREES, _TWICE = 3.5, 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +37,8 @@ def pool_constants(runs: Sequence[tuple[FrontEnd, ...]]) -> tuple[FrontEnd, ...]
     Parameters
     ----------
     runs
-        At least one; the same number of receivers each. What a run knew from a prior must be taken off before
-        (`without_prior`).
+        At least one, estimated without a prior: else they would say one thing twice; the same number of receivers
+        each.
     """
     pooled = []
     for own in zip(*runs, strict=True):
@@ -59,46 +57,29 @@ def _pool(values: list[float], u: list[float]) -> tuple[float, float]:
     return mean, float(np.sqrt(max(birge, 1.0) / weight.sum()))
 
 
-def without_prior(found: FrontEnd, prior: FrontEnd) -> FrontEnd:
-    """Return what a run by itself says about a front end that was found with a prior.
+def disagreement(own: Sequence[FrontEnd], prior: Sequence[FrontEnd]) -> str:
+    """Return in which receiver a run contradicts a prior it was estimated without, empty where it does not.
 
-    Precisions of independent Gaussians add: 1 / u^2 = 1 / u_own^2 + 1 / u_prior^2. The uncertainties found are quoted
-    1.5 times the posterior's, and so is the result. Where the run adds less than 1 % to the prior's precision, the
-    uncertainty is that of 1 %.
+    A difference counts beyond 3.5 of its standard uncertainties.
     """
-    gain = _without(found.gain_ratio, found.u_gain_ratio, prior.gain_ratio, prior.u_gain_ratio)
-    angle = _without(
-        found.quadrature_error_deg,
-        found.u_quadrature_error_deg,
-        prior.quadrature_error_deg,
-        prior.u_quadrature_error_deg,
-    )
-    return FrontEnd(*gain, *angle)
-
-
-def _without(value: float, u: float, prior: float, u_prior: float) -> tuple[float, float]:
-    whole, known = (_WIDENED / u) ** 2, 1.0 / u_prior**2
-    own = max(whole - known, _LEAST_NEW * known)
-    return prior + (value - prior) * whole / own, _WIDENED / float(np.sqrt(own))
-
-
-def disagreement(found: Sequence[FrontEnd], prior: Sequence[FrontEnd]) -> str:
-    """Return in which receiver a run contradicts the prior it was estimated with, empty where it does not.
-
-    The run's own estimate must lie within 3.5 standard uncertainties of its difference from the prior.
-    """
-    for number, (one, before) in enumerate(zip(found, prior, strict=True), 1):
-        own = without_prior(one, before)
-        gain = abs(own.gain_ratio - before.gain_ratio) / np.hypot(own.u_gain_ratio, before.u_gain_ratio)
-        angle = abs(own.quadrature_error_deg - before.quadrature_error_deg) / np.hypot(
-            own.u_quadrature_error_deg, before.u_quadrature_error_deg
-        )
-        if gain > _DISAGREES:
-            return f"receiver {number}: gain Q/I {own.gain_ratio:.3f} here, {before.gain_ratio:.3f} before"
-        if angle > _DISAGREES:
-            here, there = own.quadrature_error_deg, before.quadrature_error_deg
-            return f"receiver {number}: quadrature error {here:.2f} degrees here, {there:.2f} before"
+    for number, (here, before) in enumerate(zip(own, prior, strict=True), 1):
+        u_gain = np.hypot(here.u_gain_ratio, before.u_gain_ratio)
+        u_angle = np.hypot(here.u_quadrature_error_deg, before.u_quadrature_error_deg)
+        if abs(here.gain_ratio - before.gain_ratio) > _DISAGREES * u_gain:
+            return f"receiver {number}: gain Q/I {here.gain_ratio:.3f} here, {before.gain_ratio:.3f} before"
+        if abs(here.quadrature_error_deg - before.quadrature_error_deg) > _DISAGREES * u_angle:
+            angles = here.quadrature_error_deg, before.quadrature_error_deg
+            return f"receiver {number}: quadrature error {angles[0]:.2f} degrees here, {angles[1]:.2f} before"
     return ""
+
+
+def knows_more(prior: Sequence[FrontEnd], own: Sequence[FrontEnd]) -> bool:
+    """Return whether a prior is twice as certain of some constant as the run by itself."""
+    return any(
+        before.u_gain_ratio < _TWICE * here.u_gain_ratio
+        or before.u_quadrature_error_deg < _TWICE * here.u_quadrature_error_deg
+        for here, before in zip(own, prior, strict=True)
+    )
 
 
 def front_end_prior(constants: Sequence[FrontEnd], phase_sign: int) -> FloatArray:

@@ -32,14 +32,14 @@ class StoredFrontEnds:
         The setup it was made with.
     front_ends
         One a receiver.
-    prior
-        What was known before; None where nothing was.
+    had_prior
+        Whether they rest on other runs too.
     """
 
     run: str
     setup_toml: str = field(repr=False)
     front_ends: tuple[FrontEnd, ...]
-    prior: FrontEndPrior | None
+    had_prior: bool
 
 
 def read_front_ends(path: Path) -> StoredFrontEnds | None:
@@ -55,7 +55,9 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
             if not channels or any(channel["verdict"] != "good" for channel in channels):
                 return None
             front_ends = tuple(_front_end(channel) for channel in channels)
-            return StoredFrontEnds(path.stem, hdf5.text(attributes, "setup"), front_ends, _prior(attributes))
+            prior = _prior(attributes)
+            had_prior = prior is not None and prior.used
+            return StoredFrontEnds(path.stem, hdf5.text(attributes, "setup"), front_ends, had_prior)
     except (FileError, ValueError, LookupError, TypeError):
         return None
 

@@ -34,7 +34,7 @@ class FrontEndPrior:
     front_ends
         One a receiver.
     used
-        Whether the run agreed with it: else it was estimated without.
+        Whether the run was estimated with it: not where it contradicts it, nor where it knows as much by itself.
     """
 
     runs: tuple[str, ...]

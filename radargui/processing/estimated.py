@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from radargui.correction.adaptive.estimate import estimate_adaptive
 from radargui.correction.adaptive.found import Found, adaptive_rounds
 from radargui.correction.estimate import MotionEstimate
-from radargui.correction.hardware import disagreement
+from radargui.correction.hardware import disagreement, knows_more
 from radargui.correction.joint.estimate import JointEstimate, estimate_joint
 from radargui.correction.quality import image_rejection_db
 from radargui.geometry.antennas import place_antennas
@@ -59,8 +59,8 @@ def estimated(
     standing
         Given the adaptive road before the joint estimate is begun.
     prior
-        What is known about the front ends: the joint estimate begins with it, and is made again without where the run
-        contradicts it.
+        What is known about the front ends. The joint estimate is made without it, and again with it where the run by
+        itself does not contradict it and knows much less: short drops.
 
     Raises
     ------
@@ -100,16 +100,19 @@ def _road(estimate: MotionEstimate, segment: Segment, setup: Setup) -> Road:
 def _try_joint_with(
     prior: FrontEndPrior | None, recording: Recording, setup: Setup, found: Found, tell: Callable[[float], None]
 ) -> tuple[JointEstimate | None, str, FrontEndPrior | None]:
-    """Return the joint estimate, why it does not stand or why without its prior, and the prior with its use."""
+    """Return the joint estimate, why it does not stand or why its prior was not used, and the prior with its use."""
+    joint, why = _try_joint(recording, setup, found, tell)
     if prior is None:
-        return *_try_joint(recording, setup, found, tell), None
-    joint, why = _try_joint(recording, setup, found, tell, prior.front_ends)
+        return joint, why, None
+    unused = replace(prior, used=False)
     if joint is not None:
         why = disagreement(joint.constants, prior.front_ends)
-        if not why:
-            return joint, "", replace(prior, used=True)
-    joint, other = _try_joint(recording, setup, found, lambda _: tell(1.0))
-    return joint, why if joint is not None else other, replace(prior, used=False)
+        if why or not knows_more(prior.front_ends, joint.constants):
+            return joint, why, unused
+    helped, failed = _try_joint(recording, setup, found, lambda _: tell(1.0), prior.front_ends)
+    if helped is None:
+        return joint, failed if joint is not None else why, unused
+    return helped, "", replace(prior, used=True)
 
 
 def _with_prior(road: Road, prior: FrontEndPrior | None, why: str) -> Road:
@@ -119,8 +122,10 @@ def _with_prior(road: Road, prior: FrontEndPrior | None, why: str) -> Road:
     if prior.used:
         channels = tuple(replace(channel, prior_runs=prior.runs) for channel in road.corrected.channels)
         return replace(road, corrected=replace(road.corrected, channels=channels), front_end_prior=prior)
+    if not why:
+        return replace(road, front_end_prior=prior)
     runs = prior.runs[0] if len(prior.runs) == 1 else f"{prior.runs[0]} to {prior.runs[-1]}"
-    warning = f"what {runs} say about the front ends was not used: with it this run is not described ({why})"
+    warning = f"what {runs} say about the front ends is not used: this run does not agree ({why})"
     return replace(road, front_end_prior=prior, warnings=(warning,))
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from radargui.correction.hardware import pool_constants, without_prior
+from radargui.correction.hardware import pool_constants
 from radargui.files.stored_front_ends import StoredFrontEnds, read_front_ends
 from radargui.model.errors import RadarGuiError
-from radargui.model.front_end import FrontEnd, FrontEndPrior
+from radargui.model.front_end import FrontEndPrior
 from radargui.model.setup import Setup
 from radargui.model.setup_file import parse_setup
 from radargui.session.info import read_info
@@ -20,8 +20,7 @@ def known_front_ends(run: Path, setup: Setup) -> FrontEndPrior | None:
     """Return what the runs before this one in its session say about the front ends; None where they say nothing.
 
     Counted are the last ten whose stored result is a joint one with good receivers, made under the same radar,
-    antennas and device; runs set aside are not. What a result had from its own prior is taken off, so that no run
-    counts twice.
+    antennas and device, and without a prior, so that no run counts twice; runs set aside are not.
 
     Parameters
     ----------
@@ -44,13 +43,13 @@ def known_front_ends(run: Path, setup: Setup) -> FrontEndPrior | None:
     found: list[StoredFrontEnds] = []
     for path in reversed(earlier):
         stored = None if path.name in rejected else read_front_ends(path)
-        if stored is not None and _same_hardware(stored, setup):
+        if stored is not None and not stored.had_prior and _same_hardware(stored, setup):
             found.insert(0, stored)
         if len(found) == _MOST_RUNS:
             break
     if not found:
         return None
-    return FrontEndPrior(tuple(stored.run for stored in found), pool_constants([_own(stored) for stored in found]))
+    return FrontEndPrior(tuple(stored.run for stored in found), pool_constants([stored.front_ends for stored in found]))
 
 
 def _same_hardware(stored: StoredFrontEnds, setup: Setup) -> bool:
@@ -65,10 +64,3 @@ def _same_hardware(stored: StoredFrontEnds, setup: Setup) -> bool:
         and other.daq == setup.daq
         and len(stored.front_ends) == setup.n_receivers
     )
-
-
-def _own(stored: StoredFrontEnds) -> tuple[FrontEnd, ...]:
-    if stored.prior is None or not stored.prior.used:
-        return stored.front_ends
-    pairs = zip(stored.front_ends, stored.prior.front_ends, strict=True)
-    return tuple(without_prior(found, prior) for found, prior in pairs)

@@ -1,11 +1,11 @@
-"""Hardware constants pooled over runs, taken apart again, and contradicted."""
+"""Hardware constants pooled over runs, contradicted, and known better than a run knows them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from radargui.correction.hardware import disagreement, front_end_prior, pool_constants, without_prior
+from radargui.correction.hardware import disagreement, front_end_prior, knows_more, pool_constants
 from radargui.model.front_end import FrontEnd
 
 
@@ -26,32 +26,19 @@ def test_the_prior_has_the_sign_of_the_wiring() -> None:
     assert prior[0] == pytest.approx([np.log(1.2), 0.01, -np.radians(3.0), np.radians(0.3)])
 
 
-def found_with(prior: FrontEnd, gain: float, u_gain: float, angle: float, u_angle: float) -> FrontEnd:
-    """Return what a run that by itself says (gain, angle) gives with a prior; u of both are quoted times 1.5."""
-
-    def joined(own: float, u: float, before: float, u_before: float) -> tuple[float, float]:
-        precise, known = (1.5 / u) ** 2, u_before**-2.0
-        return (precise * own + known * before) / (precise + known), 1.5 / np.sqrt(precise + known)
-
-    return FrontEnd(
-        *joined(gain, u_gain, prior.gain_ratio, prior.u_gain_ratio),
-        *joined(angle, u_angle, prior.quadrature_error_deg, prior.u_quadrature_error_deg),
-    )
-
-
-def test_what_a_run_says_by_itself_is_recovered() -> None:
-    prior = FrontEnd(1.1, 0.002, 4.0, 0.1)
-    own = without_prior(found_with(prior, 1.104, 0.003, 3.8, 0.2), prior)
-    assert (own.gain_ratio, own.u_gain_ratio) == pytest.approx((1.104, 0.003))
-    assert (own.quadrature_error_deg, own.u_quadrature_error_deg) == pytest.approx((3.8, 0.2))
-
-
 def test_a_run_contradicts_a_prior_only_beyond_what_both_do_not_know() -> None:
     prior = FrontEnd(1.1, 0.002, 4.0, 0.1)
-    agrees = found_with(prior, 1.108, 0.003, 4.4, 0.2)
+    agrees = FrontEnd(1.111, 0.003, 4.7, 0.2)
     assert disagreement([agrees], [prior]) == ""
-    assert disagreement([prior], [prior]) == ""
-    gain = found_with(prior, 1.12, 0.003, 4.0, 0.2)
+    gain = FrontEnd(1.12, 0.003, 4.0, 0.2)
     assert disagreement([agrees, gain], [prior, prior]) == "receiver 2: gain Q/I 1.120 here, 1.100 before"
-    angle = found_with(prior, 1.1, 0.003, 2.0, 0.2)
-    assert "quadrature error 2.00 degrees here, 4.00 before" in disagreement([angle], [prior])
+    angle = FrontEnd(1.1, 0.003, 2.0, 0.2)
+    assert disagreement([angle], [prior]) == "receiver 1: quadrature error 2.00 degrees here, 4.00 before"
+
+
+@pytest.mark.parametrize(
+    ("u_gain", "u_angle", "knows"), [(0.003, 0.15, False), (0.005, 0.15, True), (0.003, 0.3, True)]
+)
+def test_a_prior_counts_where_it_is_twice_as_certain(u_gain: float, u_angle: float, knows: bool) -> None:
+    prior = FrontEnd(1.1, 0.002, 4.0, 0.1)
+    assert knows_more([prior], [FrontEnd(1.1, u_gain, 4.0, u_angle)]) is knows

@@ -91,17 +91,16 @@ def test_runs_set_aside_or_with_other_hardware_or_without_a_good_joint_result_do
     assert prior.runs == ("run-0004",)
 
 
-def test_a_run_that_had_a_prior_adds_only_what_it_found_itself(session: Session) -> None:
-    first, second, third = (record(session) for _ in range(3))
-    write_results(first, joint(first, 1.10, 0.01))
+def test_a_run_that_rests_on_others_does_not_say_it_again(session: Session) -> None:
+    first, second, third, fourth = (record(session) for _ in range(4))
+    write_results(first, joint(first))
     known = known_front_ends(second, session.setup)
     assert known is not None
-    # with nothing new in it: its own precision is small against the prior's
-    u = 1.5 * known.front_ends[0].u_gain_ratio
-    write_results(second, joint(second, known.front_ends[0].gain_ratio, u, front_end_prior=known))
-    prior = known_front_ends(third, session.setup)
+    write_results(second, joint(second, front_end_prior=known))
+    write_results(third, joint(third, front_end_prior=replace(known, used=False)))
+    prior = known_front_ends(fourth, session.setup)
     assert prior is not None
-    assert prior.front_ends[0].u_gain_ratio == pytest.approx(known.front_ends[0].u_gain_ratio, rel=0.01)
+    assert prior.runs == ("run-0001", "run-0003")
 
 
 def test_a_result_tells_the_prior_it_had_and_can_be_made_again_with_it(session: Session) -> None:

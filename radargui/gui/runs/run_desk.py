@@ -224,8 +224,9 @@ class RunDesk(QObject):
     def _show(self, path: Path, result: RunResult, *, with_track: bool = True) -> None:
         self._wanted = path
         entry = self._runs.model.entry_of(path)
-        now = COMPUTING if _is_being_computed(result) else ""
-        self._run.show_result(result, path.stem, (now, *((entry.agreement, entry.health) if entry else ())))
+        note = COMPUTING if _is_being_computed(result) else f"{STOPPED[:1].upper()}{STOPPED[1:]}."
+        note = note if result.preliminary else ""
+        self._run.show_result(result, path.stem, (note, *((entry.agreement, entry.health) if entry else ())))
         if with_track:
             self._track.show_result(result, path.stem)
 

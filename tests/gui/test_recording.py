@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.gui_sessions import make_session
 
 from radargui.files.run_file import read_summary
 from radargui.gui.control.app_state import AppState
@@ -187,3 +188,16 @@ def test_a_changed_setup_or_data_folder_makes_a_new_session(
     assert first.path != second.path
     assert second.setup.tracer.diameter_m == 0.012
     assert third.path.parent == tmp_path / "other"
+
+
+def test_the_making_of_a_report_can_be_cancelled(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
+    session = make_session(tmp_path / "data", 4)
+    window.open_session(session)
+    wait_for(lambda: window.runs.model.entries and not window.jobs.running)
+    window.actions_.report.trigger()
+    assert not window.runs.report.isEnabled()
+    window.work.cancel()
+    wait_for(lambda: not window.work.busy)
+    assert window.runs.report.isEnabled()
+    assert not list(session.glob("report/*.html"))
+    assert window.board.notices == ()

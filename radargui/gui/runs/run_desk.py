@@ -118,7 +118,13 @@ class RunDesk(QObject):
             self._board.post("warning", "There is no run to report: record one, or open a session.")
             return
         self._runs.report_started()
-        self._jobs.start("the report", lambda: _write_report(session), self._reported, self._report_failed)
+        self._work.start(
+            "the report",
+            lambda task: _write_report(session, task),
+            self._reported,
+            self._report_failed,
+            lambda: self._runs.report_ended(None),
+        )
 
     def ask_export(self) -> None:
         """Let the operator choose where the tables go."""
@@ -289,11 +295,11 @@ def _setup_of(path: Path) -> Setup:
     return own_setup(path)
 
 
-def _write_report(session: Session) -> object:
+def _write_report(session: Session, task: Task) -> object:
     # matplotlib is loaded only where a report is made
     from radargui.report.report import write_report
 
-    return write_report(session)
+    return write_report(session, progress=task.tell)
 
 
 def _free_folder(parent: Path, name: str) -> Path:

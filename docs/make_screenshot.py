@@ -29,7 +29,7 @@ from radargui.gui.theme import Theme
 PICTURE = Path(__file__).parent / "images" / "window.png"
 MOST_BYTES = 300_000
 SIZE = (1440, 900)
-LONGEST_S = 120.0
+LONGEST_S = 300.0
 NEAR_FLOOR_MM = -130.0
 
 

@@ -117,8 +117,9 @@ def results_are_current(path: Path, setup: Setup) -> bool:
         if not attributes or not is_sound(attributes):
             return False
         made_by, made_with = hdf5.text(attributes, "version"), hdf5.text(attributes, "setup")
-        preliminary = json.loads(hdf5.text(attributes, "summary") or "{}").get("preliminary", False)
-    return made_by == __version__ and made_with == dump_setup(setup) and not preliminary
+        summary = json.loads(hdf5.text(attributes, "summary") or "null")
+    is_final = isinstance(summary, dict) and not summary.get("preliminary")
+    return made_by == __version__ and made_with == dump_setup(setup) and is_final
 
 
 def _write(group: Any, result: RunResult) -> None:

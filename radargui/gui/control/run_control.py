@@ -210,7 +210,9 @@ class RunControl(QObject):
         if not self._state.running:
             return
         self._next = None
-        self._cancel = self._stopping.is_set() or self._state is AppState.PROCESSING
+        experiment = self._experiment
+        only_processes = experiment is not None and experiment.state is ExperimentState.PROCESSING
+        self._cancel = self._stopping.is_set() or only_processes
         self._stopping.set()
         self._enter(AppState.STOPPING)
         self._end_from_aside()

@@ -62,7 +62,7 @@ class _Attempts:
 
     def __call__(self, start: Round, length_m: float, *, reflects: bool) -> Solution:
         """Converge with bias maps of a correlation length, with or without a floor that reflects."""
-        breaks = np.sort(np.concatenate([self.found.impact_s, self.found.turn_s]))
+        breaks = np.sort(np.concatenate([[self.found.onset_s], self.found.impact_s, self.found.turn_s]))
         motion = first_spline(self.ground, start.place, self.found.start_s, breaks)
         lowest = start.place[:, int(np.argmin(self.normal @ start.place))]
         floor = MirrorPlane(lowest - _BELOW_M * self.normal, self.normal, "floor")

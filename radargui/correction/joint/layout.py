@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from radargui.correction.joint.mirrors import MirrorPlane
 from radargui.model.arrays import FloatArray, IntArray
 
 
@@ -134,17 +135,24 @@ class Prior:
 
 
 BREAK_SD_S, FOUND_BREAK_SD_S = 0.003, 0.001
-_TILT_SD, _SHIFT_SD_M = 0.03, 0.03
 _BIAS_START, _LEVEL_START, _MIRROR_START = 0.02, 0.1, 0.1
 
 
-def make_prior(layout: Layout, break_s: FloatArray, log_amplitude: FloatArray, drift_sd: FloatArray) -> Prior:
+def make_prior(
+    layout: Layout,
+    planes: tuple[MirrorPlane, ...],
+    break_s: FloatArray,
+    log_amplitude: FloatArray,
+    drift_sd: FloatArray,
+) -> Prior:
     """Return wide priors for the constants, narrow growing ones for maps and mirrors.
 
     Parameters
     ----------
     layout
         Where the unknowns stand.
+    planes
+        The mirrors.
     break_s, log_amplitude
         First guesses.
     drift_sd
@@ -152,8 +160,7 @@ def make_prior(layout: Layout, break_s: FloatArray, log_amplitude: FloatArray, d
     """
     mean, sd = np.zeros(layout.size), np.ones(layout.size)
     mean[layout.breaks], sd[layout.breaks] = break_s, BREAK_SD_S
-    planes = np.arange(layout.planes.start, layout.planes.stop)
-    sd[planes] = np.where(planes % 3 == (layout.planes.start + 2) % 3, _SHIFT_SD_M, _TILT_SD)
+    sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
     prior = Prior(mean, sd)
 
     def group(places: list[slice], start: float, lowest: float, highest: float) -> None:

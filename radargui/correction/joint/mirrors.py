@@ -14,6 +14,7 @@ from radargui.model.arrays import FloatArray
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
 _STEP = 1e-6
+_U_TILT, _U_SHIFT_M = 0.03, 0.03
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +29,20 @@ class MirrorPlane:
         Unit vector to the tracer's side, shape (3,).
     name
         For people.
+    u_turn
+        Prior standard deviation of the first tilt, rad: of a wall its azimuth, which a search knows only to some
+        degrees.
     """
 
     foot_m: FloatArray
     normal: FloatArray
     name: str
+    u_turn: float = 0.03
+
+    @property
+    def deviations(self) -> tuple[float, float, float]:
+        """Prior standard deviations of the unknowns: two tilts (rad), shift (m)."""
+        return self.u_turn, _U_TILT, _U_SHIFT_M
 
     def image(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return the mirror image of a point for two tilts (rad) and a shift along the normal (m)."""

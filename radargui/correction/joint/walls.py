@@ -11,19 +11,23 @@ from scipy.sparse import csr_matrix, eye_array, kron
 
 from radargui.correction.adaptive.rounds import Ground
 from radargui.correction.joint.first_state import Posed
-from radargui.correction.joint.layout import Layout, make_layout, make_prior
+from radargui.correction.joint.layout import Layout, Prior, make_layout, make_prior
 from radargui.correction.joint.minimise import Solution, log_evidence
 from radargui.correction.joint.mirrors import MirrorPlane, detour_ratio
-from radargui.correction.joint.problem import JointProblem, State
-from radargui.correction.joint.rounds import converge
+from radargui.correction.joint.problem import JointProblem, State, assemble, linearise
+from radargui.correction.joint.rounds import converge, positions
 from radargui.correction.joint.signal_model import FrontEnd, field_at_nodes
 from radargui.correction.joint.signal_slopes import receiver_slopes
 from radargui.model.arrays import FloatArray, IntArray
 
 _AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
-_CARRIED = 2
+_FINE_RAD, _FINE_M, _NEAREST_M = np.radians(np.arange(-16.0, 17.0, 4.0)), np.arange(-0.03, 0.031, 0.01), 0.05
+_CARRIED, _CARRIED_AGAIN = 4, 2
+_STIFF_BIAS, _STIFF_LEVEL, _STIFF_JERK = 0.003, 0.07, 1.0
 _COEFFICIENT_SD = 0.03
+_U_AZIMUTH = 0.15
 _ROUNDS = 3
+_SEARCHES, _WORTHWHILE = 4, 2.0
 
 
 def search_wall(
@@ -31,22 +35,48 @@ def search_wall(
 ) -> tuple[Solution, float]:
     """Return the best solution with one more wall and what it gains in log evidence.
 
-    Every wall of a grid gets its linearised evidence with everything else marginalised; the best two are converged,
-    because the linearised ranking is not reliable.
+    Every wall of a grid gets its linearised evidence with everything else marginalised; the best few are converged,
+    because the linearised ranking is not reliable. The search is repeated around what was found, as long as that
+    gains: a motion bent by a wall that is not in the model hides where the wall stands.
     """
-    candidates = _grid(solution, normal)
+    middle = positions(ground, solution).mean(axis=1)
+    azimuth, distance = np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False), np.array(_DISTANCES_M)
+    base, best, gain = solution, solution, -np.inf
+    for number in range(_SEARCHES):
+        planes = _upright(middle, normal, azimuth, distance)
+        gains = _gains(base, planes, tick)
+        numbers = _peaks(gains, around=number == 0)[: _CARRIED if number == 0 else _CARRIED_AGAIN]
+        trials = [converge(ground, add_mirror(base, planes[k]), _ROUNDS, tick) for k in numbers]
+        if not trials:
+            break
+        trial = max(trials, key=log_evidence)
+        now = log_evidence(trial) - log_evidence(solution)
+        if now < gain + _WORTHWHILE:
+            break
+        best, gain = trial, now
+        base = _without_last_mirror(best, solution.problem)
+        found = _place_of_last(best, middle, normal)
+        azimuth, distance = found[0] + _FINE_RAD, np.maximum(found[1] + _FINE_M, _NEAREST_M)
+    return best, gain
+
+
+def _gains(solution: Solution, planes: list[MirrorPlane], tick: Callable[[], None]) -> FloatArray:
     search, gains = _LinearisedSearch(solution), []
-    for number, plane in enumerate(candidates):
+    for number, plane in enumerate(planes):
         if number % 20 == 0:
             tick()
         gains.append(search.gain(plane))
-    best: tuple[Solution, float] = (solution, -np.inf)
-    for number in _peaks(np.array(gains).reshape(_AZIMUTHS, -1)):
-        trial = converge(ground, add_mirror(solution, candidates[number]), _ROUNDS, tick)
-        gain = log_evidence(trial) - log_evidence(solution)
-        if gain > best[1]:
-            best = (trial, gain)
-    return best
+    return np.array(gains)
+
+
+def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
+    """Return a solution's state in the problem that lacks its last mirror: not a minimum, a place to search from."""
+    place = _carried_places(problem.layout, solution.problem.layout)
+    state = State(solution.state.coefficients, solution.state.theta[place])
+    bare = replace(problem, spline=solution.problem.spline)
+    at = linearise(bare, state)
+    assembled = assemble(bare, state, at)
+    return Solution(bare, state, at, assembled.factor(), False, assembled)
 
 
 def add_mirror(solution: Solution, plane: MirrorPlane) -> Posed:
@@ -57,8 +87,10 @@ def add_mirror(solution: Solution, plane: MirrorPlane) -> Posed:
     place = _carried_places(old, layout)
     new_theta = np.zeros(layout.size)
     new_theta[place] = theta
+    planes = (*old_problem.stage.planes, plane)
     prior = make_prior(
         layout,
+        planes,
         old_problem.prior.mean[old.breaks],
         np.array([old_problem.prior.mean[own.log_amplitude] for own in old.receivers]),
         _drift_sd(old_problem),
@@ -66,7 +98,7 @@ def add_mirror(solution: Solution, plane: MirrorPlane) -> Posed:
     for before, after in zip(old.receivers, layout.receivers, strict=True):
         for a, b in ((before.log_gain, after.log_gain), (before.skew, after.skew)):
             prior.mean[b], prior.sd[b] = old_problem.prior.mean[a], old_problem.prior.sd[a]
-    stage = replace(old_problem.stage, planes=(*old_problem.stage.planes, plane))
+    stage = replace(old_problem.stage, planes=planes)
     spline = solution.at.spline
     problem = replace(old_problem, layout=layout, prior=prior, stage=stage, spline=spline)
     return Posed(problem, State(solution.state.coefficients, new_theta))
@@ -93,18 +125,31 @@ def _carried_places(old: Layout, new: Layout) -> IntArray:
     return out
 
 
-def _grid(solution: Solution, normal: FloatArray) -> list[MirrorPlane]:
-    """Return upright planes around the middle of the motion, azimuth by azimuth."""
-    place = solution.at.design @ solution.state.coefficients + solution.problem.stage.release_m
-    middle = place.mean(axis=0)
+def _tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     first = np.cross(normal, np.array([0.0, 1.0, 0.0]))
     first /= np.linalg.norm(first)
-    second = np.cross(normal, first)
+    return first, np.cross(normal, first)
+
+
+def _upright(
+    middle_m: FloatArray, normal: FloatArray, azimuth_rad: FloatArray, distance_m: FloatArray
+) -> list[MirrorPlane]:
+    """Return planes along the floor's normal around the middle of the motion, azimuth by azimuth."""
+    first, second = _tangents(normal)
     out = []
-    for azimuth in np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False):
-        outward = np.cos(azimuth) * first + np.sin(azimuth) * second
-        out += [MirrorPlane(middle + distance * outward, -outward, "wall") for distance in _DISTANCES_M]
+    for angle in azimuth_rad:
+        outward = np.cos(angle) * first + np.sin(angle) * second
+        out += [MirrorPlane(middle_m + away * outward, -outward, "wall", _U_AZIMUTH) for away in distance_m]
     return out
+
+
+def _place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
+    """Return azimuth and distance of a solution's last mirror."""
+    problem = solution.problem
+    unknown = solution.state.theta[problem.layout.planes][-3:]
+    outward = problem.stage.planes[-1].image(middle_m, unknown) - middle_m
+    first, second = _tangents(normal)
+    return float(np.arctan2(outward @ second, outward @ first)), 0.5 * float(np.linalg.norm(outward))
 
 
 class _LinearisedSearch:
@@ -112,6 +157,16 @@ class _LinearisedSearch:
 
     def __init__(self, solution: Solution) -> None:
         self.solution, problem = solution, solution.problem
+        stiff = _stiffened(problem)
+        assembled = assemble(stiff, solution.state, solution.at)
+        self.normal = assembled.factor()
+        self.half_slope = self.normal.motion.half_solve(assembled.slope_motion[:, None])
+        self.lower_slope = solve_triangular(
+            self.normal.border[0],
+            assembled.slope_border[:, None] - self.normal.half.T @ self.half_slope,
+            lower=True,
+            check_finite=False,
+        )
         self.n_bins, self.n_receivers = problem.bins.n_bins, problem.n_receivers
         self.motion = csr_matrix(kron(solution.at.design, eye_array(3), format="csr")).T
         self.breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients).T
@@ -151,21 +206,47 @@ class _LinearisedSearch:
                 pulled += before.by_position[part].T[:, :, None] * weighed[part][:, None, :]
         pull = pulled.reshape(3 * self.n_bins, n_new)
         to_border[old.breaks] = self.breaks @ pull
-        normal = self.solution.normal
+        normal = self.normal
         half = normal.motion.half_solve(self.motion @ pull)
         lower = solve_triangular(normal.border[0], to_border - normal.half.T @ half, lower=True, check_finite=False)
         a = curvature - half.T @ half - lower.T @ lower + np.eye(n_new) / _COEFFICIENT_SD**2
+        slope = slope - (half.T @ self.half_slope + lower.T @ self.lower_slope)[:, 0]
         sign, log_determinant = np.linalg.slogdet(a)
         if sign <= 0:
             return -np.inf
         return float(0.5 * slope @ np.linalg.solve(a, slope) - 0.5 * log_determinant - n_new * np.log(_COEFFICIENT_SD))
 
 
-def _peaks(gain: FloatArray) -> list[int]:
-    """Return the flat indices of the highest few local maxima over azimuth (around) and distance."""
-    around = np.maximum(np.roll(gain, 1, axis=0), np.roll(gain, -1, axis=0))
-    padded = np.pad(gain, ((0, 0), (1, 1)), constant_values=-np.inf)
-    beside = np.maximum(padded[:, :-2], padded[:, 2:])
-    top = (gain >= around) & (gain >= beside) & np.isfinite(gain)
-    order = np.argsort(np.where(top, gain, -np.inf).ravel())[::-1]
-    return [int(k) for k in order[:_CARRIED] if np.isfinite(gain.ravel()[k]) and top.ravel()[k]]
+def _stiffened(problem: JointProblem) -> JointProblem:
+    """Return the problem with maps and motion as stiff as if nothing were left to explain.
+
+    Maps and motion that have grown to explain a wall would hide it.
+    """
+    sd = problem.prior.sd.copy()
+    for own in problem.layout.receivers:
+        for places, most in ((own.bias_i, _STIFF_BIAS), (own.bias_q, _STIFF_BIAS), (own.level, _STIFF_LEVEL)):
+            sd[places] = np.minimum(sd[places], most)
+    prior = Prior(problem.prior.mean, sd, problem.prior.groups)
+    return replace(problem, prior=prior, jerk_sd=problem.jerk_sd / _STIFF_JERK)
+
+
+def _peaks(gain: FloatArray, *, around: bool) -> list[int]:
+    """Return the flat indices of the local maxima, the highest first.
+
+    Parameters
+    ----------
+    gain
+        Flat, azimuth by azimuth.
+    around
+        Whether the azimuths go round.
+    """
+    table = gain.reshape(_AZIMUTHS if around else _FINE_RAD.size, -1)
+    wide = (
+        np.pad(table, ((1, 1), (0, 0)), mode="wrap")
+        if around
+        else np.pad(table, ((1, 1), (0, 0)), constant_values=-np.inf)
+    )
+    high = np.pad(table, ((0, 0), (1, 1)), constant_values=-np.inf)
+    beside = np.maximum(np.maximum(wide[:-2], wide[2:]), np.maximum(high[:, :-2], high[:, 2:]))
+    top = ((table >= beside) & np.isfinite(table)).ravel()
+    return [int(k) for k in np.argsort(np.where(top, gain, -np.inf))[::-1] if top[k]]

@@ -41,6 +41,8 @@ def search_wall(
     """
     middle = positions(ground, solution).mean(axis=1)
     azimuth, distance = np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False), np.array(_DISTANCES_M)
+    # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
+    without = log_evidence(converge(ground, _restarted(solution), _ROUNDS, tick))
     base, best, gain = solution, solution, -np.inf
     for number in range(_SEARCHES):
         planes = _upright(middle, normal, azimuth, distance)
@@ -50,7 +52,7 @@ def search_wall(
         if not trials:
             break
         trial = max(trials, key=log_evidence)
-        now = log_evidence(trial) - log_evidence(solution)
+        now = log_evidence(trial) - without
         if now < gain + _WORTHWHILE:
             break
         best, gain = trial, now
@@ -81,13 +83,21 @@ def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
 
 def add_mirror(solution: Solution, plane: MirrorPlane) -> Posed:
     """Pose the problem with one more mirror, its coefficients at zero, the maps' deviations started again."""
+    return _posed(solution, (*solution.problem.stage.planes, plane))
+
+
+def _restarted(solution: Solution) -> Posed:
+    """Pose the problem as it is, the maps' deviations started again."""
+    return _posed(solution, solution.problem.stage.planes)
+
+
+def _posed(solution: Solution, planes: tuple[MirrorPlane, ...]) -> Posed:
     old_problem, theta = solution.problem, solution.state.theta
     old = old_problem.layout
-    layout = make_layout(replace(old.sizes, mirrors=old.sizes.mirrors + 1))
+    layout = make_layout(replace(old.sizes, mirrors=len(planes)))
     place = _carried_places(old, layout)
     new_theta = np.zeros(layout.size)
     new_theta[place] = theta
-    planes = (*old_problem.stage.planes, plane)
     prior = make_prior(
         layout,
         planes,
@@ -99,8 +109,7 @@ def add_mirror(solution: Solution, plane: MirrorPlane) -> Posed:
         for a, b in ((before.log_gain, after.log_gain), (before.skew, after.skew)):
             prior.mean[b], prior.sd[b] = old_problem.prior.mean[a], old_problem.prior.sd[a]
     stage = replace(old_problem.stage, planes=planes)
-    spline = solution.at.spline
-    problem = replace(old_problem, layout=layout, prior=prior, stage=stage, spline=spline)
+    problem = replace(old_problem, layout=layout, prior=prior, stage=stage, spline=solution.at.spline)
     return Posed(problem, State(solution.state.coefficients, new_theta))
 
 

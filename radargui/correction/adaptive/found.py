@@ -92,7 +92,7 @@ def adaptive_rounds(recording: Recording, setup: Setup) -> Found:
     impacts = np.zeros(0)
     for _ in range(2):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
-        ground = Ground(bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s)
+        ground = Ground(bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s, onset)
         still = still_round(ground, rough.ellipses)
         first = first_round(ground, still)
         last = _with_maps(ground, still, first)

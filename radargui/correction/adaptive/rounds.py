@@ -21,7 +21,7 @@ _LEVEL_LONGER = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """What stays the same over the rounds: bins, geometry, the rest."""
+    """What stays the same over the rounds: bins, geometry, the rest and where it is seen to end."""
 
     bins: Bins
     antennas: Antennas
@@ -29,6 +29,7 @@ class Ground:
     wavelength_m: float
     rest: BoolArray
     delay_s: FloatArray
+    onset_s: float
 
 
 @dataclass(frozen=True, slots=True)

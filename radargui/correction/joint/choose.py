@@ -37,8 +37,8 @@ class Chosen:
     solution, ground
         The solution and its data.
     rivals
-        Other solutions whose evidence does not rule them out, with their weights against the best: how far they lie
-        away belongs to the uncertainty of a motion of few fringes.
+        Other solutions whose evidence does not rule them out, with their weights against the best: what they say and
+        how far they lie away belongs to the uncertainty.
     choices
         Sentences for people.
     """
@@ -62,7 +62,7 @@ class _Attempts:
 
     def __call__(self, start: Round, length_m: float, *, reflects: bool) -> Solution:
         """Converge with bias maps of a correlation length, with or without a floor that reflects."""
-        breaks = np.sort(np.concatenate([[self.found.onset_s], self.found.impact_s, self.found.turn_s]))
+        breaks = np.sort(np.concatenate([self.found.impact_s, self.found.turn_s]))
         motion = first_spline(self.ground, start.place, self.found.start_s, breaks)
         lowest = start.place[:, int(np.argmin(self.normal @ start.place))]
         floor = MirrorPlane(lowest - _BELOW_M * self.normal, self.normal, "floor")
@@ -114,34 +114,44 @@ def choose_model(
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
     rivals = _rivals(solution, tried)
     solution = settle_breaks(ground, solution, normal, tick)
-    solution = _with_walls(ground, solution, normal, tick, choices)
+    solution, undecided = _with_walls(ground, solution, normal, tick, choices)
     solution = converge(ground, Posed(solution.problem, solution.state), _LAST_ROUNDS, tick)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
-    return Chosen(solution, ground, rivals, tuple(choices))
+    return Chosen(solution, ground, (*rivals, *undecided), tuple(choices))
 
 
 def _with_walls(
     ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None], choices: list[str]
-) -> Solution:
-    """Add the walls that the misfit asks for and the evidence keeps; tells `choices`."""
+) -> tuple[Solution, list[tuple[Solution, float]]]:
+    """Add the walls that the evidence keeps; tells `choices`.
+
+    Where something reflects, walls too weak to convince stay possible: they are returned with their weights.
+    """
+    undecided: list[tuple[Solution, float]] = []
     for number in range(_MOST_WALLS):
         asked = _asks_for_walls(solution) if number == 0 else _typical_misfit(solution) > _GOOD_MISFIT
-        if not asked:
+        if not asked and not (number == 0 and solution.problem.stage.planes):
             break
-        with_wall, gain = search_wall(ground, solution, normal, tick)
-        kept = gain > _CONVINCING
-        choices.append(f"A wall that reflects is {'kept' if kept else 'left out'}: log evidence {gain:+.0f}.")
+        search = search_wall(ground, solution, normal, tick, thorough=asked)
+        kept = search.gain > _CONVINCING
+        choices.append(f"A wall that reflects is {'kept' if kept else 'left out'}: log evidence {search.gain:+.0f}.")
         if not kept:
+            undecided = [(trial, _weight(gain)) for trial, gain in search.tried]
             break
-        solution = settle_breaks(ground, with_wall, normal, tick)
-    return solution
+        solution = settle_breaks(ground, search.tried[0][0], normal, tick)
+    return solution, [rival for rival in undecided if rival[1] > _LEAST_WEIGHT]
+
+
+def _weight(gain: float) -> float:
+    """Return the tempered weight of a rival against the best, exp(log evidence gained / 5), at most one."""
+    return float(np.exp(min(0.0, gain) / _TEMPER))
 
 
 def _rivals(best: Solution, tried: list[Solution]) -> tuple[tuple[Solution, float], ...]:
-    """Return the other solutions with weights exp(difference of log evidence / 5), those above 1 % of the best."""
+    """Return the other solutions with their weights, those above 1 % of the best."""
     out = []
     for solution in tried:
-        weight = float(np.exp(min(0.0, log_evidence(solution) - log_evidence(best)) / _TEMPER))
+        weight = _weight(log_evidence(solution) - log_evidence(best))
         if solution is not best and weight > _LEAST_WEIGHT:
             out.append((solution, weight))
     return tuple(out)

@@ -21,6 +21,7 @@ from radargui.model.arrays import BoolArray, FloatArray
 
 FIRST_JERK = 100.0
 _U_PLACE_M = 1e-4
+_RELEASE_S = 0.010
 LEVEL_LENGTH_M = 0.10
 
 
@@ -111,6 +112,7 @@ def pose(
         np.ones(n_receivers),
         usable_bins(ground, spline.break_s),
         bases,
+        ground.onset_s + _RELEASE_S,
     )
     return Posed(problem.at_places(place), State(coefficients, theta))
 

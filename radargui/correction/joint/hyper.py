@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -10,6 +11,7 @@ from scipy.sparse import eye_array, kron
 
 from radargui.correction.joint.layout import Prior
 from radargui.correction.joint.minimise import Solution, local_chi_square
+from radargui.correction.joint.motion_spline import MotionSpline
 from radargui.correction.joint.problem import JointProblem
 from radargui.model.arrays import FloatArray
 
@@ -38,23 +40,30 @@ def _limited(new: float, old: float, lowest: float, highest: float) -> float:
 
 
 def _jerk_deviation(solution: Solution) -> FloatArray:
-    """Return sd = sqrt(sum j^2 / number well determined) in a window of spans that no break divides."""
+    """Return sd = sqrt(sum j^2 / number well determined) in a window of spans that no break divides.
+
+    Nor does the end of the release: its jerk is no reason to let the fall bend.
+    """
     problem, spline = solution.problem, solution.at.spline
-    matrix, _, _ = spline.jerk()
+    matrix, middle, _ = spline.jerk()
     value = matrix @ solution.state.coefficients
     variance = solution.normal.row_variances([kron(matrix, eye_array(3), format="csr")])[0].reshape(-1, 3)
     square = (value**2).sum(axis=1)
     determined = np.clip(3.0 - variance.sum(axis=1) / problem.jerk_sd**2, 0.0, 3.0)
-    out, first = np.empty_like(square), 0
-    for count in spline.spans:
-        part = slice(first, first + count)
+    out = np.empty_like(square)
+    for part in _windows(spline, middle, problem.settled_s):
         top = gaussian_filter1d(square[part], _WINDOW_SPANS, mode="nearest", truncate=2.0)
         low = gaussian_filter1d(determined[part], _WINDOW_SPANS, mode="nearest", truncate=2.0)
         out[part] = np.sqrt((top + 1e-3) / np.maximum(low, 1e-2))
-        first += count
     old = problem.jerk_sd
     limited = np.clip(out, old / _LARGEST_CHANGE, old * _LARGEST_CHANGE)
     return np.asarray(np.clip(limited, _LOWEST_JERK, _HIGHEST_JERK))
+
+
+def _windows(spline: MotionSpline, middle_s: FloatArray, settled_s: float) -> list[slice]:
+    ends = set(np.cumsum(spline.spans).tolist()) | {int(np.searchsorted(middle_s, settled_s))}
+    edges = sorted(ends | {0, middle_s.size})
+    return [slice(first, last) for first, last in pairwise(edges) if last > first]
 
 
 def update_noise(solution: Solution) -> JointProblem:

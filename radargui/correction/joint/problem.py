@@ -42,6 +42,8 @@ class JointProblem:
         Bins that count, shape (n_bins,).
     bases
         Map functions of bias and of log amplitude.
+    settled_s
+        From here on the release is over.
     """
 
     bins: Bins
@@ -54,6 +56,7 @@ class JointProblem:
     noise_scale: FloatArray
     use: BoolArray
     bases: tuple[PositionBasis, PositionBasis]
+    settled_s: float
 
     @property
     def n_receivers(self) -> int:

@@ -60,7 +60,6 @@ def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: 
     for number in range(_BREAK_ROUNDS):
         speeds = break_speeds(solution, normal)
         good = speeds.are_kinks()
-        good[0] = True
         inserted = solution.problem.prior.mean[solution.problem.layout.breaks]
         refused = np.concatenate([refused, inserted[~good]])
         last = number == _BREAK_ROUNDS - 1

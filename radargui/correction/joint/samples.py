@@ -38,8 +38,8 @@ def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solutio
     """Evaluate the solution at the samples' times.
 
     Uncertainties come from the inverse normal matrix at the bins times 1.5 (what simulated scenes needed for 95 %
-    coverage) times the square root of the local misfit beyond the fitted noise scale; the rivals' distance is added in
-    quadrature; receivers of few fringes widen it.
+    coverage) times the square root of the local misfit beyond the fitted noise scale; rivals are mixed in; receivers of
+    few fringes widen it.
     """
     problem, time = solution.problem, signals.time_s
     stage, bins = problem.stage, problem.bins
@@ -47,13 +47,11 @@ def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solutio
     position = (solution.at.spline.offset(time, solution.state.coefficients) + release).T
     at_rest = path_lengths(release[:, None], stage.antennas)
     change = path_lengths(position, stage.antennas) - at_rest
-    u_position, u_change = _uncertainties(solution)
     misfit = local_chi_square(solution)
     excess = np.sqrt(np.maximum(misfit / problem.noise_scale[:, None] ** 2, 1.0))
     wide = _few_fringes_factor(change * stage.wavenumber / (2.0 * np.pi))
-    apart, apart_change = _spread_of_rivals(solution, rivals)
-    u_position = wide.max() * np.hypot(u_position * excess.max(axis=0), apart)
-    u_change = wide[:, None] * np.hypot(u_change * excess, apart_change)
+    u_position, u_change = _with_rivals(solution, rivals, excess)
+    u_position, u_change = wide.max() * u_position, wide[:, None] * u_change
 
     def spread(values: FloatArray) -> FloatArray:
         return np.array([np.interp(time, bins.time_s, row) for row in values])
@@ -87,8 +85,14 @@ def _unseen_m(solution: Solution, signals: Signals) -> float:
     return float(noise / amplitude / solution.problem.stage.wavenumber) + _SMALLEST_U_M
 
 
-def _spread_of_rivals(solution: Solution, rivals: tuple[tuple[Solution, float], ...]) -> tuple[FloatArray, FloatArray]:
-    """Return the weighted rms distance of the rivals' positions (3, n_bins) and path lengths (n_receivers, n_bins)."""
+def _with_rivals(
+    solution: Solution, rivals: tuple[tuple[Solution, float], ...], excess: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return standard uncertainties of positions (3, n_bins) and path lengths (n_receivers, n_bins).
+
+    A mixture of solutions with weights w around the best: u^2 = sum w (u_k^2 + d_k^2) / sum w, d_k the distance of
+    solution k from the best; its own u is widened by the misfit.
+    """
     problem = solution.problem
 
     def places(own: Solution) -> FloatArray:
@@ -96,11 +100,14 @@ def _spread_of_rivals(solution: Solution, rivals: tuple[tuple[Solution, float], 
 
     here = places(solution)
     path = path_lengths(here, problem.stage.antennas)
-    square, square_path, total = np.zeros(here.shape), np.zeros(path.shape), 1.0
+    total = 1.0
+    u_position, u_change = _uncertainties(solution)
+    square, square_path = (u_position * excess.max(axis=0)) ** 2, (u_change * excess) ** 2
     for other, weight in rivals:
         there = places(other)
-        square += weight * (there - here) ** 2
-        square_path += weight * (path_lengths(there, problem.stage.antennas) - path) ** 2
+        u_position, u_change = _uncertainties(other)
+        square += weight * (u_position**2 + (there - here) ** 2)
+        square_path += weight * (u_change**2 + (path_lengths(there, problem.stage.antennas) - path) ** 2)
         total += weight
     return np.sqrt(square / total), np.sqrt(square_path / total)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -27,39 +27,65 @@ _STIFF_BIAS, _STIFF_LEVEL, _STIFF_JERK = 0.003, 0.07, 1.0
 _COEFFICIENT_SD = 0.03
 _U_AZIMUTH = 0.15
 _ROUNDS = 3
-_SEARCHES, _WORTHWHILE = 4, 2.0
+_SEARCHES, _WORTHWHILE, _PROMISING = 4, 2.0, 3.0
+
+
+@dataclass(frozen=True)
+class WallSearch:
+    """What was found.
+
+    Attributes
+    ----------
+    tried
+        Converged solutions with one more wall, each with what it gains in log evidence; the best first.
+    """
+
+    tried: tuple[tuple[Solution, float], ...]
+
+    @property
+    def gain(self) -> float:
+        """What the best wall gains, -inf where none was tried."""
+        return self.tried[0][1] if self.tried else -np.inf
 
 
 def search_wall(
-    ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]
-) -> tuple[Solution, float]:
-    """Return the best solution with one more wall and what it gains in log evidence.
+    ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None], *, thorough: bool
+) -> WallSearch:
+    """Search one more wall over azimuth and distance.
 
     Every wall of a grid gets its linearised evidence with everything else marginalised; the best few are converged,
-    because the linearised ranking is not reliable. The search is repeated around what was found, as long as that
-    gains: a motion bent by a wall that is not in the model hides where the wall stands.
+    because the linearised ranking is not reliable. The search is repeated, finer, around what was found, as long as
+    that gains: a motion bent by a wall that is not in the model hides where the wall stands.
+
+    Parameters
+    ----------
+    ground, solution
+        Data; the model without the wall, converged.
+    normal
+        Upward normal of the floor, shape (3,).
+    tick
+        Called once a round; may raise to cancel.
+    thorough
+        False: stop after the coarse search unless it finds something.
     """
     middle = positions(ground, solution).mean(axis=1)
     azimuth, distance = np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False), np.array(_DISTANCES_M)
     # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
     without = log_evidence(converge(ground, _restarted(solution), _ROUNDS, tick))
-    base, best, gain = solution, solution, -np.inf
+    base, tried = solution, WallSearch(())
     for number in range(_SEARCHES):
         planes = _upright(middle, normal, azimuth, distance)
-        gains = _gains(base, planes, tick)
-        numbers = _peaks(gains, around=number == 0)[: _CARRIED if number == 0 else _CARRIED_AGAIN]
+        numbers = _peaks(_gains(base, planes, tick), around=number == 0)[: _CARRIED if number == 0 else _CARRIED_AGAIN]
         trials = [converge(ground, add_mirror(base, planes[k]), _ROUNDS, tick) for k in numbers]
-        if not trials:
+        before, more = tried.gain, [(trial, log_evidence(trial) - without) for trial in trials]
+        tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one[1])))
+        if tried.gain < before + _WORTHWHILE or not (thorough or tried.gain > _PROMISING):
             break
-        trial = max(trials, key=log_evidence)
-        now = log_evidence(trial) - without
-        if now < gain + _WORTHWHILE:
-            break
-        best, gain = trial, now
+        best = tried.tried[0][0]
         base = _without_last_mirror(best, solution.problem)
         found = _place_of_last(best, middle, normal)
         azimuth, distance = found[0] + _FINE_RAD, np.maximum(found[1] + _FINE_M, _NEAREST_M)
-    return best, gain
+    return tried
 
 
 def _gains(solution: Solution, planes: list[MirrorPlane], tick: Callable[[], None]) -> FloatArray:

@@ -14,7 +14,7 @@ from radargui.model.bounce import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
 from radargui.restitution.cross_check import cross_check
 from radargui.restitution.flight_fit import FlightFit
-from radargui.restitution.flight_plan import fit_free_flights
+from radargui.restitution.flight_rivals import fit_with_rivals
 from radargui.restitution.impact_normal import FloorNormal, normal_of_impacts
 
 _COVERAGE = 1.5
@@ -39,12 +39,12 @@ def joint_bounces(estimate: JointEstimate, setup: Setup) -> tuple[Bounces, Fligh
     """
     solution = estimate.chosen.solution
     floor = FloorNormal(np.asarray(setup.floor.normal))
-    fit = fit_free_flights(solution, floor.normal, estimate.onset_s)
+    fit = fit_with_rivals(estimate.chosen, floor.normal, estimate.onset_s)
     given = "normal" in setup.floor.model_fields_set
     if not given:
         floor = _found_normal(solution, floor.normal, fit)
         if floor.tilted:
-            fit = fit_free_flights(solution, floor.normal, estimate.onset_s)
+            fit = fit_with_rivals(estimate.chosen, floor.normal, estimate.onset_s)
     speeds = break_speeds(solution, floor.normal)
     covariance = side_covariance(solution, floor.normal)
     slopes = _Slopes.of(solution)

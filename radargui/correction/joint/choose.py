@@ -125,7 +125,8 @@ def _with_walls(
 ) -> tuple[Solution, list[tuple[Solution, float]]]:
     """Add the walls that the evidence keeps; tells `choices`.
 
-    Where something reflects, walls too weak to convince stay possible: they are returned with their weights.
+    Where something reflects, walls too weak to convince stay possible, and so do other places of one that convinces:
+    they are returned with their weights.
     """
     undecided: list[tuple[Solution, float]] = []
     for number in range(_MOST_WALLS):
@@ -135,8 +136,9 @@ def _with_walls(
         search = search_wall(ground, solution, normal, tick, thorough=asked)
         kept = search.gain > _CONVINCING
         choices.append(f"A wall that reflects is {'kept' if kept else 'left out'}: log evidence {search.gain:+.0f}.")
+        best = search.gain if kept else 0.0
+        undecided = [(trial, _weight(gain - best)) for trial, gain in search.tried[1 if kept else 0 :]]
         if not kept:
-            undecided = [(trial, _weight(gain)) for trial, gain in search.tried]
             break
         solution = settle_breaks(ground, search.tried[0][0], normal, tick)
     return solution, [rival for rival in undecided if rival[1] > _LEAST_WEIGHT]

@@ -11,7 +11,8 @@ from radargui.motion.noise import block_means
 POOL_S, BLOCK_S = 0.0005, 0.005
 LEAST_TURN_RAD = 1.5 * np.pi
 LEAST_IN_ALL_RAD = np.pi
-LARGEST_SPREAD = 0.2
+SURE_TURN_RAD = 4.0 * np.pi
+LARGEST_SPREAD, LARGEST_SPREAD_IF_SURE = 0.2, 0.45
 LEAST_RADIUS = 6.0
 """In standard deviations of a block mean."""
 
@@ -20,7 +21,7 @@ def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) 
     """Return whether I and Q run along circles: in one receiver three quarters of a turn, in all half a turn.
 
     A drift of the offsets makes lines and bends, which do not run round a centre at one distance in several receivers
-    at once; a hum is taken off first.
+    at once, nor twice round even a rough circle in one; a hum is taken off first.
 
     Parameters
     ----------
@@ -40,16 +41,19 @@ def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) 
     if means.shape[1] < 16:
         return False
     pairs = zip(means[0::2], means[1::2], noise_v[0::2] / np.sqrt(size * further), strict=True)
-    turns = [_turn_rad(i, q, float(noise)) for i, q, noise in pairs]
+    circles = [_turn(i, q, float(noise)) for i, q, noise in pairs]
+    if any(turn >= SURE_TURN_RAD and spread <= LARGEST_SPREAD_IF_SURE for turn, spread in circles):
+        return True
+    turns = [turn if spread <= LARGEST_SPREAD else 0.0 for turn, spread in circles]
     return max(turns) >= LEAST_TURN_RAD and min(turns) >= LEAST_IN_ALL_RAD
 
 
-def _turn_rad(i: FloatArray, q: FloatArray, noise: float) -> float:
-    """Return the angle run through on a circle, 0 where the points lie on none."""
+def _turn(i: FloatArray, q: FloatArray, noise: float) -> tuple[float, float]:
+    """Return the angle run through round the best circle, and the radii's spread; no angle within the noise."""
     design = np.stack([2.0 * i, 2.0 * q, np.ones_like(i)], axis=1)
     (a, b, _), *_ = np.linalg.lstsq(design, i * i + q * q, rcond=None)
     radius = np.hypot(i - a, q - b)
     size = float(radius.mean())
-    if size < LEAST_RADIUS * noise or float(radius.std()) > LARGEST_SPREAD * size:
-        return 0.0
-    return float(np.ptp(np.unwrap(np.arctan2(q - b, i - a))))
+    if size < LEAST_RADIUS * noise:
+        return 0.0, np.inf
+    return float(np.ptp(np.unwrap(np.arctan2(q - b, i - a)))), float(radius.std()) / size

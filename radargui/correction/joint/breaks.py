@@ -20,6 +20,7 @@ _LEAST_SPEED_M_S = 0.04
 _LEAST_DIP_M = 1e-4
 _GRAVITY_M_S2 = 9.81
 _LEAST_FLIGHT_S, _MOST_BOUNCES = 0.010, 12
+_MOST_THROWN, _DOUBT_M_S, _MOST_ELSE_M_S2 = 2.0, 0.5, 30.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,14 +45,25 @@ class BreakSpeeds:
         jump = self.after_m_s - self.before_m_s
         enough = jump > np.maximum(_LEAST_JUMP_M_S, _SIGNIFICANT * self.u_jump_m_s)
         turns = (self.before_m_s < -_LEAST_SPEED_M_S) & (self.after_m_s > _LEAST_SPEED_M_S)
-        return np.asarray(enough & turns)
+        return np.asarray(enough & turns & self.are_possible())
 
     def are_kinks(self) -> BoolArray:
         """Return where the velocity jumps up at all.
 
         A weak break costs nothing; one taken away again bends the motion around it when a bounce was there.
         """
-        return np.asarray(self.after_m_s > self.before_m_s)
+        return np.asarray((self.after_m_s > self.before_m_s) & self.are_possible())
+
+    def are_possible(self) -> BoolArray:
+        """Return where a body could do so: not thrown up with twice the speed, not flung down from the break before.
+
+        Between two breaks closer than the bins the spline is held by nothing.
+        """
+        thrown = self.after_m_s > _MOST_THROWN * np.maximum(-self.before_m_s, 0.0) + _DOUBT_M_S
+        flight = np.diff(self.time_s)
+        changed = np.abs(self.before_m_s[1:] - self.after_m_s[:-1] + _GRAVITY_M_S2 * flight)
+        held = np.concatenate([[True], changed < _DOUBT_M_S + _MOST_ELSE_M_S2 * flight])[: self.time_s.size]
+        return np.asarray(~thrown & held)
 
     def expected_impacts(self, end_s: float) -> FloatArray:
         """Return when a body that bounces on lands after the last impact, while its flights take 10 ms or more.

@@ -17,7 +17,6 @@ from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.flight_rivals import fit_with_rivals
 from radargui.restitution.impact_normal import FloorNormal, normal_of_impacts
 
-_COVERAGE = 1.5
 _USABLE_U_E = 0.05
 _STANDARD_GRAVITY = 9.81
 _CHECK_STEP_S = 0.001
@@ -27,7 +26,7 @@ def joint_bounces(estimate: JointEstimate, setup: Setup) -> tuple[Bounces, Fligh
     """Return the bounces, and the fit of the flights where there is one.
 
     Impacts between fitted flights take the flights' speeds; others the one-sided slopes of the motion. Standard
-    uncertainties are those of the posterior times 1.5, as for the motion, and that of the floor's normal where it is
+    uncertainties are those of the posterior and its rivals, and that of the floor's normal where it is
     found from the impacts.
 
     Parameters
@@ -95,7 +94,7 @@ def _bounce(
     """Return e = after / before with u_e from the covariance of (before, after), both positive, and the normal's."""
     e = after / before
     slope = np.array([-e / before, 1.0 / before])
-    u_e = float(np.sqrt(max(_COVERAGE**2 * float(slope @ covariance @ slope), 0.0) + by_normal))
+    u_e = float(np.sqrt(max(float(slope @ covariance @ slope), 0.0) + by_normal))
     return Bounce(time_s, before, after, e, u_e, method, bool(0.0 < e < 1.2 and u_e < _USABLE_U_E))
 
 
@@ -140,7 +139,7 @@ def _free_fall(estimate: JointEstimate, fit: FlightFit, normal: FloatArray) -> F
     residual = height - np.polyval([bend, slope, level], time - first)
     return FreeFall(
         fit.g_m_s2,
-        _COVERAGE * fit.u_g(),
+        fit.u_g(),
         first,
         last,
         release,

@@ -16,7 +16,6 @@ from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.model.arrays import FloatArray
 from radargui.model.pieces import pieces
 
-_COVERAGE = 1.5
 _SMALLEST_U_M, _SLOW_START_S = 1e-7, 0.03
 _WIDEST = 3.0
 
@@ -37,9 +36,8 @@ class AtSamples:
 def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solution, float], ...] = ()) -> AtSamples:
     """Evaluate the solution at the samples' times.
 
-    Uncertainties come from the inverse normal matrix at the bins times 1.5 (what simulated scenes needed for 95 %
-    coverage) times the square root of the local misfit beyond the fitted noise scale; rivals are mixed in; receivers of
-    few fringes widen it.
+    Uncertainties come from the inverse normal matrix at the bins, times the square root of the local misfit beyond the
+    fitted noise scale; rivals are mixed in; receivers of few fringes widen it.
     """
     problem, time = solution.problem, signals.time_s
     stage, bins = problem.stage, problem.bins
@@ -60,9 +58,9 @@ def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solutio
     i, q = _corrected(solution, signals, change, at_rest)
     return AtSamples(
         np.ascontiguousarray(position),
-        np.hypot(_COVERAGE * spread(u_position), unseen),
+        np.hypot(spread(u_position), unseen),
         change,
-        np.hypot(_COVERAGE * spread(u_change), unseen),
+        np.hypot(spread(u_change), unseen),
         i,
         q,
         spread(misfit),

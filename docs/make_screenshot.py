@@ -34,7 +34,7 @@ NEAR_FLOOR_MM = -130.0
 
 
 def main() -> int:
-    """Record one run, let the sphere fall again, and take the picture while it does."""
+    """Record runs, let the sphere fall again, and take the picture while it does."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--theme", choices=("light", "dark"), default="light")
     parser.add_argument("--output", type=Path, default=PICTURE)
@@ -63,13 +63,16 @@ def take(window: MainWindow, application: QApplication, output: Path) -> None:
     window.setup_model.assign("simulation.rest_s", 1.6)
     wait(application, lambda: window.opengl_answer != "")
     window.actions_.in_space.setChecked(window.actions_.in_space.isEnabled())
+    # a run that is done, and one whose result is preliminary
+    window.actions_.record.trigger()
+    wait(application, lambda: window.control.state is AppState.DONE)
     window.bar.runs.setValue(3)
     window.actions_.record.trigger()
-    # the first result is final, not the adaptive one that stands before
-    wait(application, lambda: window.control.kept > 0)
+    wait(application, lambda: window.control.has_preliminary)
     wait(application, lambda: not window.track.result_shown and falling(window))
     application.processEvents()
     save(picture_of(window), output)
+    window.actions_.stop.trigger()
     window.actions_.stop.trigger()
     wait(application, lambda: not window.control.state.running)
 

@@ -14,6 +14,7 @@ from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from support.changed import changed
+from support.processing_here import ProcessingHere
 from support.small_setups import quick_setup
 
 from radargui.gui.control.app_state import AppState
@@ -117,6 +118,7 @@ def make_window(
 ) -> Iterator[MakeWindow]:
     # the live track may be late here: time runs faster than for an operator, on a machine that does other things
     monkeypatch.setattr("radargui.acquisition.stream.LONGEST_LAG_S", 4.0)
+    monkeypatch.setattr("radargui.experiment.experiment.ProcessingApart", ProcessingHere)
     made: list[MainWindow] = []
 
     def make(setup_path: Path | None = None, **options: Any) -> MainWindow:

@@ -11,7 +11,6 @@ from support.gui_sessions import make_session
 from support.stored_runs import results_digest
 
 from radargui.acquisition.state import Ending
-from radargui.experiment.finished import process_finished
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.reprocess import own_setup
@@ -30,16 +29,6 @@ def joint_window(window: MainWindow) -> MainWindow:
     return window
 
 
-class Here(ProcessingApart):
-    """Processes in this process: the one apart gives way to all else, on a busy machine for minutes."""
-
-    def start(self) -> None:
-        pass
-
-    def process(self, *arguments: Any) -> Any:
-        return process_finished(*arguments)
-
-
 def stands(window: MainWindow) -> bool:
     return window.run.result is not None and window.run.result.preliminary
 
@@ -48,7 +37,6 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     joint_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = joint_window
-    monkeypatch.setattr("radargui.experiment.experiment.ProcessingApart", Here)
     heard: list[int] = []
     monkeypatch.setattr("radargui.gui.control.sounds.QApplication.beep", lambda: heard.append(1))
     window.actions_.record.trigger()
@@ -82,9 +70,10 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
 
 
 def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
-    joint_window: MainWindow, wait_for: Any
+    joint_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = joint_window
+    monkeypatch.setattr("radargui.experiment.experiment.ProcessingApart", ProcessingApart)
     window.actions_.record.trigger()
     wait_for(lambda: stands(window))
     wait_for(lambda: window.control.state is AppState.PROCESSING)

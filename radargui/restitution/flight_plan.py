@@ -8,7 +8,8 @@ from radargui.correction.joint.breaks import break_speeds
 from radargui.correction.joint.minimise import Solution
 from radargui.correction.joint.motion_spline import MotionSpline
 from radargui.model.arrays import FloatArray
-from radargui.restitution.flight_fit import FlightFit, FlightPlan, fit_flights
+from radargui.restitution.flight_fit import FlightFit, fit_flights
+from radargui.restitution.flight_unknowns import FlightPlan
 
 _AFTER_ONSET_S = 0.010
 _LARGEST = 800
@@ -40,13 +41,13 @@ def fit_free_flights(solution: Solution, normal: FloatArray, onset_s: float) -> 
     spline = solution.at.spline
     impacts = break_speeds(solution, normal).are_impacts()
     n_flights = 1 + int(np.argmin(np.append(impacts, False)))
-    if n_flights == spline.break_s.size + 1 and not _falls_freely(solution, n_flights - 1):
+    if n_flights == spline.break_s.size + 1 and _off_gravity(solution, n_flights - 1) > _NEAR_GRAVITY:
         n_flights -= 1
     first = int(np.searchsorted(spline.knots(), onset_s + _AFTER_ONSET_S))
     if first >= spline.spans[0]:
         return None
     best: FlightFit | None = None
-    for count in range(min(n_flights, _affordable(spline)), 1, -1):
+    for count in range(_likely(solution, min(n_flights, _affordable(spline))), 1, -1):
         plan = FlightPlan(count, first)
         fit = fit_flights(plan.information(solution), plan)
         if best is None or fit.reduced_misfit < best.reduced_misfit:
@@ -100,10 +101,17 @@ def _affordable(spline: MotionSpline) -> int:
     return max(1, int(np.searchsorted(sizes, _LARGEST, side="right")))
 
 
-def _falls_freely(solution: Solution, segment: int) -> bool:
-    """Return whether a segment's acceleration is that of gravity within 5 %."""
+def _likely(solution: Solution, n_flights: int) -> int:
+    """Return how many flights come before one that does not fall at all: the sphere lay, or was carried back."""
+    long = np.diff(solution.at.spline.edge_s) > _SHORTEST_FALL_S
+    held = (n for n in range(2, n_flights) if long[n] and _off_gravity(solution, n) > _ABOUT_GRAVITY)
+    return next(held, n_flights)
+
+
+def _off_gravity(solution: Solution, segment: int) -> float:
+    """Return by how much a segment's acceleration differs from that of gravity, m/s^2."""
     edge = solution.at.spline.edge_s
     length = edge[segment + 1] - edge[segment]
     time = np.linspace(edge[segment] + 0.1 * length, edge[segment + 1] - 0.1 * length, 15)
     height = solution.at.spline.design(time) @ solution.state.coefficients[:, 2]
-    return bool(abs(2.0 * np.polyfit(time - time[0], height, 2)[0] + _STANDARD_GRAVITY) < _NEAR_GRAVITY)
+    return float(abs(2.0 * np.polyfit(time - time[0], height, 2)[0] + _STANDARD_GRAVITY))

@@ -15,7 +15,8 @@ from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
 from radargui.restitution.cross_check import disagreements
-from radargui.restitution.flight_fit import FlightPlan, fit_flights
+from radargui.restitution.flight_fit import fit_flights
+from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.sources.simulated.recording import simulate_recording
 
@@ -51,7 +52,7 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
         whole[np.ix_(rest, rest)], whole[np.ix_(rest, x)]
     )
     # lifting the smoothness concerns kept unknowns only: it is the same on both sides
-    lifted = dense - information.matrix
+    lifted = dense - information.times(np.eye(x.size))
     fit = fit_flights(information, plan)
     jerk, _, _ = spline.jerk()
     spans = np.zeros(jerk.shape[0])
@@ -64,6 +65,19 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     scale = np.sqrt(np.outer(np.diag(dense), np.diag(dense)))
     assert np.abs((lifted - expected) / scale).max() < 1e-8
     assert fit.misfit[0] < 1.5 * fit.misfit[1] + 20.0
+
+
+def test_each_flight_is_moved_by_the_unknowns_of_the_flights_before_it(drop: tuple[SceneRecord, JointEstimate]) -> None:
+    solution = drop[1].chosen.solution
+    plan = FlightPlan(3, int(np.searchsorted(solution.at.spline.knots(), drop[1].onset_s + 0.01)))
+    unknowns = FlightUnknowns(plan.information(solution), plan)
+    q = unknowns.start()
+    slopes = unknowns.slopes(q)
+    for column in range(q.size):
+        step = np.where(np.arange(q.size) == column, 1e-5, 0.0)
+        more, less = unknowns.motion(q + step), unknowns.motion(q - step)
+        assert (more.x - less.x) / 2e-5 == pytest.approx(slopes.x[:, column], abs=2e-6)
+        assert (more.outputs - less.outputs) / 2e-5 == pytest.approx(slopes.outputs[:, column], abs=2e-6)
 
 
 def test_drag_is_taken_out_of_the_two_other_ways_to_e(drop: tuple[SceneRecord, JointEstimate]) -> None:

@@ -9,7 +9,7 @@ from radargui.model.arrays import FloatArray
 
 _BLOCK_S = 0.005
 _WINDOW, _AHEAD, _FEWEST = 60, 3, 10
-_DEGREES = ((30, 2), (20, 1), (0, 0))
+_LONG_ENOUGH = 30
 _THRESHOLD = 6.0
 _MOST_WANDER = 0.02
 
@@ -18,7 +18,7 @@ def find_onset(time_s: FloatArray, value: FloatArray) -> float | None:
     """Return the time of the last block that still looks like the rest, None where nothing moves.
 
     Means over 5 ms are compared with what the 0.3 s that end 15 ms before them foretell: a parabola, so that offsets
-    may drift (a straight line or a mean while the rest is short). The tracer moves where two blocks in turn differ by
+    may drift (a straight line while the rest is short). The tracer moves where two blocks in turn differ by
     more than 6 standard deviations in the root mean square over the channels. A rest that is looked at as a whole would
     take the slow beginning of a pendulum for drift.
 
@@ -52,7 +52,7 @@ def find_onset(time_s: FloatArray, value: FloatArray) -> float | None:
 
 def _wanders(mean: FloatArray, size: FloatArray) -> bool:
     """Return whether blocks (n_channels, n) differ from a straight line by more than a rest may."""
-    apart = mean - mean @ _Foresight.of(mean.shape[1], 1).smooth
+    apart = mean - mean @ _Foresight(mean.shape[1], 1).smooth
     return bool(np.sqrt(((apart / size[1][:, None]) ** 2).mean(axis=0)).max() > _THRESHOLD)
 
 
@@ -67,11 +67,6 @@ class _Foresight:
         self.ahead: FloatArray = solve[0]
         self.freedom = count - degree - 1
         self.widening = float(np.sqrt(1.0 + self.ahead @ self.ahead))
-
-    @classmethod
-    def of(cls, count: int, degree: int | None = None) -> _Foresight:
-        """Return the one for a window's length; short windows take lower degrees."""
-        return cls(count, next(d for least, d in _DEGREES if count >= least) if degree is None else degree)
 
     def departure(self, before: FloatArray, now: FloatArray, size: FloatArray) -> FloatArray:
         """Return how far blocks lie from what was foretold, in deviations, root mean square over the channels.
@@ -95,8 +90,13 @@ def _departures(mean: FloatArray, size: FloatArray) -> FloatArray:
     """Return the departure of each block from the first that can be foretold on."""
     n = mean.shape[1]
     growing = range(_FEWEST, min(_WINDOW, n - _AHEAD))
-    out = [_Foresight.of(count).departure(mean[:, None, :count], mean[:, [count + _AHEAD]], size) for count in growing]
+    out = [
+        _Foresight(count, 2 if count >= _LONG_ENOUGH else 1).departure(
+            mean[:, None, :count], mean[:, [count + _AHEAD]], size
+        )
+        for count in growing
+    ]
     if n > _WINDOW + _AHEAD:
         windows = sliding_window_view(mean, _WINDOW, axis=1)[:, : n - _WINDOW - _AHEAD]
-        out.append(_Foresight.of(_WINDOW).departure(windows, mean[:, _WINDOW + _AHEAD :], size))
+        out.append(_Foresight(_WINDOW, 2).departure(windows, mean[:, _WINDOW + _AHEAD :], size))
     return np.concatenate(out)

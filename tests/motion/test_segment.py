@@ -106,6 +106,20 @@ def test_a_slow_circle_deep_in_noise_is_motion_and_its_rest_is_found() -> None:
     assert segment.last / rate > 2.8
 
 
+def test_a_slow_pendulum_that_reflections_make_ragged_is_motion() -> None:
+    rate = 2000.0
+    time = np.arange(4600) / rate
+    swing = 17.0 * (1.0 - np.cos(3.0 * np.clip(time - 0.3, 0.0, None)))
+    pairs = []
+    for share in (1.0, 0.5, 0.05):
+        radius = 1.0 + 0.5 * np.cos(0.8 * share * swing)
+        pairs += [radius * np.cos(share * swing), radius * np.sin(share * swing)]
+    volts = np.array(pairs) + 0.15 * np.random.default_rng(2).normal(size=(6, time.size))
+    segment = find_segment(volts, rate)
+    assert segment is not None
+    assert segment.first / rate < 0.8
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_a_strong_slow_drift_at_rest_is_no_motion(seed: int) -> None:
     draw = np.random.default_rng(seed)

@@ -51,7 +51,7 @@ def _jerk_deviation(solution: Solution) -> FloatArray:
     square = (value**2).sum(axis=1)
     determined = np.clip(3.0 - variance.sum(axis=1) / problem.jerk_sd**2, 0.0, 3.0)
     out = np.empty_like(square)
-    for part in _windows(spline, middle, problem.settled_s):
+    for part in spans_together(spline, middle, problem.settled_s):
         top = gaussian_filter1d(square[part], _WINDOW_SPANS, mode="nearest", truncate=2.0)
         low = gaussian_filter1d(determined[part], _WINDOW_SPANS, mode="nearest", truncate=2.0)
         out[part] = np.sqrt((top + 1e-3) / np.maximum(low, 1e-2))
@@ -60,7 +60,16 @@ def _jerk_deviation(solution: Solution) -> FloatArray:
     return np.asarray(np.clip(limited, _LOWEST_JERK, _HIGHEST_JERK))
 
 
-def _windows(spline: MotionSpline, middle_s: FloatArray, settled_s: float) -> list[slice]:
+def spans_together(spline: MotionSpline, middle_s: FloatArray, settled_s: float) -> list[slice]:
+    """Return the runs of spans that no break and not the end of the release divide.
+
+    Parameters
+    ----------
+    spline, middle_s
+        The motion and the middles of its spans.
+    settled_s
+        From here on the release is over.
+    """
     ends = set(np.cumsum(spline.spans).tolist()) | {int(np.searchsorted(middle_s, settled_s))}
     edges = sorted(ends | {0, middle_s.size})
     return [slice(first, last) for first, last in pairwise(edges) if last > first]

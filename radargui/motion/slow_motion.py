@@ -18,7 +18,7 @@ LEAST_RADIUS = 6.0
 
 
 def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> bool:
-    """Return whether I and Q run along circles: in one receiver three quarters of a turn, in all half a turn.
+    """Return whether I and Q run along circles: in two receivers three quarters of a turn, or in one and half in all.
 
     A drift of the offsets makes lines and bends, which do not run round a centre at one distance in several receivers
     at once, nor twice round even a rough circle in one; a hum is taken off first.
@@ -44,8 +44,8 @@ def turns_slowly(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) 
     circles = [_turn(i, q, float(noise)) for i, q, noise in pairs]
     if any(turn >= SURE_TURN_RAD and spread <= LARGEST_SPREAD_IF_SURE for turn, spread in circles):
         return True
-    turns = [turn if spread <= LARGEST_SPREAD else 0.0 for turn, spread in circles]
-    return max(turns) >= LEAST_TURN_RAD and min(turns) >= LEAST_IN_ALL_RAD
+    turns = sorted((turn if spread <= LARGEST_SPREAD else 0.0 for turn, spread in circles), reverse=True)
+    return turns[0] >= LEAST_TURN_RAD and (turns[-1] >= LEAST_IN_ALL_RAD or turns[1] >= LEAST_TURN_RAD)
 
 
 def _turn(i: FloatArray, q: FloatArray, noise: float) -> tuple[float, float]:

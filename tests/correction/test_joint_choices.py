@@ -13,7 +13,6 @@ from radargui.correction.joint.breaks import BreakSpeeds
 from radargui.correction.joint.estimate import JointEstimate, estimate_joint
 from radargui.correction.joint.hyper import spans_together
 from radargui.correction.joint.motion_spline import make_spline
-from radargui.correction.signals import read_signals
 from radargui.motion.segment import find_segment, floor_of_noise
 from radargui.restitution.flight_plan import fit_free_flights
 from radargui.restitution.flight_rivals import fit_with_rivals
@@ -72,8 +71,7 @@ def test_a_bounce_between_two_short_flights_is_not_missed() -> None:
 
 def test_a_slow_circle_counts_the_fringes_of_the_still_ellipses_where_the_range_law_loses_some() -> None:
     record = made(4009, "generic")
-    signals = read_signals(record.recording, record.setup.radar.phase_sign)
-    found = adaptive_rounds(signals, record.setup)
+    found = adaptive_rounds(record.recording, record.setup)
     true = (record.truth.path_m - record.truth.path_m[:, :1]) * 2.0 * np.pi / record.setup.radar.wavelength_m
 
     def worst(phase: np.ndarray) -> float:

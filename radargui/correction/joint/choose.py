@@ -13,8 +13,10 @@ from radargui.correction.joint.drift import Drift
 from radargui.correction.joint.first_state import Posed, circle_constants, first_spline, pose
 from radargui.correction.joint.minimise import Solution, chi_square, local_chi_square, log_evidence
 from radargui.correction.joint.mirrors import MirrorPlane
-from radargui.correction.joint.rounds import converge, settle_breaks
+from radargui.correction.joint.repose import repose
+from radargui.correction.joint.rounds import converge, positions, settle_breaks
 from radargui.correction.joint.walls import search_wall
+from radargui.correction.position_map import make_basis
 from radargui.model.arrays import FloatArray
 
 _BELOW_M = 0.010
@@ -104,20 +106,35 @@ def choose_model(
     reflects = gain > _CONVINCING
     choices = [f"A floor that reflects is {'kept' if reflects else 'left out'}: log evidence {gain:+.0f}."]
     tried = [plain, floored]
-    if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * _FEW_FRINGES:
-        tried += [attempt(found.last, other, reflects=reflects) for other in _OTHER_LENGTHS_M]
-    solution = max((s for s in tried if bool(s.problem.stage.planes) == reflects), key=log_evidence)
-    choices.append(f"Bias maps with a correlation length of {solution.problem.bases[0].length_m:.2f} m.")
+    solution = floored if reflects else plain
     if drift.count and not drift.level.any():
         choices.append("The offsets drift on the rest: slow functions of time are fitted.")
     elif drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
     rivals = _rivals(solution, tried)
     solution = settle_breaks(ground, solution, normal, tick)
+    if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * _FEW_FRINGES:
+        solution, others = _with_other_lengths(ground, solution, tick)
+        rivals += others
+    choices.append(f"Bias maps with a correlation length of {solution.problem.bases[0].length_m:.2f} m.")
     solution, undecided = _with_walls(ground, solution, normal, tick, choices)
     solution = converge(ground, Posed(solution.problem, solution.state), _LAST_ROUNDS, tick)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     return Chosen(solution, ground, (*rivals, *undecided), tuple(choices))
+
+
+def _with_other_lengths(
+    ground: Ground, solution: Solution, tick: Callable[[], None]
+) -> tuple[Solution, tuple[tuple[Solution, float], ...]]:
+    """Return the solution with the bias maps' correlation length that the evidence prefers, and the others.
+
+    Only once the breaks are settled do evidences tell lengths apart.
+    """
+    planes, visited = solution.problem.stage.planes, positions(ground, solution)[:, ~ground.rest]
+    bases = [None, *(make_basis(visited, length) for length in _OTHER_LENGTHS_M)]
+    tried = [converge(ground, repose(solution, planes, bias), _FIRST_ROUNDS, tick) for bias in bases]
+    best = max(tried, key=log_evidence)
+    return best, _rivals(best, tried)
 
 
 def _with_walls(

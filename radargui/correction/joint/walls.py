@@ -10,15 +10,15 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csr_matrix, eye_array, kron
 
 from radargui.correction.adaptive.rounds import Ground
-from radargui.correction.joint.first_state import Posed
-from radargui.correction.joint.layout import Layout, Prior, make_layout, make_prior
+from radargui.correction.joint.layout import Prior
 from radargui.correction.joint.minimise import Solution, log_evidence
 from radargui.correction.joint.mirrors import MirrorPlane, detour_ratio
 from radargui.correction.joint.problem import JointProblem, State, assemble, linearise
+from radargui.correction.joint.repose import carried_places, repose
 from radargui.correction.joint.rounds import converge, positions
 from radargui.correction.joint.signal_model import FrontEnd, field_at_nodes
 from radargui.correction.joint.signal_slopes import receiver_slopes
-from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.arrays import FloatArray
 
 _AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
 _FINE_RAD, _FINE_M, _NEAREST_M = np.radians(np.arange(-16.0, 17.0, 4.0)), np.arange(-0.03, 0.031, 0.01), 0.05
@@ -68,15 +68,15 @@ def search_wall(
     thorough
         False: stop after the coarse search unless it finds something.
     """
-    middle = positions(ground, solution).mean(axis=1)
+    mirrors, middle = solution.problem.stage.planes, positions(ground, solution).mean(axis=1)
     azimuth, distance = np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False), np.array(_DISTANCES_M)
     # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
-    without = log_evidence(converge(ground, _restarted(solution), _ROUNDS, tick))
+    without = log_evidence(converge(ground, repose(solution, mirrors), _ROUNDS, tick))
     base, tried = solution, WallSearch(())
     for number in range(_SEARCHES):
         planes = _upright(middle, normal, azimuth, distance)
         numbers = _peaks(_gains(base, planes, tick), around=number == 0)[: _CARRIED if number == 0 else _CARRIED_AGAIN]
-        trials = [converge(ground, add_mirror(base, planes[k]), _ROUNDS, tick) for k in numbers]
+        trials = [converge(ground, repose(base, (*mirrors, planes[k])), _ROUNDS, tick) for k in numbers]
         before, more = tried.gain, [(trial, log_evidence(trial) - without) for trial in trials]
         tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one[1])))
         if tried.gain < before + _WORTHWHILE or not (thorough or tried.gain > _PROMISING):
@@ -99,65 +99,14 @@ def _gains(solution: Solution, planes: list[MirrorPlane], tick: Callable[[], Non
 
 def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
     """Return a solution's state in the problem that lacks its last mirror: not a minimum, a place to search from."""
-    place = _carried_places(problem.layout, solution.problem.layout)
-    state = State(solution.state.coefficients, solution.state.theta[place])
+    place, there = carried_places(problem.layout, solution.problem.layout)
+    theta = np.zeros(problem.layout.size)
+    theta[place] = solution.state.theta[there]
+    state = State(solution.state.coefficients, theta)
     bare = replace(problem, spline=solution.problem.spline)
     at = linearise(bare, state)
     assembled = assemble(bare, state, at)
     return Solution(bare, state, at, assembled.factor(), False, assembled)
-
-
-def add_mirror(solution: Solution, plane: MirrorPlane) -> Posed:
-    """Pose the problem with one more mirror, its coefficients at zero, the maps' deviations started again."""
-    return _posed(solution, (*solution.problem.stage.planes, plane))
-
-
-def _restarted(solution: Solution) -> Posed:
-    """Pose the problem as it is, the maps' deviations started again."""
-    return _posed(solution, solution.problem.stage.planes)
-
-
-def _posed(solution: Solution, planes: tuple[MirrorPlane, ...]) -> Posed:
-    old_problem, theta = solution.problem, solution.state.theta
-    old = old_problem.layout
-    layout = make_layout(replace(old.sizes, mirrors=len(planes)))
-    place = _carried_places(old, layout)
-    new_theta = np.zeros(layout.size)
-    new_theta[place] = theta
-    prior = make_prior(
-        layout,
-        planes,
-        old_problem.prior.mean[old.breaks],
-        np.array([old_problem.prior.mean[own.log_amplitude] for own in old.receivers]),
-        _drift_sd(old_problem),
-    )
-    for before, after in zip(old.receivers, layout.receivers, strict=True):
-        for a, b in ((before.log_gain, after.log_gain), (before.skew, after.skew)):
-            prior.mean[b], prior.sd[b] = old_problem.prior.mean[a], old_problem.prior.sd[a]
-    stage = replace(old_problem.stage, planes=planes)
-    problem = replace(old_problem, layout=layout, prior=prior, stage=stage, spline=solution.at.spline)
-    return Posed(problem, State(solution.state.coefficients, new_theta))
-
-
-def _drift_sd(problem: JointProblem) -> FloatArray:
-    rows = []
-    for own in problem.layout.receivers:
-        rows += [problem.prior.sd[own.drift_i], problem.prior.sd[own.drift_q]]
-    return np.array(rows)
-
-
-def _carried_places(old: Layout, new: Layout) -> IntArray:
-    """Return where each old unknown stands in a layout with more mirrors."""
-    out = np.arange(old.size)
-    pairs: list[tuple[slice, slice]] = [(old.breaks, new.breaks), (old.planes, new.planes), (old.forward, new.forward)]
-    for own, now in zip(old.receivers, new.receivers, strict=True):
-        pairs += [(slice(own.phase, own.skew + 1), slice(now.phase, now.skew + 1))]
-        pairs += [(own.bias_i, now.bias_i), (own.bias_q, now.bias_q), (own.level, now.level)]
-        pairs += [(own.backward, now.backward), (own.ghost, now.ghost)]
-        pairs += [(own.drift_i, now.drift_i), (own.drift_q, now.drift_q)]
-    for before, after in pairs:
-        out[before] = np.arange(after.start, after.start + before.stop - before.start)
-    return out
 
 
 def _tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:

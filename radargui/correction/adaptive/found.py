@@ -7,7 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.correction.adaptive.rough import rough_phases
-from radargui.correction.adaptive.rounds import Ground, Round, best_round, first_round, next_round, still_round
+from radargui.correction.adaptive.rounds import (
+    Ground,
+    Round,
+    best_round,
+    first_round,
+    next_round,
+    still_round,
+    timed_round,
+)
 from radargui.correction.bins import bin_by_fringe
 from radargui.correction.signals import Signals, read_signals
 from radargui.geometry.antennas import place_antennas
@@ -93,7 +101,8 @@ def adaptive_rounds(recording: Recording, setup: Setup) -> Found:
     for _ in range(2):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         ground = Ground(bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s, onset)
-        still = still_round(ground, rough.ellipses)
+        counted = np.array([np.interp(bins.time_s, rough.time_s, row) for row in rough.phase_rad])
+        still = still_round(ground, rough.ellipses, counted)
         first = first_round(ground, still)
         last = _with_maps(ground, still, first)
         if impacts.size or antennas.n_receivers < 3:
@@ -106,15 +115,17 @@ def adaptive_rounds(recording: Recording, setup: Setup) -> Found:
 
 
 def _with_maps(ground: Ground, still: Round, first: Round) -> Round:
-    """Return the best round with maps; where it counts other fringes than the still ellipses, these start a rival.
+    """Return the best round with maps; starts that count other fringes have rivals, and the evidence decides.
 
     Few fringes do not hold the circle of the range law: its centre can run away and lose cycles.
     """
+    timed = timed_round(ground, still)
     last = best_round(ground, next_round(ground, first, _FIRST_LENGTH_M))
-    if np.abs(last.phase_rad - still.phase_rad).max() > _OTHER_COUNT_RAD:
-        rival = best_round(ground, next_round(ground, still, _FIRST_LENGTH_M))
-        last = max(last, rival, key=lambda r: r.log_evidence)
-    return last
+    rivals = [last]
+    for other in (timed, still):
+        if min(float(np.abs(one.phase_rad - other.phase_rad).max()) for one in rivals) > _OTHER_COUNT_RAD:
+            rivals.append(best_round(ground, next_round(ground, other, _FIRST_LENGTH_M)))
+    return max(rivals, key=lambda r: r.log_evidence)
 
 
 def _turns(ground: Ground, last: Round, normal: FloatArray, impact_s: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from radargui.model.arrays import BoolArray, FloatArray
 
 LENGTHS_M = (0.06, 0.09, 0.13, 0.20)
 _LEVEL_LONGER = 1.5
+_TIME_FUNCTIONS = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +57,8 @@ class Round:
         Sum over the receivers.
     home
         Constants of the first round, prior means of the further ones, shape (n_receivers, 5).
+    holds_count
+        Whether further rounds keep this one's count of the fringes, however near the signal comes to the centre.
     """
 
     phase_rad: FloatArray
@@ -68,25 +71,54 @@ class Round:
     level: PositionBasis | None
     log_evidence: float
     home: FloatArray
+    holds_count: bool = False
 
 
-def still_round(ground: Ground, ellipses: tuple[StillEllipse, ...]) -> Round:
-    """Take still ellipses as they are."""
+def still_round(ground: Ground, ellipses: tuple[StillEllipse, ...], counted_rad: FloatArray) -> Round:
+    """Take still ellipses as they are, with the fringes counted before.
+
+    Parameters
+    ----------
+    ground
+        Data.
+    ellipses
+        One a receiver.
+    counted_rad
+        Their unwrapped phases at the bins, from samples closer in time than the bins, shape (n_receivers, n_bins).
+    """
     amplitude = np.array([np.full(ground.bins.n_bins, ellipse.amplitude) for ellipse in ellipses])
     value = ground.bins.value
     for _ in range(2 if ground.delay_s.any() else 1):
         points = [circle_point(i, q, e) for i, q, e in zip(value[0::2], value[1::2], ellipses, strict=True)]
-        phase, turn = _phases(points, ground.rest)
+        phase, turn = _phases(points, ground.rest, counted_rad)
         value = unskew(ground.bins, ground.delay_s, phase + turn[:, None], amplitude, ellipses)
     fits = tuple(CircleFit.still(ellipse) for ellipse in ellipses)
     home = _home([fit.theta for fit in fits])
-    return Round(phase, turn, value, amplitude, _places(ground, phase), fits, None, None, -np.inf, home)
+    return Round(
+        phase, turn, value, amplitude, _places(ground, phase), fits, None, None, -np.inf, home, holds_count=True
+    )
 
 
 def first_round(ground: Ground, still: Round) -> Round:
     """Fit circles whose amplitude follows the range law alone, starting from still ellipses."""
-    start = [fit.theta for fit in still.fits]
-    return _fit(ground, still.value, still.phase_rad, still.place, None, None, start, still.home)
+    data = circle_data(ground, still.value, still.phase_rad, still.place, None, None)
+    return _fit(ground, data, still, None, None, [fit.theta for fit in still.fits])
+
+
+def timed_round(ground: Ground, still: Round) -> Round:
+    """Fit circles whose amplitude is a smooth function of time: where it varies much, this is what finds the centre."""
+    functions = _time_functions(ground)
+    data = circle_data(ground, still.value, still.phase_rad, still.place, None, None)
+    start = [np.concatenate([fit.theta, np.zeros(functions.shape[1])]) for fit in still.fits]
+    return _fit(ground, [replace(own, level=functions) for own in data], still, None, None, start)
+
+
+def _time_functions(ground: Ground) -> FloatArray:
+    """Return bumps over the time of the motion, constant at rest, shape (n_bins, n)."""
+    time = ground.bins.time_s
+    moving = time[~ground.rest]
+    centre, width = np.linspace(moving[0], moving[-1], _TIME_FUNCTIONS, retstep=True)
+    return np.asarray(np.exp(-0.5 * ((np.maximum(time, moving[0])[:, None] - centre) / width) ** 2))
 
 
 def next_round(ground: Ground, before: Round, length_m: float) -> Round:
@@ -97,7 +129,8 @@ def next_round(ground: Ground, before: Round, length_m: float) -> Round:
     ellipses = [fit.ellipse for fit in before.fits]
     turned = before.phase_rad + before.turn_rad[:, None]
     value = unskew(ground.bins, ground.delay_s, turned, before.amplitude, ellipses)
-    return _fit(ground, value, before.phase_rad, before.place, bias, level, start, before.home)
+    data = circle_data(ground, value, before.phase_rad, before.place, bias, level)
+    return _fit(ground, data, replace(before, value=value), bias, level, start)
 
 
 def best_round(ground: Ground, before: Round) -> Round:
@@ -155,24 +188,25 @@ def circle_data(
 
 def _fit(
     ground: Ground,
-    value: FloatArray,
-    phase: FloatArray,
-    place: FloatArray,
+    data: list[CircleData],
+    before: Round,
     bias: PositionBasis | None,
     level: PositionBasis | None,
     start: list[FloatArray],
-    home: FloatArray,
 ) -> Round:
-    data = circle_data(ground, value, phase, place, bias, level)
+    home, holds_count = before.home, before.holds_count
     fits = tuple(fit_circle(own, theta, one) for own, theta, one in zip(data, start, home, strict=True))
     better, turn = _phases(
-        [fit.point(own.i, own.q, own.bias) for fit, own in zip(fits, data, strict=True)], ground.rest
+        [fit.point(own.i, own.q, own.bias) for fit, own in zip(fits, data, strict=True)],
+        ground.rest,
+        before.phase_rad if holds_count else None,
     )
     amplitude = np.array([fit.amplitude(own.shape, own.level) for fit, own in zip(fits, data, strict=True)])
     evidence = sum(fit.log_evidence for fit in fits)
     if bias is None:
         home = np.array([fit.theta[:5] for fit in fits])
-    return Round(better, turn, value, amplitude, _places(ground, better), fits, bias, level, evidence, home)
+    place = _places(ground, better)
+    return Round(better, turn, before.value, amplitude, place, fits, bias, level, evidence, home, holds_count)
 
 
 def _home(start: list[FloatArray]) -> FloatArray:
@@ -187,13 +221,23 @@ def _places(ground: Ground, phase: FloatArray) -> FloatArray:
     return map_places(change, ground.antennas, ground.release_m, ground.rest)
 
 
-def _phases(points: list[FloatArray], rest: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return the unwrapped phases against their mean direction at rest, and that direction."""
+def _phases(
+    points: list[FloatArray], rest: BoolArray, counted_rad: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the unwrapped phases against their mean direction at rest, and that direction.
+
+    Unwrapped in time, or to within half a turn of phases that count the fringes already.
+    """
     phases, turns = [], []
-    for point in points:
+    for number, point in enumerate(points):
         z = point[0] + 1j * point[1]
         reference = z[rest].mean() if rest.any() else z[0]
-        phase = np.unwrap(np.angle(z * reference.conj()))
+        angle = np.angle(z * reference.conj())
+        if counted_rad is None:
+            phase = np.unwrap(angle)
+        else:
+            near = counted_rad[number] - (counted_rad[number, rest].mean() if rest.any() else counted_rad[number, 0])
+            phase = near + np.angle(np.exp(1j * (angle - near)))
         phases.append(phase - 2.0 * np.pi * np.round((phase[rest].mean() if rest.any() else phase[0]) / (2.0 * np.pi)))
         turns.append(float(np.angle(reference)))
     return np.array(phases), np.array(turns)

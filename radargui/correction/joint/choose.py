@@ -103,7 +103,7 @@ def choose_model(
     if min(_typical_misfit(plain), _typical_misfit(floored)) > _LOST_MISFIT:
         floored = max(floored, attempt(found.first, length, reflects=True), key=log_evidence)
     gain = log_evidence(floored) - log_evidence(plain)
-    reflects = gain > _CONVINCING
+    reflects = gain > 0.0
     choices = [f"A floor that reflects is {'kept' if reflects else 'left out'}: log evidence {gain:+.0f}."]
     tried = [plain, floored]
     solution = floored if reflects else plain

@@ -71,7 +71,7 @@ def test_a_bounce_between_two_short_flights_is_not_missed() -> None:
 
 
 def test_a_slow_circle_keeps_its_count_of_fringes_where_the_range_law_loses_some() -> None:
-    record = made(2003, "generic")
+    record = made(4091, "generic")
     found = adaptive_rounds(record.recording, record.setup)
     true = (record.truth.path_m - record.truth.path_m[:, :1]) * 2.0 * np.pi / record.setup.radar.wavelength_m
 
@@ -81,8 +81,8 @@ def test_a_slow_circle_keeps_its_count_of_fringes_where_the_range_law_loses_some
         return float(np.abs(phase - here).max())
 
     by_range_law_alone = best_round(found.ground, next_round(found.ground, found.first, 0.15))
-    assert worst(by_range_law_alone.phase_rad) > 2.0 * np.pi
-    assert worst(found.last.phase_rad) < 0.5
+    assert worst(by_range_law_alone.phase_rad) > np.pi
+    assert worst(found.last.phase_rad) < 0.1
 
 
 def test_the_slow_beginning_of_a_pendulum_is_not_taken_for_a_hum() -> None:

@@ -105,11 +105,14 @@ def test_signal_derivatives_equal_numerical_ones() -> None:
     stage, layout, theta, node = stage_and_layout()
     own = layout.receivers[1]
     at = receiver_slopes(node, theta, layout, stage, 1)
+    drift = np.zeros((2, 40, 4))
+    drift[0, :, :2] = drift[1, :, 2:] = stage.drift
+    by_own = np.concatenate([at.by_own, drift], axis=2)
     for column in range(own.first, own.last):
         step = np.zeros_like(theta)
         step[column] = 1e-6
         up, down = (receiver_signal(node, theta + s * step, layout, stage, 1).value for s in (1, -1))
-        assert at.by_own[:, :, column - own.first] == pytest.approx((up - down) / 2e-6, abs=1e-6)
+        assert by_own[:, :, column - own.first] == pytest.approx((up - down) / 2e-6, abs=1e-6)
     for column in range(layout.planes.start, layout.forward.stop):
         step = np.zeros_like(theta)
         step[column] = 1e-6

@@ -13,7 +13,6 @@ from radargui.geometry.reflectors import mirror
 from radargui.model.arrays import FloatArray
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
-_STEP = 1e-6
 _U_TILT, _U_SHIFT_M = 0.03, 0.03
 
 
@@ -52,13 +51,18 @@ class MirrorPlane:
         return mirror(point_m, normal, float(normal @ (self.foot_m + unknown[2] * self.normal)))
 
     def image_slope(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
-        """Return d image / d unknown, shape (3 unknowns, 3)."""
-        return np.array(
-            [
-                (self.image(point_m, unknown + step) - self.image(point_m, unknown - step)) / (2.0 * _STEP)
-                for step in _STEP * np.eye(3)
-            ]
-        )
+        """Return d image / d unknown, shape (3 unknowns, 3).
+
+        a' = a - 2 (n.w) n, w = a - foot - shift n0, n = (n0 + tilts) / length, dn / d tilt = (t - n (n.t)) / length.
+        """
+        first, second = _tangents(tuple(self.normal.tolist()))
+        normal = self.normal + unknown[0] * first + unknown[1] * second
+        length = np.linalg.norm(normal)
+        normal = normal / length
+        away = point_m - self.foot_m - unknown[2] * self.normal
+        turned = [(tangent - normal * (normal @ tangent)) / length for tangent in (first, second)]
+        by_tilts = [-2.0 * ((turn @ away) * normal + (normal @ away) * turn) for turn in turned]
+        return np.array([*by_tilts, 2.0 * (normal @ self.normal) * normal])
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +76,9 @@ class Detour:
     ratio
         rho, shape (...).
     slope
-        d rho / dp, shape (3, ...).
+        d ln rho / dp, shape (3, ...).
     plane
-        d rho / d(tilt, tilt, shift), shape (3, ...).
+        d ln rho / d(tilt, tilt, shift), shape (3, ...).
     """
 
     ratio: ComplexArray
@@ -87,23 +91,21 @@ def detour(
 ) -> Detour:
     """Return the detour over a mirror for places (3, ...), k the wavenumber."""
     tail = (1,) * (place.ndim - 1)
-
-    def at(point: FloatArray) -> FloatArray:
-        return point.reshape(3, *tail)
-
     image = plane.image(antenna_m, unknown)
-    direct, mirrored = place - at(antenna_m), place - at(image)
-    r, r_image = (np.sqrt((away * away).sum(axis=0)) for away in (direct, mirrored))
+    direct, mirrored = place - antenna_m.reshape(3, *tail), place - image.reshape(3, *tail)
+    r, r_image = _length(direct), _length(mirrored)
     at_rest = release_m - image
-    difference = r_image - r - (np.linalg.norm(at_rest) - np.linalg.norm(release_m - antenna_m))
-    ratio = r / r_image * np.exp(1j * k * difference)
+    rest_m = np.linalg.norm(at_rest)
+    phase = k * (r_image - r - (rest_m - np.linalg.norm(release_m - antenna_m)))
+    ratio = r / r_image * turned(phase)
     direct, mirrored = direct / r, mirrored / r_image
     moved = plane.image_slope(antenna_m, unknown)
-    lengthened = -np.tensordot(moved, mirrored, axes=(1, 0))
-    at_release = -(moved @ at_rest / np.linalg.norm(at_rest)).reshape(3, *tail)
-    slope = 1j * k * (mirrored - direct) + direct / r - mirrored / r_image
-    by_plane = 1j * k * (lengthened - at_release) - lengthened / r_image
-    return Detour(ratio, ratio * slope, ratio * by_plane)
+    lengthened = -(moved @ mirrored.reshape(3, -1)).reshape(place.shape)
+    at_release = -(moved @ at_rest / rest_m).reshape(3, *tail)
+    slope, by_plane = np.empty(place.shape, complex), np.empty(place.shape, complex)
+    slope.real, slope.imag = direct / r - mirrored / r_image, k * (mirrored - direct)
+    by_plane.real, by_plane.imag = -lengthened / r_image, k * (lengthened - at_release)
+    return Detour(ratio, slope, by_plane)
 
 
 def detour_ratio(
@@ -112,14 +114,23 @@ def detour_ratio(
     """Return only rho of the detour over a mirror, without derivatives."""
     image = plane.image(antenna_m, unknown)
 
-    def distance(point: FloatArray) -> FloatArray:
-        x, y, z = place - point.reshape(3, *(1,) * (place.ndim - 1))
-        return np.asarray(np.sqrt(x * x + y * y + z * z))
-
-    r, r_image = distance(antenna_m), distance(image)
+    tail = (1,) * (place.ndim - 1)
+    r, r_image = (_length(place - point.reshape(3, *tail)) for point in (antenna_m, image))
     at_rest = np.linalg.norm(release_m - image) - np.linalg.norm(release_m - antenna_m)
-    phase = k * (r_image - r - at_rest)
-    return np.asarray(r / r_image * (np.cos(phase) + 1j * np.sin(phase)))
+    return np.asarray(r / r_image * turned(k * (r_image - r - at_rest)))
+
+
+def _length(vectors: FloatArray) -> FloatArray:
+    x, y, z = vectors
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+
+def turned(phase: FloatArray) -> ComplexArray:
+    """Return exp(j phase)."""
+    out = np.empty(phase.shape, complex)
+    np.cos(phase, out=out.real)
+    np.sin(phase, out=out.imag)
+    return out
 
 
 @lru_cache(maxsize=512)

@@ -175,7 +175,7 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
             weighted = slopes.by_position * weight[:, None]
             pull[part] += (weighted * misfit[:, None]).sum(axis=0).T
             curvature[part] += np.einsum("pan,pbn->nab", weighted, slopes.by_position)
-            places = np.concatenate([mirrors, np.arange(own.first, own.last)])
+            places = np.concatenate([mirrors, np.arange(own.first, own.drift_i.start)])
             columns = np.concatenate([slopes.by_mirrors, slopes.by_own], axis=2)
             root = np.sqrt(weight).ravel()
             scaled = columns.reshape(root.size, -1) * root[:, None]
@@ -184,6 +184,17 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
             block = _couple(weighted, columns)
             c[near, places] += near_motion.T @ block
             m[layout.breaks, places] += breaks[rows].T @ block
+            if layout.sizes.drift == 0:
+                continue
+            for channel, drift in enumerate((own.drift_i, own.drift_q)):
+                heavy = weight[channel][:, None] * stage.drift
+                m[drift, drift] += stage.drift.T @ heavy
+                m[places, drift] += columns[channel].T @ heavy
+                m[drift, places] = m[places, drift].T
+                slope[drift] += heavy.T @ misfit[channel]
+                block = _outer(weighted[channel], stage.drift)
+                c[near, drift] += near_motion.T @ block
+                m[layout.breaks, drift] += breaks[rows].T @ block
     m[layout.breaks.stop :, layout.breaks] = m[layout.breaks, layout.breaks.stop :].T
     weight_matrix = bsr_matrix((curvature, np.arange(n_bins), np.arange(n_bins + 1)), shape=(3 * n_bins, 3 * n_bins))
     by_breaks = weight_matrix @ breaks
@@ -215,6 +226,9 @@ def _touched(rows: csr_matrix) -> tuple[slice, csr_matrix]:
 
 def _couple(weighted: FloatArray, columns: FloatArray) -> FloatArray:
     """Return sum over the two parts of (dm/dp)^T w J, x, y, z interleaved, shape (3 n_bins, n_columns)."""
-    out = weighted[0].T[:, :, None] * columns[0][:, None, :]
-    out += weighted[1].T[:, :, None] * columns[1][:, None, :]
-    return np.asarray(out.reshape(3 * columns.shape[1], columns.shape[2]))
+    return _outer(weighted[0], columns[0]) + _outer(weighted[1], columns[1])
+
+
+def _outer(weighted: FloatArray, columns: FloatArray) -> FloatArray:
+    """Return (dm/dp)^T w J of one part, x, y, z interleaved, shape (3 n_bins, n_columns)."""
+    return np.asarray((weighted.T[:, :, None] * columns[:, None, :]).reshape(-1, columns.shape[1]))

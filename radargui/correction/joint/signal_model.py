@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.correction.joint.layout import Layout, ReceiverLayout
-from radargui.correction.joint.mirrors import ComplexArray, MirrorPlane, detour_ratio
+from radargui.correction.joint.mirrors import ComplexArray, MirrorPlane, detour_ratio, turned
 from radargui.geometry.antennas import Antennas
 from radargui.model.arrays import FloatArray
 
@@ -102,7 +102,7 @@ def field_at_nodes(node_m: FloatArray, theta: FloatArray, layout: Layout, stage:
         x, y, z = node_m - antenna[:, None, None, None]
         path += np.sqrt(x * x + y * y + z * z) - np.linalg.norm(stage.release_m - antenna)
     phase = stage.wavenumber * path + theta[own.phase]
-    return np.asarray(amplitude_of(theta, own, stage, receiver) * (np.cos(phase) + 1j * np.sin(phase)))
+    return np.asarray(amplitude_of(theta, own, stage, receiver) * turned(phase))
 
 
 def amplitude_of(theta: FloatArray, own: ReceiverLayout, stage: Stage, receiver: int) -> FloatArray:

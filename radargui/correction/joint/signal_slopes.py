@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.correction.joint.layout import Layout
-from radargui.correction.joint.mirrors import ComplexArray, Detour, detour
+from radargui.correction.joint.mirrors import ComplexArray, Detour, detour, turned
 from radargui.correction.joint.signal_model import FrontEnd, Stage, amplitude_of, bias_of, complex_of
 from radargui.model.arrays import FloatArray
 
@@ -21,7 +21,8 @@ class ReceiverSlopes:
     by_position
         Shape (2, 3, n_bins).
     by_own
-        With respect to the receiver's own unknowns, shape (2, n_bins, n_own).
+        With respect to the receiver's own unknowns before those of its slow noise, shape (2, n_bins, n_own); the slow
+        noise of a channel adds the stage's functions to that channel alone.
     by_mirrors
         With respect to planes and forward coefficients, shape (2, n_bins, n_planes + n_forward).
     """
@@ -41,17 +42,16 @@ def receiver_slopes(
     from_tx, from_rx = node_m - tx[:, None, None, None], node_m - rx[:, None, None, None]
     r_tx, r_rx = (np.sqrt((away * away).sum(axis=0)) for away in (from_tx, from_rx))
     at_rest = np.linalg.norm(stage.release_m - tx) + np.linalg.norm(stage.release_m - rx)
-    wave = np.exp(1j * (k * (r_tx + r_rx - at_rest) + theta[own.phase]))
-    gradient = 1j * k * (from_tx / r_tx + from_rx / r_rx)
     amplitude = amplitude_of(theta, own, stage, receiver)
-    mirrored = _mirrors(node_m, theta, layout, stage, receiver)
-    field = wave * mirrored.factor
-    z = amplitude * field.mean(axis=1)
-    by_position = amplitude * (field * gradient + wave * mirrored.slope).mean(axis=2)
+    wave = amplitude * turned(k * (r_tx + r_rx - at_rest) + theta[own.phase])
+    gradient = k * (from_tx / r_tx + from_rx / r_rx)
+    mirrored = _mirrors(node_m, wave, theta, layout, stage, receiver)
+    z = _mean(mirrored.field)
+    by_position = _mean(mirrored.slope + 1j * mirrored.field * gradient)
     bias = bias_of(theta, own, stage)
     front = FrontEnd(theta, own)
     n_bins = stage.law.shape[1]
-    by_own = np.zeros((2, n_bins, own.last - own.first))
+    by_own = np.zeros((2, n_bins, own.drift_i.start - own.first))
 
     def column(place: int) -> int:
         return place - own.first
@@ -70,12 +70,10 @@ def receiver_slopes(
     by_own[1, :, columns(own.bias_i)] = front.gain * front.sine * stage.bias
     by_own[1, :, columns(own.bias_q)] = front.gain * front.cosine * stage.bias
     by_own[:, :, columns(own.level)] = front(z)[:, :, None] * stage.level
-    by_own[0, :, columns(own.drift_i)] = stage.drift
-    by_own[1, :, columns(own.drift_q)] = stage.drift
     for places, slopes in ((own.backward, mirrored.by_backward), (own.ghost, mirrored.by_ghost)):
-        by_own[:, :, columns(places)] = _complex_columns(front, amplitude, wave, slopes)
-    by_planes = [front(amplitude * (wave * slope).mean(axis=1)) for slope in mirrored.by_plane]
-    by_forward = _complex_columns(front, amplitude, wave, mirrored.by_forward)
+        by_own[:, :, columns(places)] = _complex_columns(front, slopes, n_bins)
+    by_planes = [front(_mean(slope)) for slope in mirrored.by_plane]
+    by_forward = _complex_columns(front, mirrored.by_forward, n_bins)
     by_mirrors = np.concatenate([_stack(by_planes, n_bins), by_forward], axis=2)
     return ReceiverSlopes(_front_vector(front, by_position), by_own, by_mirrors)
 
@@ -85,15 +83,18 @@ def _front_vector(front: FrontEnd, z: ComplexArray) -> FloatArray:
     return np.stack([front(part) for part in z], axis=1)
 
 
-def _complex_columns(
-    front: FrontEnd, amplitude: FloatArray, wave: ComplexArray, slopes: list[ComplexArray]
-) -> FloatArray:
+def _mean(nodes: ComplexArray) -> ComplexArray:
+    """Return the mean over the two nodes, the last axis but one."""
+    return np.asarray(0.5 * (nodes[..., 0, :] + nodes[..., 1, :]))
+
+
+def _complex_columns(front: FrontEnd, slopes: list[ComplexArray], n_bins: int) -> FloatArray:
     """Return derivatives with respect to real and imaginary parts of complex coefficients, (2, n, 2 n_coefficients)."""
     out = []
     for slope in slopes:
-        z = amplitude * (wave * slope).mean(axis=1)
+        z = _mean(slope)
         out += [front(z), front(1j * z)]
-    return _stack(out, amplitude.size)
+    return _stack(out, n_bins)
 
 
 def _stack(columns: list[FloatArray], n_bins: int) -> FloatArray:
@@ -102,9 +103,12 @@ def _stack(columns: list[FloatArray], n_bins: int) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class _Mirrored:
-    """F and its derivatives; lists hold one entry a coefficient or a plane's unknown."""
+    """The field at the nodes and what mirrors do to it; lists hold one entry a coefficient or a plane's unknown.
 
-    factor: ComplexArray | float
+    `slope` is the derivative with respect to the position that the mirrors' detours add.
+    """
+
+    field: ComplexArray
     slope: ComplexArray | float
     by_plane: list[ComplexArray]
     by_forward: list[ComplexArray]
@@ -112,9 +116,11 @@ class _Mirrored:
     by_ghost: list[ComplexArray]
 
 
-def _mirrors(node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage, receiver: int) -> _Mirrored:
+def _mirrors(
+    node_m: FloatArray, wave: ComplexArray, theta: FloatArray, layout: Layout, stage: Stage, receiver: int
+) -> _Mirrored:
     if not stage.planes:
-        return _Mirrored(1.0, 0.0, [], [], [], [])
+        return _Mirrored(wave, 0.0, [], [], [], [])
     own = layout.receivers[receiver]
     unknown = theta[layout.planes].reshape(-1, 3)
     t = complex_of(theta[layout.forward])
@@ -127,26 +133,20 @@ def _mirrors(node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage
         ]
 
     over_tx, over_rx = detours(stage.antennas.transmitter_m), detours(stage.antennas.receivers_m[receiver])
-    forward, backward = np.ones(node_m.shape[1:], complex), np.ones(node_m.shape[1:], complex)
-    forward_slope, backward_slope = np.zeros(node_m.shape, complex), np.zeros(node_m.shape, complex)
-    ghost, ghost_slope = np.zeros(node_m.shape[1:], complex), np.zeros(node_m.shape, complex)
+    forward, backward, field = wave, np.ones(wave.shape, complex), np.zeros(wave.shape, complex)
+    by_ghost = []
     for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
-        forward += t[m] * a.ratio
+        forward = forward + t[m] * (wave * a.ratio)
         backward += r[m] * b.ratio
-        forward_slope += t[m] * a.slope
-        backward_slope += r[m] * b.slope
-        ghost += x[m] * a.ratio * b.ratio
-        ghost_slope += x[m] * (a.slope * b.ratio + a.ratio * b.slope)
-    by_plane: list[ComplexArray] = []
+        by_ghost.append(wave * a.ratio * b.ratio)
+        field += x[m] * by_ghost[m]
+    field += forward * backward
+    by_forward = [wave * backward * a.ratio for a in over_tx]
+    by_backward = [forward * b.ratio for b in over_rx]
+    slope, by_plane = np.zeros(node_m.shape, complex), []
     for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
-        by_plane += list(
-            t[m] * a.plane * backward + forward * r[m] * b.plane + x[m] * (a.plane * b.ratio + a.ratio * b.plane)
-        )
-    return _Mirrored(
-        forward * backward + ghost,
-        forward_slope * backward + forward * backward_slope + ghost_slope,
-        by_plane,
-        [a.ratio * backward for a in over_tx],
-        [forward * b.ratio for b in over_rx],
-        [a.ratio * b.ratio for a, b in zip(over_tx, over_rx, strict=True)],
-    )
+        by_a = t[m] * by_forward[m] + x[m] * by_ghost[m]
+        by_b = r[m] * by_backward[m] + x[m] * by_ghost[m]
+        slope += by_a * a.slope + by_b * b.slope
+        by_plane += list(by_a * a.plane + by_b * b.plane)
+    return _Mirrored(field, slope, by_plane, by_forward, by_backward, by_ghost)

@@ -184,7 +184,9 @@ class _LinearisedSearch:
             slope += np.einsum("pnk,pn->k", weighed, misfit)
             flat = weighed.reshape(2 * self.n_bins, n_new)
             curvature += flat.T @ j.reshape(2 * self.n_bins, n_new)
-            to_border[own.first : own.last] += before.by_own.reshape(2 * self.n_bins, -1).T @ flat
+            to_border[own.first : own.drift_i.start] += before.by_own.reshape(2 * self.n_bins, -1).T @ flat
+            to_border[own.drift_i] += stage.drift.T @ weighed[0]
+            to_border[own.drift_q] += stage.drift.T @ weighed[1]
             to_border[mirrors] += before.by_mirrors.reshape(2 * self.n_bins, -1).T @ flat
             for part in range(2):
                 pulled += before.by_position[part].T[:, :, None] * weighed[part][:, None, :]

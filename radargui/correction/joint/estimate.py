@@ -102,7 +102,7 @@ def _estimate(
     speeds = break_speeds(solution, np.asarray(setup.floor.normal))
     impacts = speeds.are_impacts()
     breaks = solution.problem.layout.breaks
-    u_breaks = np.sqrt(np.diag(solution.normal.border_covariance())[breaks])
+    u_breaks = np.sqrt(solution.normal.border_variances()[breaks])
     constants = _constants(chosen, signals)
     misfit = chi_square(solution)
     valid = (values.misfit < _UNTRUSTED) & signals.usable
@@ -147,8 +147,8 @@ def _estimate(
 def _constants(chosen: Chosen, signals: Signals) -> tuple[HardwareConstants, ...]:
     """Return gain ratio, quadrature error and mean offsets, uncertainties widened by the misfit and by 1.5."""
     solution = chosen.solution
-    theta, covariance = solution.state.theta, solution.normal.border_covariance()
-    u = 1.5 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    theta, variance = solution.state.theta, solution.normal.border_variances()
+    u = 1.5 * np.sqrt(np.maximum(variance, 0.0))
     out = []
     for own, signal, scale in zip(solution.problem.layout.receivers, solution.at.signals, signals.scale_v, strict=True):
         gain = float(np.exp(theta[own.log_gain]))

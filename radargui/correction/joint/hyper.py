@@ -24,12 +24,12 @@ _LARGEST_NOISE_STEP = 1.3
 def update_priors(solution: Solution) -> JointProblem:
     """Return the problem with map, mirror and jerk deviations re-estimated from a solution."""
     problem = solution.problem
-    covariance = np.diag(solution.normal.border_covariance())
+    variance = solution.normal.border_variances()
     old = problem.prior
     sd = old.sd.copy()
     for index, lowest, highest in old.groups:
         w = solution.state.theta[index] - old.mean[index]
-        determined = max(index.size - float((covariance[index] / sd[index] ** 2).sum()), 1e-2)
+        determined = max(index.size - float((variance[index] / sd[index] ** 2).sum()), 1e-2)
         sd[index] = _limited(float(np.sqrt((w @ w) / determined)), float(sd[index[0]]), lowest, highest)
     prior = Prior(old.mean, sd, old.groups)
     return replace(problem, prior=prior, jerk_sd=_jerk_deviation(solution))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotri
 from scipy.sparse import bsr_matrix, csr_matrix
 
 from radargui.model.arrays import FloatArray
@@ -108,6 +109,8 @@ def _lower_solve(lower: FloatArray, right: FloatArray, *, transposed: bool = Fal
 
 def _gram(half: FloatArray) -> FloatArray:
     """Return half^T half without the parts of columns that are zero to rounding: a break is felt near it alone."""
+    if half.shape[0] <= 2 * _TOGETHER:
+        return np.asarray(half.T @ half)
     out = np.zeros((half.shape[1], half.shape[1]))
     largest = np.abs(half).max(axis=0)
     for first in range(0, half.shape[0], _TOGETHER):
@@ -141,7 +144,9 @@ class NormalMatrix:
         """Factor the matrix; raises numpy's LinAlgError where it is not positive definite."""
         motion = BlockTridiagonal(s)
         half = motion.half_solve(c)
-        return NormalMatrix(motion, half, cho_factor(m - _gram(half), lower=True, check_finite=False))
+        left = _gram(half)
+        np.subtract(m, left, out=left)
+        return NormalMatrix(motion, half, cho_factor(left.T, lower=True, overwrite_a=True, check_finite=False))
 
     def solve(self, slope_motion: FloatArray, slope_border: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return both parts of H^-1 applied to a vector."""
@@ -150,9 +155,9 @@ class NormalMatrix:
         motion = self.motion.back_solve(first - (self.half @ border)[:, None])
         return motion[:, 0], border
 
-    def border_covariance(self) -> FloatArray:
-        """Return the covariance of the border."""
-        return np.asarray(cho_solve(self.border, np.eye(self.half.shape[1]), check_finite=False))
+    def border_variances(self) -> FloatArray:
+        """Return the variances of the border's unknowns."""
+        return np.array(np.diagonal(dpotri(self.border[0], lower=1)[0]))
 
     def log_determinant(self) -> float:
         """Return ln det H."""

@@ -150,8 +150,9 @@ class Assembled:
         for jitter in (0.0, 1e-13, 1e-11, 1e-9, 1e-7):
             share = damping + jitter
             s = csr_matrix(self.s + share * diagonal(self.s.diagonal())) if share else self.s
+            m = self.m + share * np.diag(np.diag(self.m)) if share else self.m
             try:
-                return NormalMatrix.factor(s, self.c, self.m + share * np.diag(np.diag(self.m)))
+                return NormalMatrix.factor(s, self.c, m)
             except np.linalg.LinAlgError:
                 continue
         raise np.linalg.LinAlgError

@@ -126,10 +126,15 @@ def _length(vectors: FloatArray) -> FloatArray:
 
 
 def turned(phase: FloatArray) -> ComplexArray:
-    """Return exp(j phase)."""
+    """Return exp(j phase) = (1 - t^2 + 2 j t) / (1 + t^2), t the tangent of half the phase.
+
+    numpy computes a tangent many elements at a time where it takes cosines and sines one by one.
+    """
+    tangent = np.tan(0.5 * phase)
+    square = tangent * tangent
+    share = 1.0 / (1.0 + square)
     out = np.empty(phase.shape, complex)
-    np.cos(phase, out=out.real)
-    np.sin(phase, out=out.imag)
+    out.real, out.imag = (1.0 - square) * share, 2.0 * tangent * share
     return out
 
 

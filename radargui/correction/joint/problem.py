@@ -227,7 +227,9 @@ def _touched(rows: csr_matrix) -> tuple[slice, csr_matrix]:
 
 def _couple(weighted: FloatArray, columns: FloatArray) -> FloatArray:
     """Return sum over the two parts of (dm/dp)^T w J, x, y, z interleaved, shape (3 n_bins, n_columns)."""
-    return _outer(weighted[0], columns[0]) + _outer(weighted[1], columns[1])
+    out = _outer(weighted[0], columns[0])
+    out += _outer(weighted[1], columns[1])
+    return out
 
 
 def _outer(weighted: FloatArray, columns: FloatArray) -> FloatArray:

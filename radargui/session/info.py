@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from radargui.model.errors import SessionError
 from radargui.model.setup import Setup
 from radargui.model.setup_error import describe
+from radargui.model.setup_file import plain
 
 FILE_NAME = "session.json"
 MAXIMUM_BYTES = 10_000_000
@@ -86,6 +87,7 @@ def write_info(info: SessionInfo, folder: Path) -> None:
     """
     content: dict[str, Any] = info.model_dump(mode="json", exclude={"setup"})
     content["setup"] = info.setup.model_dump(mode="json", by_alias=True, exclude_none=True)
+    content["setup_given"] = plain(info.setup)
     partial = folder / (FILE_NAME + ".part")
     with partial.open("w", encoding="utf-8", newline="\n") as file:
         json.dump(content, file, indent=2, ensure_ascii=False)
@@ -117,9 +119,22 @@ def read_info(folder: Path) -> SessionInfo:
     if not isinstance(content, dict):
         raise _damaged(path, "it holds no table")
     try:
-        return SessionInfo.model_validate(content)
+        info = SessionInfo.model_validate(content)
     except ValidationError as error:
         raise _damaged(path, describe(error, SessionInfo)) from None
+    return info.model_copy(update={"setup": _as_given(info.setup, content.get("setup_given"))})
+
+
+def _as_given(setup: Setup, given: object) -> Setup:
+    """Return the setup without the values that nobody gave: a floor that is level by default is not known to be.
+
+    What does not say the same as the whole setup, which may have been mended by hand, does not count.
+    """
+    try:
+        found = Setup.model_validate(given)
+    except ValidationError:
+        return setup
+    return found if found == setup else setup
 
 
 def _damaged(path: Path, text: str) -> SessionError:

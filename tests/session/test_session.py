@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.file_samples import codes, default_setup, int16_digitisation
+from support.simulated_setup import simulated_setup
 
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.model.block import Block
 from radargui.model.errors import SessionError
+from radargui.model.setup_file import dump_setup
 from radargui.session import info as info_module
 from radargui.session.catalogue import find_sessions
 from radargui.session.data_folder import default_data_folder
@@ -132,6 +134,22 @@ def test_a_run_holds_the_setup_of_its_session(tmp_path: Path) -> None:
     path = record(session)
     assert read_run_setup(path) == session.setup
     assert read_run(path).trigger_index == 9
+
+
+def test_what_the_setup_left_to_defaults_is_not_given_after_opening_again(tmp_path: Path) -> None:
+    setup = simulated_setup()
+    assert "normal" not in setup.floor.model_fields_set
+    path = Session.create(tmp_path, setup, now=NOW).path
+    found = Session.open(path).setup
+    assert found == setup
+    assert found.floor.model_fields_set == setup.floor.model_fields_set
+    assert dump_setup(found) == dump_setup(setup)
+    record = path / "session.json"
+    content = json.loads(record.read_text(encoding="utf-8"))
+    content["setup"]["floor"]["height_m"] = -0.2
+    for given in (content["setup_given"], ["no table"]):
+        record.write_text(json.dumps({**content, "setup_given": given}), encoding="utf-8")
+        assert Session.open(path).setup.floor.height_m == -0.2, "what was mended by hand counts"
 
 
 @pytest.mark.parametrize(

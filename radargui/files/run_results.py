@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, astuple
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
+from numpy.typing import DTypeLike
 
 from radargui import __version__
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
+from radargui.files.bounce_table import put_bounces
 from radargui.files.rewriting import copy_attribute, rewritten
 from radargui.files.run_header import is_run
 from radargui.files.run_health import health_in, put_health
@@ -23,25 +24,12 @@ from radargui.files.stored_front_ends import PRIOR
 from radargui.files.stored_results import keep_earlier
 from radargui.files.summary import summarise
 from radargui.files.thumbnail import put_thumbnail
-from radargui.model.bounce import Bounce, Bounces
 from radargui.model.errors import FileError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_file import dump_setup
 
 _UNITS = {"rad": "rad", "m": "m", "s": "s"}
-_BOUNCE_UNITS = ("s", "m/s", "m/s", "1", "1", "text", "1")
-BOUNCE_TYPE = np.dtype(
-    [
-        ("time_s", "<f8"),
-        ("speed_before_m_s", "<f8"),
-        ("speed_after_m_s", "<f8"),
-        ("e", "<f8"),
-        ("u_e", "<f8"),
-        ("method", h5py.string_dtype("utf-8", 40)),
-        ("valid", "?"),
-    ]
-)
 
 
 def write_results(path: Path, result: RunResult, *, health: Mapping[str, object] | None = None) -> None:
@@ -72,7 +60,7 @@ def write_results(path: Path, result: RunResult, *, health: Mapping[str, object]
             if name != layout.RESULTS:
                 source.copy(name, target)
         keep_earlier(source, target, (__version__, dump_setup(result.setup)))
-        _write(target.create_group(layout.RESULTS), result)
+        _write(target.create_group(layout.RESULTS), result, source.attrs.get("crc32"))
         if health is not None:
             put_health(target, {**(health_in(source) or {}), **health})
 
@@ -105,7 +93,7 @@ def read_summary(path: Path) -> dict[str, object] | None:
 
 
 def results_are_current(path: Path, setup: Setup) -> bool:
-    """Return whether a run holds sound, final results that this version made with this setup.
+    """Return whether a run holds sound, final results that this version made of its samples with this setup.
 
     Raises
     ------
@@ -113,17 +101,30 @@ def results_are_current(path: Path, setup: Setup) -> bool:
         Unreadable, or no run file.
     """
     with hdf5.opened(path, "a run file", is_run) as file:
-        attributes = file[layout.RESULTS].attrs if layout.RESULTS in file else {}
-        if not attributes or not is_sound(attributes):
+        if layout.RESULTS not in file or not is_sound(file[layout.RESULTS].attrs):
             return False
-        made_by, made_with = hdf5.text(attributes, "version"), hdf5.text(attributes, "setup")
-        summary = json.loads(hdf5.text(attributes, "summary") or "null")
-    is_final = isinstance(summary, dict) and not summary.get("preliminary")
-    return made_by == __version__ and made_with == dump_setup(setup) and is_final
+        summary = json.loads(hdf5.text(file[layout.RESULTS].attrs, "summary") or "null")
+        return isinstance(summary, dict) and not summary.get("preliminary") and are_made_of(file, setup)
 
 
-def _write(group: Any, result: RunResult) -> None:
+def are_made_of(file: Any, setup: Setup) -> bool:
+    """Return whether this version made the results in an opened run file, of the samples in it, with this setup."""
+    attributes = file[layout.RESULTS].attrs
+    crc = np.ravel(attributes.get("raw_crc32", ()))
+    return (
+        hdf5.text(attributes, "version") == __version__
+        and hdf5.number(attributes, "format_version") == layout.RESULTS_VERSION
+        and hdf5.text(attributes, "setup") == dump_setup(setup)
+        and crc.size > 0
+        and crc.tolist() == np.ravel(file.attrs.get("crc32", ())).tolist()
+    )
+
+
+def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
     summary = summarise(result)
+    group.attrs["format_version"] = layout.RESULTS_VERSION
+    if raw_crc32 is not None:
+        group.attrs["raw_crc32"] = raw_crc32
     for key in ("version", "correction", "geometry", "status", "reason"):
         hdf5.put_text(group.attrs, key, str(summary[key]))
     hdf5.put_text(group.attrs, "setup", dump_setup(result.setup))
@@ -136,41 +137,30 @@ def _write(group: Any, result: RunResult) -> None:
     prior = None if result.front_end_prior is None else asdict(result.front_end_prior)
     hdf5.put_text(group.attrs, PRIOR, json.dumps(prior))
     excerpt = result.recording.excerpt
+    hdf5.put_text(group.attrs, "excerpt", json.dumps(None if excerpt is None else asdict(excerpt)))
     group.attrs["first_sample"] = 0 if excerpt is None else excerpt.first_stored
+    if result.segment is not None:
+        group.attrs["segment"] = astuple(result.segment)
     seal(group.attrs)
-    _write_bounces(group, result.bounces)
-    chunk = layout.chunk_length(result.recording.digitisation.sample_rate_hz)
-    if result.paths is not None:
-        paths = group.create_group("paths")
-        _write_columns(paths, result.paths, ("phase_rad", "change_m", "u_m", "valid"), chunk)
-    if result.track is not None:
-        track = group.create_group("track")
-        _write_columns(track, result.track, ("time_s", "position_m", "u_position_m", "valid"), chunk)
+    put_bounces(group, result.bounces)
+    _write_values(group, result, layout.chunk_length(result.recording.digitisation.sample_rate_hz))
     put_thumbnail(group, result)
 
 
-def _write_bounces(group: Any, bounces: Bounces) -> None:
-    rows = np.array([_row(bounce) for bounce in bounces.impacts], dtype=BOUNCE_TYPE)
-    table = group.create_dataset("bounces", data=rows)
-    hdf5.put_texts(table.attrs, "units", _BOUNCE_UNITS)
-    if bounces.free_fall is not None:
-        for key, value in asdict(bounces.free_fall).items():
-            table.attrs[key] = value
+def _write_values(group: Any, result: RunResult, chunk: int) -> None:
+    if result.corrected is not None:
+        # for display, as the phase, which the path lengths give in full
+        _write_columns(group.require_group("corrected"), result.corrected, ("i", "q"), chunk, np.float32)
+    if result.paths is not None:
+        paths = group.require_group("paths")
+        _write_columns(paths, result.paths, ("phase_rad",), chunk, np.float32)
+        _write_columns(paths, result.paths, ("change_m", "u_m", "valid"), chunk)
+    if result.track is not None:
+        track = group.require_group("track")
+        _write_columns(track, result.track, ("time_s", "position_m", "u_position_m", "valid"), chunk)
 
 
-def _row(bounce: Bounce) -> tuple[Any, ...]:
-    return (
-        bounce.time_s,
-        bounce.speed_before_m_s,
-        bounce.speed_after_m_s,
-        bounce.e,
-        bounce.u_e,
-        layout.fitted(bounce.method, 40),
-        bounce.valid,
-    )
-
-
-def _write_columns(group: Any, values: Any, names: tuple[str, ...], chunk: int) -> None:
+def _write_columns(group: Any, values: Any, names: tuple[str, ...], chunk: int, dtype: DTypeLike | None = None) -> None:
     for name in names:
         unit = _UNITS.get(name.rpartition("_")[2], "1")
-        hdf5.store(group, name, np.asarray(getattr(values, name)), chunk, unit=unit)
+        hdf5.store(group, name, np.asarray(getattr(values, name), dtype), chunk, unit=unit)

@@ -55,7 +55,7 @@ def read_front_ends(path: Path) -> StoredFrontEnds | None:
             if not channels or any(channel["verdict"] != "good" for channel in channels):
                 return None
             front_ends = tuple(_front_end(channel) for channel in channels)
-            prior = _prior(attributes)
+            prior = prior_in(attributes)
             had_prior = prior is not None and prior.used
             return StoredFrontEnds(path.stem, hdf5.text(attributes, "setup"), front_ends, had_prior)
     except (FileError, ValueError, LookupError, TypeError):
@@ -74,12 +74,19 @@ def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
                 return None
             if setup is not None and hdf5.text(attributes, "setup") != dump_setup(setup):
                 return None
-            return _prior(attributes)
+            return prior_in(attributes)
     except (FileError, ValueError, LookupError, TypeError):
         return None
 
 
-def _prior(attributes: Any) -> FrontEndPrior | None:
+def prior_in(attributes: Any) -> FrontEndPrior | None:
+    """Return the prior that stands in the attributes of a group of results; None where there was none.
+
+    Raises
+    ------
+    LookupError, TypeError, ValueError
+        They are damaged.
+    """
     document = json.loads(hdf5.text(attributes, PRIOR) or "null")
     if document is None:
         return None

@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from radargui.files.run_file import read_run
-from radargui.files.run_stream import run_stream
+from radargui.files.run_stream import RunStream, run_stream
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.block import Gap
 from radargui.model.digitisation import Digitisation
+from radargui.model.errors import FileError
 from radargui.model.recording import Excerpt, Recording
 from radargui.motion.long_motion import LongMotion, find_long_motion
 
@@ -39,14 +40,21 @@ def read_for_processing(path: Path) -> Recording:
             MOST_SAMPLES,
         )
         first, last = _span(motion, facts.n_samples)
-        part = Recording(
-            name=facts.name,
-            raw=stream.part(first, last),
-            digitisation=facts.digitisation,
-            trigger_index=facts.trigger_index,
-            started_at=facts.started_at,
-        )
-        return _placed(part, facts.gaps, first, facts.n_samples, motion)
+        return _part(stream, first, last, _reason(last - first, facts.n_samples, facts.digitisation, motion))
+
+
+def read_excerpt(path: Path, excerpt: Excerpt) -> Recording:
+    """Return an excerpt of a run file as `read_for_processing` gave it, without looking for the motion again.
+
+    Raises
+    ------
+    FileError
+        Unreadable, damaged, no run file, or not this long.
+    """
+    with run_stream(path) as stream:
+        if not 0 <= excerpt.first_stored < excerpt.last_stored <= excerpt.of_samples == stream.facts.n_samples:
+            raise FileError(f"{path}: holds no such excerpt.")
+        return _part(stream, excerpt.first_stored, excerpt.last_stored, excerpt.reason)
 
 
 def read_again(path: Path, recording: Recording) -> Recording:
@@ -85,7 +93,19 @@ def shortened(recording: Recording) -> Recording:
         raw=recording.raw[:, first:last],
         file_time_s=None if recording.file_time_s is None else recording.file_time_s[first:last],
     )
-    return _placed(part, recording.gaps, first, count, motion)
+    return _placed(part, recording.gaps, first, count, _reason(last - first, count, recording.digitisation, motion))
+
+
+def _part(stream: RunStream, first: int, last: int, reason: str) -> Recording:
+    facts = stream.facts
+    part = Recording(
+        name=facts.name,
+        raw=stream.part(first, last),
+        digitisation=facts.digitisation,
+        trigger_index=facts.trigger_index,
+        started_at=facts.started_at,
+    )
+    return _placed(part, facts.gaps, first, facts.n_samples, reason)
 
 
 def _pieces(raw: RawArray, digitisation: Digitisation) -> Iterator[FloatArray]:
@@ -97,7 +117,7 @@ def _span(motion: LongMotion | None, count: int) -> tuple[int, int]:
     return (0, min(count, MOST_SAMPLES)) if motion is None else (motion.first, motion.last)
 
 
-def _placed(part: Recording, gaps: Sequence[Gap], first: int, count: int, motion: LongMotion | None) -> Recording:
+def _placed(part: Recording, gaps: Sequence[Gap], first: int, count: int, reason: str) -> Recording:
     """Return a part that begins at stored sample `first` with its gaps and its place in the whole."""
     inside: list[Gap] = []
     before = 0
@@ -107,8 +127,7 @@ def _placed(part: Recording, gaps: Sequence[Gap], first: int, count: int, motion
             before += gap.count
         elif stored < first + part.n_samples:
             inside.append(gap)
-    first_index, rate_hz = first + before, part.digitisation.sample_rate_hz
-    reason = _reason(part.n_samples / rate_hz, count / rate_hz, motion)
+    first_index = first + before
     return replace(
         part,
         gaps=tuple(replace(gap, first_index=gap.first_index - first_index) for gap in inside),
@@ -116,8 +135,9 @@ def _placed(part: Recording, gaps: Sequence[Gap], first: int, count: int, motion
     )
 
 
-def _reason(part_s: float, whole_s: float, motion: LongMotion | None) -> str:
-    said = f"of {whole_s:.0f} s the {part_s:.1f} s "
+def _reason(part: int, whole: int, digitisation: Digitisation, motion: LongMotion | None) -> str:
+    rate_hz = digitisation.sample_rate_hz
+    said = f"of {whole / rate_hz:.0f} s the {part / rate_hz:.1f} s "
     if motion is None:
         return said + "at the beginning are shown: nothing moves"
     if motion.n_motions == 1:

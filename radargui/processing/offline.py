@@ -20,7 +20,7 @@ from radargui.processing.calibration_uncertainty import calibration_uncertainty
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.processing.long_recording import shortened
 from radargui.processing.road import Road
-from radargui.processing.step_by_step import step_by_step
+from radargui.processing.step_by_step import corrected_by_steps, step_by_step
 from radargui.processing.stretch import stretches
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
@@ -92,6 +92,17 @@ def process(
     road = _road(_part(recording, stretch), segment, setup, lambda done: tell(0.1 + 0.8 * done), stands, front_ends)
     tell(0.9)
     return result_of(road)
+
+
+def steps_of(result: RunResult) -> tuple[object, ...]:
+    """Return what the correction of a result found on its way (`CorrectedIQ.steps`), found again in its samples."""
+    recording, segment, corrected = result.recording, result.segment, result.corrected
+    if corrected is None or segment is None or corrected.method in ESTIMATES:
+        return ()
+    stretch = next(one for one in stretches(recording) if one.start <= segment.first < one.stop)
+    inside = segment.counted_from(stretch.start)
+    found = corrected_by_steps(_part(recording, stretch), inside, corrected.method, lambda _: None)
+    return Whole(recording, stretch).corrected(found).steps
 
 
 def cut_short(result: RunResult) -> RunResult:

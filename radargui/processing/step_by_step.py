@@ -10,6 +10,7 @@ from radargui.correction.correct import correct
 from radargui.correction.hum import without_hum
 from radargui.correction.skew import remove_skew
 from radargui.geometry.antennas import place_antennas
+from radargui.model.corrected import CorrectedIQ
 from radargui.model.recording import Recording
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
@@ -37,6 +38,17 @@ def step_by_step(
     tell
         Called with the share done, 0 to 1.
     """
+    corrected = corrected_by_steps(recording, segment, method, tell)
+    paths = demodulate(corrected, segment, setup.radar.wavelength_m, setup.radar.phase_sign)
+    tell(0.8)
+    track = locate(paths, place_antennas(setup), np.array(setup.tracer.release_position_m), setup.processing.geometry)
+    return Road(corrected, paths, track)
+
+
+def corrected_by_steps(
+    recording: Recording, segment: Segment, method: str, tell: Callable[[float], None]
+) -> CorrectedIQ:
+    """Return corrected IQ with what the correction found on its way; parameters as of `step_by_step`."""
     volts = recording.volts()
     rate_hz = recording.digitisation.sample_rate_hz
     unusable = recording.clipped() | ~np.isfinite(volts)
@@ -45,8 +57,4 @@ def step_by_step(
     volts = remove_skew(without_hum(volts, rate_hz, segment, noise_v), rate_hz, recording.digitisation.channel_skew_s)
     tell(0.1)
     time_s = recording.time_s()
-    corrected = correct(volts, time_s, rate_hz, segment, noise_v, unusable, method, lambda done: tell(0.1 + 0.6 * done))
-    paths = demodulate(corrected, segment, setup.radar.wavelength_m, setup.radar.phase_sign)
-    tell(0.8)
-    track = locate(paths, place_antennas(setup), np.array(setup.tracer.release_position_m), setup.processing.geometry)
-    return Road(corrected, paths, track)
+    return correct(volts, time_s, rate_hz, segment, noise_v, unusable, method, lambda done: tell(0.1 + 0.6 * done))

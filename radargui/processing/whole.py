@@ -33,8 +33,7 @@ class Whole:
 
     def segment(self, segment: Segment) -> Segment:
         """Return the segment counted in samples of the recording."""
-        by = self._start
-        return Segment(segment.first + by, segment.last + by, segment.rest_first + by, segment.rest_last + by)
+        return segment.counted_from(-self._start)
 
     def corrected(self, corrected: CorrectedIQ) -> CorrectedIQ:
         """Return corrected IQ of all samples."""

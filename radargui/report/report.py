@@ -1,4 +1,4 @@
-"""The report of a session: PDF, HTML, CSV and JSON from runs processed anew."""
+"""The report of a session: PDF, HTML, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def write_report(
     *,
     now: datetime | None = None,
 ) -> Report:
-    """Process all runs of a session with its setup and write what they gave.
+    """Write what all runs of a session give with its setup; only what their files do not hold is computed.
 
     Parameters
     ----------

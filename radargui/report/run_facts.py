@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from radargui.files.stored_front_ends import read_prior
 from radargui.files.summary import summarise
 from radargui.model.block import Gap
 from radargui.model.bounce import Bounces, FreeFall
@@ -16,8 +15,7 @@ from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import process
+from radargui.processing.result_of_run import result_of_run
 from radargui.report.curve_taker import take_curves
 from radargui.report.curves import RunCurves
 
@@ -85,16 +83,21 @@ class RunFacts:
     def verdict(self) -> str:
         """How good the run is, in one or two words."""
         if self.status != "ok":
-            return self.status.replace("_", " ")
-        return str((self.figures or {}).get("verdict") or "ok")
+            said = self.status.replace("_", " ")
+        else:
+            said = str((self.figures or {}).get("verdict") or "ok")
+        return f"{said}, preliminary" if self.preliminary else said
+
+    @property
+    def preliminary(self) -> bool:
+        """Whether the correction that the setup asks for was stopped, so that a simpler one stands here."""
+        return bool((self.figures or {}).get("preliminary"))
 
 
 def study(path: Path, setup: Setup, progress: Progress | None = None) -> RunFacts:
-    """Read and process one run; whatever goes wrong with it becomes its `failure`."""
+    """Read one run, process it where its file holds no result; whatever goes wrong with it becomes its `failure`."""
     try:
-        return take_facts(
-            process(read_for_processing(path), setup, progress, front_ends=read_prior(path, setup)), path.stem
-        )
+        return take_facts(result_of_run(path, setup, progress), path.stem)
     except RadarGuiError as error:
         return RunFacts(path.stem, failure=str(error))
     except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:

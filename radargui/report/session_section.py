@@ -40,7 +40,7 @@ def session_section(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -
             ", ".join(part for part in (info.calibration.origin, info.calibration.made_at) if part) or UNKNOWN,
         ),
         ("Recorded with", versions or UNKNOWN),
-        ("Report", f"made {made_at} with radargui {__version__}, all runs processed anew"),
+        ("Report", f"made {made_at} with radargui {__version__}, as all its results"),
     )
     notes = tuple((entry.at.replace("T", " ")[:19], entry.text) for entry in info.journal)
     blocks: list[Block] = [Facts(rows)]
@@ -49,9 +49,15 @@ def session_section(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -
     if not runs:
         blocks.append(Note("This session holds no run.", warning=True))
     else:
-        blocks += [_summary(runs), _statistics(series_statistics(runs))]
+        blocks += [*_preliminary(runs), _summary(runs), _statistics(series_statistics(runs))]
     blocks += setup_blocks(info.setup)
     return Section(f"Session {info.name}", tuple(blocks), _pictures(runs))
+
+
+def _preliminary(runs: Sequence[RunFacts]) -> list[Block]:
+    names = ", ".join(run.name for run in runs if run.preliminary)
+    said = f"Preliminary, because the correction was stopped before it ended: {names}. radargui batch makes up for it."
+    return [Note(said, warning=True)] if names else []
 
 
 def _summary(runs: Sequence[RunFacts]) -> Grid:

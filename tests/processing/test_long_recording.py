@@ -7,17 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.same_result import assert_same_result
 from support.simulated_setup import simulated_setup
 
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
 from radargui.model.block import Block, Gap
+from radargui.model.errors import FileError
 from radargui.model.recording import Recording
 from radargui.motion.long_motion import find_long_motion
 from radargui.processing import long_recording
-from radargui.processing.long_recording import read_again, read_for_processing, shortened
+from radargui.processing.long_recording import read_again, read_excerpt, read_for_processing, shortened
 from radargui.processing.offline import process
+from radargui.processing.result_of_run import result_of_run
 from radargui.sources.simulated import simulate_recording
 
 RATE_HZ = 5000.0
@@ -71,7 +74,9 @@ def test_the_result_of_a_long_recording_is_that_of_the_drop_in_it(
 
 
 @pytest.mark.usefixtures("short_limit")
-def test_a_run_file_gives_the_same_excerpt_as_the_samples(drop: Recording, tmp_path: Path) -> None:
+def test_a_run_file_gives_the_same_excerpt_as_the_samples(
+    drop: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole = long(drop)
     path = tmp_path / "run-0001.h5"
     with RunWriter(path, whole.digitisation, started_at="", trigger_index=60_500) as writer:
@@ -91,6 +96,12 @@ def test_a_run_file_gives_the_same_excerpt_as_the_samples(drop: Recording, tmp_p
     before = read_run(path).raw
     write_results(path, result)
     np.testing.assert_array_equal(read_run(path).raw, before)
+    # neither the motion nor the result is looked for again
+    monkeypatch.delattr("radargui.processing.long_recording.find_long_motion")
+    monkeypatch.delattr("radargui.processing.result_of_run.process")
+    assert_same_result(result_of_run(path, SETUP), result)
+    with pytest.raises(FileError, match="no such excerpt"):
+        read_excerpt(path, replace(found.excerpt, of_samples=found.excerpt.of_samples + 1))
 
 
 @pytest.mark.usefixtures("short_limit")

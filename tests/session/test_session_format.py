@@ -134,7 +134,7 @@ def test_the_document_names_everything_a_run_file_holds(session: Path) -> None:
         for place in (file, file["raw"], file["results"]):
             names.update(place.attrs)
         names.update(file)
-        for group in ("results", "results/paths", "results/track", "truth", "overview/level_0"):
+        for group in ("results", "results/corrected", "results/paths", "results/track", "truth", "overview/level_0"):
             names.update(file[group])
         for table in ("gaps", "markers", "results/bounces"):
             names.update(file[table].dtype.names)

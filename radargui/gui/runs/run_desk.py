@@ -15,7 +15,6 @@ from radargui.acquisition.state import Ending
 from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.reprocess import own_setup, process_run
 from radargui.files.overview import Overview, read_overview
-from radargui.files.stored_front_ends import read_prior
 from radargui.files.stored_results import read_stored_results
 from radargui.files.summary import summarise
 from radargui.gui.background import Jobs
@@ -27,16 +26,16 @@ from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.sessions.session_look import entry_of
 from radargui.gui.sessions.work_strip import Task, WorkStrip
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.errors import CancelledError, RadarGuiError, SetupError
+from radargui.model.errors import CancelledError, FileError, RadarGuiError, SetupError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import STOPPED, process
+from radargui.processing.offline import STOPPED
+from radargui.processing.result_of_run import result_of_run
 from radargui.session.session import Session
 
 COMPUTING = "By the adaptive correction: the joint one is being computed …"
 _KEPT = 3
-"""Results held in memory; others are computed again when chosen."""
+"""Results held in memory; others are read again when chosen."""
 
 
 class RunDesk(QObject):
@@ -149,7 +148,7 @@ class RunDesk(QObject):
             from radargui.report.tables import write_tables
 
             target = _free_folder(folder, entry.name)
-            write_tables(known or _processed(entry.path, task.tell), target)
+            write_tables(known or _result_of(entry.path, task.tell), target)
             return target
 
         self._work.start("the export", work, self._exported, self._fail)
@@ -184,7 +183,7 @@ class RunDesk(QObject):
         self._reading = task = self._work.quiet()
         self._jobs.start(
             "reading the run",
-            lambda: _processed(path, task.tell, self._teller(path)),
+            lambda: _result_of(path, task.tell, self._teller(path)),
             lambda result: self._loaded(path, result),
             lambda error: None if isinstance(error, CancelledError) else self._not_shown(entry.name, error),
         )
@@ -279,18 +278,18 @@ def _is_being_computed(result: RunResult) -> bool:
     return result.preliminary and STOPPED not in result.warnings
 
 
-def _processed(
+def _result_of(
     path: Path, progress: Callable[[float], None], standing: Callable[[RunResult], None] | None = None
 ) -> RunResult:
-    setup = _setup_of(path)
-    return process(read_for_processing(path), setup, progress, standing, read_prior(path, setup))
+    return result_of_run(path, _setup_of(path), progress, standing)
 
 
 def _setup_of(path: Path) -> Setup:
     """Return what the stored results were made with, so that they are shown; else what the run was recorded with."""
-    stored = read_stored_results(path)
-    if stored and stored[-1].is_present:
-        with contextlib.suppress(SetupError):
+    # damaged ones are computed again
+    with contextlib.suppress(FileError, SetupError):
+        stored = read_stored_results(path)
+        if stored and stored[-1].is_present:
             return stored[-1].setup
     return own_setup(path)
 

@@ -31,6 +31,7 @@ from radargui.files.reading import list_channels, read_recording
 from radargui.files.run_file import read_markers, read_run, read_run_setup, read_run_truth, read_summary
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.run_stream import run_stream
+from radargui.files.whole_result import read_whole_result
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup_file import read_setup, write_setup
@@ -82,6 +83,7 @@ def _run(path: Path) -> None:
         for read in (read_run, read_run_setup, read_run_truth, read_markers, read_summary):
             attempt(lambda read=read: read(path))
         attempt(lambda: results_are_current(path, default_setup()))
+        attempt(lambda: read_whole_result(path, default_setup(), lambda _: read_run(path)))
         attempt(lambda: _stream(path))
         attempt(lambda: find_sessions(path.parent.parent))
 

@@ -1,0 +1,73 @@
+"""The result of a run file: the one that is stored with it where that is current, else computed."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from radargui.files.run_file import read_run
+from radargui.files.stored_front_ends import read_prior
+from radargui.files.whole_result import read_whole_result
+from radargui.model.errors import FileError
+from radargui.model.recording import Excerpt, Recording
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.processing.long_recording import read_excerpt, read_for_processing
+from radargui.processing.offline import process, steps_of
+
+DAMAGED = "the results stored with this run are damaged: they were computed again"
+
+_log = logging.getLogger(__name__)
+
+
+def result_of_run(
+    path: Path,
+    setup: Setup,
+    progress: Callable[[float], None] | None = None,
+    standing: Callable[[RunResult], None] | None = None,
+) -> RunResult:
+    """Return what `process` gives for a run file, without computing it where the file holds it; nothing is written.
+
+    Stored results count where this version made them of these samples with this setup; also preliminary ones, as they
+    are. Damaged ones are computed again, and a warning says so.
+
+    Parameters
+    ----------
+    path
+        Run file.
+    setup
+        Geometry, correction, release position.
+    progress, standing
+        See `process`; not called where nothing is computed.
+
+    Raises
+    ------
+    FileError
+        The run cannot be read.
+    ProcessingError
+        The samples do not fit the setup.
+    """
+    damaged = False
+    try:
+        stored = read_whole_result(path, setup, lambda excerpt: _recording(path, excerpt))
+    except FileError as error:
+        # where more is damaged than the results, reading the samples says so below
+        _log.warning("%s", error)
+        stored, damaged = None, True
+    if stored is not None:
+        return _with_steps(stored)
+    result = process(read_for_processing(path), setup, progress, standing, read_prior(path, setup))
+    return replace(result, warnings=(DAMAGED, *result.warnings)) if damaged else result
+
+
+def _recording(path: Path, excerpt: Excerpt | None) -> Recording:
+    return read_run(path) if excerpt is None else read_excerpt(path, excerpt)
+
+
+def _with_steps(result: RunResult) -> RunResult:
+    """Return a result with the steps of its correction, which take a moment to find and much room to store."""
+    if result.corrected is None:
+        return result
+    return replace(result, corrected=replace(result.corrected, steps=steps_of(result)))

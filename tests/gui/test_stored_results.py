@@ -1,0 +1,56 @@
+"""Choosing a stored run shows the result in its file; it is computed only where that is none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from support.gui_sessions import make_session
+from support.stored_runs import results_digest
+
+from radargui.gui.main_window import MainWindow
+from radargui.processing.result_of_run import DAMAGED
+
+
+def choose(window: MainWindow, wait_for: Any, folder: Path) -> None:
+    window.open_session(folder)
+    wait_for(lambda: window.runs.model.entries and not window.jobs.running)
+    window.runs.table.selectRow(0)
+    wait_for(lambda: window.run.result is not None and not window.jobs.running)
+
+
+def test_a_chosen_run_is_shown_and_exported_without_computing(
+    window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = make_session(tmp_path / "data", 4)
+    monkeypatch.delattr("radargui.processing.result_of_run.process")
+    choose(window, wait_for, folder)
+    shown = window.run.result
+    assert shown.bounces.impacts[0].e == pytest.approx(0.5, abs=0.01)
+    for page in range(window.run.tabs.count()):
+        window.run.tabs.setCurrentIndex(page)
+    assert window.run.steps.raw[0]._peaks.getData()[0].size > 3
+    assert np.isfinite(window.run.steps._curves[0].getOriginalDataset()[1]).any()
+    assert window.track.shown is not None
+    window.run_desk._kept.clear()
+    window.run_desk.export(tmp_path)
+    wait_for(lambda: not window.work.busy)
+    assert (tmp_path / "run-0001" / "track.csv").stat().st_size > 0
+    assert [notice.level for notice in window.board.notices] == ["info"]
+
+
+def test_damaged_results_are_computed_again_and_the_operator_is_told(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    folder = make_session(tmp_path / "data", 4)
+    with h5py.File(folder / "run-0001.h5", "r+") as file:
+        file["results"].attrs["reason"] = np.bytes_("spoiled")
+    before = results_digest(folder / "run-0001.h5")
+    choose(window, wait_for, folder)
+    assert window.run.result.warnings[0] == DAMAGED
+    assert window.run.result.status == "ok"
+    assert DAMAGED in window.run.figures.toPlainText()
+    assert results_digest(folder / "run-0001.h5") == before

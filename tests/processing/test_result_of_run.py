@@ -1,0 +1,181 @@
+"""A stored result stands for the computing as long as it is current; else it is computed again, and nothing written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from support.changed import changed
+from support.same_result import assert_same_result
+from support.stored_runs import SETUP, store_runs
+
+from radargui.files.run_file import read_run
+from radargui.files.run_results import results_are_current, write_results
+from radargui.files.run_writer import RunWriter
+from radargui.files.seal import seal
+from radargui.model.block import Block, Gap
+from radargui.model.front_end import FrontEnd, FrontEndPrior
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.processing.offline import cut_short, process
+from radargui.processing.result_of_run import DAMAGED, result_of_run
+
+PRIOR = FrontEndPrior(("run-0001", "run-0003"), (FrontEnd(1.02, 0.001, -0.7, 0.03),) * 3, used=False)
+
+
+@pytest.fixture
+def computed(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
+    """The setups that runs are processed with."""
+    seen: list[Setup] = []
+
+    def spy(recording: object, setup: Setup, *others: object) -> RunResult:
+        seen.append(setup)
+        return process(recording, setup, *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("radargui.processing.result_of_run.process", spy)
+    return seen
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    """A run with its result."""
+    (path,) = store_runs(tmp_path / "session", 1)
+    write_results(path, process(read_run(path), SETUP))
+    return path
+
+
+def with_results(path: Path, change: Callable[[h5py.Group], object]) -> None:
+    with h5py.File(path, "r+") as file:
+        change(file["results"])
+        seal(file["results"].attrs)
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {"processing": {"correction": "joint"}},
+        {"processing": {"correction": "published"}},
+        {"processing": {"correction": "ellipse", "geometry": "plane"}},
+        {"processing": {"correction": "none"}},
+        {"processing": {"correction": "published"}, "receiver": 1},
+    ],
+)
+def test_what_was_stored_is_what_was_computed(tmp_path: Path, computed: list[Setup], tables: dict[str, object]) -> None:
+    (path,) = store_runs(tmp_path / "session", 1)
+    recording, n_receivers = read_run(path), tables.pop("receiver", 3)
+    setup = changed(SETUP, **tables)
+    if n_receivers == 1:
+        setup = changed(setup, daq={"channels": None}).model_copy(update={"receiver": setup.receiver[:1]})
+        known, path = recording.digitisation, tmp_path / "one.h5"
+        known = replace(known, channel_names=known.channel_names[:2], scaling=known.scaling and known.scaling[:2])
+        with RunWriter(path, known, started_at="") as writer:
+            writer.write(Block(recording.raw[:2], 0))
+        recording = read_run(path)
+    wanted = process(recording, setup)
+    assert wanted.corrected is not None
+    assert (wanted.track is None) == (n_receivers == 1)
+    write_results(path, wanted)
+    assert_same_result(result_of_run(path, setup), wanted)
+    assert computed == []
+
+
+def test_gaps_prior_and_an_answer_without_motion_come_back_too(tmp_path: Path, computed: list[Setup]) -> None:
+    (path,) = store_runs(tmp_path / "session", 1)
+    recording, again = read_run(path), tmp_path / "run-0002.h5"
+    with RunWriter(again, recording.digitisation, started_at="") as writer:
+        writer.write(Block(recording.raw[:, :300], 0))
+        writer.write(Block(recording.raw[:, 300:], 360, Gap(300, 60, "overflow")))
+    cut = replace(process(read_run(again), SETUP), front_end_prior=PRIOR)
+    assert cut.segment is not None
+    assert cut.segment.first > 300
+    write_results(again, cut)
+    assert_same_result(result_of_run(again, SETUP), cut)
+    nothing = process(replace(recording, raw=recording.raw[:, :300]), SETUP)
+    assert nothing.status == "no_motion"
+    write_results(path, replace(nothing, recording=recording))
+    assert_same_result(result_of_run(path, SETUP), replace(nothing, recording=recording))
+    assert computed == []
+
+
+def test_a_preliminary_result_is_given_as_it_is(run: Path, computed: list[Setup]) -> None:
+    stopped = cut_short(replace(process(read_run(run), SETUP), preliminary=True))
+    write_results(run, stopped)
+    assert_same_result(result_of_run(run, SETUP), stopped)
+    assert computed == []
+    assert not results_are_current(run, SETUP), "a batch makes up for it"
+
+
+def test_with_another_setup_it_is_computed_and_the_file_stays(run: Path, computed: list[Setup]) -> None:
+    before = run.read_bytes()
+    for tables in ({"processing": {"geometry": "plane"}}, {"tracer": {"release_position_m": (0.0, 0.0, 0.1201)}}):
+        other = changed(SETUP, **tables)
+        shares: list[float] = []
+        assert_same_result(result_of_run(run, other, shares.append), process(read_run(run), other))
+        assert shares
+        assert computed.pop() == other
+    assert run.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda results: results.attrs.__setitem__("version", np.bytes_("0.0.1")),
+        lambda results: results.attrs.__setitem__("format_version", 99),
+        lambda results: results.attrs.__setitem__("raw_crc32", results.attrs["raw_crc32"] + np.uint32(1)),
+        lambda results: results.attrs.__delitem__("raw_crc32"),
+    ],
+    ids=["another version", "another format", "other samples", "unknown samples"],
+)
+def test_results_of_something_else_do_not_count(
+    run: Path, computed: list[Setup], change: Callable[[h5py.Group], object]
+) -> None:
+    with_results(run, change)
+    assert not results_are_current(run, SETUP)
+    assert result_of_run(run, SETUP).status == "ok"
+    assert computed == [SETUP]
+
+
+def test_a_file_of_before_is_read_and_computed_and_not_written(run: Path, computed: list[Setup]) -> None:
+    def as_before(results: h5py.Group) -> None:
+        del results["corrected"]
+        for key in ("format_version", "raw_crc32", "segment", "excerpt"):
+            del results.attrs[key]
+
+    with_results(run, as_before)
+    before = run.read_bytes()
+    assert_same_result(result_of_run(run, SETUP), process(read_run(run), SETUP))
+    assert computed == [SETUP]
+    assert run.read_bytes() == before
+
+
+def test_damaged_results_are_computed_again_and_one_sentence_says_so(run: Path, computed: list[Setup]) -> None:
+    whole = run.read_bytes()
+    wanted = process(read_run(run), SETUP)
+    for name in ("paths/change_m", "corrected/i", "track/valid", "bounces"):
+        with h5py.File(run) as file:
+            place = file[f"results/{name}"].id.get_chunk_info(0)
+        content = bytearray(whole)
+        middle = place.byte_offset + place.size // 2
+        content[middle : middle + 4] = bytes(255 - byte for byte in content[middle : middle + 4])
+        run.write_bytes(content)
+        found = result_of_run(run, SETUP)
+        assert found.warnings == (DAMAGED, *wanted.warnings), name
+        assert_same_result(replace(found, warnings=wanted.warnings), wanted)
+    run.write_bytes(whole)
+    with h5py.File(run, "r+") as file:
+        file["results"].attrs["segment"] = (0, 1, 0, 0)
+    assert result_of_run(run, SETUP).warnings[0] == DAMAGED
+    with_results(run, lambda results: results.attrs.__setitem__("segment", (0, 1 << 40, 0, 0)))
+    assert result_of_run(run, SETUP).warnings[0] == DAMAGED
+    assert len(computed) == 6
+
+
+def test_results_for_display_take_little_room(run: Path) -> None:
+    with h5py.File(run) as file:
+        results = file["results"]
+        assert results["corrected/i"].dtype == results["paths/phase_rad"].dtype == np.float32
+        assert results["paths/change_m"].dtype == results["track/u_position_m"].dtype == np.float64

@@ -1,0 +1,96 @@
+"""A report of runs whose files hold their results says what one of computed results says, without computing."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from support.changed import changed
+from support.gui_sessions import make_session
+from support.stored_runs import SETUP
+
+from radargui.experiment.reprocess import process_run
+from radargui.files.run_file import read_run
+from radargui.files.run_results import write_results
+from radargui.processing.offline import STOPPED, cut_short, process
+from radargui.processing.result_of_run import result_of_run
+from radargui.report.compose import compose
+from radargui.report.document import Note
+from radargui.report.report import write_report
+from radargui.report.run_facts import study, take_facts
+from radargui.report.tables import write_tables
+from radargui.session.session import Session
+
+NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
+NO_COMPUTING = "radargui.processing.result_of_run.process"
+
+
+def assert_close(found: object, wanted: object, name: str = "") -> None:
+    """Want equal texts and numbers; curves equal to single precision."""
+    if isinstance(wanted, np.ndarray):
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-6, err_msg=name)
+    elif is_dataclass(wanted):
+        for one in fields(wanted):
+            assert_close(getattr(found, one.name), getattr(wanted, one.name), one.name)
+    elif isinstance(wanted, tuple):
+        assert isinstance(found, tuple)
+        for one, other in zip(found, wanted, strict=True):
+            assert_close(one, other, name)
+    else:
+        np.testing.assert_equal(found, wanted, err_msg=name)
+
+
+@pytest.mark.parametrize("correction", ["adaptive", "published"])
+def test_tables_are_equal_and_curves_to_single_precision(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, correction: str
+) -> None:
+    run = make_session(tmp_path / "data", 4) / "run-0001.h5"
+    setup = changed(SETUP, processing={"correction": correction})
+    computed = process(read_run(run), setup)
+    write_results(run, computed)
+    wanted = take_facts(computed, "run-0001")
+    write_tables(computed, tmp_path / "computed")
+    monkeypatch.delattr(NO_COMPUTING)
+    assert_close(study(run, setup), wanted)
+    assert wanted.curves is not None
+    assert bool(wanted.curves.receivers[0].steps) == (correction == "published")
+
+    write_tables(result_of_run(run, setup), tmp_path / "stored")
+    names = sorted(path.name for path in (tmp_path / "computed").iterdir())
+    assert names == ["bounces.csv", "result.json", "track.csv"]
+    for name in names:
+        assert (tmp_path / "stored" / name).read_bytes() == (tmp_path / "computed" / name).read_bytes()
+
+
+def test_the_report_does_not_compute_what_the_files_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radargui.report.report._draw", lambda *_: None)
+    session = Session.open(make_session(tmp_path / "data", 4))
+    wanted = write_report(session, tmp_path / "wanted", now=NOW)
+    (run,) = session.run_paths()
+    with h5py.File(run, "r+") as file:
+        del file["results"]
+    computed = write_report(session, tmp_path / "computed", now=NOW)
+    for name in ("csv", "series_csv", "json"):
+        assert getattr(wanted, name).read_bytes() == getattr(computed, name).read_bytes()
+    process_run(run)
+    monkeypatch.delattr(NO_COMPUTING)
+    assert study(run, session.setup).status == "ok"
+
+
+def test_the_report_says_what_is_preliminary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    session = Session.open(make_session(tmp_path / "data", 4, n_runs=2))
+    run = session.run_paths()[1]
+    write_results(run, cut_short(replace(process(read_run(run), SETUP), preliminary=True)))
+    monkeypatch.delattr(NO_COMPUTING)
+    facts = [study(path, session.setup) for path in session.run_paths()]
+    assert [one.verdict for one in facts] == ["good", "good, preliminary"]
+    first, _, second = compose(session.info, facts, "now").sections
+    told = [block.text for block in first.blocks if isinstance(block, Note) and block.warning]
+    assert told == [
+        "Preliminary, because the correction was stopped before it ended: run-0002. radargui batch makes up for it."
+    ]
+    assert Note(STOPPED, warning=True) in second.blocks

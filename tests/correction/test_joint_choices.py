@@ -8,12 +8,14 @@ from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import SceneRecord, make_record
 
 from radargui.correction.adaptive.found import adaptive_rounds
+from radargui.correction.adaptive.rough import rough_phases
 from radargui.correction.adaptive.rounds import best_round, next_round
 from radargui.correction.hum import without_hum
 from radargui.correction.joint.breaks import BreakSpeeds
 from radargui.correction.joint.estimate import JointEstimate, estimate_joint
 from radargui.correction.joint.hyper import spans_together
 from radargui.correction.joint.motion_spline import make_spline
+from radargui.correction.signals import read_signals
 from radargui.motion.segment import find_segment, floor_of_noise
 from radargui.restitution.flight_plan import fit_free_flights
 from radargui.restitution.flight_rivals import fit_with_rivals
@@ -83,6 +85,17 @@ def test_a_slow_circle_keeps_its_count_of_fringes_where_the_range_law_loses_some
     by_range_law_alone = best_round(found.ground, next_round(found.ground, found.first, 0.15))
     assert worst(by_range_law_alone.phase_rad) > np.pi
     assert worst(found.last.phase_rad) < 0.1
+
+
+def test_a_receiver_that_sees_a_tenth_of_a_turn_gets_a_circle_as_large_as_the_others() -> None:
+    record = made(5023, "physical")
+    path = (record.truth.path_m - record.truth.path_m[:, :1]) / record.setup.radar.wavelength_m
+    assert np.ptp(path, axis=1).min() < 0.1
+    signals = read_signals(record.recording, record.setup.radar.phase_sign)
+    rough = rough_phases(signals, 0.3)
+    turns = (rough.phase_rad - rough.phase_rad[:, rough.time_s < 0.25].mean(axis=1)[:, None]) / (2.0 * np.pi)
+    for found, true in zip(turns, path, strict=True):
+        assert np.sqrt(((found - np.interp(rough.time_s, signals.time_s, true)) ** 2).mean()) < 0.05
 
 
 def test_the_slow_beginning_of_a_pendulum_is_not_taken_for_a_hum() -> None:

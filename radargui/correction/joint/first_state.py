@@ -97,7 +97,7 @@ def pose(
         np.zeros((n_receivers, 0)),
         drift.functions(bins.time_s),
     )
-    prior = make_prior(layout, planes, spline.break_s, constants[:, 1], drift.sd)
+    prior = make_prior(layout, planes, spline.break_s, constants[:, 1:4], drift.sd)
     for own, known in zip(layout.receivers, front_end if front_end is not None else (), strict=False):
         prior.mean[own.log_gain], prior.sd[own.log_gain] = known[:2]
         prior.mean[own.skew], prior.sd[own.skew] = known[2:]

@@ -135,14 +135,15 @@ class Prior:
 
 
 BREAK_SD_S, FOUND_BREAK_SD_S = 0.003, 0.001
-_BIAS_START, _LEVEL_START, _MIRROR_START = 0.02, 0.1, 0.1
+_LOG_AMPLITUDE_SD, _OFFSET_SD = 0.5, 0.5
+_BIAS_START, _LEVEL_START, _MIRROR_START, _MOST_REFLECTED = 0.02, 0.1, 0.1, 0.2
 
 
 def make_prior(
     layout: Layout,
     planes: tuple[MirrorPlane, ...],
     break_s: FloatArray,
-    log_amplitude: FloatArray,
+    circles: FloatArray,
     drift_sd: FloatArray,
 ) -> Prior:
     """Return wide priors for the constants, narrow growing ones for maps and mirrors.
@@ -153,8 +154,11 @@ def make_prior(
         Where the unknowns stand.
     planes
         The mirrors.
-    break_s, log_amplitude
+    break_s
         First guesses.
+    circles
+        Log amplitude and offsets of I and Q where the fit starts, shape (n_receivers, 3): many fringes overrule them,
+        a short arc cannot run away.
     drift_sd
         Deviations of the slow noise's coefficients, shape (n_channels, n_functions).
     """
@@ -171,13 +175,13 @@ def make_prior(
 
     for m in range(layout.sizes.mirrors):
         one_mirror = [_pair(layout.forward, m), *(_pair(r.backward, m) for r in layout.receivers)]
-        group(one_mirror, _MIRROR_START, 1e-3, 1.0)
+        group(one_mirror, _MIRROR_START, 1e-3, _MOST_REFLECTED)
         group([_pair(r.ghost, m) for r in layout.receivers], 0.01, 1e-4, 0.3)
-    for number, (own, amplitude) in enumerate(zip(layout.receivers, log_amplitude, strict=True)):
+    for number, (own, circle) in enumerate(zip(layout.receivers, circles, strict=True)):
         sd[own.drift_i], sd[own.drift_q] = drift_sd[2 * number], drift_sd[2 * number + 1]
-        mean[own.log_amplitude] = amplitude
-        sd[own.phase], sd[own.log_amplitude], sd[own.offset] = 10.0, 1.0, 3.0
-        sd[own.log_gain], sd[own.skew] = 0.2, 0.2
+        mean[own.log_amplitude], mean[own.offset] = circle[0], circle[1:]
+        sd[own.phase], sd[own.log_amplitude], sd[own.offset] = 10.0, _LOG_AMPLITUDE_SD, _OFFSET_SD
+        sd[own.log_gain], sd[own.skew] = 0.15, 0.15
         group([own.bias_i, own.bias_q], _BIAS_START, 1e-4, 0.5)
         group([own.level], _LEVEL_START, 1e-3, 0.5)
     return prior

@@ -37,11 +37,12 @@ def repose(solution: Solution, planes: tuple[MirrorPlane, ...], bias: PositionBa
     source, target = carried_places(old, layout, bias=bias is None)
     new_theta = np.zeros(layout.size)
     new_theta[target] = theta[source]
-    log_amplitude = np.array([before.prior.mean[own.log_amplitude] for own in old.receivers])
-    prior = make_prior(layout, planes, before.prior.mean[old.breaks], log_amplitude, _drift_sd(before))
+    mean = before.prior.mean
+    circles = np.array([[mean[own.log_amplitude], *mean[own.offset]] for own in old.receivers])
+    prior = make_prior(layout, planes, mean[old.breaks], circles, _drift_sd(before))
     for was, now in zip(old.receivers, layout.receivers, strict=True):
         for a, b in ((was.log_gain, now.log_gain), (was.skew, now.skew)):
-            prior.mean[b], prior.sd[b] = before.prior.mean[a], before.prior.sd[a]
+            prior.mean[b], prior.sd[b] = mean[a], before.prior.sd[a]
     stage = replace(before.stage, planes=planes)
     bases = before.bases if bias is None else (bias, before.bases[1])
     problem = replace(before, layout=layout, prior=prior, stage=stage, spline=solution.at.spline, bases=bases)

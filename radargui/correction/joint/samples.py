@@ -17,7 +17,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.pieces import pieces
 
 _SMALLEST_U_M, _SLOW_START_S = 1e-7, 0.03
-_WIDEST = 3.0
+_FEW, _WIDEST = 3.0, 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +68,12 @@ def at_samples(solution: Solution, signals: Signals, rivals: tuple[tuple[Solutio
 
 
 def _few_fringes_factor(fringes: FloatArray) -> FloatArray:
-    """Return by how much the uncertainty of receivers that saw few fringes grows: sqrt(1 + 1 / F^2), at most 3.
+    """Return by how much the uncertainty of receivers that saw few fringes grows: sqrt(1 + (3 / F)^2), at most 4.
 
-    Below a fringe or two the posterior of one model is too narrow (simulated pendulums and circles).
+    Below some fringes the posterior of one model is too narrow (simulated pendulums and level circles).
     """
     span = np.maximum(np.ptp(fringes, axis=1), 0.1)
-    return np.asarray(np.minimum(np.sqrt(1.0 + 1.0 / span**2), _WIDEST))
+    return np.asarray(np.minimum(np.sqrt(1.0 + (_FEW / span) ** 2), _WIDEST))
 
 
 def _unseen_m(solution: Solution, signals: Signals) -> float:

@@ -12,13 +12,15 @@ from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.flight_plan import fit_free_flights
 
 _MOST_RIVALS = 3
+_WIDENED = 1.2
 
 
 def fit_with_rivals(chosen: Chosen, normal: FloatArray, onset_s: float) -> FlightFit | None:
     """Fit the free flights; rivals with the same impacts widen the covariance.
 
-    V = sum w (V_k + d_k d_k^T) / sum w, d_k the difference of solution k from the chosen one; the heaviest three rivals
-    are fitted.
+    V = c^2 sum w (V_k + d_k d_k^T) / sum w, d_k the difference of solution k from the chosen one; the heaviest three
+    rivals are fitted. c = 1.2: what the maps cannot follow; of 164 simulated falls 92 % had g within 2u without it, 97 %
+    with it.
 
     Parameters
     ----------
@@ -37,7 +39,7 @@ def fit_with_rivals(chosen: Chosen, normal: FloatArray, onset_s: float) -> Fligh
             away = _values(other) - here
             covariance += weight * (other.covariance + np.outer(away, away))
             total += weight
-    return replace(fit, covariance=covariance / total)
+    return replace(fit, covariance=_WIDENED**2 * covariance / total)
 
 
 def _values(fit: FlightFit) -> FloatArray:

@@ -11,6 +11,7 @@ from support.changed import changed
 from threadpoolctl import threadpool_limits
 
 from radargui.correction.joint.estimate import JointEstimate, estimate_joint
+from radargui.correction.joint.problem import assemble
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
@@ -42,7 +43,8 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     spline = solution.at.spline
     plan = FlightPlan(2, int(np.searchsorted(spline.knots(), drop[1].onset_s + 0.01)))
     information = plan.information(solution)
-    blocks, size, layout = solution.assembled, 3 * information.size, solution.problem.layout
+    blocks = assemble(solution.problem, solution.state, solution.at)
+    size, layout = 3 * information.size, solution.problem.layout
     n_motion = blocks.s.shape[0]
     assert size < n_motion
     whole = np.block([[blocks.s.toarray(), blocks.c], [blocks.c.T, blocks.m]])

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu
 from radargui.correction.joint.minimise import Solution
 from radargui.correction.joint.motion_spline import MotionSpline
 from radargui.correction.joint.normal import BlockTridiagonal
-from radargui.correction.joint.problem import diagonal
+from radargui.correction.joint.problem import Assembled, assemble, diagonal
 from radargui.model.arrays import FloatArray
 
 _JITTER = 1e-13
@@ -85,11 +85,13 @@ def motion_information(solution: Solution, size: int, n_breaks: int, lifted: sli
     lifted
         Spans whose smoothness the caller replaces by an equation of motion; the kept breaks lose their prior too.
     """
-    problem, state, blocks = solution.problem, solution.state, solution.assembled
+    problem, state = solution.problem, solution.state
+    # made anew: kept with every rival, C would be most of the memory that a long record takes
+    blocks = assemble(problem, state, solution.at)
     kept, breaks = 3 * size, slice(0, n_breaks)
     band, coupling, border = blocks.s[:kept, :kept], blocks.c[:kept], blocks.m
     if kept < blocks.s.shape[0]:
-        band, coupling, border = _without_motion_after(solution, kept)
+        band, coupling, border = _without_motion_after(blocks, kept)
     jerk, _, _ = solution.at.spline.jerk()
     stiffness = np.zeros(problem.jerk_sd.size)
     stiffness[lifted] = problem.jerk_sd[lifted] ** -2.0
@@ -111,9 +113,8 @@ def motion_information(solution: Solution, size: int, n_breaks: int, lifted: sli
     )
 
 
-def _without_motion_after(solution: Solution, kept: int) -> tuple[csr_matrix, FloatArray, FloatArray]:
+def _without_motion_after(blocks: Assembled, kept: int) -> tuple[csr_matrix, FloatArray, FloatArray]:
     """Return the blocks S, C and M with the motion's unknowns from `kept` on marginalised."""
-    blocks = solution.assembled
     coupling = blocks.s[kept:, :kept].tocsc()
     touched = np.flatnonzero(np.diff(coupling.indptr))
     after = blocks.s[kept:, kept:]

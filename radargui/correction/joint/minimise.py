@@ -25,7 +25,6 @@ class Solution:
     at: Linearised
     normal: NormalMatrix
     settled: bool
-    assembled: Assembled
 
 
 def minimise(problem: JointProblem, state: State, steps: int) -> Solution:
@@ -42,7 +41,7 @@ def minimise(problem: JointProblem, state: State, steps: int) -> Solution:
         assembled = assemble(problem, state, at)
         if settled:
             break
-    return Solution(problem, state, at, assembled.factor(), settled, assembled)
+    return Solution(problem, state, at, assembled.factor(), settled)
 
 
 def _improve(

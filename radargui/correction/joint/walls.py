@@ -105,8 +105,7 @@ def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
     state = State(solution.state.coefficients, theta)
     bare = replace(problem, spline=solution.problem.spline)
     at = linearise(bare, state)
-    assembled = assemble(bare, state, at)
-    return Solution(bare, state, at, assembled.factor(), False, assembled)
+    return Solution(bare, state, at, assemble(bare, state, at).factor(), False)
 
 
 def _tangents(normal: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -20,7 +20,7 @@ from radargui.correction.position_map import make_basis
 from radargui.model.arrays import FloatArray
 
 _BELOW_M = 0.010
-_CONVINCING = 10.0
+_CONVINCING, _BEYOND_DOUBT = 25.0, 100.0
 _GOOD_MISFIT, _LOST_MISFIT, _HOPELESS_MISFIT = 1.15, 4.0, 100.0
 _GROWN_BIAS = 0.002
 _MOST_WALLS = 2
@@ -103,16 +103,17 @@ def choose_model(
     if min(_typical_misfit(plain), _typical_misfit(floored)) > _LOST_MISFIT:
         floored = max(floored, attempt(found.first, length, reflects=True), key=log_evidence)
     gain = log_evidence(floored) - log_evidence(plain)
-    reflects = gain > 0.0
-    choices = [f"A floor that reflects is {'kept' if reflects else 'left out'}: log evidence {gain:+.0f}."]
     tried = [plain, floored]
-    solution = floored if reflects else plain
+    solution = floored if gain > 0.0 else plain
+    rivals = _rivals(solution, tried)
+    solution = settle_breaks(ground, solution, normal, tick)
+    if 0.0 < gain < _BEYOND_DOUBT:
+        solution, gain = _doubted(ground, solution, tick)
+    choices = [f"A floor that reflects is {'kept' if gain > 0.0 else 'left out'}: log evidence {gain:+.0f}."]
     if drift.count and not drift.level.any():
         choices.append("The offsets drift on the rest: slow functions of time are fitted.")
     elif drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
-    rivals = _rivals(solution, tried)
-    solution = settle_breaks(ground, solution, normal, tick)
     if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * _FEW_FRINGES:
         solution, others = _with_other_lengths(ground, solution, tick)
         rivals += others
@@ -121,6 +122,16 @@ def choose_model(
     solution = converge(ground, Posed(solution.problem, solution.state), _LAST_ROUNDS, tick)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     return Chosen(solution, ground, (*rivals, *undecided), tuple(choices))
+
+
+def _doubted(ground: Ground, solution: Solution, tick: Callable[[], None]) -> tuple[Solution, float]:
+    """Return the solution with its floor or without, and what the floor gains now that the breaks are settled."""
+    with_floor, bare = (
+        converge(ground, repose(solution, planes), _FIRST_ROUNDS, tick)
+        for planes in (solution.problem.stage.planes, ())
+    )
+    gain = log_evidence(with_floor) - log_evidence(bare)
+    return (with_floor if gain > 0.0 else bare), gain
 
 
 def _with_other_lengths(

@@ -26,7 +26,7 @@ def repose(solution: Solution, planes: tuple[MirrorPlane, ...], bias: PositionBa
     solution
         Converged.
     planes
-        Its mirrors, all or more, in its order.
+        Its mirrors in its order, more or fewer.
     bias
         Functions of the bias maps; None keeps them.
     """
@@ -53,7 +53,7 @@ def repose(solution: Solution, planes: tuple[MirrorPlane, ...], bias: PositionBa
 
 
 def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntArray, IntArray]:
-    """Return places in the old layout and where they stand in a new one with as many mirrors or more.
+    """Return places in the old layout and where they stand in a new one with more or fewer mirrors.
 
     Parameters
     ----------
@@ -69,8 +69,9 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntA
             pairs += [(was.bias_i, now.bias_i), (was.bias_q, now.bias_q)]
         pairs += [(was.backward, now.backward), (was.ghost, now.ghost)]
         pairs += [(was.drift_i, now.drift_i), (was.drift_q, now.drift_q)]
-    source = np.concatenate([np.arange(a.start, a.stop) for a, _ in pairs])
-    target = np.concatenate([np.arange(b.start, b.start + a.stop - a.start) for a, b in pairs])
+    shared = [(a.start, b.start, min(a.stop - a.start, b.stop - b.start)) for a, b in pairs]
+    source = np.concatenate([np.arange(a, a + count) for a, _, count in shared])
+    target = np.concatenate([np.arange(b, b + count) for _, b, count in shared])
     return source, target
 
 

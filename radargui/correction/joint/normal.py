@@ -112,12 +112,12 @@ def _gram(half: FloatArray) -> FloatArray:
     if half.shape[0] <= 2 * _TOGETHER:
         return np.asarray(half.T @ half)
     out = np.zeros((half.shape[1], half.shape[1]))
-    largest = np.abs(half).max(axis=0)
-    for first in range(0, half.shape[0], _TOGETHER):
-        part = half[first : first + _TOGETHER]
-        felt = np.flatnonzero(np.abs(part).max(axis=0) > _FELT * largest)
-        part = part[:, felt]
-        out[np.ix_(felt, felt)] += part.T @ part
+    parts = [half[part] for part in pieces(half.shape[0], _TOGETHER)]
+    tops = np.array([np.maximum(part.max(axis=0), -part.min(axis=0)) for part in parts])
+    for part, felt in zip(parts, tops > _FELT * tops.max(axis=0), strict=True):
+        places = np.flatnonzero(felt)
+        part = part[:, places]
+        out[np.ix_(places, places)] += part.T @ part
     return out
 
 

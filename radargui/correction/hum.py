@@ -21,8 +21,12 @@ SEARCH_HZ = 0.5
 """A grid keeps its frequency within this of the nominal one."""
 CONVINCING = 60.0
 """Drop of chi-square, beyond its degrees of freedom, that a harmonic must bring."""
+BESIDE_HZ, STANDS_OUT = (-9.0, -6.0, 6.0, 9.0), 4.0
+"""A line must bring more than this many times what lines beside it bring: 1/f noise is no hum."""
 MARGIN_S = 0.03
-"""Kept free between the end of the motion and the rest after it."""
+"""Kept free before the onset of the motion."""
+MARGIN_AFTER_S = 0.2
+"""Kept free after the motion: the last small bounces, some 20 ms apart, are no hum either."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +64,7 @@ class Hum:
 
 def rests(segment: Segment, n_samples: int, sample_rate_hz: float) -> tuple[slice, ...]:
     """Return the samples before and after the motion in which the tracer rests."""
-    after = segment.last + round(MARGIN_S * sample_rate_hz)
+    after = segment.last + round(MARGIN_AFTER_S * sample_rate_hz)
     found = (slice(segment.rest_first, segment.rest_last), slice(after, n_samples))
     return tuple(rest for rest in found if rest.stop - rest.start >= 0.5 * LEAST_REST_S * sample_rate_hz)
 
@@ -92,27 +96,25 @@ def find_hum(volts: FloatArray, sample_rate_hz: float, rest: Sequence[slice], no
     size = max(1, round(sample_rate_hz / POOLED_HZ))
     stretches = [_pooled(volts[:, part], part.start, size, sample_rate_hz) for part in rest]
     sigma = noise_v / np.sqrt(size)
-    searched = [
-        minimize_scalar(
-            lambda f: _misfit(stretches, sigma, f, (1,)),
-            bounds=(nominal - SEARCH_HZ, nominal + SEARCH_HZ),
-            method="bounded",
-        )
-        for nominal in MAINS_HZ
-    ]
-    frequency = float(min(searched, key=lambda found: found.fun).x)
+    # two rests far apart make many minima side by side: all frequencies are looked at
+    span_s = (rest[-1].stop - rest[0].start) / sample_rate_hz
+    step = min(0.1, 0.15 / span_s)
+    grid = np.concatenate([nominal + np.arange(-SEARCH_HZ, SEARCH_HZ + step, step) for nominal in MAINS_HZ])
+    frequency = float(min(grid, key=lambda f: _misfit(stretches, sigma, f, (1,))))
     orders: tuple[int, ...] = ()
-    misfit = _misfit(stretches, sigma, frequency, orders)
+    flat = misfit = _misfit(stretches, sigma, frequency, orders)
     for order in range(1, HARMONICS + 1):
         if order * frequency < 0.4 * sample_rate_hz / size:
             other = _misfit(stretches, sigma, frequency, (*orders, order))
-            if misfit - other > CONVINCING + 2.0 * volts.shape[0]:
+            beside = [_misfit(stretches, sigma, order * frequency + away, (1,)) for away in BESIDE_HZ]
+            usual = max(0.0, flat - float(np.mean(beside)))
+            if misfit - other > CONVINCING + 2.0 * volts.shape[0] + STANDS_OUT * usual:
                 orders, misfit = (*orders, order), other
     if not orders:
         return None
     refined = minimize_scalar(
         lambda f: _misfit(stretches, sigma, f, orders),
-        bounds=(frequency - 0.05, frequency + 0.05),
+        bounds=(frequency - step, frequency + step),
         method="bounded",
         options={"xatol": 1e-6},
     )

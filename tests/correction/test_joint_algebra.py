@@ -113,7 +113,7 @@ def test_signal_derivatives_equal_numerical_ones() -> None:
         step[column] = 1e-6
         up, down = (receiver_signal(node, theta + s * step, layout, stage, 1).value for s in (1, -1))
         assert by_own[:, :, column - own.first] == pytest.approx((up - down) / 2e-6, abs=1e-6)
-    for column in range(layout.planes.start, layout.forward.stop):
+    for column in range(layout.mirrors.start, layout.mirrors.stop):
         step = np.zeros_like(theta)
         step[column] = 1e-6
         up, down = (receiver_signal(node, theta + s * step, layout, stage, 1).value for s in (1, -1))

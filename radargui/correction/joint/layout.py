@@ -24,6 +24,8 @@ class ReceiverLayout:
         Coefficients of the maps of bias (in Z) and of log amplitude.
     backward, ghost
         Real and imaginary parts of R and X, two a mirror.
+    backward_lobe
+        How ln |R| changes with height, two a mirror.
     drift_i, drift_q
         Coefficients of the slow noise of each channel.
     """
@@ -37,6 +39,7 @@ class ReceiverLayout:
     bias_q: slice
     level: slice
     backward: slice
+    backward_lobe: slice
     ghost: slice
     drift_i: slice
     drift_q: slice
@@ -76,6 +79,8 @@ class Layout:
         Three a mirror: two tilts and a shift.
     forward
         Real and imaginary part of T, two a mirror.
+    forward_lobe
+        How ln |T| changes with height, two a mirror.
     receivers
         One a receiver.
     sizes
@@ -87,9 +92,15 @@ class Layout:
     breaks: slice
     planes: slice
     forward: slice
+    forward_lobe: slice
     receivers: tuple[ReceiverLayout, ...]
     sizes: Sizes
     size: int
+
+    @property
+    def mirrors(self) -> slice:
+        """Places of all that the receivers share of the mirrors."""
+        return slice(self.planes.start, self.forward_lobe.stop)
 
 
 def make_layout(sizes: Sizes) -> Layout:
@@ -101,20 +112,33 @@ def make_layout(sizes: Sizes) -> Layout:
         place += count
         return slice(place - count, place)
 
-    breaks, planes, forward = take(sizes.breaks), take(3 * sizes.mirrors), take(2 * sizes.mirrors)
+    breaks, planes = take(sizes.breaks), take(3 * sizes.mirrors)
+    forward, forward_lobe = take(2 * sizes.mirrors), take(2 * sizes.mirrors)
     receivers = []
     for _ in range(sizes.receivers):
         phase, log_amplitude, offset = take(1).start, take(1).start, take(2)
         log_gain, skew = take(1).start, take(1).start
         bias_i, bias_q, level = take(sizes.bias), take(sizes.bias), take(sizes.level)
-        backward, ghost = take(2 * sizes.mirrors), take(2 * sizes.mirrors)
+        backward, backward_lobe, ghost = (take(2 * sizes.mirrors) for _ in range(3))
         drift_i, drift_q = take(sizes.drift), take(sizes.drift)
         receivers.append(
             ReceiverLayout(
-                phase, log_amplitude, offset, log_gain, skew, bias_i, bias_q, level, backward, ghost, drift_i, drift_q
+                phase,
+                log_amplitude,
+                offset,
+                log_gain,
+                skew,
+                bias_i,
+                bias_q,
+                level,
+                backward,
+                backward_lobe,
+                ghost,
+                drift_i,
+                drift_q,
             )
         )
-    return Layout(breaks, planes, forward, tuple(receivers), sizes, place)
+    return Layout(breaks, planes, forward, forward_lobe, tuple(receivers), sizes, place)
 
 
 @dataclass
@@ -136,6 +160,7 @@ class Prior:
 
 BREAK_SD_S, FOUND_BREAK_SD_S = 0.003, 0.001
 _LOG_AMPLITUDE_SD, _OFFSET_SD = 0.5, 0.5
+_LOBE_START = 0.1
 _BIAS_START, _LEVEL_START, _MIRROR_START, _MOST_REFLECTED = 0.02, 0.1, 0.1, 0.2
 
 
@@ -176,6 +201,8 @@ def make_prior(
     for m in range(layout.sizes.mirrors):
         one_mirror = [_pair(layout.forward, m), *(_pair(r.backward, m) for r in layout.receivers)]
         group(one_mirror, _MIRROR_START, 1e-3, _MOST_REFLECTED)
+        lobes = [_pair(layout.forward_lobe, m), *(_pair(r.backward_lobe, m) for r in layout.receivers)]
+        group(lobes, _LOBE_START, 1e-3, 0.7)
         group([_pair(r.ghost, m) for r in layout.receivers], 0.01, 1e-4, 0.3)
     for number, (own, circle) in enumerate(zip(layout.receivers, circles, strict=True)):
         sd[own.drift_i], sd[own.drift_q] = drift_sd[2 * number], drift_sd[2 * number + 1]

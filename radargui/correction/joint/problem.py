@@ -165,7 +165,7 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
     breaks = at.spline.break_slopes(bins.time_s, state.coefficients)
     pull, curvature = np.zeros((n_bins, 3)), np.zeros((n_bins, 3, 3))
     c, m, slope = np.zeros((motion.shape[1], layout.size)), np.zeros((layout.size, layout.size)), np.zeros(layout.size)
-    mirrors = np.arange(layout.planes.start, layout.forward.stop)
+    mirrors = np.arange(layout.mirrors.start, layout.mirrors.stop)
     for part in pieces(n_bins, _BINS_TOGETHER):
         rows, stage = slice(3 * part.start, 3 * part.stop), problem.stage.at(part)
         near, near_motion = _touched(motion[rows])

@@ -62,12 +62,13 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntA
     bias
         Whether the coefficients of the bias maps mean the same in both.
     """
-    pairs: list[tuple[slice, slice]] = [(old.breaks, new.breaks), (old.planes, new.planes), (old.forward, new.forward)]
+    pairs: list[tuple[slice, slice]] = [(old.breaks, new.breaks), (old.planes, new.planes)]
+    pairs += [(old.forward, new.forward), (old.forward_lobe, new.forward_lobe)]
     for was, now in zip(old.receivers, new.receivers, strict=True):
         pairs += [(slice(was.phase, was.skew + 1), slice(now.phase, now.skew + 1)), (was.level, now.level)]
         if bias:
             pairs += [(was.bias_i, now.bias_i), (was.bias_q, now.bias_q)]
-        pairs += [(was.backward, now.backward), (was.ghost, now.ghost)]
+        pairs += [(was.backward, now.backward), (was.backward_lobe, now.backward_lobe), (was.ghost, now.ghost)]
         pairs += [(was.drift_i, now.drift_i), (was.drift_q, now.drift_q)]
     shared = [(a.start, b.start, min(a.stop - a.start, b.stop - b.start)) for a, b in pairs]
     source = np.concatenate([np.arange(a, a + count) for a, _, count in shared])

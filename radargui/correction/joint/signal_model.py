@@ -11,6 +11,8 @@ from radargui.correction.joint.mirrors import ComplexArray, MirrorPlane, detour_
 from radargui.geometry.antennas import Antennas
 from radargui.model.arrays import FloatArray
 
+_LOBE_LENGTH_M = 0.15
+
 
 @dataclass(frozen=True, slots=True)
 class Stage:
@@ -72,7 +74,8 @@ def receiver_signal(
     """Evaluate I = Re Z + c_I, Q = g (sin eps Re Z + cos eps Im Z) + c_Q as means over the bins' two nodes.
 
     Z = A exp(j phi) F + beta with phi = K (L - L at release) + phi_0, A from the range law and a map, beta a map,
-    F = (1 + sum T rho_tx) (1 + sum R rho_rx) + sum X rho_tx rho_rx over the mirrors.
+    F = (1 + sum T rho_tx) (1 + sum R rho_rx) + sum X rho_tx rho_rx over the mirrors; the mirrored antennas look at the
+    tracer with other parts of their lobes, so that ln |T| and ln |R| change with height.
 
     Parameters
     ----------
@@ -124,14 +127,28 @@ def _factor(node_m: FloatArray, theta: FloatArray, layout: Layout, stage: Stage,
     forward, backward = np.ones(node_m.shape[1:], complex), np.ones(node_m.shape[1:], complex)
     ghost = np.zeros(node_m.shape[1:], complex)
     antennas = stage.antennas.transmitter_m, stage.antennas.receivers_m[receiver]
+    height = height_above_release(node_m, stage)
     for m, (plane, shift) in enumerate(zip(stage.planes, unknown, strict=True)):
         over_tx, over_rx = (
-            detour_ratio(node_m, antenna, plane, shift, stage.release_m, stage.wavenumber) for antenna in antennas
+            detour_ratio(node_m, antenna, plane, shift, stage.release_m, stage.wavenumber)
+            * lobe_factor(theta[places], m, height)
+            for antenna, places in zip(antennas, (layout.forward_lobe, own.backward_lobe), strict=True)
         )
         forward += t[m] * over_tx
         backward += r[m] * over_rx
         ghost += x[m] * over_tx * over_rx
     return np.asarray(forward * backward + ghost)
+
+
+def height_above_release(node_m: FloatArray, stage: Stage) -> FloatArray:
+    """Return (z - z at release) in units of 0.15 m at the nodes."""
+    return np.asarray((node_m[2] - stage.release_m[2]) / _LOBE_LENGTH_M)
+
+
+def lobe_factor(lobe: FloatArray, mirror: int, height: FloatArray) -> FloatArray:
+    """Return exp(a h + b h^2) for one mirror's pair (a, b)."""
+    a, b = lobe[2 * mirror : 2 * mirror + 2]
+    return np.asarray(np.exp((a + b * height) * height))
 
 
 def complex_of(pairs: FloatArray) -> ComplexArray:

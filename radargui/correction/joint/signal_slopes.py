@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radargui.correction.joint.layout import Layout
 from radargui.correction.joint.mirrors import ComplexArray, Detour, detour, turned
-from radargui.correction.joint.signal_model import FrontEnd, Stage, amplitude_of, bias_of, complex_of
+from radargui.correction.joint.signal_model import (
+    FrontEnd,
+    Stage,
+    amplitude_of,
+    bias_of,
+    complex_of,
+    height_above_release,
+    lobe_factor,
+)
 from radargui.model.arrays import FloatArray
 
 
@@ -24,7 +32,7 @@ class ReceiverSlopes:
         With respect to the receiver's own unknowns before those of its slow noise, shape (2, n_bins, n_own); the slow
         noise of a channel adds the stage's functions to that channel alone.
     by_mirrors
-        With respect to planes and forward coefficients, shape (2, n_bins, n_planes + n_forward).
+        With respect to planes, forward coefficients and their lobes, shape (2, n_bins, n).
     """
 
     by_position: FloatArray
@@ -74,7 +82,9 @@ def receiver_slopes(
         by_own[:, :, columns(places)] = _complex_columns(front, slopes, n_bins)
     by_planes = [front(_mean(slope)) for slope in mirrored.by_plane]
     by_forward = _complex_columns(front, mirrored.by_forward, n_bins)
-    by_mirrors = np.concatenate([_stack(by_planes, n_bins), by_forward], axis=2)
+    lobes = [_stack([front(_mean(slope)) for slope in by], n_bins) for by in mirrored.by_lobes]
+    by_own[:, :, columns(own.backward_lobe)] = lobes[1]
+    by_mirrors = np.concatenate([_stack(by_planes, n_bins), by_forward, lobes[0]], axis=2)
     return ReceiverSlopes(_front_vector(front, by_position), by_own, by_mirrors)
 
 
@@ -114,25 +124,30 @@ class _Mirrored:
     by_forward: list[ComplexArray]
     by_backward: list[ComplexArray]
     by_ghost: list[ComplexArray]
+    by_lobes: tuple[list[ComplexArray], list[ComplexArray]]
 
 
 def _mirrors(
     node_m: FloatArray, wave: ComplexArray, theta: FloatArray, layout: Layout, stage: Stage, receiver: int
 ) -> _Mirrored:
     if not stage.planes:
-        return _Mirrored(wave, 0.0, [], [], [], [])
+        return _Mirrored(wave, 0.0, [], [], [], [], ([], []))
     own = layout.receivers[receiver]
     unknown = theta[layout.planes].reshape(-1, 3)
     t = complex_of(theta[layout.forward])
     r, x = complex_of(theta[own.backward]), complex_of(theta[own.ghost])
 
-    def detours(antenna: FloatArray) -> list[Detour]:
-        return [
-            detour(node_m, antenna, plane, shift, stage.release_m, stage.wavenumber)
-            for plane, shift in zip(stage.planes, unknown, strict=True)
-        ]
+    height = height_above_release(node_m, stage)
 
-    over_tx, over_rx = detours(stage.antennas.transmitter_m), detours(stage.antennas.receivers_m[receiver])
+    def detours(antenna: FloatArray, lobe: FloatArray) -> list[Detour]:
+        out = []
+        for m, (plane, shift) in enumerate(zip(stage.planes, unknown, strict=True)):
+            one = detour(node_m, antenna, plane, shift, stage.release_m, stage.wavenumber)
+            out.append(replace(one, ratio=one.ratio * lobe_factor(lobe, m, height)))
+        return out
+
+    over_tx = detours(stage.antennas.transmitter_m, theta[layout.forward_lobe])
+    over_rx = detours(stage.antennas.receivers_m[receiver], theta[own.backward_lobe])
     forward, backward, field = wave, np.ones(wave.shape, complex), np.zeros(wave.shape, complex)
     by_ghost = []
     for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
@@ -144,9 +159,12 @@ def _mirrors(
     by_forward = [wave * backward * a.ratio for a in over_tx]
     by_backward = [forward * b.ratio for b in over_rx]
     slope, by_plane = np.zeros(node_m.shape, complex), []
+    by_lobes: tuple[list[ComplexArray], list[ComplexArray]] = ([], [])
     for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
         by_a = t[m] * by_forward[m] + x[m] * by_ghost[m]
         by_b = r[m] * by_backward[m] + x[m] * by_ghost[m]
         slope += by_a * a.slope + by_b * b.slope
         by_plane += list(by_a * a.plane + by_b * b.plane)
-    return _Mirrored(field, slope, by_plane, by_forward, by_backward, by_ghost)
+        for by, one in zip(by_lobes, (by_a, by_b), strict=True):
+            by += [one * height, one * height**2]
+    return _Mirrored(field, slope, by_plane, by_forward, by_backward, by_ghost, by_lobes)

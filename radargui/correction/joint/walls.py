@@ -20,7 +20,7 @@ from radargui.correction.joint.signal_model import FrontEnd, field_at_nodes
 from radargui.correction.joint.signal_slopes import receiver_slopes
 from radargui.model.arrays import FloatArray
 
-_AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
+_AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20, 0.25, 0.31)
 _FINE_RAD, _FINE_M, _NEAREST_M = np.radians(np.arange(-16.0, 17.0, 4.0)), np.arange(-0.03, 0.031, 0.01), 0.05
 _CARRIED, _CARRIED_AGAIN = 4, 2
 _STIFF_BIAS, _STIFF_LEVEL, _STIFF_JERK = 0.003, 0.07, 1.0
@@ -166,7 +166,7 @@ class _LinearisedSearch:
         slope, curvature = np.zeros(n_new), np.zeros((n_new, n_new))
         to_border = np.zeros((old.size, n_new))
         pulled = np.zeros((self.n_bins, 3, n_new))
-        mirrors = slice(old.planes.start, old.forward.stop)
+        mirrors = old.mirrors
         for receiver, before in enumerate(self.slopes):
             own = old.receivers[receiver]
             front, j = FrontEnd(self.solution.state.theta, own), np.zeros((2, self.n_bins, n_new))

@@ -12,7 +12,7 @@ from radargui.correction.adaptive.rounds import Ground, Round
 from radargui.correction.joint.drift import Drift
 from radargui.correction.joint.first_state import Posed, circle_constants, first_spline, pose
 from radargui.correction.joint.minimise import Solution, chi_square, local_chi_square, log_evidence
-from radargui.correction.joint.mirrors import MirrorPlane
+from radargui.correction.joint.mirrors import FLOOR, MirrorPlane
 from radargui.correction.joint.repose import repose
 from radargui.correction.joint.rounds import converge, positions, settle_breaks
 from radargui.correction.joint.walls import search_wall
@@ -67,7 +67,7 @@ class _Attempts:
         breaks = np.sort(np.concatenate([self.found.impact_s, self.found.turn_s]))
         motion = first_spline(self.ground, start.place, self.found.start_s, breaks)
         lowest = start.place[:, int(np.argmin(self.normal @ start.place))]
-        floor = MirrorPlane(lowest - _BELOW_M * self.normal, self.normal, "floor")
+        floor = MirrorPlane(lowest - _BELOW_M * self.normal, self.normal, FLOOR)
         planes = (floor,) if reflects else ()
         posed = pose(self.ground, motion, circle_constants(start), planes, length_m, self.drift, self.front_end)
         return converge(self.ground, posed, _FIRST_ROUNDS, self.tick)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from radargui.correction.joint.mirrors import MirrorPlane
+from radargui.correction.joint.mirrors import FLOOR, MirrorPlane
 from radargui.model.arrays import FloatArray, IntArray
 
 
@@ -160,7 +160,7 @@ class Prior:
 
 BREAK_SD_S, FOUND_BREAK_SD_S = 0.003, 0.001
 _LOG_AMPLITUDE_SD, _OFFSET_SD = 0.5, 0.5
-_LOBE_START = 0.1
+_LOBE_START, _NO_LOBE = 0.03, 1e-4
 _BIAS_START, _LEVEL_START, _MIRROR_START, _MOST_REFLECTED = 0.02, 0.1, 0.1, 0.2
 
 
@@ -202,7 +202,10 @@ def make_prior(
         one_mirror = [_pair(layout.forward, m), *(_pair(r.backward, m) for r in layout.receivers)]
         group(one_mirror, _MIRROR_START, 1e-3, _MOST_REFLECTED)
         lobes = [_pair(layout.forward_lobe, m), *(_pair(r.backward_lobe, m) for r in layout.receivers)]
-        group(lobes, _LOBE_START, 1e-3, 0.7)
+        if planes[m].name == FLOOR:
+            group(lobes, _LOBE_START, 1e-3, 0.7)
+        else:  # a wall's few percent do not tell how they change with height
+            group(lobes, _NO_LOBE, _NO_LOBE, _NO_LOBE)
         group([_pair(r.ghost, m) for r in layout.receivers], 0.01, 1e-4, 0.3)
     for number, (own, circle) in enumerate(zip(layout.receivers, circles, strict=True)):
         sd[own.drift_i], sd[own.drift_q] = drift_sd[2 * number], drift_sd[2 * number + 1]

@@ -13,6 +13,7 @@ from radargui.geometry.reflectors import mirror
 from radargui.model.arrays import FloatArray
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
+FLOOR, WALL = "floor", "wall"
 _U_TILT, _U_SHIFT_M = 0.03, 0.03
 
 
@@ -27,7 +28,7 @@ class MirrorPlane:
     normal
         Unit vector to the tracer's side, shape (3,).
     name
-        For people.
+        FLOOR or WALL.
     u_turn
         Prior standard deviation of the first tilt, rad: of a wall its azimuth, which a search knows only to some
         degrees.

@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix, eye_array, kron
 from radargui.correction.adaptive.rounds import Ground
 from radargui.correction.joint.layout import Prior
 from radargui.correction.joint.minimise import Solution, log_evidence
-from radargui.correction.joint.mirrors import MirrorPlane, detour_ratio
+from radargui.correction.joint.mirrors import WALL, MirrorPlane, detour_ratio
 from radargui.correction.joint.problem import JointProblem, State, assemble, linearise
 from radargui.correction.joint.repose import carried_places, repose
 from radargui.correction.joint.rounds import converge, positions
@@ -20,7 +20,7 @@ from radargui.correction.joint.signal_model import FrontEnd, field_at_nodes
 from radargui.correction.joint.signal_slopes import receiver_slopes
 from radargui.model.arrays import FloatArray
 
-_AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20, 0.25, 0.31)
+_AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
 _FINE_RAD, _FINE_M, _NEAREST_M = np.radians(np.arange(-16.0, 17.0, 4.0)), np.arange(-0.03, 0.031, 0.01), 0.05
 _CARRIED, _CARRIED_AGAIN = 4, 2
 _STIFF_BIAS, _STIFF_LEVEL, _STIFF_JERK = 0.003, 0.07, 1.0
@@ -66,7 +66,7 @@ def search_wall(
     tick
         Called once a round; may raise to cancel.
     thorough
-        False: stop after the coarse search unless it finds something.
+        False: converge fewer, and stop after the coarse search unless it finds something.
     """
     mirrors, middle = solution.problem.stage.planes, positions(ground, solution).mean(axis=1)
     azimuth, distance = np.linspace(0.0, 2.0 * np.pi, _AZIMUTHS, endpoint=False), np.array(_DISTANCES_M)
@@ -75,7 +75,9 @@ def search_wall(
     base, tried = solution, WallSearch(())
     for number in range(_SEARCHES):
         planes = _upright(middle, normal, azimuth, distance)
-        numbers = _peaks(_gains(base, planes, tick), around=number == 0)[: _CARRIED if number == 0 else _CARRIED_AGAIN]
+        numbers = _peaks(_gains(base, planes, tick), around=number == 0)[
+            : _CARRIED if thorough and number == 0 else _CARRIED_AGAIN
+        ]
         trials = [converge(ground, repose(base, (*mirrors, planes[k])), _ROUNDS, tick) for k in numbers]
         before, more = tried.gain, [(trial, log_evidence(trial) - without) for trial in trials]
         tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one[1])))
@@ -122,7 +124,7 @@ def _upright(
     out = []
     for angle in azimuth_rad:
         outward = np.cos(angle) * first + np.sin(angle) * second
-        out += [MirrorPlane(middle_m + away * outward, -outward, "wall", _U_AZIMUTH) for away in distance_m]
+        out += [MirrorPlane(middle_m + away * outward, -outward, WALL, _U_AZIMUTH) for away in distance_m]
     return out
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
@@ -10,11 +12,13 @@ from PySide6.QtCore import QRectF
 from support.gui_sessions import make_session
 
 from radargui.files.run_file import read_markers
+from radargui.files.run_writer import RunWriter
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.sessions.thumbnail_view import curves
-from radargui.session.info import read_info
+from radargui.session.info import JournalEntry, read_info
 from radargui.session.lock import SessionLock, SessionLockedError, owner_of
+from radargui.session.session import Session
 
 
 @pytest.fixture
@@ -110,12 +114,28 @@ def test_a_session_that_another_program_writes_is_opened_for_looking(
     assert not [notice for notice in window.board.notices if notice.level == "error"]
 
 
-def test_sample_target_and_notes_of_a_moment_are_kept(window: MainWindow, wait_for: Any, record_one: Any) -> None:
+def test_sample_target_and_notes_of_a_moment_are_kept(
+    window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # the short run of a test must not end before its note is written
+    marked, mark, close = Event(), Session.mark, RunWriter.close
+
+    def mark_and_tell(session: Session, text: str, *, now: datetime) -> JournalEntry:
+        entry = mark(session, text, now=now)
+        marked.set()
+        return entry
+
+    def close_when_marked(writer: RunWriter) -> None:
+        marked.wait(10.0)
+        close(writer)
+
+    monkeypatch.setattr(Session, "mark", mark_and_tell)
+    monkeypatch.setattr(RunWriter, "close", close_when_marked)
     panel = window.session_panel
     panel._sample.setText("glass sphere")
     panel._target.setText("granular bed")
     window.actions_.record.trigger()
-    wait_for(lambda: window.control.state is AppState.RECORDING)
+    wait_for(lambda: window.control.session is not None and window.control.session.recording is not None)
     panel._mark.setText("door slammed")
     panel._keep_mark.click()
     wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))

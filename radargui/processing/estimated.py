@@ -85,16 +85,22 @@ def estimated(
         if road is None:
             road = _road(estimate_adaptive(recording, setup, found), segment, setup)
     warnings = (f"the joint correction does not stand here ({why}): the adaptive one was used",) if why else ()
-    return replace(road, warnings=warnings)
+    return replace(road, warnings=road.warnings + warnings)
 
 
 def _road(estimate: MotionEstimate, segment: Segment, setup: Setup) -> Road:
     paths = _paths(estimate, setup)
     bounces, shift = None, None
+    warnings: tuple[str, ...] = ()
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
-        bounces, fit = joint_bounces(estimate, setup)
-        shift = None if fit is None else FlightShift(fit, np.asarray(bounces.normal))
-    return Road(_corrected(estimate, segment, setup), paths, _track(estimate, paths, setup), bounces, shift)
+        try:
+            bounces, fit = joint_bounces(estimate, setup)
+            shift = None if fit is None else FlightShift(fit, np.asarray(bounces.normal))
+        except (np.linalg.LinAlgError, FloatingPointError, ValueError) as error:
+            warnings = (f"the flights could not be fitted ({error}): the bounces were taken from the track",)
+    return Road(
+        _corrected(estimate, segment, setup), paths, _track(estimate, paths, setup), bounces, shift, warnings=warnings
+    )
 
 
 def _try_joint_with(
@@ -126,7 +132,7 @@ def _with_prior(road: Road, prior: FrontEndPrior | None, why: str) -> Road:
         return replace(road, front_end_prior=prior)
     runs = prior.runs[0] if len(prior.runs) == 1 else f"{prior.runs[0]} to {prior.runs[-1]}"
     warning = f"what {runs} say about the front ends is not used: this run does not agree ({why})"
-    return replace(road, front_end_prior=prior, warnings=(warning,))
+    return replace(road, front_end_prior=prior, warnings=(*road.warnings, warning))
 
 
 def _try_joint(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks.scenes.draw import draw_scene
+from benchmarks.scenes.scene import make_record
 from support.changed import changed
 
 from radargui.model.recording import Recording
@@ -120,3 +122,17 @@ def test_the_plane_wave_geometry_is_kept_with_the_joint_correction(setup: Setup,
     assert result.track is not None
     assert result.track.geometry == "plane"
     assert result.bounces.impacts
+
+
+def test_flights_that_cannot_be_fitted_leave_the_track_and_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise np.linalg.LinAlgError("singular")
+
+    monkeypatch.setattr("radargui.processing.estimated.joint_bounces", broken)
+    record = make_record(draw_scene(9, "generic", "drop", rate_hz=5000.0, snr_db=35.0, e=0.7, height_m=0.2))
+    result = process(record.recording, record.setup)
+    assert result.status == "ok"
+    assert result.corrected is not None
+    assert result.corrected.method == "joint"
+    assert result.bounces.impacts
+    assert any("flights could not be fitted (singular)" in warning for warning in result.warnings)

@@ -19,7 +19,7 @@ _LEAST_JUMP_M_S, _SIGNIFICANT = 0.12, 7.0
 _LEAST_SPEED_M_S = 0.04
 _LEAST_DIP_M = 1e-4
 _GRAVITY_M_S2 = 9.81
-_LEAST_FLIGHT_S, _MOST_BOUNCES = 0.010, 12
+_LEAST_FLIGHT_S, _MOST_BOUNCES, _SAME_SHARE = 0.010, 12, 1.15
 _MOST_THROWN, _DOUBT_M_S, _MOST_ELSE_M_S2 = 2.0, 0.5, 30.0
 
 
@@ -73,8 +73,10 @@ class BreakSpeeds:
         impacts = self.are_impacts()
         if not impacts.any():
             return np.zeros(0)
-        speed, moment = float(self.after_m_s[impacts][-1]), float(self.time_s[impacts][-1])
-        share = float(np.median(-self.after_m_s[impacts] / self.before_m_s[impacts]))
+        shares = -self.after_m_s[impacts] / self.before_m_s[impacts]
+        share, moment = float(np.median(shares)), float(self.time_s[impacts][-1])
+        # the last one may have been drawn away by a bounce that is still missing
+        speed = min(float(shares[-1]), _SAME_SHARE * share) * -float(self.before_m_s[impacts][-1])
         out: list[float] = []
         while len(out) < _MOST_BOUNCES:
             moment += 2.0 * speed / _GRAVITY_M_S2

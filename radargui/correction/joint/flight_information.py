@@ -61,7 +61,8 @@ class MotionInformation:
 
         (K - P P^T)^-1 = K^-1 + K^-1 P (1 - P^T K^-1 P)^-1 P^T K^-1.
         """
-        scale = np.maximum(self.known.diagonal() - (self.lost**2).sum(axis=1), 1e-300)
+        scale = self.known.diagonal() - (self.lost**2).sum(axis=1)
+        scale = np.maximum(scale, _UNSEEN * float(np.median(scale)))  # no bin may lie under a coefficient
         factor = splu((self.known + _UNSEEN * diagonal(scale)).tocsc(), permc_spec="MMD_AT_PLUS_A")
         solved = factor.solve(np.column_stack([self.slope, self.lost]))
         inner = np.eye(self.lost.shape[1]) - self.lost.T @ solved[:, 1:]

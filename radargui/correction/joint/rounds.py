@@ -52,11 +52,12 @@ def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: 
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
     First the body is let bounce on from its last impact: one break too few between short flights draws its neighbour
-    away. A break that was dropped is not tried again at the same place; the round with the smallest misfit is returned
-    (evidences are not comparable between different knots).
+    away. A break that was dropped is not tried again at the same place. Of the rounds whose misfit is within 2 % of the
+    smallest the one with most impacts, best known, is returned (evidences are not comparable between different knots).
     """
     sharp, refused = np.zeros(0), np.zeros(0)
-    best = solution = _bounced_on(ground, solution, normal, tick)
+    solution = _bounced_on(ground, solution, normal, tick)
+    seen = [solution]
     for number in range(_BREAK_ROUNDS):
         speeds = break_speeds(solution, normal)
         good = speeds.are_kinks()
@@ -71,8 +72,16 @@ def settle_breaks(ground: Ground, solution: Solution, normal: FloatArray, tick: 
         breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
         solution = converge(ground, pose_again(ground, solution, motion), 4, tick)
-        best = min(best, solution, key=_misfit)
-    return best
+        seen.append(solution)
+    enough = _NO_WORSE * min(_misfit(one) for one in seen)
+    return max((one for one in seen if _misfit(one) <= enough), key=lambda one: _impacts(one, normal))
+
+
+def _impacts(solution: Solution, normal: FloatArray) -> tuple[int, float]:
+    """Return how many impacts there are, and less the uncertainty of the least known jump."""
+    speeds = break_speeds(solution, normal)
+    impacts = speeds.are_impacts()
+    return int(impacts.sum()), -float(speeds.u_jump_m_s[impacts].max(initial=0.0))
 
 
 def _bounced_on(ground: Ground, solution: Solution, normal: FloatArray, tick: Callable[[], None]) -> Solution:
@@ -87,7 +96,7 @@ def _bounced_on(ground: Ground, solution: Solution, normal: FloatArray, tick: Ca
         breaks = np.concatenate([before, expected])
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, np.zeros(0))
         trial = converge(ground, pose_again(ground, solution, motion), 4, tick)
-        more = int(break_speeds(trial, normal).are_impacts().sum()) > int(impacts.sum())
+        more = _impacts(trial, normal)[0] > int(impacts.sum())
         if not more or _misfit(trial) > _NO_WORSE * _misfit(solution):
             break
         solution = trial

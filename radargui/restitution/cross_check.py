@@ -14,6 +14,8 @@ LEAST_SAMPLES = 16
 COVERAGE = 3.0
 MODEL_SHARE = 0.01
 """Air drag and a floor that gives way make the three differ by up to about a percent, none of them being wrong."""
+LEAST_SPEED_M_S = 0.15
+"""After a slower rebound the next impact may be below what is resolved: nothing is told."""
 
 
 def cross_check(
@@ -84,7 +86,7 @@ def disagreements(bounces: Bounces) -> list[str]:
             f"gives no floor.normal): speeds are along ({x:.3f}, {y:.3f}, {z:.3f})"
         )
     for number, impact in enumerate(bounces.impacts, 1):
-        if not impact.valid:
+        if not impact.valid or impact.speed_after_m_s < LEAST_SPEED_M_S:
             continue
         within = COVERAGE * float(np.hypot(impact.u_e, MODEL_SHARE * impact.e))
         for name, other in (("flight time", impact.e_flight_time), ("height", impact.e_height)):

@@ -90,6 +90,8 @@ def test_coefficients_that_disagree_are_told() -> None:
     first = replace(find_bounces(track, segment, UP, drop.rate_hz).impacts[0], e_flight_time=0.7)
     (sentence,) = disagreements(Bounces((first,)))
     assert "0.7000 from the flight time" in sentence
+    slow = replace(first, speed_before_m_s=0.1, speed_after_m_s=0.08)
+    assert disagreements(Bounces((slow,))) == [], "the impact after it may be below what is resolved"
 
 
 @pytest.mark.parametrize("tilt_deg", [0.0, 0.2, 3.0])

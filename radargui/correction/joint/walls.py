@@ -23,7 +23,7 @@ from radargui.model.arrays import FloatArray
 _AZIMUTHS, _DISTANCES_M = 40, (0.08, 0.11, 0.14, 0.17, 0.20)
 _FINE_RAD, _FINE_M, _NEAREST_M = np.radians(np.arange(-16.0, 17.0, 4.0)), np.arange(-0.03, 0.031, 0.01), 0.05
 _CARRIED, _CARRIED_AGAIN = 4, 2
-_STIFF_BIAS, _STIFF_LEVEL, _STIFF_JERK = 0.003, 0.07, 1.0
+_STIFF_BIAS, _STIFF_LEVEL = 0.003, 0.07
 _COEFFICIENT_SD = 0.03
 _U_AZIMUTH = 0.15
 _ROUNDS = 3
@@ -205,16 +205,16 @@ class _LinearisedSearch:
 
 
 def _stiffened(problem: JointProblem) -> JointProblem:
-    """Return the problem with maps and motion as stiff as if nothing were left to explain.
+    """Return the problem with maps as stiff as if nothing were left to explain.
 
-    Maps and motion that have grown to explain a wall would hide it.
+    Maps that have grown to explain a wall would hide it.
     """
     sd = problem.prior.sd.copy()
     for own in problem.layout.receivers:
         for places, most in ((own.bias_i, _STIFF_BIAS), (own.bias_q, _STIFF_BIAS), (own.level, _STIFF_LEVEL)):
             sd[places] = np.minimum(sd[places], most)
     prior = Prior(problem.prior.mean, sd, problem.prior.groups)
-    return replace(problem, prior=prior, jerk_sd=problem.jerk_sd / _STIFF_JERK)
+    return replace(problem, prior=prior)
 
 
 def _peaks(gain: FloatArray, *, around: bool) -> list[int]:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
-from types import TracebackType
 
 from radargui.acquisition.faults import attempt
-from radargui.acquisition.health import Health
-from radargui.acquisition.health_record import health_record
+from radargui.acquisition.health import Health, health_record, snapshot
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.ring import Ring
-from radargui.acquisition.snapshot import snapshot
+from radargui.acquisition.run_output import RunOutput
 from radargui.acquisition.state import AcquisitionState, Ending
 from radargui.acquisition.stream import MakeProcessor, Stream, make_stream
 from radargui.model.digitisation import Digitisation
@@ -24,6 +23,7 @@ from radargui.sources.clock import SYSTEM_CLOCK, Clock
 from radargui.sources.contract import Source
 
 _LONGEST_STOP_S = 60.0
+"""A driver that hangs in a read or a network disk in a write; chosen by hand."""
 
 
 class Acquisition:
@@ -53,6 +53,15 @@ class Acquisition:
         For the rate at which samples come.
     make_processor
         Makes the live processor.
+
+    Attributes
+    ----------
+    state
+        Where the acquisition is.
+    error
+        Why it failed; None while all is well.
+    recorder
+        What records; None where nothing is recorded.
     """
 
     def __init__(
@@ -71,31 +80,21 @@ class Acquisition:
         self._source = source
         self._setup = setup
         self._ring_s = ring_s
-        self._recorder = recorder
+        self.recorder = recorder
         self._make_processor = make_processor if live else None
         self._patient = patient
         self._on_end = on_end
         self._clock = clock
         self._lock = threading.RLock()
         self._done = threading.Event()
-        self._state = AcquisitionState.IDLE
+        self.state = AcquisitionState.IDLE
         self._stop_requested = False
         self._stopped_by_operator = False
-        self._error: RadarGuiError | None = None
+        self.error: RadarGuiError | None = None
         self._live_error: RadarGuiError | None = None
         self._reader: threading.Thread | None = None
         self._others: list[threading.Thread] = []
         self._stream: Stream | None = None
-
-    @property
-    def state(self) -> AcquisitionState:
-        """Where the acquisition is."""
-        return self._state
-
-    @property
-    def error(self) -> RadarGuiError | None:
-        """Why it failed; None while all is well."""
-        return self._error
 
     @property
     def digitisation(self) -> Digitisation | None:
@@ -113,21 +112,16 @@ class Acquisition:
         return self._stream.track if self._stream else None
 
     @property
-    def recorder(self) -> Recorder | None:
-        """What records; None where nothing is recorded."""
-        return self._recorder
-
-    @property
     def health(self) -> Health:
         """A snapshot; made in the caller's thread."""
-        return snapshot(self._state, self._stream, self._recorder, self._live_error, self._error)
+        return snapshot(self.state, self._stream, self.recorder, self._live_error, self.error)
 
     def start(self) -> None:
         """Open the source and begin, in the reader's thread; idempotent, and without effect after `stop`."""
         with self._lock:
-            if self._state is not AcquisitionState.IDLE:
+            if self.state is not AcquisitionState.IDLE:
                 return
-            self._state = AcquisitionState.OPENING
+            self.state = AcquisitionState.OPENING
             self._reader = threading.Thread(target=self._run, name="acquisition-reader", daemon=True)
             self._reader.start()
 
@@ -154,13 +148,6 @@ class Acquisition:
         """Wait for the end; True where it has come and nothing more will be written."""
         return self._done.wait(timeout_s)
 
-    def __enter__(self) -> Acquisition:
-        self.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
-        self.stop()
-
     def _run(self) -> None:
         """Do the reader's whole life."""
         self._fail(attempt(self._open_and_read, "Reading the source"))
@@ -177,7 +164,7 @@ class Acquisition:
             digitisation,
             self._setup,
             ring_s=self._ring_s,
-            records=self._recorder is not None,
+            records=self.recorder is not None,
             make_processor=self._make_processor,
             clock=self._clock,
             patient=self._patient,
@@ -185,16 +172,16 @@ class Acquisition:
         return self._stream
 
     def _begin(self, stream: Stream) -> bool:
-        if self._recorder is not None:
-            self._recorder.health_of_run = lambda: self._health_of_run(stream)
-            self._recorder.prepare(stream.digitisation, datetime.now().astimezone(), self._source.truth)
+        if self.recorder is not None:
+            self.recorder.health_of_run = lambda run: self._health_of_run(stream, run)
+            self.recorder.prepare(stream.digitisation, datetime.now().astimezone(), self._source.truth)
         with self._lock:
             # Under the lock, so that nobody stops the source between the question and the start.
             if self._stop_requested:
                 return False
             self._source.start()
-            self._state = AcquisitionState.RUNNING
-        if self._recorder is not None:
+            self.state = AcquisitionState.RUNNING
+        if self.recorder is not None:
             self._run_beside(lambda: self._record(stream), "acquisition-recorder")
         if stream.worker is not None:
             self._run_beside(lambda: self._estimate(stream), "acquisition-live")
@@ -215,7 +202,7 @@ class Acquisition:
                 stream.reading.backlog = self._source.backlog()
 
     def _record(self, stream: Stream) -> None:
-        recorder, queue = self._recorder, stream.queue
+        recorder, queue = self.recorder, stream.queue
         if recorder is None or queue is None:
             return
 
@@ -240,36 +227,39 @@ class Acquisition:
         if stream.worker is not None and index is not None:
             stream.worker.at_release(index)
 
-    def _health_of_run(self, stream: Stream) -> dict[str, object]:
-        return health_record(self.health, stream.peaks)
+    def _health_of_run(self, stream: Stream, run: RunOutput) -> dict[str, object]:
+        health = self.health
+        # an acquisition may record many runs: what is said of one is its own
+        own = replace(health, samples_read=run.count, samples_lost=run.lost)
+        return {**health_record(health, stream.peaks), "line": own.line()}
 
     def _estimate(self, stream: Stream) -> None:
         if stream.worker is None:
             return
         self._live_error = attempt(stream.worker.run, "The live track")
         # A run that is being recorded cannot be repeated: it goes on without a live track.
-        if self._recorder is None:
+        if self.recorder is None:
             self._fail(self._live_error)
 
     def _end(self) -> None:
         with self._lock:
-            self._state = AcquisitionState.STOPPING
+            self.state = AcquisitionState.STOPPING
         self._guarded(self._source.stop, "Stopping the source")
         if self._stream is not None:
             self._stream.close()
         for thread in self._others:
             thread.join()
-        recorder = self._recorder
+        recorder = self.recorder
         if recorder is not None:
             self._guarded(lambda: recorder.finish(self._ending()), "Finishing the run")
         self._guarded(self._source.close, "Closing the source")
-        self._state = AcquisitionState.STOPPED if self._error is None else AcquisitionState.FAILED
+        self.state = AcquisitionState.STOPPED if self.error is None else AcquisitionState.FAILED
         if self._on_end is not None:
             self._guarded(self._on_end, "Telling the end")
         self._done.set()
 
     def _ending(self) -> Ending:
-        if self._error is not None:
+        if self.error is not None:
             return Ending.FAILED
         return Ending.STOPPED if self._stopped_by_operator else Ending.END_OF_DATA
 
@@ -277,20 +267,20 @@ class Acquisition:
         if error is None:
             return
         with self._lock:
-            self._error = self._error or error
+            self.error = self.error or error
         self._stop_soon()
 
     def _stop_soon(self) -> None:
         with self._lock:
             self._stop_requested = True
-            if self._state is AcquisitionState.IDLE:
-                self._state = AcquisitionState.STOPPED
+            if self.state is AcquisitionState.IDLE:
+                self.state = AcquisitionState.STOPPED
                 self._done.set()
-            if self._state is AcquisitionState.RUNNING:
+            if self.state is AcquisitionState.RUNNING:
                 self._guarded(self._source.stop, "Stopping the source")
 
     def _guarded(self, step: Callable[[], None], what: str) -> None:
-        """Do a step of ending; its failure is told but does not keep the next step from being done."""
+        """Do a step of ending; its failure is reported but does not keep the next step from being done."""
         error = attempt(step, what)
         with self._lock:
-            self._error = self._error or error
+            self.error = self.error or error

@@ -18,32 +18,26 @@ class BlockQueue:
     ----------
     capacity
         Samples of each channel; one block is always let in, however long.
+
+    Attributes
+    ----------
+    capacity
+        Samples of each channel that fit.
+    depth
+        Samples of each channel that wait.
+    dropped
+        Samples of each channel that did not fit, since the start.
     """
 
     def __init__(self, capacity: int) -> None:
-        self._capacity = capacity
+        self.capacity = capacity
         self._blocks: deque[Block] = deque()
         self._changed = threading.Condition()
-        self._depth = 0
-        self._dropped = 0
+        self.depth = 0
+        self.dropped = 0
         self._dropped_gap: Gap | None = None
         self._dropped_last: Block | None = None
         self._closed = False
-
-    @property
-    def capacity(self) -> int:
-        """Samples of each channel that fit."""
-        return self._capacity
-
-    @property
-    def depth(self) -> int:
-        """Samples of each channel that wait."""
-        return self._depth
-
-    @property
-    def dropped(self) -> int:
-        """Samples of each channel that did not fit, since the start."""
-        return self._dropped
 
     def put(self, block: Block, *, wait: bool = False) -> bool:
         """Hand over a block; False where there was no room and it is lost.
@@ -61,7 +55,7 @@ class BlockQueue:
             if self._closed:
                 return False
             if not self._has_room(block):
-                self._dropped += block.count
+                self.dropped += block.count
                 self._dropped_gap = _joined(self._dropped_gap, block, with_samples=True)
                 self._dropped_last = Block(block.samples[:, :0].copy(), block.end_index)
                 return False
@@ -69,7 +63,7 @@ class BlockQueue:
                 block = replace(block, gap=_joined(self._dropped_gap, block, with_samples=False))
                 self._dropped_gap = None
             self._blocks.append(block)
-            self._depth += block.count
+            self.depth += block.count
             self._changed.notify_all()
             return True
 
@@ -80,7 +74,7 @@ class BlockQueue:
             if not self._blocks:
                 return None
             block = self._blocks.popleft()
-            self._depth -= block.count
+            self.depth -= block.count
             self._changed.notify_all()
             return block
 
@@ -98,10 +92,10 @@ class BlockQueue:
         """Throw away what waits; nobody will take it."""
         with self._changed:
             self._blocks.clear()
-            self._depth = 0
+            self.depth = 0
 
     def _has_room(self, block: Block) -> bool:
-        return self._depth == 0 or self._depth + block.count <= self._capacity
+        return self.depth == 0 or self.depth + block.count <= self.capacity
 
 
 def _joined(gap: Gap | None, block: Block, *, with_samples: bool) -> Gap:

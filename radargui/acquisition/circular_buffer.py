@@ -22,6 +22,11 @@ class CircularBuffer:
         Columns held.
     dtype
         Type of the numbers.
+
+    Attributes
+    ----------
+    end
+        Absolute index after the last column.
     """
 
     def __init__(self, n_rows: int, length: int, dtype: DTypeLike) -> None:
@@ -29,17 +34,12 @@ class CircularBuffer:
         # written, so that the system gives the memory now and not while samples come
         self._data.fill(0)
         self._announced = 0
-        self._end = 0
+        self.end = 0
 
     @property
     def length(self) -> int:
         """Columns held."""
         return int(self._data.shape[1])
-
-    @property
-    def end(self) -> int:
-        """Absolute index after the last column."""
-        return self._end
 
     @property
     def first(self) -> int:
@@ -49,25 +49,18 @@ class CircularBuffer:
     def extend(self, columns: NDArray[Any]) -> None:
         """Append columns, shape (n_rows, n); one thread only."""
         count = columns.shape[1]
-        end = self._end + count
+        end = self.end + count
         self._announced = end
         kept = columns[:, max(0, count - self.length) :]
         begin = (end - kept.shape[1]) % self.length
         head = min(kept.shape[1], self.length - begin)
         self._data[:, begin : begin + head] = kept[:, :head]
         self._data[:, : kept.shape[1] - head] = kept[:, head:]
-        self._end = end
+        self.end = end
 
     def fill(self, count: int, value: float) -> None:
         """Append `count` columns of one value; one thread only."""
-        end = self._end + count
-        self._announced = end
-        kept = min(count, self.length)
-        begin = (end - kept) % self.length
-        head = min(kept, self.length - begin)
-        self._data[:, begin : begin + head] = value
-        self._data[:, : kept - head] = value
-        self._end = end
+        self.extend(np.broadcast_to(np.asarray(value, self._data.dtype), (self._data.shape[0], count)))
 
     def copy(self, first: int, last: int) -> tuple[int, NDArray[Any]]:
         """Return what is held of columns first:last.
@@ -77,7 +70,7 @@ class CircularBuffer:
         tuple
             Absolute index of the first column returned, and a copy of shape (n_rows, n), n from 0 to last - first.
         """
-        last = min(last, self._end)
+        last = min(last, self.end)
         first = max(first, self.first)
         if last <= first:
             return max(first, 0), self._data[:, :0].copy()

@@ -9,12 +9,13 @@ from pathlib import Path
 from radargui.model.errors import FileError
 
 MINIMUM_FREE_BYTES = 200_000_000
+"""Stays free for closing the run and storing its results; chosen by hand."""
 LOW_S = 600.0
-"""Recording time left at which the operator is warned."""
+"""Recording time left at which the operator is warned: enough to end a series in order; chosen by hand."""
 
 
 def free_bytes(folder: Path) -> int | None:
-    """Return the free bytes of the disk that holds `folder`; None where it cannot be told."""
+    """Return the free bytes of the disk that holds `folder`; None where nobody knows."""
     try:
         return shutil.disk_usage(folder).free
     except OSError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 
-from radargui.model.errors import RadarGuiError
+from radargui.model.errors import RadarGuiError, fault_of
 
 _logger = logging.getLogger(__name__)
 
@@ -27,24 +27,7 @@ def attempt(step: Callable[[], object], what: str) -> RadarGuiError | None:
     except RadarGuiError as error:
         _logger.info("%s: %s", what, error)
         return error
-    except MemoryError as error:
-        _logger.exception("%s failed", what)
-        return _caused(
-            RadarGuiError(f"{what} failed: no memory is left", remedy="Close other programs or shorten the run."),
-            error,
-        )
     except Exception as error:
         _logger.exception("%s failed", what)
-        return _caused(
-            RadarGuiError(
-                f"{what} failed unexpectedly: {type(error).__name__}: {error}",
-                remedy="This is a fault of the program: please report it with the log.",
-            ),
-            error,
-        )
+        return fault_of(error, what)
     return None
-
-
-def _caused(error: RadarGuiError, cause: Exception) -> RadarGuiError:
-    error.__cause__ = cause
-    return error

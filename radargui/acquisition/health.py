@@ -1,4 +1,4 @@
-"""The health of an acquisition at one moment: rate, losses, queues, levels, disk, errors."""
+"""The health of an acquisition, now and as it is kept with a run: rate, losses, queues, levels, disk, errors."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 from radargui.acquisition.disk import LOW_S
 from radargui.acquisition.level import Level
+from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.state import AcquisitionState, RecorderState
+from radargui.acquisition.stream import Peaks, Stream
 from radargui.model.errors import RadarGuiError
 
 
@@ -21,7 +23,7 @@ class Health:
     sample_rate_hz
         Rate the source promises; None before it is open.
     read_rate_hz
-        Rate at which samples really came, over the last seconds; None before it can be told.
+        Rate at which samples really came, over the last seconds; None before it is known.
     samples_read
         Samples read.
     samples_lost
@@ -34,8 +36,6 @@ class Health:
         Samples that wait for the writer, and how many may.
     samples_not_written
         Samples that were read but not written, because the writer was too slow.
-    samples_recorded
-        Samples in the run so far.
     live_lag_s
         How far the live track is behind the newest sample; None without live track.
     live_skipped_samples
@@ -44,6 +44,8 @@ class Health:
         Peak and clipping of each channel over the last moments.
     disk_free_bytes, disk_left_s
         Space left, and how long a recording could last; None where nothing is recorded.
+    lost_file
+        Which run file was taken away while it was written, and where the recording goes on; empty where none.
     live_error
         Why there is no live track any more; the recording is not touched by it.
     error
@@ -61,12 +63,12 @@ class Health:
     writer_queue_samples: int = 0
     writer_queue_capacity_samples: int = 0
     samples_not_written: int = 0
-    samples_recorded: int = 0
     live_lag_s: float | None = None
     live_skipped_samples: int = 0
     levels: tuple[Level, ...] = ()
     disk_free_bytes: int | None = None
     disk_left_s: float | None = None
+    lost_file: str = ""
     live_error: RadarGuiError | None = None
     error: RadarGuiError | None = None
 
@@ -82,26 +84,87 @@ class Health:
 
     def line(self) -> str:
         """Return the snapshot as one line for the operator."""
-        parts = [f"{self.samples_read} samples"]
-        if self.read_rate_hz is not None:
-            parts.append(f"{self.read_rate_hz / 1e3:.1f} kS/s")
-        parts.append(f"{self.samples_lost} lost" if self.samples_lost else "none lost")
-        if self.samples_not_written:
-            parts.append(f"{self.samples_not_written} not written")
-        if self.backlog_samples:
-            parts.append(f"backlog {self.backlog_samples}")
-        if self.writer_queue_capacity_samples:
-            parts.append(f"writer queue {self.writer_queue_samples / self.writer_queue_capacity_samples:.0%}")
-        if self.live_lag_s is not None:
-            parts.append(f"live {1e3 * self.live_lag_s:.0f} ms behind")
-        if self.live_skipped_samples:
-            parts.append(f"live skipped {self.live_skipped_samples}")
-        if self.clipped:
-            parts.append(f"clipping: {' '.join(self.clipped)}")
-        if self.disk_left_s is not None:
-            low = "LOW DISK: " if self.disk_is_low else ""
-            parts.append(f"{low}disk for {_duration(self.disk_left_s)}")
-        return ", ".join(parts)
+        capacity, low = self.writer_queue_capacity_samples, "LOW DISK: " if self.disk_is_low else ""
+        parts = (
+            f"{self.samples_read} samples",
+            "" if self.read_rate_hz is None else f"{self.read_rate_hz / 1e3:.1f} kS/s",
+            f"{self.samples_lost} lost" if self.samples_lost else "none lost",
+            f"{self.samples_not_written} not written" if self.samples_not_written else "",
+            f"backlog {self.backlog_samples}" if self.backlog_samples else "",
+            f"writer queue {self.writer_queue_samples / capacity:.0%}" if capacity else "",
+            "" if self.live_lag_s is None else f"live {1e3 * self.live_lag_s:.0f} ms behind",
+            f"live skipped {self.live_skipped_samples}" if self.live_skipped_samples else "",
+            f"clipping: {' '.join(self.clipped)}" if self.clipped else "",
+            "" if self.disk_left_s is None else f"{low}disk for {_duration(self.disk_left_s)}",
+        )
+        return ", ".join(filter(None, parts))
+
+
+def health_record(health: Health, peaks: Peaks) -> dict[str, object]:
+    """Return a table that JSON can hold; counts are samples of each channel, peaks those since the run was armed.
+
+    Parameters
+    ----------
+    health
+        At the end of the run.
+    peaks
+        How far reader, writer and live track fell behind at worst.
+    """
+    rate_hz = health.sample_rate_hz
+    return {
+        "sample_rate_hz": rate_hz,
+        "read_rate_hz": health.read_rate_hz,
+        "samples_read": health.samples_read,
+        "samples_lost_by_source": health.samples_lost,
+        "gaps_of_source": health.gaps,
+        "samples_not_written": health.samples_not_written,
+        "backlog_peak_samples": peaks.backlog_samples,
+        "writer_queue_peak_samples": peaks.writer_queue_samples,
+        "writer_queue_capacity_samples": health.writer_queue_capacity_samples,
+        "live_lag_peak_s": None if rate_hz is None or health.live_lag_s is None else peaks.live_lag_samples / rate_hz,
+        "live_skipped_samples": health.live_skipped_samples,
+        "live_error": None if health.live_error is None else str(health.live_error),
+        "disk_left_s": health.disk_left_s,
+    }
+
+
+def snapshot(
+    state: AcquisitionState,
+    stream: Stream | None,
+    recorder: Recorder | None,
+    live_error: RadarGuiError | None,
+    error: RadarGuiError | None,
+) -> Health:
+    """Return the health now; `stream` is None before the source is open."""
+    free = None if recorder is None else recorder.disk_free_bytes
+    recording = None if recorder is None else recorder.state
+    if stream is None:
+        return Health(state, recorder=recording, disk_free_bytes=free, live_error=live_error, error=error)
+    reading, queue, worker = stream.reading, stream.queue, stream.worker
+    left_s = None
+    if free is not None and recorder is not None:
+        left_s = max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()
+    return Health(
+        state=state,
+        recorder=recording,
+        sample_rate_hz=stream.digitisation.sample_rate_hz,
+        read_rate_hz=reading.rate_hz(),
+        samples_read=reading.samples_read,
+        samples_lost=reading.samples_lost,
+        gaps=reading.gaps,
+        backlog_samples=reading.backlog,
+        writer_queue_samples=0 if queue is None else queue.depth,
+        writer_queue_capacity_samples=0 if queue is None else queue.capacity,
+        samples_not_written=0 if queue is None else queue.dropped,
+        live_lag_s=stream.live_lag_s(),
+        live_skipped_samples=0 if worker is None else worker.skipped,
+        levels=stream.levels(),
+        disk_free_bytes=free,
+        disk_left_s=left_s,
+        lost_file="" if recorder is None else recorder.lost_file,
+        live_error=live_error,
+        error=error,
+    )
 
 
 def _duration(seconds: float) -> str:

@@ -3,26 +3,14 @@
 from __future__ import annotations
 
 import threading
-from typing import Protocol
 
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.ring import Ring
-from radargui.model.arrays import RawArray
 from radargui.model.block import Block
-from radargui.processing.live import LiveEstimate
+from radargui.processing.live import LiveProcessor
 
 LONGEST_LAG_S = 2.0
 """Catching up is many times faster than real time, and a skip loses the track until the next rest."""
-
-
-class Processor(Protocol):
-    """What the live worker needs of a `LiveProcessor`."""
-
-    def push(self, samples: RawArray, first_index: int) -> LiveEstimate:
-        """Take the next samples, shape (n_channels, n), and return estimates; a jump of the index is a hole."""
-
-    def at_release(self) -> None:
-        """Take the tracer to rest at its release now."""
 
 
 class LiveWorker:
@@ -40,7 +28,7 @@ class LiveWorker:
         When more samples than this wait, all but the newest quarter of them are skipped.
     """
 
-    def __init__(self, ring: Ring, processor: Processor, track: LiveTrack, longest_lag: int) -> None:
+    def __init__(self, ring: Ring, processor: LiveProcessor, track: LiveTrack, longest_lag: int) -> None:
         self._ring = ring
         self._processor = processor
         self._track = track

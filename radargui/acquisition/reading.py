@@ -11,7 +11,9 @@ from radargui.model.errors import SourceError
 from radargui.sources.clock import Clock
 
 _BLOCKS_TIMED = 128
+"""The rate is taken over so many: 2.6 s of blocks of 20 ms, steady to the eye; chosen by hand."""
 _BACKLOG_S = 0.2
+"""The driver is asked so often: a question is a call over the network with a remote device; chosen by hand."""
 _SILENCE_S = 1.5
 """A source may wait about a second for a block; silence beyond that lowers the rate."""
 

@@ -5,34 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import Protocol
 
 from radargui.acquisition.disk import MINIMUM_FREE_BYTES, free_bytes, low_disk_error, want_writable
 from radargui.acquisition.history import History
-from radargui.acquisition.recorded_truth import TruthOf
-from radargui.acquisition.run_output import FinishedRun, OpenRun, RunFile, RunOutput
+from radargui.acquisition.run_output import FinishedRun, OpenRun, RunOutput, TruthOf
 from radargui.acquisition.run_plan import FixedPlan, MotionPlan, RunPlan
 from radargui.acquisition.state import Ending, RecorderState
-from radargui.model.arrays import RawArray
+from radargui.conditioning.fall import FallTest
 from radargui.model.block import Block
 from radargui.model.daq import RecordingLimits
 from radargui.model.digitisation import Digitisation
+from radargui.model.errors import FileError, FileLostError, RadarGuiError
 
-__all__ = ["Judge", "OpenRun", "Recorder", "RunFile"]
+__all__ = ["OpenRun", "Recorder"]
 
 _DISK_CHECK_S = 0.5
+"""Between two looks at the disk: a source of 6 x 200 kS/s fills 1.2 MB meanwhile, of 200 MB that stay free."""
 _SLICE_S = 0.01
 """Blocks are taken in slices, so that a run that ends within a block leaves its rest to the next run."""
-
-
-class Judge(Protocol):
-    """Looks at a run while it is recorded and tells at its end whether it is one that was wanted."""
-
-    def push(self, samples: RawArray) -> None:
-        """Take the next samples of the run, shape (n_channels, n)."""
-
-    def refusal(self) -> str:
-        """Return why the run is none that was wanted; empty where it is one."""
 
 
 class Recorder:
@@ -64,12 +54,24 @@ class Recorder:
 
     Attributes
     ----------
+    output
+        The present or last run; None before one has started.
     health_of_run
         Asked at the end of each run for how it went; the acquisition sets it.
     disk_free_bytes
         Looked up about twice a second; None where it is not watched.
     ending
         Why it is done; None before.
+    lost_file
+        Which run file was taken away while it was written, and where the recording goes on; empty where none was.
+    state
+        Where the recorder is.
+    n_wanted
+        Runs recorded so far that were wanted.
+    minimum_free_bytes
+        What stays free on the disk.
+    armed_again_at
+        Absolute index from which the recorder is armed again after a run; None before it is.
     """
 
     def __init__(
@@ -80,7 +82,7 @@ class Recorder:
         folder: Path | None = None,
         seconds: float | None = None,
         n_runs: int = 1,
-        make_judge: Callable[[Digitisation], Judge] | None = None,
+        make_judge: Callable[[Digitisation], FallTest] | None = None,
         minimum_free_bytes: int = MINIMUM_FREE_BYTES,
         on_change: Callable[[RecorderState], None] | None = None,
         on_run: Callable[[FinishedRun], None] | None = None,
@@ -90,71 +92,37 @@ class Recorder:
         self._seconds = seconds
         self._n_runs = n_runs
         self._make_judge = make_judge
-        self._minimum_free = minimum_free_bytes
+        self.minimum_free_bytes = minimum_free_bytes
         self._on_change = on_change
         self._on_run = on_run
-        self._state = RecorderState.IDLE
-        self._output: RunOutput | None = None
+        self.state = RecorderState.IDLE
+        self.output: RunOutput | None = None
         self._writing = False
-        self._judge: Judge | None = None
+        self._judge: FallTest | None = None
         self._n_opened = 0
-        self._n_wanted = 0
+        self.n_wanted = 0
         self._unchecked = 0
-        self._armed_again_at: int | None = None
+        self.armed_again_at: int | None = None
         self._folder = folder
-        self.health_of_run: Callable[[], Mapping[str, object]] = dict
+        self.health_of_run: Callable[[RunOutput], Mapping[str, object]] = lambda _output: {}
         self.disk_free_bytes: int | None = None
         self.ending: Ending | None = None
-
-    @property
-    def state(self) -> RecorderState:
-        """Where the recorder is."""
-        return self._state
+        self.lost_file = ""
 
     @property
     def is_done(self) -> bool:
         """Whether it takes no more blocks."""
-        return self._state is RecorderState.DONE
-
-    @property
-    def first_index(self) -> int:
-        """Absolute index of the first sample of the present or last run."""
-        return self._output.first_index if self._output else 0
+        return self.state is RecorderState.DONE
 
     @property
     def count(self) -> int:
         """Samples of each channel written to the present or last run."""
-        return self._output.count if self._output else 0
-
-    @property
-    def lost(self) -> int:
-        """Samples of each channel lost within the present or last run."""
-        return self._output.lost if self._output else 0
-
-    @property
-    def trigger_index(self) -> int | None:
-        """Index of the trigger counted from the run's first sample; None without trigger."""
-        return self._output.trigger_index if self._output else None
+        return self.output.count if self.output else 0
 
     @property
     def path(self) -> Path | None:
         """File of the present or last run; None before one has started."""
-        return self._output.path if self._output else None
-
-    @property
-    def n_wanted(self) -> int:
-        """Runs recorded so far that were wanted."""
-        return self._n_wanted
-
-    @property
-    def minimum_free_bytes(self) -> int:
-        """What stays free on the disk."""
-        return self._minimum_free
-
-    @property
-    def armed_again_at(self) -> int | None:
-        """Absolute index from which the recorder is armed again after a run; None before it is."""
-        return self._armed_again_at
+        return self.output.path if self.output else None
 
     def want_another(self) -> bool:
         """Record one run more than was asked for; False where it is too late. From any thread."""
@@ -162,10 +130,6 @@ class Recorder:
             return False
         self._n_runs += 1
         return True
-
-    def at_rail(self) -> dict[str, int]:
-        """Return how many samples of the present or last run sit at the end of the range, by channel."""
-        return self._output.tally.at_rail if self._output else {}
 
     def prepare(self, digitisation: Digitisation, started: datetime, truth: TruthOf | None = None) -> None:
         """Arm: from now on blocks are taken.
@@ -229,10 +193,10 @@ class Recorder:
         """Close the file after a failure of `push`, keeping what was written; never raises; idempotent."""
         if self.is_done:
             return
-        if self._writing and self._output is not None:
+        if self._writing and self.output is not None:
             self._writing = False
-            self._output.abandon()
-            self._tell(self._output, Ending.FAILED, "", {}, is_last=True)
+            self.output.abandon()
+            self._report(self.output, Ending.FAILED, "", {}, is_last=True)
         self._end(Ending.FAILED)
 
     def _slices(self, block: Block) -> Iterator[Block]:
@@ -248,7 +212,7 @@ class Recorder:
 
     def _push(self, block: Block) -> None:
         self._history.push(block)
-        if self._state is RecorderState.SETTLING:
+        if self.state is RecorderState.SETTLING:
             if block.count and self._plan.rest(block):
                 self._arm(block.end_index)
             return
@@ -261,45 +225,68 @@ class Recorder:
         elif self._plan.ending is Ending.WAITED:
             self._end(Ending.WAITED)
 
-    def _begin(self, first_index: int) -> None:
+    def _begin(self, first_index: int, *, again: bool = False) -> None:
+        """Open a run that begins at a sample; `again`: the present run, whose file was taken away."""
         blocks = self._history.since(first_index)
         first_index = blocks[0].first_index
         trigger = self._plan.trigger_index
-        trigger = None if trigger is None else max(0, trigger - first_index)
+        if trigger is not None:
+            trigger = None if again and trigger < first_index else max(0, trigger - first_index)
         seconds = first_index / self._digitisation.sample_rate_hz
         started_at = (self._started + timedelta(seconds=seconds)).isoformat(timespec="microseconds")
         file = self._open_run(self._digitisation, started_at=started_at, trigger_index=trigger)
-        self._output = RunOutput(file, self._digitisation, first_index, trigger)
+        output = self.output = RunOutput(file, self._digitisation, first_index, trigger)
         self._writing = True
-        self._n_opened += 1
+        self._n_opened += not again
         self._judge = None if self._make_judge is None else self._make_judge(self._digitisation)
         self._enter(RecorderState.RECORDING)
         for number, block in enumerate(blocks):
-            if not self._writing:
+            if not self._writing or self.output is not output:
                 return
             # what was lost before the first sample is not part of the run
             self._write(block if number else Block(block.samples, block.first_index))
 
     def _write(self, block: Block) -> None:
-        output, last = self._output, self._plan.last_index
+        output, last = self.output, self._plan.last_index
         if output is None:
             return
-        output.write(block, last)
+        try:
+            output.write(block, last)
+        except FileLostError as error:
+            self._go_on(output, error)
+            return
         if self._judge is not None:
             self._judge.push(block.samples)
         if last is not None and block.end_index >= last:
             self._complete(self._plan.ending or Ending.MAXIMUM, is_last=False)
 
+    def _go_on(self, lost: RunOutput, error: FileLostError) -> None:
+        """Record the rest of a run whose file was taken away into a new one, with all samples that are still held.
+
+        Raises
+        ------
+        FileError
+            No new one can be made.
+        """
+        self.lost_file = error.message
+        try:
+            self._begin(lost.first_index, again=True)
+        except RadarGuiError as second:
+            raise FileLostError(error.message, reasons=second.reasons, remedy=second.message) from second
+        if self.output is not None and self.output is not lost:
+            self.lost_file = f"{error.message} The recording goes on in {self.output.path}."
+
     def _complete(self, ending: Ending, *, is_last: bool) -> None:
-        output = self._output
+        output = self.output
         if output is None:
             return
         self._writing = False
         refusal = "" if self._judge is None or ending is Ending.FAILED else self._judge.refusal()
-        self._n_wanted += not refusal
-        is_last = is_last or self._n_wanted >= self._n_runs
+        self.n_wanted += not refusal
+        is_last = is_last or self.n_wanted >= self._n_runs
         health = {
-            **self.health_of_run(),
+            **self.health_of_run(output),
+            "first_sample": output.first_index,
             "ending": ending.value,
             "samples_recorded": output.count,
             "samples_lost_in_run": output.lost,
@@ -310,10 +297,10 @@ class Recorder:
         try:
             output.complete(self._truth, health, whole=ending is not Ending.FAILED)
         except BaseException:
-            self._tell(output, Ending.FAILED, refusal, health, is_last=True)
+            self._report(output, Ending.FAILED, refusal, health, is_last=True)
             self._end(Ending.FAILED)
             raise
-        self._tell(output, ending, refusal, health, is_last=is_last)
+        self._report(output, ending, refusal, health, is_last=is_last)
         if is_last:
             self._end(ending)
         else:
@@ -328,35 +315,22 @@ class Recorder:
 
     def _arm(self, index: int) -> None:
         self._plan.arm(index)
-        self._armed_again_at = index
+        self.armed_again_at = index
         self._enter(RecorderState.ARMED)
 
-    def _tell(
+    def _report(
         self, output: RunOutput, ending: Ending, refusal: str, health: Mapping[str, object], *, is_last: bool
     ) -> None:
-        if self._on_run is None:
-            return
-        self._on_run(
-            FinishedRun(
-                number=self._n_opened,
-                path=output.path,
-                ending=ending,
-                first_index=output.first_index,
-                end_index=output.end_index,
-                count=output.count,
-                lost=output.lost,
-                set_aside=refusal,
-                is_last=is_last,
-                health=health,
-            )
-        )
+        if self._on_run is not None:
+            span = output.first_index, output.end_index, output.count
+            self._on_run(FinishedRun(self._n_opened, output.path, ending, *span, refusal, is_last, health))
 
     def _end(self, ending: Ending) -> None:
         self.ending = ending
         self._enter(RecorderState.DONE)
 
     def _enter(self, state: RecorderState) -> None:
-        self._state = state
+        self.state = state
         if self._on_change is not None:
             self._on_change(state)
 
@@ -364,7 +338,7 @@ class Recorder:
         """Look at the disk; a run under way is completed while there is room to do so."""
         try:
             self._check_disk()
-        except Exception:
+        except FileError:
             if self._writing:
                 self._complete(Ending.DISK, is_last=True)
             else:
@@ -372,8 +346,6 @@ class Recorder:
             raise
 
     def _check_disk(self) -> None:
-        if self._folder is None:
-            return
-        free = self.disk_free_bytes = free_bytes(self._folder)
-        if free is not None and free < self._minimum_free:
-            raise low_disk_error(self._folder, free, self._minimum_free)
+        free = self.disk_free_bytes = None if self._folder is None else free_bytes(self._folder)
+        if self._folder is not None and free is not None and free < self.minimum_free_bytes:
+            raise low_disk_error(self._folder, free, self.minimum_free_bytes)

@@ -74,17 +74,6 @@ class Ring:
         self._valid.fill(block.count, value=True)
         self._samples.extend(block.samples)
 
-    def read(self, first: int, count: int) -> FloatArray:
-        """Return samples first : first + count in volts, shape (n_channels, count).
-
-        Lost samples, and those not there yet or any more, are NaN.
-        """
-        span = self._span(first, first + count)
-        out = np.full((span.volts.shape[0], count), np.nan)
-        begin = span.first_index - first
-        out[:, begin : begin + span.volts.shape[1]] = span.volts
-        return out
-
     def since(self, index: int) -> RingSpan:
         """Return all samples held from absolute index `index` on."""
         return self._span(index, self.latest)

@@ -3,47 +3,34 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from radargui.acquisition.history import cut
-from radargui.acquisition.recorded_truth import TruthOf, recorded_truth
 from radargui.acquisition.run_tally import RunTally
 from radargui.acquisition.state import Ending
+from radargui.files.run_writer import RunWriter
 from radargui.model.block import Block, Gap
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import RadarGuiError
 from radargui.model.truth import Truth
 
 _logger = logging.getLogger(__name__)
+_MOST_TRUTH_SAMPLES = 20_000_000
+"""Truth of so many samples is 1 GB (six numbers of 8 bytes each): more would not fit beside the rest."""
 
-
-class RunFile(Protocol):
-    """What the recorder needs of a run writer."""
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-
-    def write(self, block: Block) -> None:
-        """Append a block and the gap before it; indices count from the first sample of the run."""
-
-    def write_truth(self, truth: Truth) -> None:
-        """Store what really happened."""
-
-    def write_health(self, record: Mapping[str, object]) -> None:
-        """Store how the recording went."""
-
-    def close(self, *, complete: bool = True) -> None:
-        """Finish the file; idempotent. Not complete: the recording ended by a failure."""
+TruthOf = Callable[[int, int], Truth | None]
+"""`Source.truth`: absolute index of the first sample and count, lost samples counted."""
 
 
 class OpenRun(Protocol):
     """Makes the file of a run; `Session.new_run` is one."""
 
-    def __call__(self, digitisation: Digitisation, *, started_at: str, trigger_index: int | None) -> RunFile:
+    def __call__(self, digitisation: Digitisation, *, started_at: str, trigger_index: int | None) -> RunWriter:
         """Return the writer of a new run whose first sample was taken at `started_at`."""
 
 
@@ -61,8 +48,8 @@ class FinishedRun:
         Why it ended.
     first_index, end_index
         Absolute indices of its first sample and after its last.
-    count, lost
-        Samples of each channel written, and lost between them.
+    count
+        Samples of each channel written.
     set_aside
         Why it is no run that was wanted; empty where it is one.
     is_last
@@ -77,14 +64,13 @@ class FinishedRun:
     first_index: int
     end_index: int
     count: int
-    lost: int
     set_aside: str
     is_last: bool
     health: Mapping[str, object]
 
 
 class RunOutput:
-    """Writes the samples of one run, told in absolute indices.
+    """Writes the samples of one run, counted in absolute indices.
 
     Parameters
     ----------
@@ -109,7 +95,9 @@ class RunOutput:
         What the samples are like.
     """
 
-    def __init__(self, file: RunFile, digitisation: Digitisation, first_index: int, trigger_index: int | None) -> None:
+    def __init__(
+        self, file: RunWriter, digitisation: Digitisation, first_index: int, trigger_index: int | None
+    ) -> None:
         self._file = file
         self._gaps: list[Gap] = []
         self.first_index = self.end_index = first_index
@@ -166,7 +154,7 @@ class RunOutput:
             The file cannot be written.
         """
         try:
-            truth = recorded_truth(truth_of, self.first_index, self.count, self._gaps)
+            truth = _recorded_truth(truth_of, self.first_index, self.count, self._gaps)
             if truth is not None:
                 self._file.write_truth(truth)
             self._file.write_health(health)
@@ -179,3 +167,32 @@ class RunOutput:
             self._file.close(complete=False)
         except (RadarGuiError, OSError):
             _logger.exception("The run file could not be closed after a failure")
+
+
+def _recorded_truth(truth_of: TruthOf | None, first_index: int, count: int, gaps: Sequence[Gap]) -> Truth | None:
+    """Return the truth beside `count` recorded samples; None where the source knows none.
+
+    Parameters
+    ----------
+    truth_of
+        Asks the source.
+    first_index
+        Absolute index of the run's first sample.
+    count
+        Samples recorded.
+    gaps
+        Samples lost, their indices counted from the run's first sample.
+    """
+    if truth_of is None or count == 0:
+        return None
+    span = count + sum(gap.count for gap in gaps)
+    if span > _MOST_TRUTH_SAMPLES:
+        _logger.warning("The run is too long for its truth to be stored")
+        return None
+    truth = truth_of(first_index, span)
+    if truth is None or not gaps:
+        return truth
+    kept = np.ones(span, dtype=np.bool_)
+    for gap in gaps:
+        kept[gap.first_index : gap.first_index + gap.count] = False
+    return Truth(truth.position_m[:, kept], truth.path_m[:, kept], truth.impact_time_s)

@@ -2,67 +2,75 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from abc import ABC, abstractmethod
+from bisect import bisect_right
+from collections import deque
+from operator import itemgetter
 
-from radargui.acquisition.index_map import IndexMap
 from radargui.acquisition.state import Ending
-from radargui.model.arrays import RawArray
+from radargui.conditioning.trigger import MotionTrigger, TriggerState
 from radargui.model.block import Block
 from radargui.model.daq import RecordingLimits
 from radargui.model.digitisation import Digitisation
-from radargui.motion.trigger import MotionTrigger, TriggerState
+
+_BREAKS_KEPT = 64
+"""Gaps that an index can be counted back over: bounds memory on a source that loses much; chosen by hand."""
 
 
-class Trigger(Protocol):
-    """What a plan needs of a motion trigger."""
+class IndexMap:
+    """Remembers where samples were missing between those pushed."""
 
-    @property
-    def state(self) -> TriggerState:
-        """What is known now."""
+    def __init__(self) -> None:
+        self._pushed = 0
+        self._breaks: deque[tuple[int, int]] = deque(maxlen=_BREAKS_KEPT)
 
-    def push(self, samples_raw: RawArray, /) -> TriggerState:
-        """Take the next samples, shape (n_channels, n), and return what is known after them."""
+    def push(self, first_index: int, count: int) -> None:
+        """Note that samples first_index : first_index + count were pushed."""
+        offset = first_index - self._pushed
+        if not self._breaks or self._breaks[-1][1] != offset:
+            self._breaks.append((self._pushed, offset))
+        self._pushed += count
 
-    def relearn(self) -> None:
-        """Take what is now for quiet."""
+    def absolute(self, pushed_index: int) -> int:
+        """Return the absolute index of a sample by its count of pushed samples."""
+        piece = max(bisect_right(self._breaks, pushed_index, key=itemgetter(0)) - 1, 0)
+        return pushed_index + (self._breaks[piece][1] if self._breaks else 0)
 
 
-class RunPlan(Protocol):
-    """Decides from the samples which of them are the run; absolute indices, None while not known."""
+class RunPlan(ABC):
+    """Decides from the samples which of them are the run; absolute indices, None while not known.
 
-    first_index: int | None
-    trigger_index: int | None
-    last_index: int | None
-    ending: Ending | None
+    Attributes
+    ----------
+    history
+        Samples before the newest block that must be kept while waiting.
+    """
 
-    @property
-    def history(self) -> int:
-        """Samples before the newest block that must be kept while waiting."""
+    history = 1
+    first_index: int | None = None
+    trigger_index: int | None = None
+    last_index: int | None = None
+    ending: Ending | None = None
 
+    @abstractmethod
     def push(self, block: Block) -> None:
         """Take the next block."""
 
+    @abstractmethod
     def rest(self, block: Block) -> bool:
         """Take the next block between two runs; return whether the next one can be armed after it."""
 
     def arm(self, index: int) -> None:
         """Wait for the next run, from absolute index `index` on."""
+        del index
+        self.first_index = self.trigger_index = self.last_index = self.ending = None
 
 
-class FixedPlan:
+class FixedPlan(RunPlan):
     """The run starts with the first sample and lasts `seconds`."""
 
     def __init__(self, digitisation: Digitisation, seconds: float) -> None:
         self._length = max(1, round(seconds * digitisation.sample_rate_hz))
-        self.first_index: int | None = None
-        self.trigger_index: int | None = None
-        self.last_index: int | None = None
-        self.ending: Ending | None = None
-
-    @property
-    def history(self) -> int:
-        """Nothing before the run is kept."""
-        return 1
 
     def push(self, block: Block) -> None:
         """Take the next block; the first one starts the run, and tells of the device's trigger where there is one."""
@@ -77,13 +85,8 @@ class FixedPlan:
         del block
         return True
 
-    def arm(self, index: int) -> None:
-        """Begin the next run with the next block."""
-        del index
-        self.first_index = self.last_index = self.ending = None
 
-
-class MotionPlan:
+class MotionPlan(RunPlan):
     """The run starts `pretrigger_s` before motion and ends when it was quiet for `quiet_s`, or at `maximum_s`.
 
     An edge that the device started at counts as the motion. `maximum_s` counts from the trigger; waiting ends after
@@ -97,29 +100,22 @@ class MotionPlan:
     _SLICE_S = 0.01
     """The trigger tells its latest news only: it gets long blocks in slices, so that no short motion is missed."""
 
-    def __init__(self, digitisation: Digitisation, limits: RecordingLimits, trigger: Trigger | None = None) -> None:
+    def __init__(
+        self, digitisation: Digitisation, limits: RecordingLimits, trigger: MotionTrigger | None = None
+    ) -> None:
         rate = digitisation.sample_rate_hz
         self._trigger = trigger or MotionTrigger(digitisation, limits.threshold)
         self._pretrigger = round(limits.pretrigger_s * rate)
         self._quiet = round(limits.quiet_s * rate)
         self._maximum = round(limits.maximum_s * rate)
         self._wait = round(limits.wait_s * rate)
-        self._detection = round(self._DETECTION_S * rate)
         self._relearn = round(self._RELEARN_S * rate)
         self._slice = max(1, round(self._SLICE_S * rate))
         self._index = IndexMap()
         self._armed = 0
         self._restless = 0
         self._quiet_since: int | None = None
-        self.first_index: int | None = None
-        self.trigger_index: int | None = None
-        self.last_index: int | None = None
-        self.ending: Ending | None = None
-
-    @property
-    def history(self) -> int:
-        """Samples before the newest block that must be kept while waiting."""
-        return self._pretrigger + self._detection
+        self.history = self._pretrigger + round(self._DETECTION_S * rate)
 
     def push(self, block: Block) -> None:
         """Take the next block."""
@@ -156,7 +152,7 @@ class MotionPlan:
         quiet = self._trigger.state.quiet_since_index
         self._quiet_since = None if quiet is None else self._index.absolute(quiet)
         self._armed = index
-        self.first_index = self.trigger_index = self.last_index = self.ending = None
+        super().arm(index)
 
     def _judge(self, state: TriggerState, end_index: int) -> None:
         if self.trigger_index is not None:

@@ -41,16 +41,6 @@ class RunTally:
         self._lowest = np.fmin(self._lowest, lowest)
         self._highest = np.fmax(self._highest, highest)
 
-    @property
-    def at_rail(self) -> dict[str, int]:
-        """Samples at the end of the range, of the channels that have such."""
-        return self._named(self._at_rail)
-
-    @property
-    def unknown(self) -> dict[str, int]:
-        """Samples that are not a number, of the channels that have such."""
-        return self._named(self._unknown)
-
     def channels(self) -> list[dict[str, object]]:
         """Return one plain table a channel: name, lowest_v, highest_v, at_rail, not_a_number."""
         ends = np.stack([self._lowest, self._highest], axis=1)
@@ -66,7 +56,3 @@ class RunTally:
             }
             for channel, name in enumerate(self._digitisation.channel_names)
         ]
-
-    def _named(self, counts: IntArray) -> dict[str, int]:
-        names = self._digitisation.channel_names
-        return {name: int(count) for name, count in zip(names, counts, strict=True) if count}

@@ -15,11 +15,6 @@ class AcquisitionState(Enum):
     STOPPED = "stopped"
     FAILED = "failed"
 
-    @property
-    def is_final(self) -> bool:
-        """Whether nothing more will happen."""
-        return self in (AcquisitionState.STOPPED, AcquisitionState.FAILED)
-
 
 class RecorderState(Enum):
     """Where a recorder is: IDLE until the source is open, ARMED until something moves, RECORDING, at last DONE.
@@ -46,8 +41,3 @@ class Ending(Enum):
     DISK = "the disk was almost full"
     NO_MOTION = "the source ended before anything moved"
     WAITED = "nothing moved in the time allowed for waiting"
-
-    @property
-    def without_run(self) -> bool:
-        """Whether nothing moved, so that there is no run."""
-        return self in (Ending.NO_MOTION, Ending.WAITED)

@@ -11,22 +11,53 @@ import numpy as np
 from radargui.acquisition.block_queue import BlockQueue
 from radargui.acquisition.level import Level, levels
 from radargui.acquisition.live_track import LiveTrack
-from radargui.acquisition.live_worker import LONGEST_LAG_S, LiveWorker, Processor
-from radargui.acquisition.peaks import Peaks
+from radargui.acquisition.live_worker import LONGEST_LAG_S, LiveWorker
 from radargui.acquisition.reading import Reading
 from radargui.acquisition.ring import Ring
 from radargui.model.block import Block
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
+from radargui.processing.live import LiveProcessor
 from radargui.processing.live_samples import LIVE_RATE_HZ
 from radargui.sources.clock import Clock
 
 _LEVEL_S = 0.25
+"""The level meter shows so much of the past: several periods of 50 Hz, and quick to the eye; chosen by hand."""
 LIVE_MARGIN_S = 4.0
+"""The live track of a run is asked for once the run has ended, `LONGEST_LAG_S` late at most; chosen by hand."""
 LIVE_DENSITY = 1.5
-"""Most estimates for one that the live road means to make: blocks are a whole number of samples."""
+"""Most estimates for one that the live track means to make: blocks are a whole number of samples."""
 
-MakeProcessor = Callable[[Setup, Digitisation], Processor]
+MakeProcessor = Callable[[Setup, Digitisation], LiveProcessor]
+
+
+@dataclass(slots=True)
+class Peaks:
+    """Largest values since `clear`; written by the reader's thread, read by any.
+
+    Attributes
+    ----------
+    backlog_samples
+        Samples that waited in the source's own buffer.
+    writer_queue_samples
+        Samples that waited for the writer.
+    live_lag_samples
+        Samples that waited for the live track.
+    """
+
+    backlog_samples: int = 0
+    writer_queue_samples: int = 0
+    live_lag_samples: int = 0
+
+    def note(self, backlog: int, writer_queue: int, live_lag: int) -> None:
+        """Take the present values."""
+        self.backlog_samples = max(self.backlog_samples, backlog)
+        self.writer_queue_samples = max(self.writer_queue_samples, writer_queue)
+        self.live_lag_samples = max(self.live_lag_samples, live_lag)
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self.backlog_samples = self.writer_queue_samples = self.live_lag_samples = 0
 
 
 @dataclass(frozen=True, slots=True)

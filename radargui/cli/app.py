@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -10,6 +13,7 @@ import typer
 
 from radargui import __version__
 from radargui.cli.guard import guarded
+from radargui.model.errors import RadarGuiError
 
 app = typer.Typer(
     name="radargui",
@@ -22,6 +26,26 @@ app = typer.Typer(
 )
 
 SetupOption = Annotated[Path | None, typer.Option("--setup", metavar="FILE", help="Setup file (TOML).")]
+RawOption = Annotated[
+    str | None,
+    typer.Option(
+        "--raw",
+        metavar="LAYOUT",
+        help="Plain binary: dtype=u2le,channels=5,header=8,rate=31250,scale=8.06e-4,offset=0,skip=300 (type of a "
+        "number: i, u or f with its bytes, le or be; numbers a sample; bytes before the first; samples a second; "
+        "volts = offset + scale x number; samples left out at the start). Columns count from 0: --channels I1=0,Q1=4.",
+    ),
+]
+RateOption = Annotated[
+    float | None, typer.Option("--rate-hz", metavar="R", help="Samples per second where the file has no rate.")
+]
+PathsArgument = Annotated[
+    list[Path], typer.Argument(metavar="PATH...", help="Sessions, runs, or folders of them at any depth.")
+]
+CorrectionOption = Annotated[
+    str | None, typer.Option("--correction", help="Instead of the setup's: joint, adaptive, published, ellipse, none.")
+]
+GeometryOption = Annotated[str | None, typer.Option("--geometry", help="Instead of the setup's: exact, plane.")]
 OutputOption = Annotated[Path | None, typer.Option("--output", metavar="DIR", help="Folder that results go below.")]
 
 
@@ -38,6 +62,25 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def open_window() -> int:
+    """Open the window and return the exit status when it is closed.
+
+    Raises
+    ------
+    RadarGuiError
+        There is no display.
+    """
+    headless = sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    if headless and "QT_QPA_PLATFORM" not in os.environ:
+        raise RadarGuiError(
+            "There is no display for the window (DISPLAY and WAYLAND_DISPLAY are unset).",
+            remedy="The commands work without one: see radargui --help.",
+        )
+    from radargui.gui.app import run_window
+
+    return run_window()
+
+
 @app.callback(invoke_without_command=True)
 def window(
     context: typer.Context,
@@ -48,8 +91,6 @@ def window(
     """Record a particle-tracking radar, watch it live, and measure the restitution of a falling sphere."""
     if context.invoked_subcommand is not None:
         return 0
-    from radargui.cli.window import open_window
-
     return open_window()
 
 
@@ -85,18 +126,17 @@ def record(
     ] = None,
 ) -> int:
     """Record drops, process them and save them as a session."""
-    from radargui.cli.record import RecordOptions, SessionWords, record_session
+    from radargui.cli.record import RecordOptions, record_session
 
-    words = SessionWords(operator, sample, target, notes)
-    return record_session(
-        RecordOptions(source, file, setup, runs, seconds, release, output, seed, fast, hands_free, words, like)
-    )
+    options = RecordOptions(source, file, setup, runs, seconds, release, output, seed, fast, hands_free)
+    return record_session(replace(options, operator=operator, sample=sample, target=target, notes=notes, like=like))
 
 
 @app.command()
 def process(
     files: Annotated[
-        list[Path] | None, typer.Argument(metavar="[FILE...]", help="RadarGUI runs, CSV, MATLAB, TDMS, SigMF.")
+        list[Path] | None,
+        typer.Argument(metavar="[FILE...]", help="RadarGUI runs, CSV, MATLAB, TDMS, SigMF; plain binary."),
     ] = None,
     channels: Annotated[
         str | None,
@@ -104,23 +144,20 @@ def process(
             metavar="I1=PATH:VAR,Q1=...", help="Which column or variable is which channel; PATH: where files differ."
         ),
     ] = None,
-    rate_hz: Annotated[
-        float | None, typer.Option("--rate-hz", metavar="R", help="Samples per second where the file has no rate.")
-    ] = None,
+    rate_hz: RateOption = None,
     name: Annotated[str | None, typer.Option(metavar="NAME", help="Name of the result folder.")] = None,
     setup: SetupOption = None,
     output: OutputOption = None,
-    correction: Annotated[
-        str | None, typer.Option(help="Instead of the setup's: joint, adaptive, published, ellipse, none.")
-    ] = None,
-    geometry: Annotated[str | None, typer.Option(help="Instead of the setup's: exact, plane.")] = None,
+    correction: CorrectionOption = None,
+    geometry: GeometryOption = None,
     force: Annotated[bool, typer.Option("--force", help="Write over results that are there.")] = False,
+    raw: RawOption = None,
 ) -> int:
     """Turn recordings into tables of track and bounces."""
     from radargui.cli.process import ProcessOptions, process_files
 
     return process_files(
-        ProcessOptions(tuple(files or ()), channels, rate_hz, name, setup, output, correction, geometry, force)
+        ProcessOptions(tuple(files or ()), channels, rate_hz, name, setup, output, correction, geometry, force, raw)
     )
 
 
@@ -130,7 +167,7 @@ def report(
     output: OutputOption = None,
 ) -> int:
     """Write PDF, HTML, CSV and JSON of sessions."""
-    from radargui.cli.report import report_sessions
+    from radargui.cli.written import report_sessions
 
     return report_sessions(tuple(sessions), output)
 
@@ -145,7 +182,7 @@ def export(
     force: Annotated[bool, typer.Option("--force", help="Write over files that are there.")] = False,
 ) -> int:
     """Write runs as CSV, MATLAB, NI TDMS or SigMF, with settings and units."""
-    from radargui.cli.export import export_runs
+    from radargui.cli.written import export_runs
 
     return export_runs(path, format_name, output, force=force)
 
@@ -153,7 +190,8 @@ def export(
 @app.command("import")
 def import_(
     files: Annotated[
-        list[Path] | None, typer.Argument(metavar="[FILE...]", help="CSV, MATLAB, TDMS, SigMF: each becomes a run.")
+        list[Path] | None,
+        typer.Argument(metavar="[FILE...]", help="CSV, MATLAB, TDMS, SigMF, plain binary: each becomes a run."),
     ] = None,
     channels: Annotated[
         str | None,
@@ -162,32 +200,29 @@ def import_(
             help="Which column or variable is which channel; remembered for files with the same names.",
         ),
     ] = None,
-    rate_hz: Annotated[
-        float | None, typer.Option("--rate-hz", metavar="R", help="Samples per second where the file has no rate.")
-    ] = None,
+    rate_hz: RateOption = None,
     setup: SetupOption = None,
     output: OutputOption = None,
     operator: Annotated[str, typer.Option(metavar="NAME", help="Who recorded it.")] = "",
     notes: Annotated[str, typer.Option(metavar="TEXT", help="What is worth knowing.")] = "",
+    raw: RawOption = None,
 ) -> int:
     """Take recordings of other programs as a new session."""
-    from radargui.cli.importing import ImportOptions, import_files
+    from radargui.cli.importing import import_files
 
-    return import_files(ImportOptions(tuple(files or ()), channels, rate_hz, setup, output, operator, notes))
+    return import_files(files or (), channels, rate_hz, setup, output, raw, operator=operator, notes=notes)
 
 
 @app.command()
 def batch(
-    paths: Annotated[
-        list[Path], typer.Argument(metavar="PATH...", help="Sessions, runs, or folders of them at any depth.")
-    ],
+    paths: PathsArgument,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; left out: one a core.")] = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Work on this Dask cluster instead.")
     ] = None,
     setup: SetupOption = None,
-    correction: Annotated[str | None, typer.Option(help="Instead of the setup's.")] = None,
-    geometry: Annotated[str | None, typer.Option(help="Instead of the setup's: exact, plane.")] = None,
+    correction: CorrectionOption = None,
+    geometry: GeometryOption = None,
     output: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Write tables below this folder; the runs themselves are left as they are."),
@@ -202,18 +237,16 @@ def batch(
 
 @app.command()
 def compare(
-    paths: Annotated[
-        list[Path], typer.Argument(metavar="PATH...", help="Sessions, runs, or folders of them at any depth.")
-    ],
+    paths: PathsArgument,
     setup: SetupOption = None,
-    correction: Annotated[str | None, typer.Option(help="Instead of the setup's.")] = None,
-    geometry: Annotated[str | None, typer.Option(help="Instead of the setup's: exact, plane.")] = None,
+    correction: CorrectionOption = None,
+    geometry: GeometryOption = None,
     keep: Annotated[bool, typer.Option("--keep", help="Store the new results; the old figures stay beside.")] = False,
 ) -> int:
     """Show old and new results side by side: with other settings, else those stored before the present ones."""
-    from radargui.cli.compare import CompareOptions, compare_runs
+    from radargui.cli.compare import compare_runs
 
-    return compare_runs(CompareOptions(tuple(paths), setup, correction, geometry, keep))
+    return compare_runs(paths, setup, correction, geometry, keep=keep)
 
 
 @app.command()
@@ -236,9 +269,10 @@ def sessions(
     runs: Annotated[bool, typer.Option("--runs", help="Show each run.")] = False,
 ) -> int:
     """Find sessions by day, operator, sample, setup, coefficient and words."""
-    from radargui.cli.sessions import SessionsOptions, list_sessions
+    from radargui.cli.sessions import asked, list_sessions
 
-    return list_sessions(SessionsOptions(folder, since, until, operator, sample, setup, e, text, runs))
+    query = asked(since, until, setup, e, operator=operator, sample=sample, text=text)
+    return list_sessions(folder, query, runs=runs)
 
 
 @app.command()

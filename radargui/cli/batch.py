@@ -12,18 +12,17 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from radargui.cli.bar import Bar
+from radargui.cli.console import figure
 from radargui.cli.guard import FAILED, fail
-from radargui.cli.setup_choice import override
+from radargui.cli.setup_choice import processing_changes
 from radargui.experiment.batch.cluster import run_on_cluster
-from radargui.experiment.batch.find import Found, FoundRun, find_runs
+from radargui.experiment.batch.find import FoundRun, FoundRuns, find_runs
 from radargui.experiment.batch.local import run_local
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, TablesTo
 from radargui.model.errors import RadarGuiError, UsageError
-from radargui.model.resources import default_setup_path
+from radargui.model.rounding import quantity
 from radargui.model.setup_file import read_setup
-from radargui.report.current import tables_are_current
-from radargui.report.rounding import quantity
-from radargui.report.tables import write_tables
+from radargui.report.tables import tables_are_current, write_tables
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +40,7 @@ class BatchOptions:
 
 
 def run_batch(options: BatchOptions) -> int:
-    """Process all runs below the paths, tell each as it ends, and return the exit status.
+    """Process all runs below the paths, print each as it ends, and return the exit status.
 
     Raises
     ------
@@ -54,16 +53,16 @@ def run_batch(options: BatchOptions) -> int:
     """
     if options.workers is not None and options.scheduler is not None:
         raise UsageError("--workers and --scheduler do not go together: the cluster has its own workers")
-    tasks = _tasks(options)
-    found = tasks.found
+    wanted, found = processing_changes(options.correction, options.geometry), find_runs(options.paths)
+    tasks = _tasks(options, wanted, found)
     for error in found.errors:
         fail(error)
     states: Counter[str] = Counter(failed=len(found.errors))
     try:
-        with BatchProgress(len(found.runs)) as progress, closing(_outcomes(tasks.tasks, options)) as outcomes:
+        with BatchProgress(len(found.runs)) as progress, closing(_outcomes(tasks, options)) as outcomes:
             for outcome in outcomes:
                 states[outcome.state] += 1
-                progress.tell(outcome)
+                progress.ended(outcome)
     except KeyboardInterrupt:
         left = len(found.runs) - states["done"] - states["skipped"]
         fail(RadarGuiError(f"interrupted with {left} runs left.", remedy="The same command goes on from there."))
@@ -77,28 +76,14 @@ def run_batch(options: BatchOptions) -> int:
     return FAILED if states["failed"] or states["stopped"] else 0
 
 
-@dataclass(frozen=True, slots=True)
-class _Work:
-    found: Found
-    tasks: list[BatchTask]
-
-
-def _tasks(options: BatchOptions) -> _Work:
-    changes = {"processing.correction": options.correction, "processing.geometry": options.geometry}
-    # A value that no setup allows is told before any work.
-    override(read_setup(default_setup_path()), changes)
+def _tasks(options: BatchOptions, wanted: dict[str, str], found: FoundRuns) -> list[BatchTask]:
     setup = read_setup(options.setup) if options.setup else None
-    found = find_runs(options.paths)
-    wanted = {key: value for key, value in changes.items() if value is not None}
     folders = [_tables(one, options.output) for one in found.runs]
     _refuse_collisions(folders)
-    return _Work(
-        found,
-        [
-            BatchTask(one.path, setup, wanted, options.force, tables)
-            for one, tables in zip(found.runs, folders, strict=True)
-        ],
-    )
+    return [
+        BatchTask(one.path, setup, wanted, options.force, tables)
+        for one, tables in zip(found.runs, folders, strict=True)
+    ]
 
 
 def _tables(one: FoundRun, output: Path | None) -> TablesTo | None:
@@ -139,16 +124,16 @@ class BatchProgress(Bar):
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
         super().__init__(*columns, description="runs", total=n_runs)
 
-    def tell(self, outcome: BatchOutcome) -> None:
-        """Tell the outcome of a run."""
+    def ended(self, outcome: BatchOutcome) -> None:
+        """Print the outcome of a run."""
         if outcome.error is not None:
             fail(outcome.error, str(outcome.run))
         elif outcome.state == "done":
-            self.say(f"{outcome.run}: {_told(outcome)}")
-        self.advance()
+            self.say(f"{outcome.run}: {_figures(outcome)}")
+        self.advance(self.shown)
 
 
-def _told(outcome: BatchOutcome) -> str:
-    status, e, u_e = (outcome.summary.get(key) for key in ("status", "e", "u_e"))
-    text = str(status).replace("_", " ")
-    return f"{text}, e = {quantity(e, u_e)}" if isinstance(e, float) and isinstance(u_e, float) else text
+def _figures(outcome: BatchOutcome) -> str:
+    e, u_e = figure(outcome.summary, "e"), figure(outcome.summary, "u_e")
+    text = str(outcome.summary.get("status")).replace("_", " ")
+    return text if e is None or u_e is None else f"{text}, e = {quantity(e, u_e)}"

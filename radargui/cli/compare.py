@@ -2,37 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
-from statistics import fmean
 
 import typer
 
 from radargui.cli.console import progress_bar, show_table
 from radargui.cli.guard import FAILED, fail
-from radargui.cli.setup_choice import override
+from radargui.cli.setup_choice import processing_changes
 from radargui.experiment.batch.find import find_runs
-from radargui.experiment.compare import ComparedFigure, Comparison, compare_stored, compare_with
-from radargui.model.errors import RadarGuiError, UsageError
-from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
+from radargui.experiment.compare import ComparedFigure, Comparison, compare_stored, reprocess_runs
+from radargui.experiment.reprocess import Outcome, each_run
+from radargui.model.errors import UsageError
+from radargui.model.rounding import UNKNOWN, alone, quantity
 from radargui.model.setup_file import read_setup
-from radargui.report.rounding import UNKNOWN, quantity
+from radargui.restitution.series import statistics_of
 
 
-@dataclass(frozen=True, slots=True)
-class CompareOptions:
-    """What the command line asked for; None where nothing was said."""
-
-    paths: tuple[Path, ...]
-    setup: Path | None = None
-    correction: str | None = None
-    geometry: str | None = None
-    keep: bool = False
-
-
-def compare_runs(options: CompareOptions) -> int:
+def compare_runs(
+    paths: Sequence[Path], setup_file: Path | None, correction: str | None, geometry: str | None, *, keep: bool
+) -> int:
     """Print the old and the new result of each run, what was set differently, and return the exit status.
+
+    Where nothing else is set, the stored results are compared.
 
     Raises
     ------
@@ -41,37 +33,26 @@ def compare_runs(options: CompareOptions) -> int:
     SetupError
         The setup or an option instead of it is not allowed.
     """
-    changes = {"processing.correction": options.correction, "processing.geometry": options.geometry}
-    wanted = {key: value for key, value in changes.items() if value is not None}
-    if options.keep and not (wanted or options.setup):
+    wanted = processing_changes(correction, geometry)
+    if keep and not (wanted or setup_file):
         raise UsageError("--keep, allowed: together with --setup, --correction or --geometry")
-    override(read_setup(default_setup_path()), changes)
-    setup = read_setup(options.setup) if options.setup else None
-    found = find_runs(options.paths)
-    status = 0
-    for error in found.errors:
-        status = fail(error)
-    compared: list[Comparison] = []
-    for one in found.runs:
-        try:
-            comparison = _compared(one.path, setup, wanted, keep=options.keep)
-        except RadarGuiError as error:
-            fail(error, str(one.path))
-            status = FAILED
-            continue
-        if comparison is None:
-            typer.echo(f"{one.path}: no result before the present one")
+    setup = read_setup(setup_file) if setup_file else None
+    found = find_runs(paths)
+    status = max(map(fail, found.errors), default=0)
+    runs = [one.path for one in found.runs]
+    with progress_bar("compare") as report:
+        outcomes: list[Outcome[Comparison | None]]
+        if setup is not None or wanted:
+            outcomes = [*reprocess_runs(runs, setup, wanted, keep=keep, progress=report)]
         else:
-            compared.append(comparison)
-    _show(compared)
+            outcomes = [*each_run(runs, lambda run, _report: compare_stored(run), report)]
+    for outcome in outcomes:
+        if outcome.error is not None:
+            status = fail(outcome.error, str(outcome.run)) and FAILED
+        elif outcome.value is None:
+            typer.echo(f"{outcome.run}: no result before the present one")
+    _show([outcome.value for outcome in outcomes if outcome.value is not None])
     return status
-
-
-def _compared(run: Path, setup: Setup | None, changes: dict[str, str], *, keep: bool) -> Comparison | None:
-    if setup is None and not changes:
-        return compare_stored(run)
-    with progress_bar(f"Processing {run.name}") as tell:
-        return compare_with(run, setup, changes, keep=keep, progress=tell)
 
 
 def _show(compared: list[Comparison]) -> None:
@@ -81,8 +62,12 @@ def _show(compared: list[Comparison]) -> None:
     show_table(header, [_row(one) for one in compared])
     pairs = [(e.before, e.after) for one in compared if (e := _figure(one, "e")).difference is not None]
     if len(pairs) > 1:
-        before, after = (fmean(float(pair[side] or 0.0) for pair in pairs) for side in (0, 1))
-        typer.echo(f"mean e of {len(pairs)} runs: {before:.4f} before, {after:.4f} after, {after - before:+.4f}")
+        before, after = (statistics_of(side) for side in zip(*pairs, strict=True))
+        change = statistics_of(e.difference for one in compared if (e := _figure(one, "e")))
+        typer.echo(
+            f"mean e of {len(pairs)} runs: {before.words()} before, {after.words()} after, "
+            f"{alone(change.mean, after.standard_error, signed=True)}"
+        )
     shown = None
     for one in compared:
         settings = [f"{each.key}: {_value(each.before)} -> {_value(each.after)}" for each in one.settings]
@@ -97,7 +82,7 @@ def _row(one: Comparison) -> tuple[str, ...]:
         f"{one.run.parent.name}/{one.run.stem}",
         quantity(e.before, e.u_before),
         quantity(e.after, e.u_after),
-        UNKNOWN if e.difference is None else f"{e.difference:+.4f}",
+        alone(e.difference, e.u_difference, signed=True),
         quantity(g.before, g.u_before),
         quantity(g.after, g.u_after),
         *(str(side.summary.get("status", UNKNOWN)).replace("_", " ") for side in (one.before, one.after)),

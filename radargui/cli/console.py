@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 PIPE_WIDTH = 200
@@ -35,6 +35,12 @@ def show_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         table.add_row(*row)
     width = None if sys.stdout.isatty() else PIPE_WIDTH
     Console(width=width, markup=False, highlight=False, emoji=False).print(table)
+
+
+def figure(summary: Mapping[str, object], key: str) -> float | None:
+    """Return a figure of a run's summary; None where it is not known."""
+    value = summary.get(key)
+    return value if isinstance(value, float) else None
 
 
 @contextmanager

@@ -9,7 +9,8 @@ import typer
 
 from radargui.cli.console import make_output_safe, one_line
 from radargui.cli.log import log_path, start_log
-from radargui.model.errors import RadarGuiError, SetupError, UsageError
+from radargui.model.errors import RadarGuiError, SetupError, UsageError, fault_of
+from radargui.session.ending import interrupt, on_ending
 
 FAILED, WRONG_USAGE = 1, 2
 _log = logging.getLogger(__name__)
@@ -20,8 +21,9 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
     make_output_safe()
     start_log()
     try:
-        # in this mode the library returns the status that the command returned, and 130 after an interrupt
-        status = app(args=arguments, prog_name="radargui", standalone_mode=False)
+        with on_ending(interrupt):
+            # in this mode the library returns the status that the command returned, and 130 after an interrupt
+            status = app(args=arguments, prog_name="radargui", standalone_mode=False)
     except RadarGuiError as error:
         return fail(error)
     except typer.TyperException as error:
@@ -32,23 +34,21 @@ def guarded(app: typer.Typer, arguments: list[str] | None = None) -> int:
         return _interrupted()
     except Exception as error:  # noqa: BLE001  the last door: whatever it is, the operator gets a line, the log the rest
         return fail_unexpected(error)
-    if status == 130:
-        return _interrupted()
-    return int(status or 0)
+    return _interrupted() if status == 130 else int(status or 0)
 
 
 def fail(error: RadarGuiError, what: str = "") -> int:
-    """Tell an error in one line, log it, and return its exit status."""
+    """Print an error in one line, log it, and return its exit status."""
     _log.error("%s", error, exc_info=error)
     text = str(error)
     return _fail_line(f"{what}: {text}" if what and what not in text else text, status_of(error))
 
 
 def fail_unexpected(error: Exception, what: str = "") -> int:
-    """Tell an error that nobody foresaw in one line, put the rest into the log, and return the exit status."""
+    """Print an error that nobody foresaw in one line, put the rest into the log, and return the exit status."""
     _log.error("Unexpected error %s", what, exc_info=error)
-    text = f"unexpected {type(error).__name__}: {one_line(str(error))}. The details are in {log_path()}"
-    return _fail_line(f"{what}: {text}" if what else text, FAILED)
+    text = f"{fault_of(error, what or 'The program')} The details are in {log_path()}"
+    return _fail_line(text, FAILED)
 
 
 def status_of(error: RadarGuiError) -> int:

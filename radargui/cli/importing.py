@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from datetime import datetime
+from collections.abc import Sequence
 from pathlib import Path
 
 import typer
@@ -11,32 +10,27 @@ import typer
 from radargui.cli.console import progress_bar
 from radargui.cli.guard import FAILED, fail
 from radargui.cli.setup_choice import positive
-from radargui.files.channel_map import ChannelMap, list_channels, parse_channel_map
-from radargui.files.formats import RUN, format_of
+from radargui.experiment.importing import ImportOrder, first_own_setup, guess_of, import_recordings, remember_map
+from radargui.files.channel_map import ChannelMap, parse_channel_map
+from radargui.files.raw_file import RawLayout, parse_raw_layout
 from radargui.model.errors import RadarGuiError, UsageError
-from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
 from radargui.session.data_folder import default_data_folder
-from radargui.session.importing import Import, ImportInput, own_setup_of
-from radargui.session.info import calibration_of_file
-from radargui.session.map_memory import MapMemory
+from radargui.session.importing import ImportInput
 
 
-@dataclass(frozen=True, slots=True)
-class ImportOptions:
-    """What the command line asked for; None where nothing was said."""
-
-    files: tuple[Path, ...] = ()
-    channels: str | None = None
-    rate_hz: float | None = None
-    setup: Path | None = None
-    output: Path | None = None
-    operator: str = ""
-    notes: str = ""
-
-
-def import_files(options: ImportOptions) -> int:
+def import_files(
+    files: Sequence[Path],
+    channels: str | None,
+    rate_hz: float | None,
+    setup_file: Path | None,
+    output: Path | None,
+    layout: str | None,
+    **words: str,
+) -> int:
     """Write the recordings as a new session, print its folder and what became of each, and return the exit status.
+
+    `words`: operator and notes, as of any session.
 
     Raises
     ------
@@ -47,76 +41,58 @@ def import_files(options: ImportOptions) -> int:
     SessionError
         The session cannot be made.
     """
-    positive("--rate-hz", options.rate_hz)
-    status, inputs = _inputs(options)
+    positive("--rate-hz", rate_hz)
+    raw = None if layout is None else parse_raw_layout(layout)
+    chosen = parse_channel_map(channels, numbered=raw is not None) if channels else None
+    status, inputs = _inputs(files, chosen, rate_hz, raw)
     if not inputs:
         return status
-    setup = read_setup(options.setup) if options.setup else _own_setup(inputs)
-    work = Import(
-        options.output or default_data_folder(),
-        setup,
-        now=datetime.now().astimezone(),
-        operator=options.operator,
-        notes=options.notes,
-        calibration=calibration_of_file(options.setup) if options.setup else None,
-        setup_name=options.setup.stem if options.setup else "",
-    )
-    lines = []
-    with progress_bar("import") as tell:
-        for run in work.carry_out(inputs, tell):
-            if run.error is not None:
-                status = fail(run.error, run.source.told) and FAILED
-            elif run.path is not None:
-                lines.append(f"{run.path.name}: {run.source.told}")
-    if work.session is not None:
-        typer.echo(f"Session: {work.session.path}")
-    for line in lines:
-        typer.echo(line)
+    setup = read_setup(setup_file) if setup_file else first_own_setup([one.files[0] for one in inputs])
+    if setup is None:
+        raise UsageError(f"{inputs[0].label} brings no setup", remedy="Give --setup FILE.")
+    order = ImportOrder(lambda: inputs, setup, setup_file, output or default_data_folder(), process=False, **words)
+    with progress_bar("import") as report:
+        imported = import_recordings(order, report)
+    for run in imported.runs:
+        if run.error is not None:
+            status = fail(run.error, run.source.label) and FAILED
+    if imported.session is not None:
+        typer.echo(f"Session: {imported.session}")
+    for run in imported.runs:
+        if run.path is not None:
+            typer.echo(f"{run.path.name}: {run.source.label}")
     return status
 
 
-def _inputs(options: ImportOptions) -> tuple[int, list[ImportInput]]:
-    chosen = parse_channel_map(options.channels) if options.channels else None
+def _inputs(
+    files: Sequence[Path], chosen: ChannelMap | None, rate_hz: float | None, raw: RawLayout | None
+) -> tuple[int, list[ImportInput]]:
     if chosen is not None and chosen.has_paths:
-        if options.files:
+        if files:
             raise UsageError("--channels names files of its own: give no FILE with it")
-        return 0, [ImportInput(chosen.paths, chosen, options.rate_hz)]
-    if not options.files:
+        return 0, [ImportInput(chosen.paths, chosen, rate_hz, raw)]
+    if not files:
         raise UsageError("nothing to import, allowed: FILE..., or --channels with paths")
     status, inputs = 0, []
-    for file in options.files:
+    for file in files:
         try:
-            inputs.append(ImportInput((file,), _map_of(file, chosen), options.rate_hz))
+            inputs.append(ImportInput((file,), _map_of(file, chosen, raw), rate_hz, raw))
         except RadarGuiError as error:
             status = fail(error, str(file)) and FAILED
     return status, inputs
 
 
-def _map_of(file: Path, chosen: ChannelMap | None) -> ChannelMap | None:
-    """Return the map of a file: chosen and from now on remembered, else remembered or guessed, which is told."""
-    if format_of(file) is RUN and chosen is None:
-        return None
-    infos = list_channels(file)
-    memory = MapMemory()
+def _map_of(file: Path, chosen: ChannelMap | None, raw: RawLayout | None) -> ChannelMap | None:
+    """Return the map of a file: chosen and from now on remembered, else remembered or guessed, which is said."""
     if chosen is not None:
-        memory.remember(infos, chosen)
+        remember_map(file, chosen, raw)
         return chosen
-    guess = memory.guess(infos)
+    guess = guess_of(file, raw)
+    if guess is None:
+        return None
     if guess.channel_map is not None and guess.basis != "names":
-        told = ",".join(f"{entry.target}={entry.variable}" for entry in guess.channel_map.entries)
-        why = (
-            "as chosen before" if guess.basis == "remembered" else "guessed from the order, correct it with --channels"
-        )
-        typer.echo(f"{file.name}: {told} ({why})", err=True)
+        said = ",".join(f"{entry.target}={entry.variable}" for entry in guess.channel_map.entries)
+        guessed = "guessed from the order, correct it with --channels"
+        why = "as chosen before" if guess.basis == "remembered" else guessed
+        typer.echo(f"{file.name}: {said} ({why})", err=True)
     return guess.channel_map
-
-
-def _own_setup(inputs: list[ImportInput]) -> Setup:
-    for one in inputs:
-        try:
-            setup = own_setup_of(one.files[0])
-        except RadarGuiError:
-            continue
-        if setup is not None:
-            return setup
-    raise UsageError(f"{inputs[0].told} brings no setup", remedy="Give --setup FILE.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 
@@ -25,15 +26,19 @@ def log_path() -> Path:
 
 
 def start_log() -> None:
-    """Send log entries and library warnings to the file; where none can be made the program goes on without."""
+    """Send log entries and library warnings to the file; where none can be made one line says so, and none is kept."""
     root = logging.getLogger()
-    if any(isinstance(handler, _QuietHandler) for handler in root.handlers):
+    if any(isinstance(handler, _QuietHandler | logging.NullHandler) for handler in root.handlers):
         return
     path = log_path()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        path.open("ab").close()
         handler = _QuietHandler(path, maxBytes=MAXIMUM_BYTES, backupCount=OLD_FILES, encoding="utf-8", delay=True)
-    except OSError:
+    except OSError as error:
+        # without any handler the entries would go to the terminal, with tracebacks
+        root.addHandler(logging.NullHandler())
+        sys.stderr.write(f"note: no log is kept: {path} cannot be written ({error.strerror or error})\n")
         return
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
     root.addHandler(handler)

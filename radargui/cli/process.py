@@ -12,18 +12,21 @@ import typer
 
 from radargui.cli.console import one_line, progress_bar, show_table
 from radargui.cli.guard import fail, fail_unexpected
-from radargui.cli.setup_choice import override, own_setup, positive
+from radargui.cli.setup_choice import COMMAND_LINE, own_setup, positive, processing_changes
 from radargui.files.channel_map import ChannelMap, parse_channel_map, read_mapped
+from radargui.files.formats import format_of
+from radargui.files.raw_file import RawLayout, parse_raw_layout
 from radargui.files.reading import read_recording
 from radargui.files.run_layout import SUFFIX
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
+from radargui.model.rounding import UNKNOWN, quantity
 from radargui.model.setup import Setup
+from radargui.model.setup_change import changed
 from radargui.model.setup_file import read_setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
-from radargui.report.rounding import UNKNOWN, quantity
 from radargui.report.tables import write_tables
 
 
@@ -40,6 +43,7 @@ class ProcessOptions:
     correction: str | None = None
     geometry: str | None = None
     force: bool = False
+    raw: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +71,7 @@ class Input:
 def process_files(options: ProcessOptions) -> int:
     """Process every input, print a table of them, and return the exit status.
 
-    Whatever is wrong with the command, the setup or the result folders is told before any work.
+    Whatever is wrong with the command, the setup or the result folders is reported before any work.
 
     Raises
     ------
@@ -76,9 +80,10 @@ def process_files(options: ProcessOptions) -> int:
     SetupError
         The setup or an option instead of it is not allowed.
     """
-    inputs = _inputs(options)
+    raw = None if options.raw is None else parse_raw_layout(options.raw)
+    inputs = _inputs(options, raw)
     _refuse_collisions(inputs, force=options.force)
-    setups = [_setup_of(one, options) for one in inputs]
+    setups = [_setup_of(one, options, raw) for one in inputs]
     rows, status = [], 0
     for one, setup in zip(inputs, setups, strict=True):
         try:
@@ -95,36 +100,36 @@ def process_files(options: ProcessOptions) -> int:
 def _process(one: Input, setup: Setup | RadarGuiError) -> RunResult:
     if isinstance(setup, RadarGuiError):
         raise setup
-    with progress_bar(one.name) as tell:
-        result = process(one.read(), setup, tell)
+    with progress_bar(one.name) as report_progress:
+        result = process(one.read(), setup, report_progress)
         write_tables(result, one.folder)
     for text in ((result.reason,) if result.status != "ok" else ()) + result.warnings:
         typer.echo(f"{one.name}: {one_line(text)}", err=True)
     return result
 
 
-def _inputs(options: ProcessOptions) -> list[Input]:
+def _inputs(options: ProcessOptions, raw: RawLayout | None) -> list[Input]:
     positive("--rate-hz", options.rate_hz)
-    channels = None if options.channels is None else parse_channel_map(options.channels)
+    channels = None if options.channels is None else parse_channel_map(options.channels, numbered=raw is not None)
     if channels is not None and channels.has_paths and not options.files:
         if options.name is None:
             raise UsageError("--channels with paths forms one input: it needs --name NAME")
-        read = partial(read_mapped, channels, rate_hz=options.rate_hz, name=options.name)
+        read = partial(read_mapped, channels, rate_hz=options.rate_hz, name=options.name, raw=raw)
         return [_input(options, options.name, read, channels.paths[0])]
     if not options.files:
         raise UsageError("nothing to process, allowed: FILE..., or --channels with paths")
     if options.name is not None and len(options.files) > 1:
         raise UsageError(f"--name = {options.name!r}, allowed: with one input only; there are {len(options.files)}")
-    return [_file_input(options, file, channels) for file in options.files]
+    return [_file_input(options, file, channels, raw) for file in options.files]
 
 
-def _file_input(options: ProcessOptions, file: Path, channels: ChannelMap | None) -> Input:
+def _file_input(options: ProcessOptions, file: Path, channels: ChannelMap | None, raw: RawLayout | None) -> Input:
     read: Callable[[], Recording]
-    if file.suffix.lower() == SUFFIX and channels is None and options.rate_hz is None:
+    if file.suffix.lower() == SUFFIX and channels is None and options.rate_hz is None and raw is None:
         # of an hour only the part with the motion is read
         read = partial(read_for_processing, file)
     else:
-        read = partial(read_recording, file, channels=channels, rate_hz=options.rate_hz)
+        read = partial(read_recording, file, channels=channels, rate_hz=options.rate_hz, raw=raw)
     return _input(options, file.stem if options.name is None else options.name, read, file)
 
 
@@ -145,7 +150,7 @@ def _refuse_collisions(inputs: list[Input], *, force: bool) -> None:
         raise UsageError(f"Results are there already: {', '.join(there)}", remedy="Give --force to write over them.")
 
 
-def _setup_of(one: Input, options: ProcessOptions) -> Setup | RadarGuiError:
+def _setup_of(one: Input, options: ProcessOptions, raw: RawLayout | None) -> Setup | RadarGuiError:
     """Return the setup of an input, or why the input cannot be read.
 
     Raises
@@ -156,14 +161,15 @@ def _setup_of(one: Input, options: ProcessOptions) -> Setup | RadarGuiError:
         It is not valid.
     """
     try:
+        format_of(one.own_file, raw)
         setup = read_setup(options.setup) if options.setup else own_setup(one.own_file)
     except RadarGuiError as error:
-        if isinstance(error, SetupError):
+        if isinstance(error, SetupError | UsageError):
             raise
         return error
     if setup is None:
         raise UsageError(f"{one.own_file} brings no setup", remedy="Give --setup FILE.")
-    return override(setup, {"processing.correction": options.correction, "processing.geometry": options.geometry})
+    return changed(setup, processing_changes(options.correction, options.geometry), COMMAND_LINE)
 
 
 def _row(one: Input, result: RunResult) -> tuple[str, ...]:

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import typer
 
-from radargui.cli.console import show_table
+from radargui.cli.console import figure, show_table
 from radargui.cli.guard import FAILED, fail
 from radargui.cli.record_progress import RecordProgress
-from radargui.cli.setup_choice import named_or_default, override, own_setup, parse_release, positive
+from radargui.cli.setup_choice import COMMAND_LINE, named_or_default, own_setup, parse_release, positive
+from radargui.experiment.event import RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.experiment.recorded_run import RecordedRun
+from radargui.files.run_card import origin_attributes
 from radargui.files.summary import summarise
-from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.errors import RadarGuiError, SourceError, UsageError
+from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
-from radargui.report.rounding import UNKNOWN, plain, quantity
+from radargui.model.setup_change import changed
 from radargui.session.data_folder import default_data_folder
 from radargui.session.info import Calibration, SessionInfo, calibration_of_file
 from radargui.session.session import Session
@@ -27,18 +30,8 @@ from radargui.sources.factory import make_source
 
 
 @dataclass(frozen=True, slots=True)
-class SessionWords:
-    """What the operator says about a session; empty where nothing was said."""
-
-    operator: str = ""
-    sample: str = ""
-    target: str = ""
-    notes: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class RecordOptions:
-    """What the command line asked for; None where nothing was said."""
+    """What the command line asked for; None and empty where nothing was said."""
 
     source: Literal["simulated", "ni", "replay"] = "simulated"
     file: Path | None = None
@@ -50,7 +43,10 @@ class RecordOptions:
     seed: int | None = None
     fast: bool = False
     hands_free: bool = False
-    words: SessionWords = SessionWords()
+    operator: str = ""
+    sample: str = ""
+    target: str = ""
+    notes: str = ""
     like: Path | None = None
 
 
@@ -70,20 +66,19 @@ def record_session(options: RecordOptions) -> int:
     setup = _setup(options, like)
     # a source that cannot even be made must not leave an empty session behind
     first = _make_source(options, setup, run=0)
-    words = options.words
     session = Session.create(
         options.output or default_data_folder(),
         setup,
-        operator=words.operator or (like.operator if like else ""),
-        sample=words.sample or (like.sample if like else ""),
-        target=words.target or (like.target if like else ""),
-        notes=words.notes,
+        operator=options.operator or (like.operator if like else ""),
+        sample=options.sample or (like.sample if like else ""),
+        target=options.target or (like.target if like else ""),
+        notes=options.notes,
         calibration=_calibration(options, like),
         setup_name=options.setup.stem if options.setup else like.setup_name if like else "",
         now=datetime.now().astimezone(),
     )
     typer.echo(f"Session: {session.path}")
-    runs: list[_Listed] = []
+    rows: list[tuple[str, ...]] = []
     with RecordProgress(options.runs) as progress:
         experiment = Experiment(
             setup,
@@ -95,40 +90,40 @@ def record_session(options: RecordOptions) -> int:
             live=not options.fast,
             patient=options.fast,
             continuous=_goes_on(options, setup),
-            attributes={"source": options.source},
+            attributes=origin_attributes(options.source, options.file),
         )
-        error = _record(experiment, options.runs, runs)
-    if runs:
-        show_table(("run", "drop height", "impact speed", "e ± u_e", "g", "status"), [run.row for run in runs])
+        error, status = _record(experiment, options.runs, rows)
+    if rows:
+        show_table(("run", "drop height", "impact speed", "e ± u_e", "g", "status"), rows)
+    is_gone = isinstance(error, SourceError) and session.discard_empty()
+    session.close()
     if error is not None:
-        return fail(error)
-    return FAILED if any(run.failed for run in runs) else 0
+        status = fail(error)
+        if is_gone:
+            typer.echo(f"Nothing was recorded: {session.path} was taken away again.", err=True)
+    return status
 
 
-@dataclass(frozen=True, slots=True)
-class _Listed:
-    """What is remembered of a run: not its samples, for there may be a night full of runs."""
+def _record(experiment: Experiment, n_runs: int, rows: list[tuple[str, ...]]) -> tuple[RadarGuiError | None, int]:
+    """Fill `rows` and return what ended the recording early, and the exit status of what did not.
 
-    row: tuple[str, ...]
-    failed: bool
-
-
-def _record(experiment: Experiment, n_runs: int, runs: list[_Listed]) -> RadarGuiError | None:
-    """Fill `runs` and return what ended the recording early."""
+    Of a run its row is kept, not its samples: there may be a night full of runs.
+    """
+    status = 0
     try:
         for run in experiment.record(n_runs):
-            runs.append(_Listed(_row(run), failed=run.error is not None or run.path is None))
+            rows.append(_row(run))
             if run.error is not None:
                 fail(run.error, run.path.name if run.path else "")
+                status = FAILED
             elif run.path is None:
-                return RadarGuiError(run.message)
+                return RadarGuiError(run.message), FAILED
     except RadarGuiError as error:
-        return error
+        return error, FAILED
     except KeyboardInterrupt:
-        return RadarGuiError(
-            f"interrupted in run {len(runs) + 1}.", remedy=f"What was recorded is kept in {experiment.session.path}."
-        )
-    return None
+        kept = f"What was recorded is kept in {experiment.session.path}."
+        return RadarGuiError(f"interrupted in run {len(rows) + 1}.", remedy=kept), FAILED
+    return None, status
 
 
 def _calibration(options: RecordOptions, like: SessionInfo | None) -> Calibration:
@@ -150,7 +145,7 @@ def _setup(options: RecordOptions, like: SessionInfo | None) -> Setup:
         raise UsageError("--like and --setup, allowed: one of them")
     setup = like.setup if like else own_setup(options.file) if options.file and options.setup is None else None
     changes = {"tracer.release_position_m": parse_release(options.release), "simulation.seed": options.seed}
-    return override(setup or named_or_default(options.setup), changes)
+    return changed(setup or named_or_default(options.setup), changes, COMMAND_LINE)
 
 
 def _make_source(options: RecordOptions, setup: Setup, run: int) -> Source:
@@ -173,11 +168,7 @@ def _row(run: RecordedRun) -> tuple[str, ...]:
             status = f"set aside: {run.set_aside}" if run.set_aside else "not processed"
         return (name, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, status)
     summary = summarise(run.result)
-
-    def value(key: str) -> float | None:
-        found = summary[key]
-        return found if isinstance(found, float) else None
-
+    value = partial(figure, summary)
     return (
         name,
         plain(value("drop_height_m"), 4, "m"),

@@ -6,8 +6,7 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
 from radargui.cli.bar import Bar
 from radargui.cli.console import one_line
-from radargui.experiment.event import Event, EventKind
-from radargui.experiment.state import ExperimentState
+from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 
 
 class RecordProgress(Bar):
@@ -35,8 +34,8 @@ class RecordProgress(Bar):
             self._so_far = event.message
         elif event.kind is EventKind.RUN:
             self._so_far = ""
-            self.say(f"run {event.number}: {_outcome(event) or _line(event) or self._health}")
-        else:
+            self.say(f"run {event.number}: {_outcome(event.run) or self._health}")
+        elif event.kind is not EventKind.RECORDED:
             self._show(event)
 
     def _show(self, event: Event) -> None:
@@ -49,18 +48,11 @@ class RecordProgress(Bar):
         if event.state is ExperimentState.PROCESSING and self._so_far:
             text += f", {self._so_far}"
         total = 1.0 if event.state is ExperimentState.PROCESSING else None
-        self.show(text, total=total, completed=event.fraction or 0.0)
+        self.update(self.shown, description=text, total=total, completed=event.fraction or 0.0)
 
 
-def _outcome(event: Event) -> str:
-    """Return what to say of a run instead of the health of its recording."""
-    run = event.run
+def _outcome(run: RecordedRun | None) -> str:
+    """Return what to say of a run: why it is set aside, else the health of its recording."""
     if run is None:
         return ""
-    if run.set_aside:
-        return one_line(run.message)
-    return ""
-
-
-def _line(event: Event) -> str:
-    return event.run.health_line if event.run is not None else ""
+    return one_line(run.message) if run.set_aside else run.health_line

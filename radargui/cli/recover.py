@@ -7,14 +7,15 @@ from pathlib import Path
 
 import typer
 
-from radargui.cli.console import progress_bar, show_table
+from radargui.cli.console import figure, progress_bar, show_table
 from radargui.cli.guard import FAILED, fail
-from radargui.experiment.recovery import RecoveredRun, recover_run
+from radargui.experiment.reprocess import RecoveredRun, recover_run
 from radargui.files.summary import summarise
 from radargui.model.errors import RadarGuiError, UsageError
-from radargui.report.rounding import UNKNOWN, quantity
+from radargui.model.rounding import UNKNOWN, quantity
+from radargui.session.catalogue import RunLine
 from radargui.session.data_folder import default_data_folder
-from radargui.session.recovery import UnfinishedRun, unfinished_runs
+from radargui.session.recovery import unfinished_runs
 
 
 def recover_runs(path: Path | None, *, only_list: bool = False) -> int:
@@ -47,21 +48,20 @@ def recover_runs(path: Path | None, *, only_list: bool = False) -> int:
     status, rows = 0, []
     for one in found:
         try:
-            with progress_bar(f"Recovery of {one.path.name}") as tell:
-                recovered = recover_run(one.path, now=datetime.now().astimezone(), progress=tell)
+            with progress_bar(f"Recovery of {one.path.name}") as report_progress:
+                recovered = recover_run(one.path, now=datetime.now().astimezone(), progress=report_progress)
+            if recovered.error is not None:
+                status = fail(recovered.error, str(one.path)) and FAILED
         except RadarGuiError as error:
             status = fail(error, str(one.path))
             continue
-        if recovered.error is not None:
-            fail(recovered.error, str(one.path))
-            status = FAILED
         rows.append((*_listed(one), *_told(recovered)))
     if rows:
         show_table(("run", "started", "length", "e ± u_e", "status"), rows)
     return status
 
 
-def _listed(one: UnfinishedRun) -> tuple[str, str, str]:
+def _listed(one: RunLine) -> tuple[str, str, str]:
     return str(one.path), one.started_at or UNKNOWN, f"{one.duration_s:.2f} s"
 
 
@@ -69,5 +69,6 @@ def _told(recovered: RecoveredRun) -> tuple[str, str]:
     if recovered.result is None:
         return UNKNOWN, "recovered, not processed" if recovered.n_samples else "set aside: nothing was recorded"
     summary = summarise(recovered.result)
-    e, u_e = (value if isinstance(value, float) else None for value in (summary["e"], summary["u_e"]))
-    return quantity(e, u_e), f"recovered, {recovered.result.status.replace('_', ' ')}"
+    return quantity(
+        figure(summary, "e"), figure(summary, "u_e")
+    ), f"recovered, {recovered.result.status.replace('_', ' ')}"

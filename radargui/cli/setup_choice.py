@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 from radargui.model.errors import UsageError
 from radargui.model.resources import default_setup_path
@@ -13,6 +12,8 @@ from radargui.model.setup_change import changed
 from radargui.model.setup_file import read_setup
 
 RUN_SUFFIXES = (".h5", ".hdf5")
+COMMAND_LINE = "command line"
+"""Whose wish an option is, for messages."""
 
 
 def named_or_default(path: Path | None) -> Setup:
@@ -44,22 +45,18 @@ def own_setup(file: Path) -> Setup | None:
     return read_run_setup(file)
 
 
-def override(setup: Setup, changes: dict[str, Any]) -> Setup:
-    """Return the setup with some keys changed and all of it checked again.
-
-    Parameters
-    ----------
-    setup
-        Where the other keys come from.
-    changes
-        From "table.key" to the new value; None leaves the key as it is.
+def processing_changes(correction: str | None, geometry: str | None) -> dict[str, str]:
+    """Return what options say instead of any setup, for `changed`; refused before any work where no setup allows it.
 
     Raises
     ------
     SetupError
-        A new value is not allowed.
+        A value is not allowed.
     """
-    return changed(setup, changes, "command line")
+    options = {"processing.correction": correction, "processing.geometry": geometry}
+    wanted = {key: value for key, value in options.items() if value is not None}
+    changed(named_or_default(None), wanted, COMMAND_LINE)
+    return wanted
 
 
 def parse_release(text: str | None) -> list[float] | None:
@@ -81,8 +78,8 @@ def parse_release(text: str | None) -> list[float] | None:
     return place
 
 
-def positive(name: str, value: float | None) -> float | None:
-    """Return an option's value where it is a number above zero or not given.
+def positive(name: str, value: float | None) -> None:
+    """Make sure that an option's value is a number above zero or not given.
 
     Raises
     ------
@@ -91,4 +88,3 @@ def positive(name: str, value: float | None) -> float | None:
     """
     if value is not None and not (math.isfinite(value) and value > 0.0):
         raise UsageError(f"{name} = {value:g}, allowed: a number above 0")
-    return value

@@ -19,7 +19,7 @@ from radargui.sources.factory import make_source
 
 
 def check_wiring(source: Literal["ni", "simulated"], setup: Path | None, output: Path | None, *, fast: bool) -> int:
-    """Guide the operator through the check, tell what was found, and return the exit status: 0 where all is right.
+    """Guide the operator through the check, print what was found, and return the exit status: 0 where all is right.
 
     Raises
     ------
@@ -38,8 +38,8 @@ def check_wiring(source: Literal["ni", "simulated"], setup: Path | None, output:
         typer.echo(f"{'ok  ' if finding.kind == 'good' else 'BAD '} {finding}")
     for line in report.settings():
         typer.echo(f"proposed: {line}")
-    if report.mends and output is not None:
-        write_setup(report.mended(chosen), output)
+    if report.corrects and output is not None:
+        write_setup(report.corrected(chosen), output)
         typer.echo(f"Setup with the proposed settings: {output}")
     if report.is_good:
         typer.echo("The wiring is right.")
@@ -50,7 +50,7 @@ def check_wiring(source: Literal["ni", "simulated"], setup: Path | None, output:
 
 
 def guided(source: Source, setup: Setup) -> WiringReport:
-    """Read a source while the operator is told what to do; return what was found.
+    """Read a source while the operator is shown what to do; return what was found.
 
     Raises
     ------
@@ -60,9 +60,9 @@ def guided(source: Source, setup: Setup) -> WiringReport:
     try:
         guide = WiringGuide(setup, source.open())
         source.start()
-        told = 0
+        announced = 0
         while not guide.is_done:
-            told = _tell(guide, told)
+            announced = _announce(guide, announced)
             block = source.read()
             if block is None:
                 raise RadarGuiError("The samples ended before the wiring check did.", remedy="Check again.")
@@ -73,11 +73,11 @@ def guided(source: Source, setup: Setup) -> WiringReport:
     return guide.report()
 
 
-def _tell(guide: WiringGuide, told: int) -> int:
-    """Say what comes next, once; return the number of the step that was told."""
+def _announce(guide: WiringGuide, announced: int) -> int:
+    """Print what comes next, once; return the number of the step announced."""
     state = guide.state()
-    if state.step is None or state.number == told:
-        return told
+    if state.step is None or state.number == announced:
+        return announced
     step = state.step
     ready_s, measured_s = step.start_s - step.announce_s, step.end_s - step.start_s
     typer.echo(f"{state.number} of {state.total}: in {ready_s:g} s, for {measured_s:g} s: {step.instruction}")

@@ -1,4 +1,4 @@
-"""All receivers corrected by the chosen method."""
+"""Each receiver corrected by itself by the chosen method: published, ellipse or none."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.ellipse import Ellipse, correct_ellipse
-from radargui.correction.none import correct_none
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
-from radargui.correction.quality import assess
+from radargui.correction.quality import assess, circularity
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
@@ -18,34 +18,17 @@ from radargui.model.quality import ChannelQuality
 from radargui.model.segment import Segment
 
 Steps = PublishedSteps | Ellipse | None
+LEAST_U_PHASE_RAD = 1e-12
+"""Of a signal that is perfectly round: a weight stays finite."""
 
 
-def correct(
-    volts: FloatArray,
-    time_s: FloatArray,
-    sample_rate_hz: float,
-    segment: Segment,
-    noise_v: FloatArray,
-    clipped: BoolArray,
-    method: str,
-    progress: Callable[[float], None] | None = None,
-) -> CorrectedIQ:
+def correct(conditioned: Conditioned, method: str, progress: Callable[[float], None] | None = None) -> CorrectedIQ:
     """Remove the IQ mismatch of each receiver.
 
     Parameters
     ----------
-    volts
-        Finite, skew removed, shape (2 n_receivers, n_samples).
-    time_s
-        Shape (n_samples,).
-    sample_rate_hz
-        Rate of each channel.
-    segment
-        The segment with motion.
-    noise_v
-        White noise of each channel, shape (2 n_receivers,).
-    clipped
-        Samples that are not to be used, shape (2 n_receivers, n_samples).
+    conditioned
+        Signals, motion, noise.
     method
         published, ellipse or none.
     progress
@@ -56,68 +39,82 @@ def correct(
     CorrectedIQ
         A receiver that cannot be corrected is NaN, its quality "rejected" with the reason.
     """
-    n_receivers, n_samples = volts.shape[0] // 2, volts.shape[1]
-    i, q = np.full((n_receivers, n_samples), np.nan), np.full((n_receivers, n_samples), np.nan)
-    u_phase = np.full((n_receivers, n_samples), np.nan)
-    valid = ~(clipped[0::2] | clipped[1::2])
+    volts, segment = conditioned.at_one_time(), conditioned.segment
+    n_receivers = conditioned.n_receivers
+    corrected = np.full(volts.shape, np.nan)
+    u_phase = np.full((n_receivers, conditioned.n_samples), np.nan)
+    valid = conditioned.valid
     channels: list[ChannelQuality] = []
     steps: list[Steps] = []
     for k in range(n_receivers):
-        pair = slice(2 * k, 2 * k + 2)
-        name = str(k + 1)
+        pair, name, step = slice(2 * k, 2 * k + 2), str(k + 1), None
         try:
-            iq, step = _correct_one(volts[pair], sample_rate_hz, segment, method)
+            corrected[pair], step = _correct_one(conditioned, k, volts[pair], method)
         except ProcessingError as error:
             channels.append(ChannelQuality(name, verdict="rejected", reason=error.message))
-            steps.append(None)
             valid[k] = False
-            continue
-        i[k], q[k] = iq
-        channels.append(
-            _quality(
-                name, iq, volts[pair], segment, noise_v[pair], valid[k], np.asarray(clipped[pair].any(axis=0)), step
-            )
-        )
-        u_phase[k] = max(channels[-1].circularity or 0.0, 1e-12)
+        else:
+            scale, noise = _scale(volts[pair], corrected[pair], segment, step), conditioned.noise_v[pair]
+            relative = np.sqrt(((noise[:, None] / scale) ** 2).mean(axis=0))
+            clipped = float((~conditioned.usable[pair, segment.first : segment.last]).any(axis=0).mean())
+            quality = _quality(name, corrected[pair], segment, relative, valid[k], clipped, step)
+            channels.append(quality)
+            # taken over the whole way: an echo that grows also leaves an offset that the ellipse does not follow
+            moving = np.s_[segment.first : segment.last]
+            known = valid[k, moving] & np.isfinite(corrected[pair, moving]).all(axis=0)
+            whole = circularity(corrected[pair, moving][:, known]) if known.any() else 0.0
+            u_phase[k] = max(whole, LEAST_U_PHASE_RAD)
         steps.append(step)
         if progress is not None:
             progress((k + 1) / n_receivers)
-    return CorrectedIQ(time_s, i, q, valid & np.isfinite(i), u_phase, method, tuple(channels), tuple(steps))
+    i, q = corrected[0::2], corrected[1::2]
+    return CorrectedIQ(conditioned.time_s, i, q, valid & np.isfinite(i), u_phase, method, tuple(channels), tuple(steps))
 
 
-def _correct_one(pair_v: FloatArray, sample_rate_hz: float, segment: Segment, method: str) -> tuple[FloatArray, Steps]:
+def correct_none(pair_v: FloatArray, segment: Segment) -> FloatArray:
+    """Return I and Q divided by their root-mean-square radius in the motion, shape (2, n_samples)."""
+    moving = pair_v[:, segment.first : segment.last]
+    radius = float(np.sqrt((moving**2).sum(axis=0).mean()))
+    return pair_v / max(radius, 1e-300)
+
+
+def _correct_one(conditioned: Conditioned, number: int, pair_v: FloatArray, method: str) -> tuple[FloatArray, Steps]:
+    segment = conditioned.segment
     if method == "published":
-        return correct_published(pair_v, sample_rate_hz, segment)
+        highest_hz = conditioned.doppler[number].highest_hz
+        return correct_published(pair_v, conditioned.sample_rate_hz, segment, highest_hz)
     if method == "ellipse":
-        return correct_ellipse(pair_v, segment)
+        return correct_ellipse(pair_v, segment, conditioned.valid[number])
     return correct_none(pair_v, segment), None
 
 
-def _quality(
-    name: str,
-    iq: FloatArray,
-    pair_v: FloatArray,
-    segment: Segment,
-    noise_v: FloatArray,
-    valid: BoolArray,
-    clipped: BoolArray,
-    step: Steps,
-) -> ChannelQuality:
+def _scale(pair_v: FloatArray, iq: FloatArray, segment: Segment, step: Steps) -> FloatArray:
+    """Return the volts that one unit of corrected I and Q stands for at each sample, shape (2, n_samples)."""
+    if isinstance(step, PublishedSteps):
+        return np.stack([step.i.scale, step.q.scale])
     moving = slice(segment.first, segment.last)
     scale = pair_v[:, moving].std(axis=1) / np.maximum(iq[:, moving].std(axis=1), 1e-300)
-    gain, quadrature = None, None
+    return np.repeat(scale[:, None], pair_v.shape[1], axis=1)
+
+
+def _quality(
+    name: str, iq: FloatArray, segment: Segment, noise: FloatArray, valid: BoolArray, clipped: float, step: Steps
+) -> ChannelQuality:
+    moving = slice(segment.first, segment.last)
+    gain, quadrature_deg = None, None
     if isinstance(step, Ellipse):
-        gain, quadrature = step.gain_ratio, step.quadrature_error_rad
+        gain, quadrature_deg = step.gain_ratio, float(np.degrees(step.quadrature_error_rad))
     elif isinstance(step, PublishedSteps):
         gain = float(np.median(step.q.scale[moving]) / np.median(step.i.scale[moving]))
-    phase = unwrap(wrapped_phase(iq[None, 0, moving], iq[None, 1, moving]))[0]
+    used = valid[moving] if valid[moving].any() else np.ones(segment.last - segment.first, dtype=np.bool_)
     return assess(
         name,
         iq=iq[:, moving],
-        phase_rad=phase,
+        phase_rad=unwrap(wrapped_phase(iq[None, 0, moving], iq[None, 1, moving]))[0],
         valid=valid[moving],
-        noise=float(np.sqrt(np.mean((noise_v / scale) ** 2))),
-        clipped=clipped[moving],
+        noise=float(np.median(noise[moving][used])),
+        fraction_clipped=clipped,
         gain_ratio=gain,
-        quadrature_error_rad=quadrature,
+        quadrature_error_deg=quadrature_deg,
+        rescaled=isinstance(step, PublishedSteps),
     )

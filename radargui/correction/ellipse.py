@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
+from radargui.model.front_end_equations import point_of
 from radargui.model.segment import Segment
 
 LEAST_ARC_RAD = np.pi
@@ -44,8 +45,8 @@ class Ellipse:
             Volts, shape (2, n_samples).
         """
         x = (pair_v[0] - self.i0_v) / self.amplitude_v
-        y = (pair_v[1] - self.q0_v) / (self.gain_ratio * self.amplitude_v)
-        return np.stack([x, (y - x * np.sin(self.quadrature_error_rad)) / np.cos(self.quadrature_error_rad)])
+        y = (pair_v[1] - self.q0_v) / self.amplitude_v
+        return point_of(x, y, self.gain_ratio, self.quadrature_error_rad)
 
 
 def fit_ellipse(pair_v: FloatArray) -> Ellipse:
@@ -100,7 +101,9 @@ def _conic(x: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(np.concatenate([best, t @ best]) * np.sign(best[0]))
 
 
-def correct_ellipse(pair_v: FloatArray, segment: Segment) -> tuple[FloatArray, Ellipse]:
+def correct_ellipse(
+    pair_v: FloatArray, segment: Segment, usable: BoolArray | None = None
+) -> tuple[FloatArray, Ellipse]:
     """Correct one receiver by the ellipse through the samples of its motion.
 
     Parameters
@@ -109,6 +112,8 @@ def correct_ellipse(pair_v: FloatArray, segment: Segment) -> tuple[FloatArray, E
         I and Q in volts, finite, shape (2, n_samples).
     segment
         The segment with motion.
+    usable
+        Samples that count, shape (n_samples,); None: all.
 
     Returns
     -------
@@ -121,6 +126,8 @@ def correct_ellipse(pair_v: FloatArray, segment: Segment) -> tuple[FloatArray, E
         The motion turns the phase by less than half a fringe, or there is no signal.
     """
     moving = pair_v[:, segment.first : segment.last]
+    if usable is not None and usable[segment.first : segment.last].any():
+        moving = moving[:, usable[segment.first : segment.last]]
     ellipse = fit_ellipse(moving)
     corrected = ellipse.apply(pair_v)
     arc = np.unwrap(np.arctan2(corrected[1], corrected[0])[segment.first : segment.last])

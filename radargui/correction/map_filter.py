@@ -8,6 +8,7 @@ from radargui.correction.ellipse import Ellipse, fit_ellipse
 from radargui.correction.smooth_map import SmoothMap
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import ProcessingError
+from radargui.model.front_end_equations import point_of
 
 START_FRINGES = 1.5
 LEAST_ARC_RAD = 2.0 * np.pi * START_FRINGES
@@ -189,9 +190,8 @@ class MapFilter:
         offset_i, offset_q, log_amplitude = (basis @ part for part in self._map.parts(self._state))
         gain, eps = self._state[-2:]
         x = (pair_v[0] - self._centre_v[0]) / self._scale_v - offset_i
-        y = ((pair_v[1] - self._centre_v[1]) / self._scale_v - offset_q) / gain
-        y = (y - x * np.sin(eps)) / np.cos(eps)
-        return np.stack([x, y]) * np.exp(-log_amplitude), basis
+        y = (pair_v[1] - self._centre_v[1]) / self._scale_v - offset_q
+        return point_of(x, y, gain, eps) * np.exp(-log_amplitude), basis
 
     def _learn(self, pair_v: FloatArray, phase_rad: FloatArray, mean: FloatArray) -> None:
         """Update from `mean`, which the covariance belongs to, with the model linearised at the present state."""

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.signal import find_peaks
 
-from radargui.correction.smooth import smooth
+from radargui.correction.smooth import SMOOTHING_S, smooth
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import ProcessingError
 from radargui.model.segment import Segment
@@ -17,6 +17,9 @@ PROMINENCE = 0.3
 """An extreme stands out of its surroundings by this share of the local swing, or it is noise."""
 LEAST_EXTREMES = 2
 TURN_S = 0.0008
+"""Before and after an instant that is looked at for a turn of the motion: a bounce is over within it."""
+PART_OF_PERIOD = 0.2
+"""Of the fastest Doppler period that smoothing may reach over: a parabola through a fifth of a wave is 1 % off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +60,9 @@ class PublishedSteps:
     q: ChannelSteps
 
 
-def correct_published(pair_v: FloatArray, sample_rate_hz: float, segment: Segment) -> tuple[FloatArray, PublishedSteps]:
+def correct_published(
+    pair_v: FloatArray, sample_rate_hz: float, segment: Segment, highest_hz: float | None = None
+) -> tuple[FloatArray, PublishedSteps]:
     """Correct one receiver: extremes, bias, zero crossings, local rescaling.
 
     Parameters
@@ -68,6 +73,8 @@ def correct_published(pair_v: FloatArray, sample_rate_hz: float, segment: Segmen
         Rate of each channel.
     segment
         The segment with motion.
+    highest_hz
+        Fastest Doppler frequency, where it is known: smoothing and turns are looked at within a part of its period.
 
     Returns
     -------
@@ -79,8 +86,9 @@ def correct_published(pair_v: FloatArray, sample_rate_hz: float, segment: Segmen
     ProcessingError
         Too few extremes: the motion turns the phase by less than about one and a half fringes.
     """
-    smoothed = smooth(pair_v, sample_rate_hz)
-    turning = motion_turns(smoothed, sample_rate_hz, segment)
+    period_s = np.inf if not highest_hz else 1.0 / highest_hz
+    smoothed = smooth(pair_v, sample_rate_hz, window_s=min(SMOOTHING_S, PART_OF_PERIOD * period_s))
+    turning = motion_turns(smoothed, sample_rate_hz, segment, min(TURN_S, 0.5 * PART_OF_PERIOD * period_s))
     steps = tuple(_correct_channel(smoothed[k], segment, turning) for k in (0, 1))
     corrected = np.stack([(pair_v[k] - step.bias) / step.scale for k, step in enumerate(steps)])
     return corrected, PublishedSteps(*steps)
@@ -103,7 +111,7 @@ def _correct_channel(smoothed_v: FloatArray, segment: Segment, turning: BoolArra
     return ChannelSteps(segment, peaks, valleys, upper, lower, bias, crossings, scale)
 
 
-def motion_turns(smoothed_v: FloatArray, sample_rate_hz: float, segment: Segment) -> BoolArray:
+def motion_turns(smoothed_v: FloatArray, sample_rate_hz: float, segment: Segment, turn_s: float = TURN_S) -> BoolArray:
     """Return where an extreme would come from the motion turning round, not from the circle.
 
     At an extreme of the circle one of I and Q stands still and the other runs at full speed through its middle; where
@@ -117,17 +125,19 @@ def motion_turns(smoothed_v: FloatArray, sample_rate_hz: float, segment: Segment
         Rate of each channel.
     segment
         The segment with motion.
+    turn_s
+        Before and after an instant that is looked at.
 
     Returns
     -------
     BoolArray
         Shape (n_samples,).
     """
-    slope = smooth(smoothed_v, sample_rate_hz, slope=True)
+    slope = smooth(smoothed_v, sample_rate_hz, window_s=max(turn_s, SMOOTHING_S * turn_s / TURN_S), slope=True)
     first, last = segment.first, segment.last
     amplitude = 0.5 * np.ptp(smoothed_v[:, first:last], axis=1)
     rate = np.hypot(slope[0] / max(amplitude[0], 1e-300), slope[1] / max(amplitude[1], 1e-300))
-    reach = max(1, round(TURN_S * sample_rate_hz))
+    reach = max(1, round(turn_s * sample_rate_hz))
     turning = np.zeros(smoothed_v.shape[1], dtype=np.bool_)
     before, after = slope[:, : -2 * reach], slope[:, 2 * reach :]
     reversed_both = (before * after < 0).all(axis=0)

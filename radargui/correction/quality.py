@@ -1,6 +1,8 @@
-"""Quality of one receiver's corrected signal."""
+"""Quality of one receiver's corrected signal in figures a person understands, and the one verdict on it."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -8,22 +10,73 @@ from radargui.correction.smooth import savitzky_golay
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.quality import ChannelQuality
 
-LEAST_SNR_DB = 10.0
-GOOD_CIRCULARITY = 0.1
-LEAST_CIRCULARITY = 0.35
-LEAST_FRACTION_VALID = 0.9
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What makes a receiver usable or rejected, the same for every correction.
+
+    Attributes
+    ----------
+    good_noise, most_noise
+        Noise of I and of Q where the fringes are counted (a sample, or a bin of the estimates), in amplitudes: 0.22 is
+        10 dB; at 0.5 (3 dB) a step of the phase between neighbours is often lost.
+    good_circularity, most_circularity
+        Root mean square of |z| - 1 beyond what noise makes: the phase is wrong by about as many radians. At a third of
+        a radian the fringes are no longer counted for sure.
+    good_misfit, most_misfit
+        Mean squared residual of an estimate in units of its noise: above 2 more than noise is left, above 10 the model
+        is another one than the scene's.
+    most_misfit_circularity
+        A large misfit with corrected signals as round as this is a small mismatch under little noise: usable.
+    least_valid
+        Share of valid samples of a good receiver.
+    least_fringes
+        Below, the mismatch cannot be told from the motion.
+    """
+
+    good_noise: float = 0.2236
+    most_noise: float = 0.5
+    good_circularity: float = 0.1
+    most_circularity: float = 0.35
+    good_misfit: float = 2.0
+    most_misfit: float = 10.0
+    most_misfit_circularity: float = 0.15
+    least_valid: float = 0.9
+    least_fringes: float = 1.0
+
+
+LIMITS = Limits()
 LEAST_TURNS = 8.0
+"""Fringes one way that an image rejection needs: with fewer its line is as wide as its distance from the image."""
 
 
-def circularity(iq: FloatArray) -> float:
-    """Return the root mean square of |z| - 1, in amplitudes.
+def circularity(iq: FloatArray, phase_rad: FloatArray | None = None) -> float:
+    """Return the root mean square of |z| - 1, or with phases that of |z| over its mean in each fringe, less one.
+
+    What changes from fringe to fringe is the echo's strength, which no phase suffers from; what changes within one is
+    mismatch. Less than two fringes are taken as one.
 
     Parameters
     ----------
     iq
-        Corrected I and Q of the motion, shape (2, n_samples).
+        Corrected I and Q of the motion, finite, shape (2, n_samples).
+    phase_rad
+        Their unwrapped phase, shape (n_samples,).
     """
-    return float(np.sqrt(np.mean((np.hypot(iq[0], iq[1]) - 1.0) ** 2)))
+    radius = np.hypot(iq[0], iq[1])
+    if phase_rad is None:
+        return float(np.sqrt(np.mean((radius - 1.0) ** 2)))
+    turned = np.abs(phase_rad - phase_rad[0]) / (2.0 * np.pi)
+    fringe = np.concatenate([[0], np.cumsum(np.diff(np.floor(turned)) != 0)]).astype(np.intp)
+    count = np.bincount(fringe)
+    mean = np.bincount(fringe, weights=radius) / np.maximum(count, 1)
+    if count.size < 2:
+        return float(np.sqrt(np.mean((radius - 1.0) ** 2)))
+    middle = np.cumsum(count) - 0.5 * count
+    # incomplete fringes at both ends, and short ones at a turn, do not tell their mean
+    whole = count >= 0.3 * np.median(count)
+    local = np.interp(np.arange(radius.size) + 0.5, middle[whole], mean[whole])
+    return float(np.sqrt(np.mean((radius / np.maximum(local, 1e-300) - 1.0) ** 2)))
 
 
 def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
@@ -77,9 +130,14 @@ def assess(
     phase_rad: FloatArray,
     valid: BoolArray,
     noise: float,
-    clipped: BoolArray,
-    gain_ratio: float | None,
-    quadrature_error_rad: float | None,
+    counted_noise: float | None = None,
+    fraction_clipped: float,
+    gain_ratio: float | None = None,
+    quadrature_error_deg: float | None = None,
+    u_gain_ratio: float | None = None,
+    u_quadrature_error_deg: float | None = None,
+    chi_square: float | None = None,
+    rescaled: bool = False,
 ) -> ChannelQuality:
     """Return the quality of one receiver in the motion segment, with a verdict and its reason.
 
@@ -91,44 +149,77 @@ def assess(
         Corrected I and Q of the motion, shape (2, n_samples).
     phase_rad
         Unwrapped phase of the motion, shape (n_samples,).
-    valid, clipped
+    valid
         Shape (n_samples,).
     noise
-        White noise of I and of Q, in amplitudes.
-    gain_ratio, quadrature_error_rad
-        Hardware constants where the correction knows them.
+        White noise of I and of Q in a sample, in amplitudes.
+    counted_noise
+        The same where the fringes are counted; None: in each sample.
+    fraction_clipped
+        Share of samples at the end of the range.
+    gain_ratio, quadrature_error_deg, u_gain_ratio, u_quadrature_error_deg
+        Of the front end, where the correction knows them.
+    chi_square
+        Misfit, of corrections that model the samples.
+    rescaled
+        Whether the correction has scaled each piece by its own extreme: then a changing radius is its mismatch too.
     """
-    round_error = circularity(iq[:, valid]) if valid.any() else float("nan")
-    snr_db = float(10.0 * np.log10(0.5 / noise**2)) if noise > 0 else None
-    fraction_valid, fraction_clipped = float(valid.mean()), float(clipped.mean())
-    verdict, reason = "good", ""
-    if snr_db is not None and snr_db < LEAST_SNR_DB:
-        verdict, reason = "rejected", f"signal to noise {snr_db:.0f} dB is below {LEAST_SNR_DB:.0f} dB"
-    elif not round_error < LEAST_CIRCULARITY:
-        verdict, reason = "rejected", f"corrected I and Q leave the circle by {100 * round_error:.0f} %"
-    elif fraction_valid < LEAST_FRACTION_VALID:
-        verdict, reason = "usable", f"only {100 * fraction_valid:.0f} % of the samples are valid"
-    elif round_error > GOOD_CIRCULARITY:
-        verdict, reason = "usable", f"corrected I and Q leave the circle by {100 * round_error:.0f} %"
-    elif fraction_clipped > 0:
-        verdict, reason = "usable", f"{100 * fraction_clipped:.2g} % of the samples are clipped"
-    return ChannelQuality(
+    used = valid & np.isfinite(iq).all(axis=0)
+    counted = used & np.isfinite(phase_rad)
+    turned = None if rescaled else phase_rad[counted]
+    roundness = circularity(iq[:, counted], turned) if counted.any() else float("nan")
+    whole = bool(np.isfinite(iq).all() and np.isfinite(phase_rad).all())
+    known = phase_rad[np.isfinite(phase_rad)]
+    quality = ChannelQuality(
         name=name,
-        snr_db=snr_db,
-        circularity=round_error if np.isfinite(round_error) else None,
-        image_rejection_db=image_rejection_db(iq, phase_rad),
-        fringes=_fringes(phase_rad),
-        fraction_valid=fraction_valid,
+        snr_db=float(10.0 * np.log10(0.5 / noise**2)) if noise > 0 else None,
+        circularity=roundness if np.isfinite(roundness) else None,
+        image_rejection_db=image_rejection_db(iq, phase_rad) if whole else None,
+        fringes=_fringes(known),
+        fraction_valid=float(valid.mean()) if valid.size else None,
         fraction_clipped=fraction_clipped,
         gain_ratio=gain_ratio,
-        quadrature_error_deg=None if quadrature_error_rad is None else float(np.degrees(quadrature_error_rad)),
-        verdict=verdict,
-        reason=reason,
+        quadrature_error_deg=quadrature_error_deg,
+        u_gain_ratio=u_gain_ratio,
+        u_quadrature_error_deg=u_quadrature_error_deg,
     )
+    verdict, reason = judge(quality, noise, noise if counted_noise is None else counted_noise, chi_square)
+    return replace(quality, verdict=verdict, reason=reason)
+
+
+def judge(
+    quality: ChannelQuality, noise: float, counted_noise: float, chi_square: float | None, limits: Limits = LIMITS
+) -> tuple[str, str]:
+    """Return good, usable or rejected, and why not good; parameters as in `assess`."""
+    roundness = float("nan") if quality.circularity is None else quality.circularity
+    beyond_noise = float(np.sqrt(max(roundness**2 - noise**2, 0.0))) if np.isfinite(roundness) else float("nan")
+    off_circle = f"corrected I and Q leave the circle by {100 * beyond_noise:.0f} % beyond their noise"
+    misfit = 0.0 if chi_square is None else chi_square
+    if counted_noise > limits.most_noise:
+        return "rejected", f"noise of {100 * counted_noise:.0f} % of the amplitude: fringes cannot be counted"
+    if not beyond_noise < limits.most_circularity:
+        return "rejected", off_circle
+    if not misfit <= limits.most_misfit and not beyond_noise < limits.most_misfit_circularity:
+        return "rejected", "the model does not describe the signal (cycles lost, or more than one thing moves)"
+    if quality.fringes is not None and quality.fringes < limits.least_fringes:
+        return "usable", "less than one fringe: the mismatch cannot be told from the motion"
+    if quality.fraction_valid is not None and quality.fraction_valid < limits.least_valid:
+        return "usable", f"only {100 * quality.fraction_valid:.0f} % of the samples are valid"
+    if beyond_noise > limits.good_circularity:
+        return "usable", off_circle
+    if quality.fraction_clipped:
+        return "usable", f"{100 * quality.fraction_clipped:.2g} % of the samples are clipped"
+    if counted_noise > limits.good_noise:
+        return "usable", "low signal-to-noise ratio"
+    if misfit > limits.good_misfit:
+        return "usable", "residuals above the noise: uncertainties are widened"
+    return "good", ""
 
 
 def _fringes(phase_rad: FloatArray) -> float:
     """Return the turns of the phase to and fro, noise below a twentieth of a fringe passed over."""
+    if phase_rad.size == 0:
+        return 0.0
     size = max(1, phase_rad.size // 2000)
     count = max(1, phase_rad.size // size)
     coarse = phase_rad[: count * size].reshape(count, size).mean(axis=1)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from radargui.experiment.reprocess import own_setup, process_run
+from radargui.experiment.reprocess import Outcome, each_run, own_setup, process_run
+from radargui.files.progress import Progress, silent
 from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.files.summary import summarise
 from radargui.model.errors import SetupError
@@ -75,6 +76,14 @@ class ComparedFigure:
     def difference(self) -> float | None:
         """After less before; None where one is not known."""
         return None if self.before is None or self.after is None else self.after - self.before
+
+    @property
+    def u_difference(self) -> float | None:
+        """Larger uncertainty of the two, which says how many digits the difference has.
+
+        The samples are the same: their noise is common to both, and to add the two would be wrong.
+        """
+        return max((u for u in (self.u_before, self.u_after) if u is not None), default=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +154,7 @@ def compare_with(
     changes: Mapping[str, Any] | None = None,
     *,
     keep: bool = False,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Comparison:
     """Process a run with other settings and return the result beside the one that is stored; the samples stay.
 
@@ -189,6 +198,32 @@ def compare_with(
         else process(recording or read_for_processing(run), other, progress, front_ends=known_front_ends(run, other))
     )
     return Comparison(run, before, Side(summarise(result), result.setup))
+
+
+def reprocess_runs(
+    runs: Sequence[Path],
+    setup: Setup | None,
+    changes: Mapping[str, Any],
+    *,
+    keep: bool = False,
+    progress: Progress = silent,
+) -> Iterator[Outcome[Comparison]]:
+    """Process runs with other settings and yield each new result beside the stored one; the samples stay.
+
+    Parameters
+    ----------
+    runs
+        Run files.
+    setup
+        None: what each run was recorded with.
+    changes
+        Keys of the setup with another value, such as `processing.correction`.
+    keep
+        Whether the new results take the place of the stored ones, whose figures are kept beside them.
+    progress
+        Called with the share done.
+    """
+    return each_run(runs, lambda run, report: compare_with(run, setup, changes, keep=keep, progress=report), progress)
 
 
 def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import queue
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -12,23 +11,22 @@ from pathlib import Path
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.faults import attempt
-from radargui.acquisition.recorder import Judge, Recorder
+from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
+from radargui.conditioning.fall import FallTest
+from radargui.experiment.event import ExperimentState, RecordedRun
 from radargui.experiment.finished import FinishedJob, process_finished
 from radargui.experiment.live_agreement import LiveAgreement
 from radargui.experiment.processing_apart import ProcessingApart
-from radargui.experiment.recorded_run import RecordedRun
-from radargui.experiment.series import Ended, Preliminary, Progress, Series, Signal, Signals, unprocessed
-from radargui.experiment.state import ExperimentState
-from radargui.experiment.teller import Listener, Teller
-from radargui.model.digitisation import Digitisation
+from radargui.experiment.publisher import Listener, Publisher
+from radargui.experiment.series import AcquisitionSeries, Ended, Message, Messages, Preliminary, Progress, unprocessed
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
 from radargui.model.result import RunResult
+from radargui.model.rounding import quantity
 from radargui.model.setup import Setup
-from radargui.motion.fall import FallTest
 from radargui.processing.live import LiveProcessor
 from radargui.processing.live_memory import LiveMemory
-from radargui.session.session import Session
+from radargui.session.session import BY_OPERATOR, Session
 from radargui.sources.contract import Source
 
 __all__ = ["Experiment", "Listener"]
@@ -54,7 +52,7 @@ class Experiment:
     process
         Whether to process each run after it was recorded.
     listener
-        Told what happens.
+        Called with each event.
     live
         Whether to make a live track.
     patient
@@ -67,6 +65,15 @@ class Experiment:
         Further facts to keep with each run file.
     memory
         What the live corrections of earlier runs of the session have learned.
+
+    Attributes
+    ----------
+    acquisition
+        The present acquisition, or the last one, to pull samples, live track and health from.
+    session
+        Where the runs are kept.
+    is_cancelled
+        Whether `cancel` was called: nothing more will be recorded.
     """
 
     def __init__(
@@ -86,38 +93,24 @@ class Experiment:
     ) -> None:
         self._setup = setup
         self._source_factory = source_factory
-        self._session = session
+        self.session = session
         self._seconds = seconds
         self._process = process
-        self._teller = Teller(listener)
+        self._publisher = Publisher(listener)
         self._live = live
         self._patient = patient
         self._continuous = continuous
         self._attributes = dict(attributes or {})
         self._memory = LiveMemory() if memory is None else memory
         self._lock = threading.Lock()
-        self._cancelled = False
-        self._acquisition: Acquisition | None = None
+        self._leaves = False
+        self.is_cancelled = False
+        self.acquisition: Acquisition | None = None
 
     @property
     def state(self) -> ExperimentState:
         """Where the experiment is."""
-        return self._teller.state
-
-    @property
-    def acquisition(self) -> Acquisition | None:
-        """The present acquisition, or the last one, to pull samples, live track and health from."""
-        return self._acquisition
-
-    @property
-    def session(self) -> Session:
-        """Where the runs are kept."""
-        return self._session
-
-    @property
-    def is_cancelled(self) -> bool:
-        """Whether `cancel` was called: nothing more will be recorded."""
-        return self._cancelled
+        return self._publisher.state
 
     def record(self, n_runs: int) -> Iterator[RecordedRun]:
         """Record runs and yield each when it is processed, in order; the next one is armed meanwhile.
@@ -129,7 +122,7 @@ class Experiment:
         RadarGuiError
             A run failed while it was recorded.
         """
-        if n_runs < 1 or self._cancelled:
+        if n_runs < 1 or self.is_cancelled:
             return
         yield from self._series(1, n_runs) if self._continuous else self._series(n_runs, 1)
 
@@ -150,11 +143,11 @@ class Experiment:
 
     def finish(self) -> None:
         """End the recording that is under way; it is kept and processed."""
-        acquisition = self._acquisition
+        acquisition = self.acquisition
         if acquisition is not None:
             acquisition.request_stop()
 
-    def reject(self, run: Path, reason: str = "rejected by the operator") -> None:
+    def reject(self, run: Path, reason: str = BY_OPERATOR) -> None:
         """Set a run aside (kept, hidden, reversible); a series that goes on records another one in its place.
 
         Raises
@@ -162,9 +155,9 @@ class Experiment:
         SessionError
             No such run, or the session cannot be written.
         """
-        known = run.name in self._session.rejected
-        self._session.reject(run, reason)
-        acquisition = self._acquisition
+        known = run.name in self.session.rejected
+        self.session.reject(run, reason)
+        acquisition = self.acquisition
         if not known and acquisition is not None and acquisition.recorder is not None:
             acquisition.recorder.want_another()
 
@@ -174,32 +167,37 @@ class Experiment:
         Of a run that is being processed the preliminary result is kept, where it has one already.
         """
         with self._lock:
-            self._cancelled = True
+            self.is_cancelled = True
         self.finish()
+
+    def leave(self) -> None:
+        """End everything now, as `cancel` does; runs that wait for their results are left without, for later."""
+        self._leaves = True
+        self.cancel()
 
     def _series(self, n_acquisitions: int, n_runs: int) -> Iterator[RecordedRun]:
         """Record runs, so many from each source; each is processed while the next one is armed."""
-        signals: Signals = queue.SimpleQueue[Signal]()
+        messages: Messages = queue.SimpleQueue[Message]()
         apart = ProcessingApart()
         try:
-            series = Series(
-                partial(self._make, signals, n_runs),
+            series = AcquisitionSeries(
+                partial(self._make, messages, n_runs),
                 n_acquisitions,
-                signals,
-                self._teller,
-                process=partial(self._processed, signals, apart) if self._process else None,
-                announce=partial(self._announced, signals, apart),
-                set_aside=lambda run: self._session.reject(run.path, run.set_aside),
-                is_cancelled=lambda: self._cancelled,
+                messages,
+                self._publisher,
+                process=partial(self._processed, messages, apart) if self._process else None,
+                announce=partial(self._announced, messages, apart),
+                set_aside=lambda run: self.session.reject(run.path, run.set_aside),
+                is_cancelled=lambda: self.is_cancelled,
                 cancel=self.cancel,
                 waits_for_motion=self._seconds is None,
             )
         except RadarGuiError as error:
-            self._teller.fail(error)
+            self._publisher.enter(ExperimentState.FAILED, str(error), error=error)
             raise
         try:
             if self._process and not self._patient:
-                # what fails here is told when there is something to process
+                # what fails here is reported when there is something to process
                 with contextlib.suppress(ProcessingError):
                     apart.start()
             yield from series.runs()
@@ -207,64 +205,63 @@ class Experiment:
             apart.close()
         if series.failure is not None:
             failure = _with_place(series.failure, series.failed_file)
-            self._teller.fail(failure)
+            self._publisher.enter(ExperimentState.FAILED, str(failure), error=failure)
             raise failure
 
-    def _make(self, signals: Signals, n_runs: int) -> tuple[Acquisition, Recorder]:
+    def _make(self, messages: Messages, n_runs: int) -> tuple[Acquisition, Recorder]:
         sets_aside = self._continuous and self._seconds is None and self._setup.recording.falls_only
         recorder = Recorder(
-            partial(self._session.new_run, attributes=self._attributes),
+            partial(self.session.new_run, attributes=self._attributes),
             self._setup.recording,
-            folder=self._session.path,
+            folder=self.session.path,
             seconds=self._seconds,
             n_runs=n_runs,
-            make_judge=self._judge if sets_aside else None,
-            on_change=signals.put,
-            on_run=signals.put,
+            make_judge=partial(FallTest, self._setup) if sets_aside else None,
+            on_change=messages.put,
+            on_run=messages.put,
         )
         acquisition = Acquisition(
-            self._source_factory(self._teller.number - 1),
+            self._source_factory(self._publisher.number - 1),
             self._setup,
             recorder=recorder,
             live=self._live,
             patient=self._patient,
-            on_end=lambda: signals.put(Ended()),
+            on_end=lambda: messages.put(Ended()),
             make_processor=lambda setup, digitisation: LiveProcessor(setup, digitisation, self._memory),
         )
         with self._lock:
-            self._acquisition = acquisition
-            if self._cancelled:
+            self.acquisition = acquisition
+            if self.is_cancelled:
                 acquisition.request_stop()
         return acquisition, recorder
 
-    def _judge(self, digitisation: Digitisation) -> Judge:
-        return FallTest(self._setup, digitisation)
-
     def _announced(
-        self, signals: Signals, apart: ProcessingApart, _: Acquisition, run: FinishedRun, number: int
+        self, messages: Messages, apart: ProcessingApart, _: Acquisition, run: FinishedRun, number: int
     ) -> None:
         """Let the preliminary result of a run that waits be there soon."""
         if not self._patient:
             job = FinishedJob(run.path, self._setup, run.first_index, None)
-            apart.announce(job, _preliminary(signals, run, number))
+            apart.announce(job, _preliminary(messages, run, number))
 
     def _processed(
-        self, signals: Signals, apart: ProcessingApart, acquisition: Acquisition, run: FinishedRun, number: int
+        self, messages: Messages, apart: ProcessingApart, acquisition: Acquisition, run: FinishedRun, number: int
     ) -> RecordedRun:
         """Process a run and return what came of it; in the thread of the jobs."""
+        if self._leaves:
+            return unprocessed(run, number)
         live = None if acquisition.live is None else acquisition.live.since(run.first_index)
         job = FinishedJob(run.path, self._setup, run.first_index, live)
         found: list[tuple[RunResult, LiveAgreement | None]] = []
 
         def progress(fraction: float) -> None:
-            if self._cancelled:
+            if self.is_cancelled:
                 raise CancelledError
-            signals.put(Progress(number, fraction))
+            messages.put(Progress(number, fraction))
 
         def work() -> None:
             do = process_finished if self._patient else apart.process
             with contextlib.suppress(CancelledError):
-                found.append(do(job, progress, _preliminary(signals, run, number)))
+                found.append(do(job, progress, _preliminary(messages, run, number)))
 
         error = attempt(work, "Processing")
         if error is not None:
@@ -274,9 +271,9 @@ class Experiment:
         return _recorded(run, number, *found[0]) if found else unprocessed(run, number)
 
 
-def _preliminary(signals: Signals, run: FinishedRun, number: int) -> Callable[[RunResult], None]:
+def _preliminary(messages: Messages, run: FinishedRun, number: int) -> Callable[[RunResult], None]:
     """Return what tells the preliminary result of a run."""
-    return lambda result: signals.put(Preliminary(_recorded(run, number, result, None)))
+    return lambda result: messages.put(Preliminary(_recorded(run, number, result, None)))
 
 
 def _recorded(run: FinishedRun, number: int, result: RunResult, agreement: LiveAgreement | None) -> RecordedRun:
@@ -287,7 +284,7 @@ def _recorded(run: FinishedRun, number: int, result: RunResult, agreement: LiveA
 def _with_place(error: RadarGuiError, path: Path | None) -> RadarGuiError:
     """Return the error, telling also where the recording is kept."""
     place = f"What was recorded is kept in {path}."
-    if path is not None and place not in error.remedy:
+    if path is not None and path.exists() and place not in error.remedy:
         error.remedy = f"{error.remedy} {place}".strip()
     return error
 
@@ -296,12 +293,6 @@ def _said(result: RunResult, agreement: LiveAgreement | None) -> str:
     if result.status != "ok":
         return f"{result.status.replace('_', ' ')}, {result.reason}".rstrip(", ")
     bounce = next((bounce for bounce in result.bounces.impacts if bounce.valid), None)
-    said = "processed, no bounce" if bounce is None else f"e = {_with_u(bounce.e, bounce.u_e)}"
+    said = "processed, no bounce" if bounce is None else f"e = {quantity(bounce.e, bounce.u_e)}"
     said = f"{said}, preliminary" if result.preliminary else said
     return said if agreement is None else f"{said}, live within {1e3 * agreement.rms_m:.2f} mm"
-
-
-def _with_u(value: float, u: float) -> str:
-    """Return a value and its uncertainty, to the second digit of the uncertainty but four decimals at least."""
-    decimals = max(4, 1 - math.floor(math.log10(u))) if 0.0 < u < math.inf else 4
-    return f"{value:.{decimals}f} ± {u:.{decimals}f}"

@@ -40,7 +40,7 @@ class FinishedJob:
     live: LiveSpan | None
 
     @property
-    def will_stand(self) -> bool:
+    def has_preliminary(self) -> bool:
         """Whether there will be a preliminary result."""
         return self.setup.processing.correction == "joint"
 
@@ -55,20 +55,20 @@ def preliminary_result(job: FinishedJob) -> RunResult | None:
     ProcessingError
         The samples do not fit the setup.
     """
-    stands: list[RunResult] = []
+    found: list[RunResult] = []
 
     def enough(_: float) -> None:
-        if stands:
+        if found:
             raise CancelledError
 
-    if job.will_stand:
+    if job.has_preliminary:
         with contextlib.suppress(CancelledError):
-            process(read_for_processing(job.path), job.setup, enough, stands.append)
-    return stands[0] if stands else None
+            process(read_for_processing(job.path), job.setup, enough, found.append)
+    return found[0] if found else None
 
 
 def process_finished(
-    job: FinishedJob, progress: Callable[[float], None], standing: Callable[[RunResult], None]
+    job: FinishedJob, progress: Callable[[float], None], on_preliminary: Callable[[RunResult], None]
 ) -> tuple[RunResult, LiveAgreement | None]:
     """Process a run, keep results and agreement in its file, and return both.
 
@@ -81,7 +81,7 @@ def process_finished(
     progress
         Called with the share done, 0 to 1. Where it raises `CancelledError`, the preliminary result is kept, within
         a second; where the setup asks for a correction that has none, the work ends at once.
-    standing
+    on_preliminary
         Given the preliminary result, see `process`.
 
     Raises
@@ -93,30 +93,30 @@ def process_finished(
     CancelledError
         `progress` did, and there is no preliminary result.
     """
-    stands: list[RunResult] = []
+    found: list[RunResult] = []
     cancelled = False
 
-    def tell(fraction: float) -> None:
+    def checked(fraction: float) -> None:
         nonlocal cancelled
         try:
             progress(fraction)
         except CancelledError:
             cancelled = True
-        if cancelled and (stands or not job.will_stand):
+        if cancelled and (found or not job.has_preliminary):
             raise CancelledError
 
-    def stand(result: RunResult) -> None:
-        stands.append(result)
-        standing(result)
+    def keep(result: RunResult) -> None:
+        found.append(result)
+        on_preliminary(result)
 
-    tell(0.0)
+    checked(0.0)
     recording = read_for_processing(job.path)
     try:
-        result = process(recording, job.setup, tell, stand, known_front_ends(job.path, job.setup))
+        result = process(recording, job.setup, checked, keep, known_front_ends(job.path, job.setup))
     except CancelledError:
-        if not stands:
+        if not found:
             raise
-        result = cut_short(stands[0])
+        result = cut_short(found[0])
     agreement = None if job.live is None else live_agreement(job.live, job.first_index, result)
     write_results(job.path, result, health=None if agreement is None else agreement.record())
     return result, agreement

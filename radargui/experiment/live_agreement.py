@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -32,12 +32,7 @@ class LiveAgreement:
 
     def record(self) -> dict[str, object]:
         """Return what is kept in the health record of the run."""
-        return {
-            "live_rms_m": self.rms_m,
-            "live_max_m": self.max_m,
-            "live_n_compared": self.n_compared,
-            "live_share_known": self.share_known,
-        }
+        return {f"live_{name}": value for name, value in asdict(self).items()}
 
 
 def live_agreement(span: LiveSpan, first_index: int, result: RunResult) -> LiveAgreement | None:

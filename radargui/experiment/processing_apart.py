@@ -11,7 +11,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -19,24 +19,18 @@ from typing import Any
 
 from radargui.experiment.finished import FinishedJob, preliminary_result, process_finished
 from radargui.experiment.live_agreement import LiveAgreement
-from radargui.experiment.spawning import unheard_children
-from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
+from radargui.experiment.spawning import workers_ignoring_interrupts
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
 from radargui.model.result import RunResult
 from radargui.processing.long_recording import read_again
 
 _logger = logging.getLogger(__name__)
-_STOP = "stop"
-Standing = Callable[[RunResult], None]
+_STOP, _SOON = "stop", "soon"
+"""Beside a job: end the one that is done now; look at one that waits meanwhile."""
+OnPreliminary = Callable[[RunResult], None]
 _CLOSE_S = 5.0
 _BELOW_NORMAL_PRIORITY = 0x4000
 _LOWER_BY = 10
-
-
-@dataclass(frozen=True, slots=True)
-class _Soon:
-    """A job that waits for the one that is done now."""
-
-    job: FinishedJob
 
 
 class ProcessingApart:
@@ -50,7 +44,7 @@ class ProcessingApart:
         self._process: SpawnProcess | None = None
         self._connection: Connection | None = None
         self._sending = threading.Lock()
-        self._stands: dict[Path, Standing | None] = {}
+        self._on_preliminary: dict[Path, OnPreliminary | None] = {}
 
     def start(self) -> None:
         """Start the process, which takes a second, before there is a job; idempotent.
@@ -62,16 +56,16 @@ class ProcessingApart:
         """
         self._connected()
 
-    def announce(self, job: FinishedJob, standing: Standing) -> None:
+    def announce(self, job: FinishedJob, on_preliminary: OnPreliminary) -> None:
         """Let the preliminary result of a job that waits be computed between two rounds of the one that is done now."""
-        self._stands[job.path] = standing
+        self._on_preliminary[job.path] = on_preliminary
         connection = self._connection
         if connection is not None:
             with self._sending, contextlib.suppress(OSError):
-                connection.send(_Soon(job))
+                connection.send((_SOON, job))
 
     def process(
-        self, job: FinishedJob, progress: Callable[[float], None], standing: Standing
+        self, job: FinishedJob, progress: Callable[[float], None], on_preliminary: OnPreliminary
     ) -> tuple[RunResult, LiveAgreement | None]:
         """Do a job, as `process_finished` does.
 
@@ -81,7 +75,7 @@ class ProcessingApart:
             As raised there, or the process cannot be started, or ended without an answer.
         """
         connection = self._connected()
-        self._stands.setdefault(job.path, standing)
+        self._on_preliminary.setdefault(job.path, on_preliminary)
         stopped = False
         try:
             with self._sending:
@@ -98,13 +92,13 @@ class ProcessingApart:
                             with self._sending:
                                 connection.send(_STOP)
                         stopped = True
-                elif kind == "standing":
+                elif kind == "preliminary":
                     path, result, _ = _received(connection, value)
-                    tell = self._stands.get(path)
+                    report = self._on_preliminary.get(path)
                     # once, also where the job was announced before
-                    self._stands[path] = None
-                    if tell is not None:
-                        tell(result)
+                    self._on_preliminary[path] = None
+                    if report is not None:
+                        report(result)
                 else:
                     _, result, agreement = _received(connection, value)
                     return result, agreement
@@ -116,7 +110,7 @@ class ProcessingApart:
                 remedy="Process the run again.",
             ) from error
         finally:
-            self._stands.pop(job.path, None)
+            self._on_preliminary.pop(job.path, None)
 
     def close(self) -> None:
         """End the process; idempotent."""
@@ -139,7 +133,7 @@ class ProcessingApart:
             ours, theirs = context.Pipe()
             process = context.Process(target=_serve, args=(theirs,), name="radargui-processing", daemon=True)
             try:
-                with unheard_children():
+                with workers_ignoring_interrupts():
                     process.start()
             except OSError as error:
                 ours.close()
@@ -171,20 +165,20 @@ def _answer(connection: Connection, job: FinishedJob) -> None:
         connection.send(("progress", fraction))
         while connection.poll():
             said = connection.recv()
-            if isinstance(said, _Soon):
-                _answer_soon(connection, said.job)
-            else:
+            # None comes where the parent closes meanwhile
+            if said in (_STOP, None):
                 raise CancelledError
+            _answer_soon(connection, said[1])
 
     try:
         result, agreement = process_finished(
-            job, progress, lambda preliminary: _send(connection, "standing", job, preliminary, None)
+            job, progress, lambda preliminary: _send(connection, "preliminary", job, preliminary, None)
         )
     except (RadarGuiError, CancelledError) as error:
         connection.send(("error", error))
     except Exception as error:
         _logger.exception("Processing failed")
-        connection.send(("error", ProcessingError(f"Processing failed unexpectedly: {type(error).__name__}: {error}")))
+        connection.send(("error", fault_of(error, "Processing")))
     else:
         _send(connection, "result", job, result, agreement)
 
@@ -193,11 +187,11 @@ def _answer_soon(connection: Connection, job: FinishedJob) -> None:
     try:
         preliminary = preliminary_result(job)
     except Exception:
-        # told when it is the turn of the job
+        # reported when it is the turn of the job
         _logger.info("There is no preliminary result of %s", job.path, exc_info=True)
         return
     if preliminary is not None:
-        _send(connection, "standing", job, preliminary, None)
+        _send(connection, "preliminary", job, preliminary, None)
 
 
 def _send(

@@ -1,26 +1,45 @@
-"""Processing of a stored run: its results are computed and kept beside its samples."""
+"""Processing of stored runs: results are kept beside the samples; one that fails does not stop the others."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
+from typing import Generic, TypeVar
 
+from radargui.experiment.finished import FinishedJob
+from radargui.experiment.processing_apart import ProcessingApart
+from radargui.files.progress import Progress, silent
 from radargui.files.run_file import read_run_setup
 from radargui.files.run_results import write_results
-from radargui.model.errors import UsageError
+from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 from radargui.session.front_ends import known_front_ends
+from radargui.session.recovery import recover
+
+Made = TypeVar("Made")
+Made_co = TypeVar("Made_co", covariant=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome(Generic[Made_co]):
+    """What came of one run: a value, or why not."""
+
+    run: Path
+    value: Made_co | None = None
+    error: RadarGuiError | None = None
 
 
 def process_run(
     path: Path,
     setup: Setup | None = None,
     *,
-    progress: Callable[[float], None] | None = None,
-    standing: Callable[[RunResult], None] | None = None,
+    progress: Progress | None = None,
+    on_preliminary: Callable[[RunResult], None] | None = None,
 ) -> RunResult:
     """Process a run file and store the results in it, in place of older ones; its samples are not touched.
 
@@ -34,7 +53,7 @@ def process_run(
         None: the one it was recorded with.
     progress
         Called with the share done, 0 to 1; what it raises ends the work, and the stored results stay.
-    standing
+    on_preliminary
         See `process`.
 
     Raises
@@ -50,7 +69,7 @@ def process_run(
     """
     recording = read_for_processing(path)
     chosen = setup or own_setup(path)
-    result = process(recording, chosen, progress, standing, known_front_ends(path, chosen))
+    result = process(recording, chosen, progress, on_preliminary, known_front_ends(path, chosen))
     write_results(path, result)
     return result
 
@@ -67,3 +86,102 @@ def own_setup(path: Path) -> Setup:
     if setup is None:
         raise UsageError(f"{path} holds no setup", remedy="Name a setup file with --setup.")
     return setup
+
+
+def each_run(
+    runs: Sequence[Path], work: Callable[[Path, Progress], Made], progress: Progress = silent
+) -> Iterator[Outcome[Made]]:
+    """Yield what `work` makes of each run, in order.
+
+    Parameters
+    ----------
+    runs
+        Run files.
+    work
+        Called with a run and what takes the share of it that is done.
+    progress
+        Called with the share of all that is done; what it raises ends the work.
+    """
+    for done, run in enumerate(runs):
+
+        def share_of_all(share: float, done: int = done) -> None:
+            progress((done + share) / len(runs))
+
+        share_of_all(0.0)
+        try:
+            yield Outcome(run, work(run, share_of_all))
+        except RadarGuiError as error:
+            yield Outcome(run, error=error)
+
+
+@dataclass(frozen=True, slots=True)
+class RecoveredRun:
+    """What became of an unfinished run.
+
+    Attributes
+    ----------
+    path
+        Run file.
+    n_samples
+        Samples of each channel that it holds.
+    result
+        None where it was not processed.
+    error
+        Why it could not be processed; the recording is finished and safe all the same.
+    """
+
+    path: Path
+    n_samples: int
+    result: RunResult | None = None
+    error: RadarGuiError | None = None
+
+
+def recover_run(run: Path, *, now: datetime, process: bool = True, progress: Progress | None = None) -> RecoveredRun:
+    """Finish an unfinished run, mark it as recovered, process it, and keep the results beside its samples.
+
+    Parameters
+    ----------
+    run
+        Run file, see `session.recovery.unfinished_runs`.
+    now
+        Date and time with offset from UTC.
+    process
+        Whether to process it.
+    progress
+        Called with the share of the processing done.
+
+    Raises
+    ------
+    SessionError
+        Another program writes to the session, or its folder cannot be written.
+    FileError
+        The run cannot be read, or was closed in order; it is as it was.
+    """
+    count = recover(run, now=now)
+    if not process or count == 0:
+        return RecoveredRun(run, count)
+    try:
+        return RecoveredRun(run, count, process_run(run, progress=progress))
+    except RadarGuiError as error:
+        return RecoveredRun(run, count, error=error)
+
+
+def compute_later(runs: Sequence[Path], progress: Progress) -> tuple[Outcome[RunResult], ...]:
+    """Compute the results of runs that were left for later, one after the other in a process of its own.
+
+    Parameters
+    ----------
+    runs
+        Run files, each with the setup it was recorded with.
+    progress
+        Called with the share of all that is done; what it raises ends the work.
+    """
+    apart = ProcessingApart()
+
+    def compute(run: Path, report: Progress) -> RunResult:
+        return apart.process(FinishedJob(run, own_setup(run), 0, None), report, lambda _preliminary: None)[0]
+
+    try:
+        return tuple(each_run(runs, compute, progress))
+    finally:
+        apart.close()

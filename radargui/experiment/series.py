@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -13,11 +13,8 @@ from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.state import Ending, RecorderState
-from radargui.experiment.jobs import Jobs
-from radargui.experiment.recorded_run import RecordedRun
-from radargui.experiment.running_warnings import RunningWarnings, losses, signal_warnings
-from radargui.experiment.state import ExperimentState
-from radargui.experiment.teller import Teller
+from radargui.experiment.event import EventKind, ExperimentState, RecordedRun
+from radargui.experiment.publisher import Publisher, RunningWarnings, losses, signal_warnings
 from radargui.model.errors import RadarGuiError
 
 HEALTH_S = 0.25
@@ -43,34 +40,33 @@ class Ended:
     """The acquisition has ended: nothing more will be recorded."""
 
 
-Signal: TypeAlias = RecorderState | FinishedRun | RecordedRun | Progress | Preliminary | Ended
-Signals: TypeAlias = "queue.SimpleQueue[Signal]"
-_Job: TypeAlias = tuple[Acquisition, FinishedRun, int]
+Message: TypeAlias = RecorderState | FinishedRun | RecordedRun | Progress | Preliminary | Ended
+Messages: TypeAlias = "queue.SimpleQueue[Message]"
 
 
-class Series:
-    """Follows acquisitions that record runs; tells what happens and hands out runs in order.
+class AcquisitionSeries:
+    """Follows acquisitions that record runs; reports what happens and hands out runs in order.
 
     Parameters
     ----------
     acquire
-        Makes the next acquisition and its recorder, not started; both tell `signals`.
+        Makes the next acquisition and its recorder, not started; both put into `messages`.
     n_acquisitions
         How many there are at most: none follows one that failed, was stopped, or in which nothing moved.
-    signals
+    messages
         Changes of the recorder, finished runs, the end of the acquisition; processing adds its own.
-    teller
+    publisher
         Its `number` is that of the run before the first.
     process
         Processes a run of an acquisition, in another thread; never raises. None: runs are not processed.
     announce
-        Told of a run that waits for its processing; must not take long.
+        Called with a run that waits for its processing; must not take long.
     set_aside
         Rejects a run in the session.
     is_cancelled
         Whether the operator wants nothing more.
     cancel
-        Makes it so: of the run that is being processed what stands already is kept.
+        Makes it so: of the run that is being processed the preliminary result is kept.
     waits_for_motion
         Whether the recorder waits while it is armed.
 
@@ -84,8 +80,8 @@ class Series:
         self,
         acquire: Callable[[], tuple[Acquisition, Recorder]],
         n_acquisitions: int,
-        signals: Signals,
-        teller: Teller,
+        messages: Messages,
+        publisher: Publisher,
         *,
         process: Callable[[Acquisition, FinishedRun, int], RecordedRun] | None,
         announce: Callable[[Acquisition, FinishedRun, int], None],
@@ -96,8 +92,8 @@ class Series:
     ) -> None:
         self._acquire = acquire
         self._n_left = n_acquisitions
-        self._signals = signals
-        self._teller = teller
+        self._messages = messages
+        self._publisher = publisher
         self._process = process
         self._announce = announce
         self._reject = set_aside
@@ -106,7 +102,7 @@ class Series:
         self._waits_for_motion = waits_for_motion
         self._warnings = RunningWarnings()
         self._n_processing = 0
-        self._next_number = teller.number + 1
+        self._next_number = publisher.number + 1
         self._outcomes: dict[int, RecordedRun] = {}
         self.failure: RadarGuiError | None = None
         self.failed_file: Path | None = None
@@ -114,8 +110,8 @@ class Series:
 
     def _begin(self) -> None:
         """Make the next acquisition."""
-        self._teller.number += 1
-        self._base = self._teller.number - 1
+        self._publisher.number += 1
+        self._base = self._publisher.number - 1
         self._held: FinishedRun | None = None
         self._last_number: int | None = None
         self._ended = False
@@ -124,15 +120,10 @@ class Series:
 
     def runs(self) -> Iterator[RecordedRun]:
         """Start, and yield runs until the last acquisition has ended and all are processed."""
-        process = self._process
-
-        def work(job: _Job) -> None:
-            if process is not None:
-                self._signals.put(process(*job))
-
         self._acquisition.start()
         try:
-            with closing(Jobs[_Job](work)) as jobs:
+            # one thread: runs are processed one after the other
+            with ThreadPoolExecutor(1, "experiment-processing") as jobs:
                 try:
                     while not self._ended or self._n_processing:
                         self._take(self._next(), jobs)
@@ -144,11 +135,11 @@ class Series:
         finally:
             self._acquisition.stop()
 
-    def _next(self) -> Signal:
-        """Return the next signal; tell the health while there is none."""
+    def _next(self) -> Message:
+        """Return the next message; report the health while there is none."""
         while True:
             try:
-                return self._signals.get(timeout=HEALTH_S)
+                return self._messages.get(timeout=HEALTH_S)
             except queue.Empty:
                 if self._ended:
                     continue
@@ -156,25 +147,25 @@ class Series:
                     # stopped before it had begun: then nobody tells
                     return Ended()
                 health = self._acquisition.health
-                self._teller.health(health)
+                self._publisher.report(EventKind.HEALTH, health.line(), health=health)
                 for warning in self._warnings.of(health):
-                    self._teller.warn(warning)
+                    self._publisher.report(EventKind.WARNING, warning)
                 if self._is_cancelled():
                     self._acquisition.stop()
 
-    def _take(self, signal: Signal, jobs: Jobs[_Job]) -> None:
-        match signal:
+    def _take(self, message: Message, jobs: ThreadPoolExecutor) -> None:
+        match message:
             case RecorderState():
-                self._enter_as(signal)
+                self._enter_as(message)
             case Progress():
-                self._teller.progress(signal.number, signal.fraction)
+                self._publisher.report(EventKind.PROGRESS, number=message.number, fraction=message.fraction)
             case Preliminary():
-                self._teller.preliminary(signal.run)
+                self._publisher.report(EventKind.PRELIMINARY, run=message.run)
             case FinishedRun():
-                self._finished(signal, jobs)
+                self._finished(message, jobs)
             case RecordedRun():
                 self._n_processing -= 1
-                self._outcomes[signal.number] = signal
+                self._outcomes[message.number] = message
             case Ended():
                 self._end(jobs)
 
@@ -185,33 +176,30 @@ class Series:
                 return
             del self._outcomes[self._next_number]
             self._next_number += 1
-            yield self._told(run, is_last=self._ended and not self._n_processing and not self._outcomes)
+            yield self._published(run, is_last=self._ended and not self._n_processing and not self._outcomes)
 
     def _enter_as(self, state: RecorderState) -> None:
         if state is RecorderState.ARMED and self._waits_for_motion:
-            self._teller.enter(ExperimentState.ARMED, "waiting for the sphere to move")
+            self._publisher.enter(ExperimentState.ARMED, "waiting for the sphere to move")
         elif state is RecorderState.RECORDING:
-            self._teller.enter(ExperimentState.RECORDING, "recording")
+            self._publisher.enter(ExperimentState.RECORDING, "recording")
         elif state is RecorderState.SETTLING:
-            self._teller.enter(ExperimentState.SETTLING, "waiting until nothing moves")
+            self._publisher.enter(ExperimentState.SETTLING, "waiting until nothing moves")
 
-    def _finished(self, run: FinishedRun, jobs: Jobs[_Job]) -> None:
+    def _finished(self, run: FinishedRun, jobs: ThreadPoolExecutor) -> None:
         number = self._base + run.number
         if run.is_last:
             self._last_number = number
         else:
-            self._teller.number = number + 1
+            self._publisher.number = number + 1
         if run.ending is Ending.FAILED:
             return
         for warning in signal_warnings(run):
-            self._teller.warn(warning, number=number)
+            self._publisher.report(EventKind.WARNING, warning, number=number, topic="signal")
         if run.set_aside:
             self._reject(run)
-            message = f"{run.path.name}: set aside, {run.set_aside}"
-            self._outcomes[number] = RecordedRun(
-                number, run.path, None, run.ending, message, set_aside=run.set_aside, health=run.health
-            )
-        elif self._process is None or self._is_cancelled():
+        self._publisher.report(EventKind.RECORDED, run=unprocessed(run, number))
+        if run.set_aside or self._process is None or self._is_cancelled():
             self._outcomes[number] = unprocessed(run, number)
         elif run.is_last:
             # the processing of the last one can wait until all else is done
@@ -219,7 +207,7 @@ class Series:
         else:
             self._submit(self._acquisition, run, number, jobs)
 
-    def _end(self, jobs: Jobs[_Job]) -> None:
+    def _end(self, jobs: ThreadPoolExecutor) -> None:
         """See to the end of an acquisition: the next one begins, or this was the last."""
         self._acquisition.stop()
         self._warn()
@@ -230,13 +218,13 @@ class Series:
         if self._is_followed():
             self._follow()
         if self._ended and (held is not None or self._n_processing):
-            self._teller.enter(ExperimentState.PROCESSING, "processing")
+            self._publisher.enter(ExperimentState.PROCESSING, "processing")
         if held is not None:
             self._submit(last, held, base + held.number, jobs)
         if self._ended and self._last_number is None and self.failure is None:
             ending = self._recorder.ending or Ending.STOPPED
             message = f"No run was recorded: {ending.value}."
-            number = self._teller.number
+            number = self._publisher.number
             self._outcomes[number] = RecordedRun(number, None, None, ending, message)
 
     def _is_followed(self) -> bool:
@@ -250,39 +238,44 @@ class Series:
         try:
             self._begin()
         except RadarGuiError as error:
-            # told after the results of the runs before
+            # reported after the results of the runs before
             self._ended = True
             self.failure, self.failed_file = error, None
         else:
             self._acquisition.start()
 
-    def _submit(self, acquisition: Acquisition, run: FinishedRun, number: int, jobs: Jobs[_Job]) -> None:
+    def _submit(self, acquisition: Acquisition, run: FinishedRun, number: int, jobs: ThreadPoolExecutor) -> None:
         if self._n_processing:
             self._announce(acquisition, run, number)
         self._n_processing += 1
-        jobs.add((acquisition, run, number))
+        jobs.submit(self._work, acquisition, run, number)
 
-    def _told(self, run: RecordedRun, *, is_last: bool) -> RecordedRun:
+    def _work(self, acquisition: Acquisition, run: FinishedRun, number: int) -> None:
+        if self._process is not None:
+            self._messages.put(self._process(acquisition, run, number))
+
+    def _published(self, run: RecordedRun, *, is_last: bool) -> RecordedRun:
         if run.result is not None:
             for warning in run.result.warnings:
-                self._teller.warn(warning, number=run.number)
+                self._publisher.report(EventKind.WARNING, warning, number=run.number)
         if is_last and run.error is not None:
-            self._teller.enter(ExperimentState.FAILED, run.message, error=run.error)
+            self._publisher.enter(ExperimentState.FAILED, run.message, error=run.error)
         elif is_last:
-            self._teller.enter(ExperimentState.DONE if run.path else ExperimentState.IDLE, run.message)
-        self._teller.run(run)
+            self._publisher.enter(ExperimentState.DONE if run.path else ExperimentState.IDLE, run.message)
+        self._publisher.report(EventKind.RUN, run=run)
         return run
 
     def _warn(self) -> None:
         health = self._acquisition.health
-        for warning in losses(health):
-            self._teller.warn(warning)
+        for warning in (*self._warnings.of(health), *losses(health)):
+            self._publisher.report(EventKind.WARNING, warning)
         if health.live_error is not None:
-            self._teller.warn(str(health.live_error), error=health.live_error)
-        self._teller.health(health)
+            self._publisher.report(EventKind.WARNING, str(health.live_error), error=health.live_error)
+        self._publisher.report(EventKind.HEALTH, health.line(), health=health)
 
 
 def unprocessed(run: FinishedRun, number: int) -> RecordedRun:
     """Return what came of a run that is kept as it is."""
-    message = f"{run.path.name}: recorded, not processed."
-    return RecordedRun(number, run.path, None, run.ending, message, health=run.health)
+    said = f"set aside, {run.set_aside}" if run.set_aside else "recorded, not processed."
+    message = f"{run.path.name}: {said}"
+    return RecordedRun(number, run.path, None, run.ending, message, set_aside=run.set_aside, health=run.health)

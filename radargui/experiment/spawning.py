@@ -12,7 +12,7 @@ _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NU
 
 
 @contextlib.contextmanager
-def unheard_children() -> Iterator[None]:
+def workers_ignoring_interrupts() -> Iterator[None]:
     """Let processes that are started here use one thread for numerics, and not hear Ctrl-C."""
     kept = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))

@@ -71,7 +71,7 @@ def assemble(
             channel_names=tuple(targets),
             sample_rate_hz=rate,
             scaling=scaling,
-            channel_skew_s=max(part.channel_skew_s for part in parts),
+            channel_skew_s=_skew_s(parts, where),
             unit=units.pop() if len(units) == 1 else "V" if not units else "mixed",
             device=next((part.device for part in parts if part.device), ""),
         ),
@@ -121,6 +121,14 @@ def _rate(parts: Sequence[Signals], timed_hz: float | None, given_hz: float | No
 
 def _same(first: float, second: float) -> bool:
     return abs(first - second) <= SAME_RATE * abs(second)
+
+
+def _skew_s(parts: Sequence[Signals], where: str) -> float | None:
+    told = {part.channel_skew_s for part in parts}
+    if len(told) > 1:
+        _log.warning("%s: the files tell different delays between channels; none of them is used.", where)
+        return None
+    return told.pop()
 
 
 def _stack(signals: Sequence[Signal]) -> tuple[RawArray, tuple[tuple[float, ...], ...] | None]:

@@ -17,19 +17,8 @@ from radargui.model.bounce import Bounce, Bounces, FreeFall
 _NAME = "bounces"
 _METHOD_BYTES = 40
 _UNITS = ("s", "m/s", "m/s", "1", "1", "text", "1", "1", "1")
-BOUNCE_TYPE = np.dtype(
-    [
-        ("time_s", "<f8"),
-        ("speed_before_m_s", "<f8"),
-        ("speed_after_m_s", "<f8"),
-        ("e", "<f8"),
-        ("u_e", "<f8"),
-        ("method", h5py.string_dtype("utf-8", _METHOD_BYTES)),
-        ("valid", "?"),
-        ("e_flight_time", "<f8"),
-        ("e_height", "<f8"),
-    ]
-)
+_KINDS: dict[Any, Any] = {"float": "<f8", "bool": "?", "str": h5py.string_dtype("utf-8", _METHOD_BYTES)}
+BOUNCE_TYPE = np.dtype([(one.name, _KINDS[one.type]) for one in fields(Bounce)])
 
 
 def put_bounces(group: Any, bounces: Bounces) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from radargui.files.channel_map import LARGEST, ChannelEntry, ChannelMap
+from radargui.files.csv_layout import is_time_name
 from radargui.files.signals import ChannelInfo
 from radargui.model.digitisation import iq_names
 
@@ -17,9 +18,6 @@ Basis = Literal["names", "order", "remembered", "nothing"]
 _PARTS = {"i": "I", "inphase": "I", "in-phase": "I", "re": "I", "real": "I"}
 _PARTS |= {"q": "Q", "quadrature": "Q", "quad": "Q", "im": "Q", "imag": "Q", "imaginary": "Q"}
 _TOKEN = re.compile(r"in-phase|[a-z]+|\d+", re.IGNORECASE)
-_TIMES = re.compile(
-    r"(time|t|x_?values?|timestamp|index|sample)([_ ]*[\[(]?(m?s|us|sec|seconds)[\])]?)?", re.IGNORECASE
-)
 _LAST_NUMBER = re.compile(r"(\d+)(?=\D*$)")
 
 
@@ -83,7 +81,7 @@ def _guess(variables: Sequence[str], basis: Basis, every: Sequence[str]) -> Chan
 
 
 def _alike(infos: Sequence[ChannelInfo]) -> list[ChannelInfo]:
-    samples = [info for info in infos if info.count > 0 and not _TIMES.fullmatch(info.name.strip())]
+    samples = [info for info in infos if info.count > 0 and not is_time_name(info.name.strip().rpartition(".")[2])]
     if not samples:
         return []
     lengths = Counter(info.count for info in samples)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from radargui.files.assemble import assemble
 from radargui.files.formats import SUFFIXES, list_channels, read_signals
+from radargui.files.raw_file import RawLayout
+from radargui.files.signals import Signals
 from radargui.model.digitisation import iq_names
 from radargui.model.errors import UsageError
 from radargui.model.recording import Recording
@@ -15,9 +17,11 @@ from radargui.model.recording import Recording
 __all__ = ["ChannelEntry", "ChannelMap", "list_channels", "parse_channel_map", "read_mapped"]
 
 LARGEST = 4
+"""Receivers, as a setup may have."""
 _ENTRY = re.compile(r"\s*([IQ])(\d{1,99})\s*=", re.IGNORECASE)
 _SUFFIX = "|".join(re.escape(suffix) for suffix in sorted(SUFFIXES, key=len, reverse=True))
 _WITH_SUFFIX = re.compile(rf"(.*?(?:{_SUFFIX})):(.*)", re.IGNORECASE | re.DOTALL)
+_NUMBERED = re.compile(r"(.+):\s*(\d+)", re.DOTALL)
 _FORM = "Write I1=NAME,Q1=NAME,... or I1=PATH:NAME,Q1=PATH:NAME,..."
 _ENDINGS = ", ".join(SUFFIXES)
 
@@ -68,11 +72,12 @@ class ChannelMap:
         return len(self.entries) // 2
 
 
-def parse_channel_map(text: str) -> ChannelMap:
+def parse_channel_map(text: str, *, numbered: bool = False) -> ChannelMap:
     r"""Return the map that a text such as `I1=a.mat:src1.Data,Q1=b.mat:src1.Data` or `I1=x,Q1=y` describes.
 
     A path ends with the suffix of a format that is read, and a colon follows: so `C:\data\a.mat:x` is understood, and
-    a name may hold colons. Commas inside a path or name are part of it unless `I` or `Q`, a number and `=` follow.
+    a name may hold colons. Where channels are `numbered`, as in plain binary, a path may end as it likes. Commas inside
+    a path or name are part of it unless `I` or `Q`, a number and `=` follow.
 
     Raises
     ------
@@ -88,12 +93,12 @@ def parse_channel_map(text: str) -> ChannelMap:
         target = f"{match[1].upper()}{int(match[2])}"
         if target in entries:
             raise UsageError(f"--channels names {target} twice.", remedy=_FORM)
-        entries[target] = _entry(target, value)
+        entries[target] = _entry(target, value, numbered=numbered)
     return _complete(entries)
 
 
-def _entry(target: str, value: str) -> ChannelEntry:
-    match = _WITH_SUFFIX.fullmatch(value)
+def _entry(target: str, value: str, *, numbered: bool) -> ChannelEntry:
+    match = (_NUMBERED if numbered else _WITH_SUFFIX).fullmatch(value)
     path, variable = (match[1].strip(), match[2].strip()) if match else ("", value)
     if value.lower().endswith(SUFFIXES):
         raise UsageError(f"--channels: {target}={value} names a file, but nothing in it.", remedy=_FORM)
@@ -123,7 +128,12 @@ def _complete(entries: dict[str, ChannelEntry]) -> ChannelMap:
 
 
 def read_mapped(
-    channel_map: ChannelMap, *, file: Path | None = None, rate_hz: float | None = None, name: str | None = None
+    channel_map: ChannelMap,
+    *,
+    file: Path | None = None,
+    rate_hz: float | None = None,
+    name: str | None = None,
+    raw: RawLayout | None = None,
 ) -> Recording:
     """Return the recording that a map describes.
 
@@ -137,6 +147,8 @@ def read_mapped(
         Sample rate where the files have none.
     name
         Name of the recording; None: the stem of the only file.
+    raw
+        How the files are laid out where they are plain binary.
 
     Raises
     ------
@@ -150,26 +162,22 @@ def read_mapped(
         raise UsageError(f"--channels names files of its own: {file} cannot be read with it.", remedy=_FORM)
     if file is None and not channel_map.has_paths:
         raise UsageError("--channels without paths needs an input file.", remedy=f"{_FORM}; a path ends in {_ENDINGS}.")
-    files = [entry.path or file for entry in entries]
     grouped: dict[Path, list[ChannelEntry]] = {}
-    for path, entry in zip(files, entries, strict=True):
-        if path is not None:
+    for entry in entries:
+        if (path := entry.path or file) is not None:
             grouped.setdefault(path, []).append(entry)
     if name is None and len(grouped) > 1:
         raise UsageError("Several files form one input: it needs a name.", remedy="Give --name.")
-    parts = [read_signals(path, [entry.variable for entry in some]) for path, some in grouped.items()]
-    found = {
-        entry.target: (part, signal)
-        for part, some in zip(parts, grouped.values(), strict=True)
-        for entry, signal in zip(some, part.signals, strict=True)
-    }
     # One part a channel, so that the order is the map's, whatever file each comes from.
-    ordered = [replace(part, signals=(signal,)) for part, signal in (found[entry.target] for entry in entries)]
-    first = next(iter(grouped))
+    parts: dict[str, Signals] = {}
+    for path, some in grouped.items():
+        part = read_signals(path, [entry.variable for entry in some], raw)
+        parts |= {one.target: replace(part, signals=(own,)) for one, own in zip(some, part.signals, strict=True)}
+    targets = [entry.target for entry in entries]
     return assemble(
-        ordered,
-        [entry.target for entry in entries],
-        name=name or first.stem,
+        [parts[target] for target in targets],
+        targets,
+        name=name or next(iter(grouped)).stem,
         where=", ".join(str(path) for path in grouped),
         rate_hz=rate_hz,
     )

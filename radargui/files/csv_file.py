@@ -1,26 +1,34 @@
-"""CSV files: a header with names, comma, decimal point, one row a sample."""
+"""CSV files: one column a channel, one row a sample."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
+from radargui.files.csv_layout import (
+    BLANKS,
+    LONGEST_HEADER,
+    CsvColumn,
+    CsvLayout,
+    is_blank,
+    is_number,
+    read_layout,
+    shown,
+)
 from radargui.files.refusal import reading, resolved
-from radargui.files.signals import TIME_NAME, ChannelInfo, Signal, Signals
+from radargui.files.signals import ChannelInfo, Signal, Signals
 from radargui.files.time_axis import uniform
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
 
-LONGEST_HEADER = 100_000
 WHAT = "CSV"
 
 
 def list_csv(path: Path) -> tuple[ChannelInfo, ...]:
-    """Return the columns of a CSV file but its time.
+    """Return the columns of a CSV file but its times.
 
     Raises
     ------
@@ -28,16 +36,26 @@ def list_csv(path: Path) -> tuple[ChannelInfo, ...]:
         Unreadable or no CSV.
     """
     with reading(path, WHAT), _opened(path) as file:
-        names = _header(file, path)
-        timed = TIME_NAME in names
-        table = _table(file, path, names, [TIME_NAME]) if timed else None
-        count = table.shape[0] if table is not None else sum(1 for _ in _rows(file, path, len(names)))
-        rate_hz = uniform(table[:, 0], f"{path}, column {TIME_NAME}")[0] if table is not None and count > 1 else None
-        return tuple(ChannelInfo(name, count, rate_hz) for name in names if name not in ("", TIME_NAME))
+        layout = _layout(file, path)
+        time = layout.time
+        if time is None:
+            count, rate_hz = sum(1 for _ in _rows(file, path, layout)), None
+        else:
+            time_s = _table(file, path, layout, [time])[:, 0]
+            count = time_s.size
+            rate_hz = uniform(time_s, f"{path}, column {time.title}")[0] if count > 1 else None
+        return tuple(ChannelInfo(name, count, rate_hz, column.unit) for name, column in layout.channels.items())
 
 
 def read_csv(path: Path, names: Sequence[str]) -> Signals:
-    """Return columns of a CSV file; a column `time_s` gives the file's own time.
+    """Return columns of a CSV file in V where their titles tell mV or alike; a column of times gives those.
+
+    Parameters
+    ----------
+    path
+        The file.
+    names
+        Of columns, with or without the unit in brackets.
 
     Raises
     ------
@@ -45,12 +63,16 @@ def read_csv(path: Path, names: Sequence[str]) -> Signals:
         Unreadable, no CSV, a column missing, a cell that is not a number.
     """
     with reading(path, WHAT), _opened(path) as file:
-        present = _header(file, path)
-        own = resolved(path, names, [name for name in present if name not in ("", TIME_NAME)])
-        timed = TIME_NAME in present
-        table = _table(file, path, present, [*own, TIME_NAME] if timed else own)
-        signals = tuple(Signal(name, np.ascontiguousarray(table[:, k])) for k, name in enumerate(names))
-        return Signals(signals, time_s=np.ascontiguousarray(table[:, -1]) if timed else None)
+        layout = _layout(file, path)
+        known = {**{column.title: column for column in layout.channels.values()}, **layout.channels}
+        chosen = [known[name] for name in resolved(path, names, list(known), list(layout.channels))]
+        time = layout.time
+        table = _table(file, path, layout, chosen if time is None else [*chosen, time])
+        signals = tuple(
+            Signal(name, np.ascontiguousarray(table[:, k]), unit=column.unit)
+            for k, (name, column) in enumerate(zip(names, chosen, strict=True))
+        )
+        return Signals(signals, time_s=None if time is None else np.ascontiguousarray(table[:, -1]))
 
 
 def _opened(path: Path) -> TextIO:
@@ -58,106 +80,97 @@ def _opened(path: Path) -> TextIO:
     return path.open(encoding="utf-8-sig", newline=None)
 
 
-def _header(file: TextIO, path: Path) -> list[str]:
+def _layout(file: TextIO, path: Path) -> CsvLayout:
     try:
-        line = file.readline(LONGEST_HEADER)
-        while line and _blank(line):
-            line = file.readline(LONGEST_HEADER)
+        return read_layout(iter(lambda: file.readline(LONGEST_HEADER), ""), path)
     except UnicodeDecodeError:
         raise FileError(
             f"{path} is not UTF-8 text.",
             reasons=("it was saved as UTF-16 or with a national code page", "it is another kind of file"),
             remedy='Save it as "CSV UTF-8".',
         ) from None
-    if not line.endswith("\n") and len(line) >= LONGEST_HEADER:
-        raise FileError(f"{path}: its first line is far too long for a header; it is no CSV.")
-    if "\0" in line:
-        raise FileError(f"{path} is not text.")
-    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
-        if line.count(separator) > line.count(","):
-            raise FileError(
-                f"{path}: columns are parted by {word}.",
-                reasons=("it was saved with a national setting that also writes decimal commas",),
-                remedy="Save it with commas between columns and decimal points.",
-            )
-    names = [name.strip() for name in next(csv.reader([line], skipinitialspace=True))] if line.strip() else []
-    if not any(names):
-        raise FileError(f"{path} holds no header.")
-    if all(_is_number(name) for name in names):
-        raise FileError(
-            f"{path}: its first line holds numbers, not the names of the columns.",
-            remedy="Put a header such as time_s,I1,Q1 above them.",
-        )
-    twice = sorted({name for name in names if name and names.count(name) > 1})
-    if twice:
-        raise FileError(f"{path}: two columns are named {twice[0]}.")
-    return names
 
 
-def _table(file: TextIO, path: Path, names: list[str], wanted: list[str]) -> FloatArray:
-    """Return the wanted columns, shape (n_rows, n_wanted)."""
-    columns = [names.index(name) for name in wanted]
-    rows = _rows(file, path, len(names))
+def _table(file: TextIO, path: Path, layout: CsvLayout, wanted: Sequence[CsvColumn]) -> FloatArray:
+    """Return the wanted columns in their units, shape (n_rows, n_wanted)."""
+    places = [column.place for column in wanted]
+    rows = _rows(file, path, layout)
+    if layout.separator != ",":
+        rows = _with_points(rows, path, layout, places)
     first = next(rows, None)
     if first is None:
-        return np.empty((0, len(columns)))
+        return np.empty((0, len(places)))
 
     def lines() -> Iterator[str]:
         yield first
         yield from rows
 
+    delimiter = None if layout.separator == BLANKS else layout.separator
     try:
-        return np.loadtxt(lines(), delimiter=",", comments=None, usecols=columns, ndmin=2, dtype=np.float64)
+        table = np.loadtxt(lines(), delimiter=delimiter, comments=None, usecols=places, ndmin=2, dtype=np.float64)
     except UnicodeDecodeError:
         raise FileError(f"{path} is not UTF-8 text to its end.", reasons=("it is damaged",)) from None
     except ValueError as error:
         file.seek(0)
-        raise _bad_cell(file, path, names, columns) or error from None
+        raise _bad_cell(file, path, layout, wanted) or error from None
+    factors = np.array([column.factor for column in wanted])
+    return table if (factors == 1.0).all() else table * factors
 
 
-def _rows(file: TextIO, path: Path, n_columns: int) -> Iterator[str]:
-    """Return the lines below the header, each with the right number of columns."""
-    n_commas = n_columns - 1
-    for line in file:
-        if line.count(",") == n_commas and line.strip():
-            yield line
-        elif not _blank(line):
-            raise FileError(
-                f"{path}: a row has {line.count(',') + 1} columns, the header {n_columns}: {_shown(line)}",
-                reasons=("numbers have decimal commas", "the file was cut off"),
-                remedy="Save it with decimal points, one number a column.",
-            )
+def _rows(file: TextIO, path: Path, layout: CsvLayout) -> Iterator[str]:
+    """Return the lines of numbers, each with the right number of columns."""
+    sign, n_signs = layout.separator, layout.n_columns - 1
+    first = () if layout.first_row is None else (layout.first_row,)
+    for lines in (first, file):
+        for line in lines:
+            there = len(line.split()) - 1 if sign == BLANKS else line.count(sign)
+            if there == n_signs and line.strip():
+                yield line
+            elif not is_blank(line):
+                raise FileError(
+                    f"{path}: a row has {there + 1} columns, the header {layout.n_columns}: {shown(line)}; columns are "
+                    f"parted by {layout.word}.",
+                    reasons=("numbers have decimal commas", "the file was cut off")
+                    if sign == ","
+                    else ("it is cut off",),
+                    remedy="Save it with semicolons between columns, or with decimal points."
+                    if sign == ","
+                    else "Save it with one number a column.",
+                )
 
 
-def _bad_cell(file: TextIO, path: Path, names: list[str], columns: list[int]) -> FileError | None:
-    header_seen = False
+def _with_points(rows: Iterator[str], path: Path, layout: CsvLayout, places: Sequence[int]) -> Iterator[str]:
+    """Return lines with decimal points for decimal commas, which only the wanted columns decide on.
+
+    Raises
+    ------
+    FileError
+        Points and commas both: 1,234 may be 1.234 or 1234.
+    """
+    decimal = ""
+    for line in rows:
+        comma, point = "," in line, "." in line
+        if (comma and decimal != ",") or (point and decimal != "."):
+            cells = layout.cells(line)
+            found = {sign for sign in ",." for place in places if sign in cells[place]}
+            if len(found | {decimal} - {""}) > 1:
+                raise FileError(
+                    f"{path}: numbers have decimal points and decimal commas: {shown(line)}",
+                    remedy="Save it without signs between thousands, all decimals alike.",
+                )
+            decimal = decimal or "".join(found)
+        yield line.replace(",", ".") if comma and decimal == "," else line
+
+
+def _bad_cell(file: TextIO, path: Path, layout: CsvLayout, wanted: Sequence[CsvColumn]) -> FileError | None:
     for number, line in enumerate(file, start=1):
-        if _blank(line):
+        if number < layout.first_line or is_blank(line):
             continue
-        if not header_seen:
-            header_seen = True
-            continue
-        cells = line.split(",")
-        for column in columns:
-            if not _is_number(cells[column]):
+        cells = layout.cells(line)
+        for column in wanted:
+            cell = cells[column.place] if layout.separator == "," else cells[column.place].replace(",", ".")
+            if not is_number(cell):
                 return FileError(
-                    f"{path}, line {number}: {_shown(cells[column])} in column {names[column]} is not a number."
+                    f"{path}, line {number}: {shown(cells[column.place])} in column {column.title} is not a number."
                 )
     return None
-
-
-def _blank(line: str) -> bool:
-    return not line.strip() or line.startswith("#")
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return "_" not in cell and cell.isascii()
-
-
-def _shown(line: str) -> str:
-    text = line.strip()
-    return repr(text if len(text) <= 60 else text[:57] + "...")

@@ -7,23 +7,22 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from radargui.files.export_facts import commented
-from radargui.files.lost_samples import absolute_index
+from radargui.files.fixed_point import ByteArray, digits
 from radargui.files.progress import Progress
 from radargui.files.run_stream import RunStream
 from radargui.files.signals import TIME_NAME
-from radargui.model.arrays import IntArray, RawArray
+from radargui.model.arrays import RawArray
+from radargui.model.block import absolute_index
 from radargui.model.errors import FileError
 
-_Bytes = NDArray[np.uint8]
 _NS = 1e9
 _LARGEST_NS = 9e18
+"""Just below 2^63: what is larger has no whole number of ns in 64 bits."""
 _ROWS = 1 << 14
-_NOTHING = 0
-_COMMA, _NEWLINE, _POINT, _ZERO = b",\n.0"
-_DECIMALS = 9
+"""Written at a time: a few MB of text. Chosen by hand."""
+_COMMA, _NEWLINE = b",\n"
 
 
 def write_csv(run: RunStream, path: Path, tell: Progress) -> None:
@@ -45,22 +44,22 @@ def _write_rows(run: RunStream, file: BinaryIO, tell: Progress) -> None:
     scaling = facts.digitisation.scaling
     tables = None if scaling is None else [_texts_of_codes(row) for row in scaling]
     done = 0
-    for piece in run.pieces():
+    for piece in run.pieces(tell):
         for first in range(0, piece.shape[1], _ROWS):
             part = piece[:, first : first + _ROWS]
             index = absolute_index(done, part.shape[1], facts.gaps)
-            if index[-1] * (_NS / facts.digitisation.sample_rate_hz) > _LARGEST_NS:
+            times_ns = index * (_NS / facts.digitisation.sample_rate_hz)
+            if times_ns[-1] > _LARGEST_NS:
                 raise FileError(f"{run.path}: its gap records tell of more time than a table can hold.")
-            times = _texts_of_times(index, facts.digitisation.sample_rate_hz)
+            times = digits(np.rint(times_ns).astype(np.int64), 3)
             if tables is None:
                 file.writelines(_rows_of_values(times, part))
             else:
                 file.write(_rows_of_codes(times, part, tables))
             done += part.shape[1]
-        tell(done / max(facts.n_samples, 1))
 
 
-def _texts_of_codes(coefficients: tuple[float, ...]) -> _Bytes:
+def _texts_of_codes(coefficients: tuple[float, ...]) -> ByteArray:
     """Return the text of every code, shape (65536, width), code c in row c + 32768."""
     values = np.polynomial.polynomial.polyval(np.arange(-32768.0, 32768.0), coefficients)
     # Nine digits: a thousandth of the step of a 16-bit code, and better.
@@ -68,35 +67,17 @@ def _texts_of_codes(coefficients: tuple[float, ...]) -> _Bytes:
     return texts.view(np.uint8).reshape(65536, -1)
 
 
-def _texts_of_times(index: IntArray, sample_rate_hz: float) -> _Bytes:
-    """Return times in s with nine decimals, shape (n, width), in plain digits."""
-    whole = np.rint(index * (_NS / sample_rate_hz)).astype(np.int64)
-    n_digits = max(len(str(int(whole[-1]))), _DECIMALS + 1)
-    texts = np.empty((index.size, n_digits + 1), dtype=np.uint8)
-    for place in range(n_digits, -1, -1):
-        if place == n_digits - _DECIMALS:
-            texts[:, place] = _POINT
-            continue
-        whole, digit = np.divmod(whole, 10)
-        texts[:, place] = digit + _ZERO
-    lead = n_digits - _DECIMALS - 1
-    leading = np.logical_and.accumulate(texts[:, :lead] == _ZERO, axis=1)
-    texts[:, :lead][leading] = _NOTHING
-    return texts
-
-
-def _rows_of_codes(times: _Bytes, codes: RawArray, tables: list[_Bytes]) -> bytes:
+def _rows_of_codes(times: ByteArray, codes: RawArray, tables: list[ByteArray]) -> bytes:
     count = times.shape[0]
     comma = np.full((count, 1), _COMMA, dtype=np.uint8)
     columns = [times]
     for row, table in zip(codes, tables, strict=True):
         columns += [comma, table[row.astype(np.intp) + 32768]]
     rows = np.concatenate([*columns, np.full((count, 1), _NEWLINE, dtype=np.uint8)], axis=1)
-    content: bytes = rows[rows != _NOTHING].tobytes()
-    return content
+    return rows.tobytes().translate(None, b"\0")
 
 
-def _rows_of_values(times: _Bytes, values: RawArray) -> Iterator[bytes]:
+def _rows_of_values(times: ByteArray, values: RawArray) -> Iterator[bytes]:
     columns = [[repr(value) for value in row] for row in values.tolist()]
     starts = (row.tobytes().replace(b"\0", b"").decode("ascii") for row in times)
     for start, *cells in zip(starts, *columns, strict=True):

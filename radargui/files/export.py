@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from radargui.files.csv_writer import write_csv
 from radargui.files.fresh_file import fresh_files, make_folder
 from radargui.files.mat_writer import write_mat
 from radargui.files.progress import Progress, silent
-from radargui.files.run_stream import RunStream, run_stream
+from radargui.files.run_stream import run_stream
 from radargui.files.sigmf_writer import write_sigmf
 from radargui.files.tdms_writer import write_tdms
 
@@ -34,7 +34,7 @@ class ExportFormat:
     name: str
     title: str
     suffixes: tuple[str, ...]
-    write: Callable[[RunStream, Sequence[Path], Progress], None]
+    write: Callable[..., None]
 
     def paths(self, folder: Path, stem: str) -> tuple[Path, ...]:
         """Return the files that a run becomes in a folder."""
@@ -44,15 +44,10 @@ class ExportFormat:
 EXPORT_FORMATS: Mapping[str, ExportFormat] = {
     one.name: one
     for one in (
-        ExportFormat("csv", "CSV", (".csv",), lambda run, paths, tell: write_csv(run, paths[0], tell)),
-        ExportFormat("mat", "MATLAB", (".mat",), lambda run, paths, tell: write_mat(run, paths[0], tell)),
-        ExportFormat("tdms", "NI TDMS", (".tdms",), lambda run, paths, tell: write_tdms(run, paths[0], tell)),
-        ExportFormat(
-            "sigmf",
-            "SigMF",
-            (".sigmf-meta", ".sigmf-data"),
-            lambda run, paths, tell: write_sigmf(run, paths[0], paths[1], tell),
-        ),
+        ExportFormat("csv", "CSV", (".csv",), write_csv),
+        ExportFormat("mat", "MATLAB", (".mat",), write_mat),
+        ExportFormat("tdms", "NI TDMS", (".tdms",), write_tdms),
+        ExportFormat("sigmf", "SigMF", (".sigmf-meta", ".sigmf-data"), write_sigmf),
     )
 }
 
@@ -92,5 +87,5 @@ def export_run(
     with run_stream(path, session) as run:
         make_folder(folder)
         with fresh_files(paths, force=force) as partial:
-            kind.write(run, partial, tell)
+            kind.write(run, *partial, tell)
     return paths

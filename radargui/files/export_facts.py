@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
 from typing import Any
 
 import tomlkit
@@ -54,34 +55,31 @@ class ExportFacts:
     setup_toml: str = field(default="", repr=False)
     session: Mapping[str, str] = field(default_factory=dict)
 
+    def started_utc(self) -> datetime | None:
+        """Return when the first sample was taken, in UTC without a zone as formats want it; None where unknown."""
+        try:
+            return datetime.fromisoformat(self.started_at).astimezone(UTC).replace(tzinfo=None)
+        except ValueError:
+            return None
+
     def table(self) -> dict[str, Any]:
         """Return the facts as plain values that TOML and JSON can hold; what is not known is left out."""
-        known = self.digitisation
+        # value = sum c_k code^k with the rows of `scaling`
         table: dict[str, Any] = {
             "format": FORMAT,
             "format_version": FORMAT_VERSION,
             "radargui_version": __version__,
             "name": self.name,
-            "channel_names": list(known.channel_names),
-            "unit": known.unit,
-            "sample_rate_hz": known.sample_rate_hz,
-            "channel_skew_s": known.channel_skew_s,
+            **asdict(self.digitisation),
             "n_samples": self.n_samples,
             "started_at": self.started_at,
-            "device": known.device,
             "gaps": [asdict(gap) for gap in self.gaps],
             "markers": [asdict(marker) for marker in self.markers],
+            "trigger_index": self.trigger_index,
+            "session": dict(self.session) or None,
+            "setup": self.setup_toml or None,
         }
-        if self.trigger_index is not None:
-            table["trigger_index"] = self.trigger_index
-        if known.scaling is not None:
-            # value = sum c_k code^k
-            table["scaling"] = [list(row) for row in known.scaling]
-        if self.session:
-            table["session"] = dict(self.session)
-        if self.setup_toml:
-            table["setup"] = self.setup_toml
-        return table
+        return {key: value for key, value in table.items() if value is not None}
 
     def text(self) -> str:
         """Return the facts as a TOML text."""
@@ -124,7 +122,7 @@ def _facts(table: Mapping[str, Any]) -> ExportFacts:
     names = tuple(_text(name) for name in table["channel_names"])
     if not names or len(set(names)) != len(names):
         raise ValueError("channel names")
-    trigger = table.get("trigger_index")
+    trigger, skew_s = table.get("trigger_index"), table.get("channel_skew_s")
     gaps = tuple(Gap(_index(row["first_index"]), _index(row["count"]), _text(row["reason"])) for row in table["gaps"])
     if not are_possible(gaps):
         raise ValueError("gaps")
@@ -134,7 +132,7 @@ def _facts(table: Mapping[str, Any]) -> ExportFacts:
             channel_names=names,
             sample_rate_hz=_number(table["sample_rate_hz"], above=0.0),
             scaling=_scaling(table.get("scaling"), len(names)),
-            channel_skew_s=_number(table["channel_skew_s"]),
+            channel_skew_s=None if skew_s is None else _number(skew_s),
             unit=_text(table["unit"])[:32],
             device=_text(table["device"]),
         ),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from radargui.files.refusal import why
@@ -35,12 +36,36 @@ def fresh_files(paths: Sequence[Path], *, force: bool = False) -> Iterator[tuple
     except OSError as error:
         raise FileError(
             f"{paths[0]} cannot be written: {why(error)}",
-            reasons=("the disk is full", "another program has the file open"),
-            remedy="Choose another folder.",
+            reasons=("the disk is full", "the folder is write protected", "another program has the file open"),
+            remedy="Close programs that show the file, or choose another folder.",
         ) from error
     finally:
         for part in partial:
-            part.unlink(missing_ok=True)
+            with suppress(OSError):
+                part.unlink()
+
+
+def write_whole(path: Path, parts: Iterable[bytes]) -> None:
+    """Write a file under another name, then give it its own; one that is there is replaced.
+
+    Parameters
+    ----------
+    path
+        Its folder is made where it is missing.
+    parts
+        What to write, in order.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written or the disk is full; what was there before stays.
+    """
+    with fresh_files([path], force=True) as (partial,):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with partial.open("wb") as file:
+            file.writelines(parts)
+            file.flush()
+            os.fsync(file.fileno())
 
 
 def refuse_existing(paths: Sequence[Path], *, force: bool) -> None:

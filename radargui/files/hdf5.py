@@ -17,6 +17,7 @@ from radargui.files.run_layout import COMPRESSION
 from radargui.model.errors import FileError
 
 _SLACK_BYTES = 65_536
+"""May be claimed by a file that stores nothing: a chunk never filled takes no room. Chosen by hand."""
 LARGEST_RATIO = 1100
 """Deflate makes data at most about 1032 times smaller; a header that claims more is wrong."""
 

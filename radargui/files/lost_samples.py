@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from radargui.model.arrays import IntArray
 from radargui.model.block import Gap
 
 LARGEST_INDEX = 2**53
@@ -19,14 +16,6 @@ def are_possible(gaps: Sequence[Gap]) -> bool:
         all(0 <= gap.first_index < LARGEST_INDEX and gap.count >= 1 for gap in gaps)
         and sum(gap.count for gap in gaps) < LARGEST_INDEX
     )
-
-
-def absolute_index(first: int, count: int, gaps: Sequence[Gap]) -> IntArray:
-    """Return the index, lost samples counted, of the stored samples `first` to `first + count`."""
-    index = np.arange(first, first + count, dtype=np.int64)
-    for gap in sorted(gaps, key=lambda gap: gap.first_index):
-        index[index >= gap.first_index] += gap.count
-    return index
 
 
 def stored_starts(gaps: Sequence[Gap], n_samples: int) -> list[tuple[int, int]]:

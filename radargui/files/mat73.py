@@ -13,9 +13,12 @@ from radargui.files import hdf5
 from radargui.files.mat_variable import Variable, variable_of
 
 _SMALL = 64
+"""Values of an array that is read unasked: single numbers and dates stand in such, samples do not."""
 _LONGEST_TEXT = 256
+"""Characters of a text that is read unasked: a unit or a date is shorter."""
 _DEEPEST = 16
 _MOST = 10_000
+"""Groups within groups, and arrays in all, that are looked at: damaged files hold loops. Chosen by hand."""
 
 
 def read_variables(path: Path, wanted: Sequence[str]) -> dict[str, Variable]:

@@ -10,18 +10,18 @@ import numpy as np
 
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.run_header import is_run, read_digitisation
-from radargui.files.whole_samples import whole_samples
+from radargui.files.run_header import is_run, read_digitisation, whole_samples
 from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.decimation import lowest_and_highest
 
 FINEST_BIN = 64
-"""Samples in a bin of the finest level of a short run."""
+"""Samples in a bin of the finest level of a short run: lowest and highest then take 3 % of the room of the samples."""
 MOST_BINS = 1 << 18
-"""Bins of the finest level; a longer run gets larger ones, so that memory stays bounded overnight."""
+"""Bins of the finest level; a longer run gets larger ones, so that memory stays bounded overnight (6 MB of int16)."""
 STEP = 16
-"""Bins of one level that make one of the next."""
+"""Bins of one level that make one of the next: all levels above the finest add 1/15 to it."""
 FEWEST_BINS = 2048
-"""A level with fewer bins has none above it."""
+"""A level with fewer bins has none above it: as many as a wide picture has pixels."""
 _PIECE = 1 << 18
 
 
@@ -75,18 +75,15 @@ class OverviewMaker:
                 self._coarser()
                 continue
             take = min(count, MOST_BINS - self._n_bins)
-            binned = samples[:, done : done + take * self._bin].reshape(samples.shape[0], take, self._bin)
-            self._put(np.fmin.reduce(binned, axis=2), np.fmax.reduce(binned, axis=2))
+            self._put(*lowest_and_highest(samples[:, done : done + take * self._bin], self._bin))
             done += take * self._bin
         self._left = samples[:, done:].copy()
 
     def level(self) -> tuple[RawArray, RawArray, int]:
         """Return lowest and highest, shape (n_channels, n_bins), and the samples in a bin; the last may hold fewer."""
         lowest, highest = (part[:, : self._n_bins] for part in self._room)
-        if self._left.shape[1]:
-            lowest = np.concatenate([lowest, np.fmin.reduce(self._left, axis=1)[:, None]], axis=1)
-            highest = np.concatenate([highest, np.fmax.reduce(self._left, axis=1)[:, None]], axis=1)
-        return lowest, highest, self._bin
+        low, high = lowest_and_highest(self._left, self._bin)
+        return np.concatenate([lowest, low], axis=1), np.concatenate([highest, high], axis=1), self._bin
 
     def _put(self, lowest: RawArray, highest: RawArray) -> None:
         end = self._n_bins + lowest.shape[1]
@@ -96,8 +93,8 @@ class OverviewMaker:
 
     def _coarser(self) -> None:
         half = self._n_bins // 2
-        self._room[0, :, :half] = np.fmin(self._room[0, :, 0::2], self._room[0, :, 1::2])
-        self._room[1, :, :half] = np.fmax(self._room[1, :, 0::2], self._room[1, :, 1::2])
+        self._room[0, :, :half] = lowest_and_highest(self._room[0], 2)[0]
+        self._room[1, :, :half] = lowest_and_highest(self._room[1], 2)[1]
         self._n_bins, self._bin = half, 2 * self._bin
 
 
@@ -115,7 +112,8 @@ def write_overview(file: Any, maker: OverviewMaker, unit: str) -> None:
             hdf5.store(level, name, values, layout.LARGEST_CHUNK, unit=unit)
         if lowest.shape[1] < FEWEST_BINS:
             return
-        lowest, highest, size, number = _reduced(np.fmin, lowest), _reduced(np.fmax, highest), size * STEP, number + 1
+        lowest, highest = lowest_and_highest(lowest, STEP)[0], lowest_and_highest(highest, STEP)[1]
+        size, number = size * STEP, number + 1
 
 
 def read_overview(path: Path, least_bins: int = 2000) -> Overview:
@@ -175,11 +173,3 @@ def _computed(raw: Any, count: int) -> tuple[RawArray, RawArray, int]:
     for first in range(0, count, length):
         maker.add(raw[:, first : min(first + length, count)])
     return maker.level()
-
-
-def _reduced(of: np.ufunc, values: RawArray) -> RawArray:
-    whole = values.shape[1] // STEP * STEP
-    out = of.reduce(values[:, :whole].reshape(values.shape[0], -1, STEP), axis=2)
-    if whole < values.shape[1]:
-        out = np.concatenate([out, of.reduce(values[:, whole:], axis=1)[:, None]], axis=1)
-    return np.asarray(out)

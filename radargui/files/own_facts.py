@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tarfile
 from pathlib import Path
 from typing import Any
@@ -10,18 +11,21 @@ from typing import Any
 import numpy as np
 
 from radargui.files import hdf5
-from radargui.files.bounded_file import BoundedFile
-from radargui.files.csv_file import LONGEST_HEADER
+from radargui.files.csv_layout import LONGEST_HEADER
 from radargui.files.export_facts import FORMAT, LARGEST_TEXT, ExportFacts, facts_of_table, facts_of_text, uncommented
-from radargui.files.mat_layout import CODES
-from radargui.files.mat_layout import FACTS as MAT_FACTS
+from radargui.files.mat_writer import CODES
+from radargui.files.mat_writer import FACTS as MAT_FACTS
 from radargui.files.refusal import reading
 from radargui.files.run_file import opened_run
-from radargui.files.sigmf_archive import LARGEST_META
-from radargui.files.sigmf_file import ARCHIVE_SUFFIX, META_SUFFIX
+from radargui.files.sigmf_file import ARCHIVE_SUFFIX, LARGEST_META, META_SUFFIX
 from radargui.files.sigmf_writer import FACTS as SIGMF_FACTS
+from radargui.files.tdms_file import opened_tdms
 from radargui.files.tdms_writer import FACTS as TDMS_FACTS
 from radargui.model.arrays import RawArray
+from radargui.model.errors import FileError
+
+_WRITTEN_BY = re.compile(r"\b(?:written )?by (.+)", re.DOTALL)
+"""In the text at the beginning of a MATLAB file, where other programs than MATLAB name themselves."""
 
 
 def own_setup_toml(path: Path) -> str:
@@ -41,6 +45,25 @@ def own_setup_toml(path: Path) -> str:
         find = sigmf_facts
     facts = find(path) if find else None
     return facts.setup_toml if facts else ""
+
+
+def source_program(path: Path) -> str:
+    """Return the program that a file says wrote it; empty where it does not say."""
+    suffix = path.suffix.lower()
+    try:
+        if suffix.startswith(ARCHIVE_SUFFIX):
+            with reading(path, "a SigMF recording"):
+                told = _sigmf_global(path).get("core:recorder")
+            return told[:80] if isinstance(told, str) else ""
+        if suffix == ".mat":
+            with path.open("rb") as file:
+                head = file.read(116).decode("ascii", "replace")
+            found = _WRITTEN_BY.search(head)
+            return found[1].strip(" .\0")[:80] if found else ""
+        facts = {".csv": csv_facts, ".tdms": tdms_facts}.get(suffix, lambda _: None)(path)
+    except (FileError, OSError):
+        return ""
+    return "RadarGUI" if facts else ""
 
 
 def csv_facts(path: Path) -> ExportFacts | None:
@@ -73,9 +96,7 @@ def mat_codes(path: Path, facts: ExportFacts) -> RawArray | None:
 
 def tdms_facts(path: Path) -> ExportFacts | None:
     """Return what the property `RadarGUI` of a TDMS file tells; None where it is no export of ours."""
-    from nptdms import TdmsFile
-
-    with reading(path, "an NI TDMS file"), BoundedFile(path) as stream, TdmsFile.open(stream) as file:
+    with opened_tdms(path) as file:
         text = file.properties.get(TDMS_FACTS)
     return facts_of_text(text) if isinstance(text, str) else None
 
@@ -83,10 +104,14 @@ def tdms_facts(path: Path) -> ExportFacts | None:
 def sigmf_facts(path: Path) -> ExportFacts | None:
     """Return what `radargui:facts` of a SigMF recording tells; None where it is no export of ours."""
     with reading(path, "a SigMF recording"):
-        text = _archived_meta(path) if path.suffix.lower() == ARCHIVE_SUFFIX else _meta(path)
-        metadata = json.loads(text)
+        table = _sigmf_global(path)
+    return facts_of_table(table.get(SIGMF_FACTS))
+
+
+def _sigmf_global(path: Path) -> dict[str, Any]:
+    metadata = json.loads(_archived_meta(path) if path.suffix.lower() == ARCHIVE_SUFFIX else _meta(path))
     table = metadata.get("global") if isinstance(metadata, dict) else None
-    return facts_of_table(table.get(SIGMF_FACTS)) if isinstance(table, dict) else None
+    return table if isinstance(table, dict) else {}
 
 
 def _meta(path: Path) -> str:
@@ -112,7 +137,7 @@ def _mat_variable(path: Path, name: str) -> Any:
 def _mat5_variable(path: Path, name: str) -> Any:
     from scipy.io import loadmat
 
-    from radargui.files.mat5_claims import sound_variables
+    from radargui.files.mat5 import sound_variables
 
     if name not in sound_variables(path):
         return None

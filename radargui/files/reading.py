@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from radargui.files.assemble import SAME_RATE, assemble
 from radargui.files.channel_map import ChannelMap, read_mapped
 from radargui.files.formats import RUN, format_of, list_channels
+from radargui.files.raw_file import RawLayout
 from radargui.files.refusal import listed
 from radargui.files.run_file import read_run
 from radargui.files.signals import ChannelInfo
@@ -23,9 +23,14 @@ _CANONICAL = re.compile(r"[IQ]\d+")
 
 
 def read_recording(
-    path: Path, *, channels: ChannelMap | None = None, rate_hz: float | None = None, any_names: bool = False
+    path: Path,
+    *,
+    channels: ChannelMap | None = None,
+    rate_hz: float | None = None,
+    any_names: bool = False,
+    raw: RawLayout | None = None,
 ) -> Recording:
-    """Return the recording in a file: RadarGUI run, CSV, MATLAB, TDMS or SigMF, by its suffix.
+    """Return the recording in a file: RadarGUI run, CSV, MATLAB, TDMS or SigMF by its suffix, else plain binary.
 
     Parameters
     ----------
@@ -37,17 +42,19 @@ def read_recording(
         Sample rate, where the file has none.
     any_names
         Take all channels under the names they have, whatever these are.
+    raw
+        How a plain binary file is laid out.
 
     Raises
     ------
     FileError
         Unreadable, no I and Q in it, no sample rate.
     UsageError
-        The map names files of its own.
+        The map names files of its own, or a layout is given for a file that has its own.
     """
-    kind = format_of(path)
+    kind = format_of(path, raw)
     if channels is not None:
-        return read_mapped(channels, file=path, rate_hz=rate_hz)
+        return read_mapped(channels, file=path, rate_hz=rate_hz, raw=raw)
     if kind is RUN:
         return _run(path, rate_hz)
     infos = kind.list(path)
@@ -93,4 +100,4 @@ def _run(path: Path, rate_hz: float | None) -> Recording:
         raise FileError(
             f"{path} was recorded at {own_hz:.6g} Hz, --rate-hz says {rate_hz:.6g} Hz.", remedy="Leave --rate-hz out."
         )
-    return replace(recording)
+    return recording

@@ -10,6 +10,7 @@ from pathlib import Path
 from radargui.model.errors import FileError, RadarGuiError
 
 SHOWN_NAMES = 24
+"""Names in one message: three receivers four times over. Chosen by hand."""
 
 
 def why(error: BaseException) -> str:
@@ -58,6 +59,14 @@ def resolved(path: Path, names: Sequence[str], present: Sequence[str], shown: Se
     return [own for own in found if own]
 
 
+def want_file(path: Path) -> None:
+    """Refuse, with a FileError, a path where no file is."""
+    if path.is_dir():
+        raise FileError(f"{path} is a folder, not a file.")
+    if not path.is_file():
+        raise FileError(f"{path}: no such file.", remedy="Check the path.")
+
+
 @contextmanager
 def reading(path: Path, what: str) -> Iterator[None]:
     """Turn whatever a library says about a damaged file into a FileError.
@@ -69,10 +78,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
     FileError
         Missing, empty, damaged, or another kind of file.
     """
-    if path.is_dir():
-        raise FileError(f"{path} is a folder, not a file.")
-    if not path.is_file():
-        raise FileError(f"{path}: no such file.", remedy="Check the path.")
+    want_file(path)
     if path.stat().st_size == 0:
         raise FileError(f"{path} is empty.")
     try:

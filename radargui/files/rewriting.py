@@ -20,6 +20,7 @@ from radargui.files.staged_file import StagedFile
 from radargui.model.errors import FileError
 
 _LEFT_BEHIND_S = 86_400.0
+"""Age of a half-written copy that nobody can be working on any more: no rewriting takes a day."""
 _numbers = itertools.count(1)
 
 

@@ -13,10 +13,8 @@ import numpy as np
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.lost_samples import are_possible
-from radargui.files.run_header import is_run, read_digitisation, read_trigger
-from radargui.files.run_results import read_summary, write_results
+from radargui.files.run_header import is_run, read_digitisation, read_trigger, whole_samples
 from radargui.files.seal import is_sound, rows_crc
-from radargui.files.whole_samples import whole_samples
 from radargui.model.arrays import RawArray
 from radargui.model.block import Gap
 from radargui.model.errors import FileError
@@ -24,18 +22,6 @@ from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.setup_file import parse_setup
 from radargui.model.truth import Truth
-
-__all__ = [
-    "Marker",
-    "read_markers",
-    "read_run",
-    "read_run_setup",
-    "read_run_truth",
-    "read_summary",
-    "run_is_complete",
-    "whole_samples",
-    "write_results",
-]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +91,15 @@ def read_markers(path: Path) -> tuple[Marker, ...]:
         Unreadable, or no run file.
     """
     with opened_run(path) as file:
-        if layout.MARKERS not in file:
-            return ()
-        rows = hdf5.dataset(file, layout.MARKERS, path, (1,))[:]
-        return tuple(Marker(int(row["index"]), _text(row["text"])) for row in rows)
+        return markers_in(file, path)
+
+
+def markers_in(file: Any, path: Path) -> tuple[Marker, ...]:
+    """Return the notes in an opened run file; FileError where they are damaged."""
+    if layout.MARKERS not in file:
+        return ()
+    rows = hdf5.dataset(file, layout.MARKERS, path, (1,))[:]
+    return tuple(Marker(int(row["index"]), _text(row["text"])) for row in rows)
 
 
 def read_run_truth(path: Path) -> Truth | None:

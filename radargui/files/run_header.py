@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from radargui import __version__
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.seal import seal
+from radargui.model.arrays import FloatArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError
 
@@ -60,11 +62,12 @@ def write_header(
         hdf5.put_text(place.attrs, "unit", digitisation.unit)
         hdf5.put_text(place.attrs, "stored_unit", stored_unit(digitisation))
         hdf5.put_texts(place.attrs, "channel_names", digitisation.channel_names)
-        place.attrs["channel_skew_s"] = float(digitisation.channel_skew_s)
+        if digitisation.channel_skew_s is not None:
+            place.attrs["channel_skew_s"] = float(digitisation.channel_skew_s)
         hdf5.put_text(place.attrs, "device", digitisation.device)
         hdf5.put_text(place.attrs, "started_at", started_at)
         if digitisation.scaling is not None:
-            place.attrs["scaling"] = _padded(digitisation.scaling)
+            place.attrs["scaling"] = padded(digitisation.scaling)
     write_trigger(file, None, digitisation.sample_rate_hz)
 
 
@@ -104,12 +107,12 @@ def read_digitisation(raw: Any, path: Path) -> Digitisation:
     names = tuple(_as_text(name) for name in np.atleast_1d(attributes.get("channel_names", [])))
     if len(names) != raw.shape[0] or len(set(names)) != len(names):
         raise FileError(f"{path}: {len(names)} channel names for {raw.shape[0]} channels.")
-    skew_s = hdf5.number(attributes, "channel_skew_s") or 0.0
+    skew_s = hdf5.number(attributes, "channel_skew_s")
     return Digitisation(
         channel_names=names,
         sample_rate_hz=rate_hz,
         scaling=_scaling(raw, path),
-        channel_skew_s=skew_s if math.isfinite(skew_s) else 0.0,
+        channel_skew_s=skew_s if skew_s is not None and math.isfinite(skew_s) else None,
         unit=hdf5.text(attributes, "unit") or "V",
         device=hdf5.text(attributes, "device"),
     )
@@ -132,11 +135,9 @@ def _scaling(raw: Any, path: Path) -> tuple[tuple[float, ...], ...] | None:
     return tuple(_trimmed(row) for row in table.tolist())
 
 
-def _padded(scaling: tuple[tuple[float, ...], ...]) -> Any:
-    table = np.zeros((len(scaling), max(len(row) for row in scaling)))
-    for row, coefficients in zip(table, scaling, strict=True):
-        row[: len(coefficients)] = coefficients
-    return table
+def padded(scaling: tuple[tuple[float, ...], ...]) -> FloatArray:
+    """Return the coefficients of each channel in a row, the missing ones 0, shape (n_channels, most coefficients)."""
+    return np.array(list(zip_longest(*scaling, fillvalue=0.0)), dtype=np.float64).T
 
 
 def _trimmed(row: list[float]) -> tuple[float, ...]:
@@ -149,6 +150,34 @@ def _as_text(name: Any) -> str:
     return name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)
 
 
+def whole_samples(raw: Any) -> int:
+    """Return how many samples lie before the first chunk that a crash kept from the disk."""
+    n_channels, count = raw.shape
+    if raw.chunks is None:
+        return int(count)
+    length = raw.chunks[1]
+    if raw.id.get_num_chunks() == n_channels * -(-count // length):
+        return int(count)
+    for first in range(0, count, length):
+        for channel in range(n_channels):
+            if raw.id.get_chunk_info_by_coord((channel, first)).byte_offset is None:
+                return first
+    return int(count)
+
+
 def is_run(file: Any) -> bool:
-    """Return whether an opened HDF5 file is a run file of this program."""
+    """Return whether an opened HDF5 file is a run file of this program.
+
+    Raises
+    ------
+    FileError
+        It is one of a newer version.
+    """
+    version = hdf5.number(file.attrs, "format_version")
+    if hdf5.text(file.attrs, "format") == layout.FORMAT and version is not None and version > layout.FORMAT_VERSION:
+        raise FileError(
+            f"{file.filename} was written by a newer version of RadarGUI (its format is {version:g}, this one knows "
+            f"{layout.FORMAT_VERSION}).",
+            remedy="Open it with that version, or update this one.",
+        )
     return hdf5.text(file.attrs, "format") == layout.FORMAT or isinstance(file.get(layout.RAW), h5py.Dataset)

@@ -21,8 +21,11 @@ THUMBNAIL = "thumbnail"
 NO_TRIGGER = -1
 
 CHUNK_S = 0.5
+"""What a crash may cost, and how often the disk is written to."""
 LARGEST_CHUNK = 1 << 18
+"""Samples of one channel: 0.5 to 2 MB, in memory once a channel while they are compressed. Chosen by hand."""
 COMPRESSION = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+"""0.70 to 0.80 of the size for about 1 % of a core; any HDF5 library reads it."""
 
 REASON_BYTES = 80
 GAP_TYPE = np.dtype(

@@ -13,9 +13,8 @@ from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.overview import OverviewMaker, write_overview
 from radargui.files.rewriting import copy_attribute, rewritten
-from radargui.files.run_header import read_digitisation, stored_unit, write_end
+from radargui.files.run_header import read_digitisation, stored_unit, whole_samples, write_end
 from radargui.files.seal import rows_crc, seal
-from radargui.files.whole_samples import whole_samples
 from radargui.model.errors import FileError
 
 ASIDE = ".unfinished"

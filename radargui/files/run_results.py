@@ -22,7 +22,7 @@ from radargui.files.run_health import health_in, put_health
 from radargui.files.seal import is_sound, seal
 from radargui.files.stored_front_ends import PRIOR
 from radargui.files.stored_results import keep_earlier
-from radargui.files.summary import summarise
+from radargui.files.summary import summarise, summary_in
 from radargui.files.thumbnail import put_thumbnail
 from radargui.model.errors import FileError
 from radargui.model.result import RunResult
@@ -88,8 +88,7 @@ def read_summary(path: Path) -> dict[str, object] | None:
             return None
         if not is_sound(file[layout.RESULTS].attrs):
             raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
-        summary = json.loads(hdf5.text(file[layout.RESULTS].attrs, "summary") or "null")
-    return summary if isinstance(summary, dict) else None
+        return summary_in(file[layout.RESULTS]) or None
 
 
 def results_are_current(path: Path, setup: Setup) -> bool:
@@ -103,8 +102,8 @@ def results_are_current(path: Path, setup: Setup) -> bool:
     with hdf5.opened(path, "a run file", is_run) as file:
         if layout.RESULTS not in file or not is_sound(file[layout.RESULTS].attrs):
             return False
-        summary = json.loads(hdf5.text(file[layout.RESULTS].attrs, "summary") or "null")
-        return isinstance(summary, dict) and not summary.get("preliminary") and are_made_of(file, setup)
+        summary = summary_in(file[layout.RESULTS])
+        return bool(summary) and not summary.get("preliminary") and are_made_of(file, setup)
 
 
 def are_made_of(file: Any, setup: Setup) -> bool:
@@ -155,6 +154,8 @@ def _write_values(group: Any, result: RunResult, chunk: int) -> None:
         paths = group.require_group("paths")
         _write_columns(paths, result.paths, ("phase_rad",), chunk, np.float32)
         _write_columns(paths, result.paths, ("change_m", "u_m", "valid"), chunk)
+        if result.paths.piece is not None:
+            _write_columns(paths, result.paths, ("piece",), chunk, np.int32)
     if result.track is not None:
         track = group.require_group("track")
         _write_columns(track, result.track, ("time_s", "position_m", "u_position_m", "valid"), chunk)

@@ -54,8 +54,8 @@ def read_run_signals(path: Path, names: Sequence[str]) -> Signals:
     )
 
 
-def skew_of_rows(skew_s: float, rows: Sequence[int], path: Path) -> float:
-    """Return the delay of each chosen channel against the one chosen before.
+def skew_of_rows(skew_s: float | None, rows: Sequence[int], path: Path) -> float | None:
+    """Return the delay of each chosen channel against the one chosen before; None where it cannot be known.
 
     Raises
     ------
@@ -63,8 +63,10 @@ def skew_of_rows(skew_s: float, rows: Sequence[int], path: Path) -> float:
         They do not follow one another in steps of the same length.
     """
     steps = {later - earlier for earlier, later in pairwise(rows)}
-    if skew_s == 0.0 or not steps:
-        return 0.0
+    if not skew_s:
+        return skew_s
+    if not steps:
+        return None
     if len(steps) > 1 or min(steps) < 1:
         raise FileError(f"{path}: its channels were sampled one after another and cannot be put in this order.")
     return skew_s * steps.pop()

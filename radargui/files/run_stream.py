@@ -12,8 +12,9 @@ import numpy as np
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.export_facts import ExportFacts
-from radargui.files.run_file import opened_run, read_gaps, read_markers, whole_samples
-from radargui.files.run_header import read_digitisation, read_trigger
+from radargui.files.progress import Progress, silent
+from radargui.files.run_file import markers_in, opened_run, read_gaps
+from radargui.files.run_header import read_digitisation, read_trigger, whole_samples
 from radargui.files.seal import rows_crc
 from radargui.model.arrays import RawArray
 from radargui.model.errors import FileError
@@ -27,16 +28,16 @@ class RunStream:
 
     def __init__(self, file: Any, path: Path, facts: ExportFacts) -> None:
         self._file = file
-        self._path = path
+        self.path = path
         self.facts = facts
 
-    @property
-    def path(self) -> Path:
-        """The run file."""
-        return self._path
-
-    def pieces(self) -> Iterator[RawArray]:
+    def pieces(self, tell: Progress = silent) -> Iterator[RawArray]:
         """Yield the stored samples in order, untouched, shape (n_channels, at most PIECE), checked at the end.
+
+        Parameters
+        ----------
+        tell
+            Called with the share done after each piece.
 
         Raises
         ------
@@ -48,15 +49,13 @@ class RunStream:
         # Whole chunks of the file: each is inflated once only.
         length = max(PIECE // raw.chunks[1], 1) * raw.chunks[1] if raw.chunks else PIECE
         for first in range(0, self.facts.n_samples, length):
-            try:
-                piece = raw[:, first : min(first + length, self.facts.n_samples)]
-            except (OSError, RuntimeError, ValueError) as error:
-                raise FileError(f"{self._path}: its samples are damaged.") from error
+            piece = self.part(first, min(first + length, self.facts.n_samples))
             crcs = rows_crc(piece, crcs)
             yield piece
+            tell((first + piece.shape[1]) / self.facts.n_samples)
         attributes = self._file.attrs
         if "crc32" in attributes and crcs != np.ravel(attributes["crc32"]).tolist():
-            raise FileError(f"{self._path}: its samples are damaged.", remedy="Take the file from a backup.")
+            raise FileError(f"{self.path}: its samples are damaged.", remedy="Take the file from a backup.")
 
     def part(self, first: int, last: int) -> RawArray:
         """Return the stored samples first:last, untouched.
@@ -69,7 +68,7 @@ class RunStream:
         try:
             return np.asarray(self._file[layout.RAW][:, first:last])
         except (OSError, RuntimeError, ValueError) as error:
-            raise FileError(f"{self._path}: its samples are damaged.") from error
+            raise FileError(f"{self.path}: its samples are damaged.") from error
 
 
 @contextmanager
@@ -88,7 +87,6 @@ def run_stream(path: Path, session: Mapping[str, str] | None = None) -> Iterator
     FileError
         Unreadable, damaged, or no run file.
     """
-    markers = read_markers(path)
     with opened_run(path) as file:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
         facts = ExportFacts(
@@ -98,7 +96,7 @@ def run_stream(path: Path, session: Mapping[str, str] | None = None) -> Iterator
             gaps=read_gaps(file, path),
             trigger_index=read_trigger(raw.attrs),
             started_at=hdf5.text(raw.attrs, "started_at"),
-            markers=markers,
+            markers=markers_in(file, path),
             setup_toml=hdf5.text(file.attrs, "setup"),
             session=dict(session or {}),
         )

@@ -21,15 +21,15 @@ from radargui.files.refusal import why
 from radargui.files.run_header import Attribute, stored_unit, write_end, write_header, write_trigger
 from radargui.files.run_health import put_health
 from radargui.files.seal import rows_crc
-from radargui.files.staged_file import StagedFile
+from radargui.files.staged_file import StagedFile, TakenAwayError
 from radargui.model.arrays import RawArray
 from radargui.model.block import Block
 from radargui.model.digitisation import Digitisation
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, FileLostError
 from radargui.model.truth import Truth
 
 RESERVE_BYTES = 4_000_000
-"""A recording ends when less than this is free on the disk."""
+"""A recording ends when less than this is free on the disk, so that the file can still be closed. Chosen by hand."""
 
 
 class RunExistsError(FileError):
@@ -51,8 +51,7 @@ class RunWriter:
     started_at
         ISO 8601 date and time of the first sample.
     trigger_index
-        Index of the trigger, counted from the first sample written, lost samples included; None where there is none
-        (yet: see `set_trigger`).
+        Index of the trigger, counted from the first sample written, lost samples included; None where there is none.
     setup_toml
         The setup as TOML text.
     attributes
@@ -76,8 +75,8 @@ class RunWriter:
         setup_toml: str = "",
         attributes: Mapping[str, Attribute] | None = None,
     ) -> None:
-        self._path = path
-        self._digitisation = digitisation
+        self.path = path
+        self.digitisation = digitisation
         self._lock = threading.RLock()
         self._count = 0
         self._filled = 0
@@ -103,16 +102,6 @@ class RunWriter:
             raise
 
     @property
-    def path(self) -> Path:
-        """Where the file is."""
-        return self._path
-
-    @property
-    def digitisation(self) -> Digitisation:
-        """How the samples were digitised."""
-        return self._digitisation
-
-    @property
     def count(self) -> int:
         """Samples of each channel taken so far, lost ones not counted."""
         return self._count
@@ -130,6 +119,8 @@ class RunWriter:
         FileError
             The disk is full or failed, the block does not fit this file, or the writer is closed. What was written
             before stays readable.
+        FileLostError
+            Somebody deleted or cut the file, which is looked at whenever samples go to the disk, twice a second.
         """
         with self._lock:
             self._opened()
@@ -140,11 +131,6 @@ class RunWriter:
                 self._add_gap(block)
             self._next_index = block.end_index
             self._append(block.samples)
-
-    def set_trigger(self, index: int | None) -> None:
-        """Set the trigger (t = 0 of the run), counted from the first sample written, lost samples included."""
-        with self._lock, self._guarded() as file:
-            write_trigger(file, index, self._digitisation.sample_rate_hz)
 
     def add_marker(self, index: int, text: str) -> None:
         """Keep an operator's note at a sample, counted from the first sample written, lost samples included."""
@@ -192,7 +178,7 @@ class RunWriter:
             self._write_rows()
             with self._guarded() as file:
                 if self._free_bytes() > 2 * RESERVE_BYTES:
-                    write_overview(file, self._overview, stored_unit(self._digitisation))
+                    write_overview(file, self._overview, stored_unit(self.digitisation))
                 write_end(file, self._count, self._crcs, complete=complete)
             self._let_go(whole=True)
 
@@ -212,12 +198,12 @@ class RunWriter:
         samples = block.samples
         if samples.ndim != 2 or samples.shape[0] != self._buffer.shape[0] or samples.dtype != self._buffer.dtype:
             raise FileError(
-                f"{self._path}: a block of {samples.dtype} {samples.shape} does not fit a run of "
+                f"{self.path}: a block of {samples.dtype} {samples.shape} does not fit a run of "
                 f"{self._buffer.shape[0]} channels of {self._buffer.dtype}."
             )
         if self._first_index is not None and block.first_index < self._next_index:
             raise FileError(
-                f"{self._path}: a block starts at sample {block.first_index}, "
+                f"{self.path}: a block starts at sample {block.first_index}, "
                 f"but samples up to {self._next_index} are written already."
             )
 
@@ -251,13 +237,13 @@ class RunWriter:
         if self._free_bytes() < RESERVE_BYTES:
             self._let_go()
             raise FileError(
-                f"{self._path}: the disk is full; {self._kept()}.",
+                f"{self.path}: the disk is full; {self._kept()}.",
                 remedy="Make room on the disk or choose another data folder.",
             )
 
     def _free_bytes(self) -> float:
         try:
-            return shutil.disk_usage(self._path.parent).free
+            return shutil.disk_usage(self.path.parent).free
         except OSError:
             return math.inf
 
@@ -269,11 +255,11 @@ class RunWriter:
 
     def _kept(self) -> str:
         written = self._count - self._filled
-        return f"the first {written / self._digitisation.sample_rate_hz:.3g} s of the recording are kept"
+        return f"the first {written / self.digitisation.sample_rate_hz:.3g} s of the recording are kept"
 
     def _opened(self) -> Any:
         if self._file is None:
-            raise FileError(f"{self._path} is closed: nothing more can be written to it.")
+            raise FileError(f"{self.path} is closed: nothing more can be written to it.")
         return self._file
 
     @contextmanager
@@ -284,10 +270,16 @@ class RunWriter:
             yield file
             file.flush()
             self._staged.commit()
+        except TakenAwayError as error:
+            self._let_go()
+            raise FileLostError(
+                f"{self.path} {error} while it was being recorded: its first "
+                f"{(self._count - self._filled) / self.digitisation.sample_rate_hz:.3g} s are not there any more."
+            ) from None
         except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
             self._let_go()
             raise FileError(
-                f"{self._path}: writing failed: {why(error)} What was written stays: {self._kept()}.",
+                f"{self.path}: writing failed: {why(error)} What was written stays: {self._kept()}.",
                 reasons=("the disk is full", "the disk was taken away"),
                 remedy="Make room on the disk or choose another data folder.",
             ) from error

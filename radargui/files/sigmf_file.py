@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tarfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from radargui.files.refusal import reading, resolved
-from radargui.files.sigmf_archive import LARGEST_META, want_plain_archive
 from radargui.files.signals import ChannelInfo, Signal, Signals
 from radargui.model.block import Gap
 from radargui.model.digitisation import iq_names
@@ -21,7 +21,10 @@ from radargui.model.errors import FileError
 
 WHAT = "a SigMF recording"
 META_SUFFIX, DATA_SUFFIX, ARCHIVE_SUFFIX = ".sigmf-meta", ".sigmf-data", ".sigmf"
+LARGEST_META = 50_000_000
+"""Bytes of metadata that are read: a capture for each of 100 000 gaps fits. Chosen by hand."""
 MOST_CHANNELS = 64
+"""As many as a large board has; a damaged number of channels would make as many columns. Chosen by hand."""
 FULL_SCALE = "full scale"
 """SigMF knows no volts: fixed-point codes are parts of full scale."""
 
@@ -103,7 +106,7 @@ def _opened(path: Path) -> Any:
     from sigmf.sigmffile import SigMFFile
 
     if path.suffix.lower() == ARCHIVE_SUFFIX:
-        want_plain_archive(path)
+        _want_plain_archive(path)
         return sigmf.fromarchive(str(path), autoscale=False)
     meta = path.with_suffix(META_SUFFIX)
     if not meta.is_file():
@@ -122,6 +125,27 @@ def _opened(path: Path) -> Any:
     skipped += sum(int(capture.get("core:header_bytes", 0)) for capture in metadata["captures"])
     _count(facts, metadata.get("annotations", []), data.stat().st_size - skipped)
     return SigMFFile(metadata=metadata, data_file=str(data), autoscale=False)
+
+
+def _want_plain_archive(path: Path) -> None:
+    """Refuse an archive that is compressed, sparse, cut off, or whose metadata are larger than metadata can be.
+
+    The library reads all metadata into memory and takes any compression, which can swell without end.
+
+    Raises
+    ------
+    ValueError
+        It is so.
+    tarfile.TarError
+        It is no archive, or compressed.
+    """
+    held = path.stat().st_size
+    with tarfile.open(path, "r:") as archive:
+        for member in archive:
+            if member.issparse() or member.offset_data + member.size > held:
+                raise ValueError(f"{member.name[:60]} in it claims more than the archive holds")
+            if member.name.endswith(".sigmf-meta") and member.size > LARGEST_META:
+                raise ValueError("its metadata are larger than metadata can be")
 
 
 def _count(facts: dict[str, Any], annotations: list[dict[str, Any]], size: int) -> tuple[int, int]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -35,14 +34,12 @@ def write_sigmf(run: RunStream, meta: Path, data: Path, tell: Progress) -> None:
     is_paired = len(names) % 2 == 0 and all(_PAIRED.fullmatch(name) for name in names)
     is_code = facts.digitisation.scaling is not None
     kind, dtype = ("i16", "<i2") if is_code else ("f64", "<f8")
-    digest, done = hashlib.sha512(), 0
+    digest = hashlib.sha512()
     with data.open("wb") as file:
-        for piece in run.pieces():
+        for piece in run.pieces(tell):
             content = np.ascontiguousarray(piece.T, dtype=dtype).tobytes()
             digest.update(content)
             file.write(content)
-            done += piece.shape[1]
-            tell(done / max(facts.n_samples, 1))
     metadata = {
         "global": {
             "core:datatype": f"{'c' if is_paired else 'r'}{kind}_le",
@@ -81,9 +78,8 @@ def _captures(facts: ExportFacts) -> list[dict[str, Any]]:
         {"core:sample_start": stored, "core:global_index": absolute}
         for stored, absolute in stored_starts(facts.gaps, facts.n_samples)
     ]
-    start = _utc(facts.started_at)
-    if start:
-        captures[0]["core:datetime"] = start
+    if (start := facts.started_utc()) is not None:
+        captures[0]["core:datetime"] = start.isoformat(timespec="microseconds") + "Z"
     return captures
 
 
@@ -98,11 +94,3 @@ def _annotations(facts: ExportFacts) -> list[dict[str, Any]]:
         if 0 <= stored < facts.n_samples:
             found.append({"core:sample_start": stored, "core:sample_count": 1, "core:comment": text})
     return found
-
-
-def _utc(started_at: str) -> str:
-    try:
-        start = datetime.fromisoformat(started_at)
-    except ValueError:
-        return ""
-    return start.astimezone(UTC).replace(tzinfo=None).isoformat(timespec="microseconds") + "Z"

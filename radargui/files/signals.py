@@ -70,7 +70,7 @@ class Signals:
     gaps
         Lost samples that the file tells of.
     channel_skew_s
-        Delay of each channel against the one before.
+        Delay of each channel against the one before; None where the file does not say.
     started_at
         ISO 8601 date and time of the first sample; empty where unknown.
     device
@@ -83,7 +83,7 @@ class Signals:
     sample_rate_hz: float | None = None
     time_s: FloatArray | None = field(default=None, repr=False)
     gaps: tuple[Gap, ...] = ()
-    channel_skew_s: float = 0.0
+    channel_skew_s: float | None = None
     started_at: str = ""
     device: str = ""
     trigger_index: int | None = None

@@ -14,6 +14,11 @@ from pathlib import Path
 from typing import Any
 
 _LARGEST_STAGE = 16_000_000
+"""Bytes held in memory by a file that commits by itself. Chosen by hand."""
+
+
+class TakenAwayError(OSError):
+    """Somebody deleted, replaced or cut the file while it was open."""
 
 
 class StagedFile(io.RawIOBase):
@@ -34,9 +39,10 @@ class StagedFile(io.RawIOBase):
         The file cannot be made; FileExistsError where it is there.
     """
 
-    def __init__(self, path: Path, *, exclusive: bool = True, automatic: bool = False) -> None:
+    def __init__(self, path: Path, *, automatic: bool = False) -> None:
         super().__init__()
-        self._file = path.open("xb+" if exclusive else "wb+", buffering=0)
+        self._path = path
+        self._file = path.open("xb+", buffering=0)
         self._automatic = automatic
         self._staged: list[tuple[int, bytes]] = []
         self._n_staged = 0
@@ -59,9 +65,12 @@ class StagedFile(io.RawIOBase):
         ------
         OSError
             The disk is full or failed; then the file is as it was after the commit before, and stays so.
+        TakenAwayError
+            The file is not there any more, or shorter than it was.
         """
         if self._error is not None:
             raise self._error
+        self._want_in_place()
         before: list[tuple[int, bytes]] = []
         try:
             self._extend()
@@ -160,6 +169,21 @@ class StagedFile(io.RawIOBase):
             if low < high:
                 held[low - first : high - first] = data[low - place : high - place]
         return bytes(held)
+
+    def _want_in_place(self) -> None:
+        """Make sure that what is written can be found again: an open file takes writes also when it was deleted."""
+        here = os.fstat(self._file.fileno())
+        try:
+            there = self._path.stat()
+        except OSError:
+            self._error = TakenAwayError("was deleted or moved")
+            raise self._error from None
+        if not os.path.samestat(here, there):
+            self._error = TakenAwayError("was replaced by another file")
+        elif here.st_size < self._on_disk:
+            self._error = TakenAwayError("was cut off")
+        if self._error is not None:
+            raise self._error
 
     def _extend(self) -> None:
         if self._size > self._on_disk:

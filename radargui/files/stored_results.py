@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from radargui.files import run_layout as layout
 from radargui.files.rewriting import copy_attribute
 from radargui.files.run_header import is_run
 from radargui.files.seal import is_sound
+from radargui.files.summary import summary_in
 from radargui.files.thumbnail import Thumbnail, thumbnail_in
 from radargui.model.errors import FileError
 from radargui.model.setup import Setup
@@ -109,10 +109,9 @@ def made_by(group: Any) -> tuple[str, str]:
 def _result(group: Any, path: Path, is_present: bool) -> StoredResult:
     if not is_sound(group.attrs):
         raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
-    summary = json.loads(hdf5.text(group.attrs, "summary") or "null")
     version, setup_toml = made_by(group)
     return StoredResult(
-        summary if isinstance(summary, dict) else {},
+        summary_in(group),
         hdf5.text(group.attrs, "processed_at"),
         version,
         setup_toml,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
+from typing import Any
 
 from radargui import __version__
+from radargui.files import hdf5
 from radargui.model.result import RunResult
 
 _VERDICTS = ("rejected", "usable", "good")
@@ -23,7 +26,7 @@ def summarise(result: RunResult) -> dict[str, object]:
     dict
         `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `g_m_s2`, `u_g_m_s2`, `correction`,
         `geometry`, `version`, `n_bounces` (all impacts), `verdict` (the worst receiver's), `preliminary` (see
-        `RunResult`). JSON can hold it.
+        `RunResult`), `from_rest` (whether the rest before the motion was recorded). JSON can hold it.
     """
     bounce = next((bounce for bounce in result.bounces.impacts[:1] if bounce.valid), None)
     fall = result.bounces.free_fall
@@ -44,7 +47,14 @@ def summarise(result: RunResult) -> dict[str, object]:
         "n_bounces": len(result.bounces.impacts),
         "verdict": next((verdict for verdict in _VERDICTS if verdict in verdicts), None),
         "preliminary": result.preliminary,
+        "from_rest": result.segment is not None and result.segment.has_rest,
     }
+
+
+def summary_in(results: Any) -> dict[str, object]:
+    """Return the summary stored in a group of results; empty where there is none."""
+    summary = json.loads(hdf5.text(results.attrs, "summary") or "null")
+    return summary if isinstance(summary, dict) else {}
 
 
 def _finite(value: float) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -10,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from radargui.files.bounded_file import BoundedFile
 from radargui.files.refusal import listed, reading, resolved
 from radargui.files.signals import ChannelInfo, Signal, Signals
 from radargui.files.tdms_scaling import code_polynomial, is_sound
@@ -21,6 +21,7 @@ from radargui.model.errors import FileError
 WHAT = "an NI TDMS file"
 _VOLTS = {"volts": "V", "volt": "V"}
 _COMPARED = 4096
+"""Values on which our scaling must agree with the library's: enough to meet most codes of a signal."""
 
 
 def list_tdms(path: Path) -> tuple[ChannelInfo, ...]:
@@ -31,7 +32,7 @@ def list_tdms(path: Path) -> tuple[ChannelInfo, ...]:
     FileError
         Unreadable or no TDMS file.
     """
-    with _opened(path) as file:
+    with opened_tdms(path) as file:
         return tuple(
             ChannelInfo(name, len(channel), _rate(channel), _unit(channel))
             for name, channel in _named(file, path).items()
@@ -46,7 +47,7 @@ def read_tdms(path: Path, names: Sequence[str]) -> Signals:
     FileError
         Unreadable, no TDMS file, cut off, a channel missing, channels of different rates.
     """
-    with _opened(path) as file:
+    with opened_tdms(path) as file:
         named = _named(file, path)
         known = {**named, **{f"{one.group_name}/{one.name}": one for one in named.values()}}
         chosen = [known[name] for name in resolved(path, names, list(known), list(named))]
@@ -56,19 +57,41 @@ def read_tdms(path: Path, names: Sequence[str]) -> Signals:
             told = ", ".join("none" if rate is None else f"{rate:g} Hz" for rate in rates)
             raise FileError(f"{path}: its channels {listed(names)} have different sample rates: {told}.")
         signals = tuple(_signal(name, channel) for name, channel in zip(names, chosen, strict=True))
-        started_at = _started(chosen[0]) if chosen else ""
+        started_at = next(filter(None, map(_started, chosen)), "")
         return Signals(signals, sample_rate_hz=rates.pop() if rates else None, started_at=started_at)
 
 
+class _BoundedFile(io.BufferedReader):
+    """A file for parsers that believe sizes in headers: its `read` allocates what is left in it at most.
+
+    Python makes room for all that is asked for before it reads; a damaged size of four gigabytes would fill memory.
+
+    Parameters
+    ----------
+    path
+        File to open.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(io.FileIO(path, "r"))
+        self._size = path.stat().st_size
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Return the next bytes, at most `size`; all that is left where it is negative or None."""
+        left = max(self._size - self.tell(), 0)
+        return super().read(left if size is None or size < 0 else min(size, left))
+
+
 @contextmanager
-def _opened(path: Path) -> Iterator[Any]:
+def opened_tdms(path: Path) -> Iterator[Any]:
+    """Open a TDMS file with the library, its samples unread; a FileError where it is none or damaged."""
     from nptdms import TdmsFile
     from nptdms.log import log_manager
 
     # Its notes on damaged bytes would go to the terminal; what matters of them is said by a FileError.
     log_manager.set_level(logging.CRITICAL)
     # An opened file and not its path: the library would believe an index file that lies beside it.
-    with reading(path, WHAT), BoundedFile(path) as stream:
+    with reading(path, WHAT), _BoundedFile(path) as stream:
         magic = stream.read(4)
         if magic != b"TDSm":
             raise FileError(f"{path} is no TDMS file.")
@@ -143,8 +166,9 @@ def _unit(channel: Any) -> str:
 
 
 def _started(channel: Any) -> str:
-    # 1904 is the zero of LabVIEW's clock: no date was set.
-    start = channel.properties.get("wf_start_time")
-    if not isinstance(start, np.datetime64) or start < np.datetime64("1970-01-02"):
-        return ""
-    return f"{np.datetime_as_string(start, unit='us')}+00:00"
+    for key in ("wf_start_time", "NI_ExpStartTimeStamp"):
+        start = channel.properties.get(key)
+        # 1904 is the zero of LabVIEW's clock: no date was set.
+        if isinstance(start, np.datetime64) and start >= np.datetime64("1970-01-02"):
+            return f"{np.datetime_as_string(start, unit='us')}+00:00"
+    return ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +28,6 @@ def write_tdms(run: RunStream, path: Path, tell: Progress) -> None:
     group = facts.name
     names = facts.digitisation.channel_names
     properties = [_properties(facts, place) for place in range(len(names))]
-    done = 0
     with TdmsWriter(path) as writer:
         writer.write_segment(
             [
@@ -38,12 +36,10 @@ def write_tdms(run: RunStream, path: Path, tell: Progress) -> None:
                 *(ChannelObject(group, name, None, own) for name, own in zip(names, properties, strict=True)),
             ]
         )
-        for piece in run.pieces():
+        for piece in run.pieces(tell):
             writer.write_segment(
                 [ChannelObject(group, name, np.ascontiguousarray(row)) for name, row in zip(names, piece, strict=True)]
             )
-            done += piece.shape[1]
-            tell(done / max(facts.n_samples, 1))
 
 
 def _properties(facts: ExportFacts, place: int) -> dict[str, Any]:
@@ -53,11 +49,11 @@ def _properties(facts: ExportFacts, place: int) -> dict[str, Any]:
         "wf_start_offset": 0.0,
         "wf_samples": 1,
         "unit_string": known.unit,
-        "channel_skew_s": known.channel_skew_s,
     }
-    start = _utc(facts.started_at)
-    if start is not None:
-        properties["wf_start_time"] = start
+    if known.channel_skew_s is not None:
+        properties["channel_skew_s"] = known.channel_skew_s
+    if (start := facts.started_utc()) is not None:
+        properties["wf_start_time"] = np.datetime64(start, "us")
     if known.scaling is not None:
         properties |= _scale(known.scaling[place])
     return properties
@@ -80,11 +76,3 @@ def _scale(coefficients: tuple[float, ...]) -> dict[str, Any]:
         "NI_Scale[0]_Polynomial_Input_Source": np.uint32(0xFFFFFFFF),
     }
     return scale | {f"NI_Scale[0]_Polynomial_Coefficients[{k}]": value for k, value in enumerate(coefficients)}
-
-
-def _utc(started_at: str) -> np.datetime64 | None:
-    try:
-        start = datetime.fromisoformat(started_at)
-    except ValueError:
-        return None
-    return np.datetime64(start.astimezone(UTC).replace(tzinfo=None), "us")

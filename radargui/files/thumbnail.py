@@ -12,10 +12,13 @@ from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.run_header import is_run
 from radargui.model.arrays import FloatArray
+from radargui.model.decimation import lowest_and_highest
 from radargui.model.result import RunResult
 
 BINS = 128
+"""As many as the picture in a list has pixels."""
 _MARGIN = 0.1
+"""Share of the motion shown before and after it. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +47,14 @@ def put_thumbnail(group: Any, result: RunResult) -> None:
     z, t = track.position_m[2, first:last], track.time_s[first:last]
     size = max(1, -(-z.size // BINS))
     whole = z.size // size * size
-    binned = z[:whole].reshape(-1, size)
-    ends = np.stack([np.fmin.reduce(binned, axis=1), np.fmax.reduce(binned, axis=1)], axis=1).ravel()
-    places = np.repeat(t[:whole].reshape(-1, size)[:, size // 2], 2)
+    ends = np.stack(lowest_and_highest(z[:whole], size), axis=1)
+    if result.paths is not None:
+        restarts = result.paths.restarts() - first
+        # unknown, so that no line joins two pieces
+        ends[restarts[(restarts >= 0) & (restarts < whole)] // size] = np.nan
+    places = np.repeat(t[size // 2 : whole : size], 2)
     thumbnail = group.create_group(layout.THUMBNAIL)
-    for name, values, unit in (("time_s", places, "s"), ("z_m", ends, "m")):
+    for name, values, unit in (("time_s", places, "s"), ("z_m", ends.ravel(), "m")):
         hdf5.put_text(thumbnail.create_dataset(name, data=values).attrs, "unit", unit)
 
 

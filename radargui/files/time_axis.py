@@ -11,7 +11,8 @@ from radargui.model.block import Gap
 from radargui.model.errors import FileError
 
 LARGEST_DEPARTURE = 0.6
-"""In samples: how far a time may lie from where uniform sampling puts it."""
+"""In samples: how far a time may lie from where uniform sampling puts it: rounding reaches 0.5, the rate's own error a
+little more."""
 
 
 def uniform(time_s: FloatArray, where: str) -> tuple[float, tuple[Gap, ...]]:

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, get_args
 
-import h5py
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
@@ -17,7 +17,6 @@ from radargui.files.run_header import is_run
 from radargui.files.run_results import are_made_of
 from radargui.files.seal import is_sound
 from radargui.files.stored_front_ends import prior_in
-from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import FileError
 from radargui.model.path import PathLengths
@@ -95,13 +94,14 @@ class _Stored:
         if "paths" not in self._group:
             return None
         group, shape = self._group["paths"], (recording.n_receivers, recording.n_samples)
-        change_m = self._floats(group, "change_m", shape)
+        change_m = self._values(group, "change_m", shape)
         return PathLengths(
             recording.time_s(),
             change_m / _per_rad(setup),
             change_m,
-            self._floats(group, "u_m", shape),
-            self._mask(group, "valid", shape),
+            self._values(group, "u_m", shape),
+            self._values(group, "valid", shape, np.bool_),
+            self._values(group, "piece", shape[1:], np.intp) if "piece" in group else None,
         )
 
     def _corrected(self, paths: PathLengths, setup: Setup) -> CorrectedIQ:
@@ -113,8 +113,8 @@ class _Stored:
             raise ValueError("channels")
         return CorrectedIQ(
             paths.time_s,
-            self._floats(group, "i", shape),
-            self._floats(group, "q", shape),
+            self._values(group, "i", shape),
+            self._values(group, "q", shape),
             paths.valid,
             paths.u_m / _per_rad(setup),
             self._text("correction"),
@@ -127,9 +127,9 @@ class _Stored:
         group, count = self._group["track"], recording.n_samples
         return Track(
             recording.time_s(),
-            self._floats(group, "position_m", (3, count)),
-            self._floats(group, "u_position_m", (3, count)),
-            self._mask(group, "valid", (count,)),
+            self._values(group, "position_m", (3, count)),
+            self._values(group, "u_position_m", (3, count)),
+            self._values(group, "valid", (count,), np.bool_),
             self._text("geometry"),
         )
 
@@ -141,17 +141,11 @@ class _Stored:
             raise ValueError("segment")
         return found
 
-    def _floats(self, group: Any, name: str, shape: tuple[int, ...]) -> FloatArray:
-        return np.asarray(self._dataset(group, name, shape)[...], dtype=np.float64)
-
-    def _mask(self, group: Any, name: str, shape: tuple[int, ...]) -> BoolArray:
-        return np.asarray(self._dataset(group, name, shape)[...], dtype=np.bool_)
-
-    def _dataset(self, group: Any, name: str, shape: tuple[int, ...]) -> h5py.Dataset:
+    def _values(self, group: Any, name: str, shape: tuple[int, ...], dtype: DTypeLike = np.float64) -> NDArray[Any]:
         found = hdf5.dataset(group, name, self._path, (len(shape),))
         if found.shape != shape:
             raise ValueError(name)
-        return found
+        return np.asarray(found[...], dtype)
 
     def _text(self, key: str) -> str:
         return hdf5.text(self._group.attrs, key)

@@ -48,6 +48,33 @@ def path_gradient(position_m: FloatArray, antennas: Antennas) -> FloatArray:
     return np.stack([unit_transmitter + away / _distance(away) for away in from_receivers])
 
 
+def range_factor(position_m: FloatArray, antennas: Antennas, release_m: FloatArray) -> FloatArray:
+    """Return 1 / (r_tx r_rx) over its value at release: how the amplitude falls with the ways there and back.
+
+    Radar equation of a small sphere: the field falls as the inverse of both distances (Balanis, Antenna Theory).
+
+    Parameters
+    ----------
+    position_m
+        Shape (3, n_samples).
+    antennas
+        n_receivers of them.
+    release_m
+        Where the factor is one, shape (3,).
+
+    Returns
+    -------
+    FloatArray
+        No unit, shape (n_receivers, n_samples).
+    """
+
+    def product(place: FloatArray) -> FloatArray:
+        to_receiver = np.linalg.norm(place[None] - antennas.receivers_m[:, :, None], axis=1)
+        return np.asarray(to_receiver * np.linalg.norm(place - antennas.transmitter_m[:, None], axis=0))
+
+    return np.asarray(product(release_m[:, None]) / product(position_m))
+
+
 def _distance(away_m: FloatArray) -> FloatArray:
     x, y, z = away_m
     return np.asarray(np.sqrt(x * x + y * y + z * z))

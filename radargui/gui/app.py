@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import logging
+import multiprocessing
 import os
 import sys
 from pathlib import Path
 
 from radargui.gui.opengl_probe import CHECK_VARIABLE, OpenGLProbe
 from radargui.sources.factory import SourceKind
+
+_log = logging.getLogger(__name__)
+_COLLECT_S = 0.5
+"""Rings of Python objects live so long; a whole collection takes some ten milliseconds, seldom (chosen by hand)."""
 
 
 def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulated") -> int:
@@ -27,21 +33,22 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
 
     import signal
 
-    from PySide6.QtCore import QCoreApplication, Qt
+    from pyqtgraph.util.garbage_collector import GarbageCollector
+    from PySide6.QtCore import QCoreApplication, QEventLoop, Qt
     from PySide6.QtWidgets import QApplication
 
-    from radargui.gui.garbage import GarbageKeeper
     from radargui.gui.main_window import MainWindow
     from radargui.gui.notices import Hooks, NoticeBoard
     from radargui.gui.settings import Settings
     from radargui.gui.theme import Theme
+    from radargui.session.ending import on_ending
 
     # with shared contexts the 3D view keeps its drawing when its panel is torn off and put back
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)
-    application = QApplication.instance() or QApplication(sys.argv[:1])
+    application = QApplication(sys.argv[:1])
     application.setApplicationName("RadarGUI")
     application.setApplicationDisplayName("RadarGUI")
-    GarbageKeeper(application)
+    garbage = GarbageCollector(interval=_COLLECT_S)
     board = NoticeBoard()
     hooks = Hooks(board)
     settings = Settings()
@@ -50,10 +57,33 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
         board.post("warning", f"The remembered settings were damaged; they are kept in {settings.set_aside}")
     window = MainWindow(theme, settings, board, setup_path=setup_path, source=source, probe=OpenGLProbe())
     window.show()
-    # Ctrl+C in the terminal closes the window as its button does
-    old = signal.signal(signal.SIGINT, lambda *_: window.close())
+
+    def interrupted(*_: object) -> None:
+        # Ctrl+C in the terminal closes the window as its button does; a second one does not wait
+        window.closing.leave_now() if window.closing.active else window.close()
+
+    def ended_by_system() -> None:
+        # a logout or shutdown is not asked back, nobody may be there to answer; it kills what returns from here
+        window.leave()
+        if window.closing.active:
+            loop = QEventLoop()
+            window.closing.over.connect(loop.quit)
+            loop.exec()
+
+    old = signal.signal(signal.SIGINT, interrupted)
+    application.commitDataRequest.connect(lambda _manager: ended_by_system())
     try:
-        return application.exec()
+        with on_ending(window.leave):
+            status = application.exec()
     finally:
         signal.signal(signal.SIGINT, old)
+        garbage.timer.stop()
         hooks.remove()
+    if left := window.unfinished():
+        # told not to wait: a device or disk that does not answer would hold up the interpreter's own end for ever
+        _log.warning("left without waiting for %s", ", ".join(left))
+        for child in multiprocessing.active_children():
+            child.terminate()
+        logging.shutdown()
+        os._exit(status)
+    return status

@@ -42,19 +42,11 @@ class Jobs(QObject):
         self._threads[thread] = what
         thread.start()
 
-    def tell(self, call: Then, value: Any) -> None:
-        """Let `call(value)` be made in the window's thread, ahead of the end of the work that tells it."""
+    def report(self, call: Then, value: Any) -> None:
+        """Let `call(value)` be made in the window's thread, ahead of the end of the work that reports it."""
         self._mailbox.post(call, value)
 
     def _deliver(self, thread: threading.Thread, callback: Callable[[Any], None], value: Any) -> None:
         thread.join()
         self._threads.pop(thread, None)
         callback(value)
-
-    def wait(self, timeout_s: float = 20.0) -> tuple[str, ...]:
-        """Wait for all work to end without delivering it; return what still runs."""
-        for thread in tuple(self._threads):
-            thread.join(timeout_s)
-            if not thread.is_alive():
-                self._threads.pop(thread, None)
-        return self.running

@@ -10,40 +10,43 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from radargui.gui.about import About, facts
-from radargui.gui.actions import Actions
 from radargui.gui.background import Jobs
+from radargui.gui.closing import ClosingStrip
 from radargui.gui.control.app_state import AppState
-from radargui.gui.control.control_bar import MOST_RUNS, ControlBar
+from radargui.gui.control.banner import Banner
+from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, MessagePlace
 from radargui.gui.control.feed import Feed
 from radargui.gui.control.health_line import HealthLine
-from radargui.gui.control.run_control import MakeSource, RunControl, RunRequest
-from radargui.gui.control.state_detail import detail_of
-from radargui.gui.memory import remember, restore
-from radargui.gui.menus import fill_menus
+from radargui.gui.control.run_control import RunControl
+from radargui.gui.control.run_request import MakeSource, RunRequest
+from radargui.gui.control.stopping import StoppingStrip
+from radargui.gui.menus import Actions, RunKeys, fill_menus
 from radargui.gui.notice_strip import NoticeStrip
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.opengl_probe import OpenGLProbe
-from radargui.gui.panels import Panels
-from radargui.gui.runs.run_desk import RunDesk
+from radargui.gui.panels import FocusMark, Panels
+from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
-from radargui.gui.sessions.desk import SessionsDesk
+from radargui.gui.services import Services
+from radargui.gui.sessions.later_offer import LaterOffer
 from radargui.gui.sessions.recovery_offer import RecoveryOffer
-from radargui.gui.sessions.reprocess_desk import ReprocessDesk
-from radargui.gui.sessions.transfer_desk import TransferDesk
-from radargui.gui.sessions.work_strip import WorkStrip
+from radargui.gui.sessions.reprocess_dialog import ReprocessController
+from radargui.gui.sessions.session_controller import SessionController
+from radargui.gui.sessions.transfer_controller import TransferController
 from radargui.gui.settings import Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.ni_form import FindDevices, find_ni_devices
 from radargui.gui.setup.session_panel import SessionPanel
-from radargui.gui.setup_desk import SetupDesk, first_setup
-from radargui.gui.theme import Theme, ThemeChoice
+from radargui.gui.setup.setup_file import SetupFileController, first_setup
+from radargui.gui.theme import Theme
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.gui.wiring.wiring_desk import WiringDesk
+from radargui.gui.wiring.wiring_controller import WiringController
+from radargui.gui.work_strip import WorkStrip
 from radargui.session.data_folder import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 
@@ -88,6 +91,7 @@ class MainWindow(QMainWindow):
         self.actions_ = Actions(self)
         self.opengl_answer = ""
         self._health_due = 0.0
+        self._left = False
 
         self.hardware = HardwarePanel(
             self.setup_model,
@@ -106,38 +110,38 @@ class MainWindow(QMainWindow):
         self.runs = RunListPanel()
         self.run = RunPanel(theme)
         self.panels = Panels(
-            {
-                "hardware": self.hardware,
-                "antennas": self.antennas,
-                "session": self.session_panel,
-                "scopes": self.scopes,
-                "planes": self.planes,
-                "track": self.track,
-                "runs": self.runs,
-                "run": self.run,
-            }
+            self.hardware, self.antennas, self.session_panel, self.scopes, self.planes, self.track, self.runs, self.run
         )
         self.bar = ControlBar(theme, self.actions_.start, self.actions_.record, self.actions_.stop)
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
         self.strip = NoticeStrip(board, theme)
         self.health = HealthLine(theme)
         self.work = WorkStrip(self.jobs)
+        services = Services(theme, settings, board, self.jobs, self.work, self)
+        self.recovery = RecoveryOffer(self.control, self.session_panel, services)
+        self.closing = ClosingStrip(theme, self.unfinished, self.control.leave)
+        self.stopping = StoppingStrip(theme, self.control)
+        self.later = LaterOffer(self.control, self.session_panel, services)
         self._put_together()
-        self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme)
+        self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
+        self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
-        self.setup_desk = SetupDesk(self.setup_model, settings, board, self)
-        self.run_desk = RunDesk(self.runs, self.run, self.track, self.work, self.jobs, board, self)
-        self.keeping = RunKeeping(self)
-        self.wiring = WiringDesk(self)
-        self.sessions = SessionsDesk(self)
-        self.transfer = TransferDesk(self)
-        self.again = ReprocessDesk(self)
+        control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs
+        self.setup_file = SetupFileController(model, self.hardware, self.actions_, services)
+        self.run_controller = RunController(runs, self.run, self.track, services)
+        self.keeping = RunKeeping(control, runs, self.run_controller, self.health, self.actions_, services)
+        self.banner = Banner(control, self.bar.state, self.stopping, board, self.strip, lambda: self.keeping.words)
+        self.wiring = WiringController(control, model, self.hardware, services)
+        self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
+        self.transfer = TransferController(control, panel, runs, model, services)
+        self.reprocessing = ReprocessController(control, runs, model, services)
         self._connect()
-        restore(self)
+        self.panels.restore_within(self, settings)
         self._show_setup()
         self._show_state()
 
         self._probe = probe
+        self._asks = True
         if probe is not None:
             probe.answered.connect(self._opengl_answered)
             probe.start()
@@ -154,9 +158,10 @@ class MainWindow(QMainWindow):
 
     def record(self) -> None:
         """Record as many runs as the bar says."""
-        if not self._ready():
+        if not self._ready() or not self.sessions.may_add(self.setup_model.setup):
             return
         self._follow_live()
+        self.setup_model.note_run()
         self.control.record(
             RunRequest(
                 setup=self.setup_model.setup,
@@ -172,10 +177,6 @@ class MainWindow(QMainWindow):
             )
         )
 
-    def stop(self) -> None:
-        """End what runs."""
-        self.control.stop()
-
     def refresh(self) -> None:
         """Pull what is new and draw it; the timer's work."""
         self.control.poll()
@@ -186,13 +187,13 @@ class MainWindow(QMainWindow):
             self.health.show_health(health)
             if health is not None and health.live_error is not None:
                 self.board.post_once("error", str(health.live_error))
-            self._show_detail()
+            self.banner.look()
         self.scopes.refresh(health)
         self.planes.refresh()
         self.track.refresh()
 
     def _ready(self) -> bool:
-        if self.control.state.running and self.control.state is not AppState.LIVE:
+        if self.closing.active or (self.control.state.running and self.control.state is not AppState.LIVE):
             return False
         if not self.setup_model.valid:
             self.board.post("error", self.setup_model.error)
@@ -211,37 +212,36 @@ class MainWindow(QMainWindow):
         column = QVBoxLayout(centre)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
-        column.addWidget(self.strip)
-        self.recovery = RecoveryOffer(self)
-        column.addWidget(self.recovery)
-        column.addWidget(self.work)
-        column.addWidget(self.bar)
+        self.place = MessagePlace(
+            self.bar.runs, self.closing, self.stopping, self.strip, self.recovery, self.later, self.work
+        )
+        for part in (self.bar, self.place):
+            column.addWidget(part)
         column.addWidget(self.panels, 1)
         self.setCentralWidget(centre)
-        self.statusBar().setSizeGripEnabled(True)
         self.statusBar().addWidget(self.health, 1)
 
     def _connect(self) -> None:
         does = self.actions_
         does.start.triggered.connect(self.start)
         does.record.triggered.connect(self.record)
-        does.stop.triggered.connect(self.stop)
+        does.stop.triggered.connect(self.control.stop)
         does.pause.toggled.connect(self.scopes.pause.setChecked)
         does.show_live.triggered.connect(self._follow_live)
-        self.panels.docks["track"].topLevelChanged.connect(lambda _floating: QTimer.singleShot(0, self._renew_view))
-        does.open_setup.triggered.connect(self.setup_desk.ask_open)
-        does.save_setup.triggered.connect(self.setup_desk.save)
-        does.save_setup_as.triggered.connect(self.setup_desk.ask_save)
+        self.panels.docks["track"].topLevelChanged.connect(
+            lambda _floating: QTimer.singleShot(0, self.track.renew_space_view)
+        )
         does.new_session.triggered.connect(lambda: self.control.use_session(None))
         does.sessions.triggered.connect(self.sessions.browse)
         does.open_session.triggered.connect(self.sessions.ask_folder)
         does.import_.triggered.connect(self.transfer.ask_import)
         does.export_samples.triggered.connect(self.transfer.ask_export)
-        does.compare.triggered.connect(self.again.ask)
+        does.compare.triggered.connect(self.reprocessing.ask)
+        does.wiring.triggered.connect(self.wiring.show)
         does.mark.triggered.connect(self._write_mark)
-        does.report.triggered.connect(self.run_desk.report)
-        does.export.triggered.connect(self.run_desk.ask_export)
-        does.reprocess.triggered.connect(lambda: self.run_desk.reprocess(self.setup_model.setup))
+        does.report.triggered.connect(self.run_controller.report)
+        does.export.triggered.connect(self.run_controller.ask_export)
+        does.reprocess.triggered.connect(lambda: self.run_controller.reprocess(self.setup_model.setup))
         does.quit.triggered.connect(self.close)
         does.reset_layout.triggered.connect(self.panels.reset)
         does.dismiss.triggered.connect(self.board.clear)
@@ -250,23 +250,25 @@ class MainWindow(QMainWindow):
         does.in_space.triggered.connect(
             lambda wanted: self.settings.put("track_view", "space" if wanted else "projections")
         )
-        self.theme_actions.triggered.connect(lambda action: self._choose_theme(action.data()))
 
         self.scopes.paused_changed.connect(does.pause.setChecked)
         self.scopes.paused_changed.connect(self.planes.set_paused)
         self.scopes.paused_changed.connect(self.track.set_paused)
-        self.hardware.open_asked.connect(self.setup_desk.ask_open)
-        self.hardware.save_asked.connect(self.setup_desk.save)
-        self.hardware.save_as_asked.connect(self.setup_desk.ask_save)
         self.session_panel.new_asked.connect(does.new_session.trigger)
         self.session_panel.folder_changed.connect(lambda: self.control.use_session(None))
         self.setup_model.changed.connect(self._show_setup)
 
+        self.sessions.setup_taken.connect(lambda: self.panels.bring_up("hardware"))
+        self.transfer.imported.connect(self.sessions.open)
+        self.reprocessing.kept.connect(self.sessions.reread)
+        self.recovery.recovered.connect(lambda _runs: self.sessions.reread())
+        self.closing.over.connect(self.close)
+        self.later.computed.connect(self.sessions.reread)
+
         self.control.state_changed.connect(self._show_state)
         self.control.feed_changed.connect(self._show_feed)
         self.control.session_changed.connect(self._show_session)
-        self.control.failed.connect(self.board.post_error)
-        self.control.warned.connect(lambda text: self.board.post("warning", text))
+        self.control.warned.connect(lambda text, topic: self.board.post("warning", text, topic=topic))
         self.runs.run_chosen.connect(lambda _entry: self.panels.bring_up("run"))
 
     def _show_setup(self) -> None:
@@ -285,26 +287,15 @@ class MainWindow(QMainWindow):
         for panel in (self.hardware, self.antennas, self.session_panel):
             panel.set_running(running)
         self._show_actions()
-        self._show_detail()
+        self.banner.look()
         if not running:
             self.health.show_health(None)
             self.scopes.idle()
 
     def _show_actions(self) -> None:
-        does, state = self.actions_, self.control.state
-        free = not state.running
-        valid = self.setup_model.valid
-        does.start.setEnabled(free and valid)
-        does.record.setEnabled((free or state is AppState.LIVE) and valid)
-        does.stop.setEnabled(not free)
-        self.bar.runs.setEnabled(free or state is AppState.LIVE)
-        for action in (does.open_setup, does.new_session, does.open_session):
-            action.setEnabled(free)
-        does.save_setup.setEnabled(valid)
-        does.save_setup_as.setEnabled(valid)
-
-    def _show_detail(self) -> None:
-        self.bar.state.show_state(self.control.state, detail_of(self.control, self.keeping.last_run))
+        state = self.control.state
+        self.actions_.enable(state, valid=self.setup_model.valid)
+        self.bar.runs.setEnabled(not state.running or state is AppState.LIVE)
 
     def _show_feed(self, feed: Feed | None) -> None:
         for panel in (self.scopes, self.planes, self.track):
@@ -315,20 +306,12 @@ class MainWindow(QMainWindow):
         self.session_panel.show_session(
             session.path if session else None, read_only=bool(session and session.read_only)
         )
-        self.run_desk.show_session(session)
+        self.run_controller.show_session(session)
         self._write_title()
 
     def _write_mark(self) -> None:
         self.panels.bring_up("session")
         self.session_panel.write_mark()
-
-    def open_session(self, path: Path) -> None:
-        """Show a session that was recorded before."""
-        self.sessions.open(path)
-
-    def _choose_theme(self, choice: ThemeChoice) -> None:
-        self.theme.apply(choice)
-        self.settings.put("theme", choice)
 
     def _opengl_answered(self, usable: bool, good: bool, words: str) -> None:
         self.opengl_answer = words
@@ -337,40 +320,79 @@ class MainWindow(QMainWindow):
         if usable and chosen == "space":
             self.actions_.in_space.setChecked(True)
 
-    def _renew_view(self) -> None:
-        self.track.renew_space_view()
-
     def _about(self) -> None:
-        About(
-            facts(self.opengl_answer or "not tested", self.session_panel.data_folder, self.setup_model.path), self
-        ).exec()
+        opengl = self.opengl_answer or "not tested"
+        About(facts(opengl, self.session_panel.data_folder, self.setup_model.path), self).exec()
 
     def _write_title(self) -> None:
         path, session = self.setup_model.path, self.control.session
         changed = "*" if self.setup_model.modified else ""
-        where = f" · session {session.path.name}" if session else ""
+        mark = " (simulated)" if self.runs.model.simulated else ""
+        where = f" · session {session.path.name}{mark}" if session else ""
         self.setWindowTitle(f"RadarGUI · {path.name if path else 'setup'}{changed}{where}")
 
+    def unfinished(self) -> tuple[str, ...]:
+        """Return what has to end before the window can close, in words."""
+        probe = "the test of OpenGL" if self._probe is not None and self._probe.busy else ""
+        return tuple(filter(None, (self.control.unfinished, *self.jobs.running, probe)))
+
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 - Qt's name
-        """Stop, join and close; asks only while a run is recorded."""
-        if self.control.state.holds_a_run and not self.may_leave():
-            event.ignore()
+        """Ask everything to end and close once it has; asks the operator only while a run is recorded."""
+        event.setAccepted(self._left)
+        if self._left or self.closing.active:
             return
+        if not self.closing.isVisible():
+            asks = self.control.state is AppState.RECORDING or bool(self.setup_model.error)
+            if asks and not self.may_leave():
+                return
+            self._begin_to_close()
+        if self.closing.active:
+            return
+        self._left = True
         self._timer.stop()
-        self.sessions.flush()
-        self.work.cancel()
-        self.again.close()
-        if not self.control.stop_and_wait():
-            self.board.post("error", "The source does not stop: unplug it, or end the program by the system.")
-        if self._probe is not None:
-            self._probe.close()
-        self.jobs.wait()
-        remember(self)
+        self._remember()
         event.accept()
 
+    def leave(self) -> None:
+        """Close as the system wants it: the run that is being recorded is kept, and nobody is asked."""
+        self._asks = False
+        self.close()
+        if self.closing.active:
+            self.closing.leave_now()
+
     def may_leave(self) -> bool:
-        """Ask whether to leave although a run is being recorded."""
-        answer = QMessageBox.question(
-            self, "RadarGUI", "A run is being recorded. Stop it, keep what is there, and leave?"
-        )
+        """Ask whether to leave although a run is being recorded, or an edit would be lost."""
+        if not self._asks:
+            return True
+        words = f"This edit of the setup cannot be kept: {self.setup_model.error} Leave all the same?"
+        if self.control.state is AppState.RECORDING:
+            words = "A run is being recorded. Stop it, keep what is there, and leave?"
+        answer = QMessageBox.question(self, "RadarGUI", words)
         return answer == QMessageBox.StandardButton.Yes
+
+    def _begin_to_close(self) -> None:
+        self.sessions.flush()
+        self.work.cancel()
+        self.reprocessing.close()
+        self.control.finish()
+        if self._probe is not None:
+            self._probe.close()
+        if self.unfinished():
+            for part in (self.menuBar(), self.bar, self.panels):
+                part.setEnabled(False)
+            self.closing.begin()
+
+    def _remember(self) -> None:
+        """Keep size, layout and what the operator typed."""
+        put = self.settings.put
+        put("geometry", self.saveGeometry())
+        put("layout", self.panels.keep())
+        self.settings.keep_sizes(self)
+        put("operator", self.session_panel.operator)
+        put("data_folder", self.session_panel.data_folder)
+        put("runs", self.bar.runs.value())
+        put("scope_window_s", self.scopes.window_s)
+        if self.hardware.replay.path is not None:
+            put("replay_file", self.hardware.replay.path)
+        self.setup_file.remember()
+        self.settings.sync()

@@ -14,7 +14,7 @@ _WORDS = {"error": "Error", "warning": "Warning", "info": "Note"}
 
 
 class NoticeStrip(QWidget):
-    """The newest notices, each with a word for its level, its whole text and a way to dismiss it."""
+    """The worst notices, each with a word for its level, its whole text and a way to dismiss it."""
 
     def __init__(self, board: NoticeBoard, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -28,11 +28,11 @@ class NoticeStrip(QWidget):
         self.refresh()
 
     def texts(self) -> tuple[str, ...]:
-        """Return what is shown, newest first."""
+        """Return what is shown, the worst first."""
         return tuple(notice.text for notice in self._shown())
 
     def _shown(self) -> tuple[Notice, ...]:
-        return tuple(reversed(self._board.notices[-_SHOWN:]))
+        return self._board.notices[:_SHOWN]
 
     def refresh(self) -> None:
         """Draw the notices anew."""
@@ -43,7 +43,7 @@ class NoticeStrip(QWidget):
             self._rows.addWidget(self._row(notice))
         hidden = len(self._board.notices) - _SHOWN
         if hidden > 0:
-            clear = QPushButton(f"{hidden} older: dismiss all")
+            clear = QPushButton(f"{hidden} more, none of them worse: dismiss all")
             clear.clicked.connect(self._board.clear)
             self._rows.addWidget(clear, alignment=Qt.AlignmentFlag.AlignRight)
         self.setVisible(bool(self._board.notices))
@@ -65,7 +65,7 @@ class NoticeStrip(QWidget):
         label.setTextInteractionFlags(
             Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
         )
-        label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
+        label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         layout.addWidget(label, 1)
         copy = QToolButton()
         copy.setText("Copy")

@@ -1,4 +1,4 @@
-"""The one road of errors and messages to the operator: kept, deduplicated, from any thread."""
+"""Errors and messages to the operator, all in one place: kept, deduplicated, from any thread."""
 
 from __future__ import annotations
 
@@ -6,53 +6,79 @@ import logging
 import sys
 import threading
 import traceback
+import warnings
 from dataclasses import dataclass, replace
 from types import TracebackType
-from typing import Literal
+from typing import Literal, TextIO
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QMessageLogContext, QObject, QTimer, QtMsgType, Signal, qInstallMessageHandler
 
 from radargui.gui.mailbox import Mailbox
 from radargui.model.errors import RadarGuiError
 
 Level = Literal["error", "warning", "info"]
+_WORST_FIRST: tuple[Level, ...] = ("error", "warning", "info")
 _MOST = 50
 _EACH_SHOWN = 4
+_CALM_MS = 500
+"""A storm is over after so long without another one (chosen by hand)."""
 _INFO_MS = 20_000
 """What is only good to know goes away by itself; errors and warnings stay."""
+_MOST_LOGGED = 1000
+"""Different texts of libraries that are kept apart in the log (chosen by hand: a storm would fill it otherwise)."""
+_DRIVER = "nidaqmx"
+_LEVELS = {
+    QtMsgType.QtDebugMsg: logging.DEBUG,
+    QtMsgType.QtInfoMsg: logging.INFO,
+    QtMsgType.QtCriticalMsg: logging.ERROR,
+    QtMsgType.QtFatalMsg: logging.CRITICAL,
+}
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """One message; `count` says how often it came."""
+    """One message; `count` says how often it came, or how many of its topic came: then `text` is the newest of them."""
 
     level: Level
     text: str
     count: int = 1
     details: str = ""
+    topic: str = ""
+
+    def is_one_with(self, other: Notice) -> bool:
+        """Return whether both are shown as one."""
+        same = self.topic == other.topic if self.topic else self.text == other.text
+        return self.level == other.level and same
 
 
 class NoticeBoard(QObject):
-    """Collects notices; `post` may be called from any thread, `changed` comes in the window's thread."""
+    """Collects notices, the worst first and of those the newest; `changed` comes in the window's thread.
+
+    `post` may be called from any thread. A full board lets go of the oldest of the least of them.
+    """
 
     changed = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.notices: tuple[Notice, ...] = ()
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(_CALM_MS)
+        self._soon.timeout.connect(self.changed)
         self._mailbox = Mailbox(self)
 
-    def post(self, level: Level, text: str, details: str = "") -> None:
-        """Show a message."""
-        notice = Notice(level, text, 1, details)
+    def post(self, level: Level, text: str, details: str = "", *, topic: str = "") -> None:
+        """Show a message; those of one topic are shown as one, with their number."""
+        notice = Notice(level, text, 1, details, topic)
         if self._mailbox.at_home:
             self._receive(notice)
         else:
             self._mailbox.post(self._receive, notice)
 
     def post_once(self, level: Level, text: str) -> None:
-        """Show a message that is told again and again, without counting."""
+        """Show a message that comes repeatedly, without counting."""
         if not any((old.level, old.text) == (level, text) for old in self.notices):
             self.post(level, text)
 
@@ -72,13 +98,15 @@ class NoticeBoard(QObject):
         self.post("error", text, details)
 
     def _receive(self, notice: Notice) -> None:
-        same = next((old for old in self.notices if (old.level, old.text) == (notice.level, notice.text)), None)
+        same = next((old for old in self.notices if notice.is_one_with(old)), None)
         if same is not None:
             notice = replace(notice, count=same.count + 1)
-        others = tuple(old for old in self.notices if old is not same)
-        self.notices = (*others, notice)[-_MOST:]
+        others = (old for old in self.notices if old is not same)
+        # sorting keeps the order of equals: the newest of a level comes first
+        self.notices = tuple(sorted((notice, *others), key=lambda one: _WORST_FIRST.index(one.level)))[:_MOST]
         if notice.count > _EACH_SHOWN and notice.count & (notice.count - 1):
-            # a storm of the same must not redraw the strip under the operator's hand
+            # a storm of the same must not redraw the strip under the operator's hand: its end is told
+            self._soon.start()
             return
         self.changed.emit()
         if notice.level == "info":
@@ -86,7 +114,7 @@ class NoticeBoard(QObject):
 
     def dismiss(self, notice: Notice) -> None:
         """Take one notice away."""
-        self.notices = tuple(old for old in self.notices if (old.level, old.text) != (notice.level, notice.text))
+        self.notices = tuple(old for old in self.notices if not notice.is_one_with(old))
         self.changed.emit()
 
     def clear(self) -> None:
@@ -96,13 +124,21 @@ class NoticeBoard(QObject):
 
 
 class Hooks:
-    """Leads exceptions that nobody caught, of any thread, to the board; `remove` gives the old hooks back."""
+    """Leads what nobody caught to the board and the log; `remove` gives the old hooks back.
+
+    Exceptions of any thread come to the board. Warnings of libraries and messages of Qt come to the log, each text
+    once; to the board come those that the operator can do something about: what the driver of a device warns of, and
+    what Qt calls critical.
+    """
 
     def __init__(self, board: NoticeBoard) -> None:
         self._board = board
-        self._old = (sys.excepthook, threading.excepthook)
+        self._logged: set[str] = set()
+        self._old = (sys.excepthook, threading.excepthook, warnings.showwarning)
         sys.excepthook = self._of_main
         threading.excepthook = self._of_thread
+        warnings.showwarning = self._of_library
+        self._old_of_qt = qInstallMessageHandler(self._of_qt)
 
     def _of_main(self, kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         if issubclass(kind, KeyboardInterrupt):
@@ -114,6 +150,36 @@ class Hooks:
         if arguments.exc_value is not None and not issubclass(arguments.exc_type, SystemExit):
             self._board.post_error(arguments.exc_value)
 
+    def _of_library(
+        self,
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        del file, line
+        text = " ".join(str(message).split())
+        if self._is_new(f"{category.__name__}: {text}"):
+            _log.warning("%s:%d: %s: %s", filename, lineno, category.__name__, text)
+        if category.__module__.partition(".")[0] == _DRIVER:
+            self._board.post_once("warning", f"The driver of the device warns: {text}")
+
+    def _of_qt(self, kind: QtMsgType, context: QMessageLogContext, message: str) -> None:
+        if self._is_new(message):
+            _log.log(_LEVELS.get(kind, logging.WARNING), "Qt, %s: %s", context.category, message)
+        if kind in (QtMsgType.QtCriticalMsg, QtMsgType.QtFatalMsg):
+            self._board.post_once("error", f"The window's library reports: {message}")
+
+    def _is_new(self, text: str) -> bool:
+        """Return whether a text was not logged yet; of very many different ones the rest is dropped."""
+        new = text not in self._logged and len(self._logged) < _MOST_LOGGED
+        if new:
+            self._logged.add(text)
+        return new
+
     def remove(self) -> None:
         """Put the hooks that were there before back."""
-        sys.excepthook, threading.excepthook = self._old
+        sys.excepthook, threading.excepthook, warnings.showwarning = self._old
+        qInstallMessageHandler(self._old_of_qt)

@@ -20,6 +20,11 @@ CHECK_VARIABLE = "RADARGUI_OPENGL_CHECK"
 FORCE_VARIABLE = "RADARGUI_NO_OPENGL"
 """Set to anything: projections, whatever the computer can do."""
 
+if sys.platform == "win32":
+    _NO_CONSOLE = subprocess.CREATE_NO_WINDOW
+else:
+    _NO_CONSOLE = 0
+
 
 class OpenGLProbe(QObject):
     """Runs the test once; `answered` tells whether the view in space will work, and whether it is a good choice.
@@ -42,22 +47,24 @@ class OpenGLProbe(QObject):
         """Begin to ask; answers at once where the answer is known."""
         platform = QGuiApplication.platformName()
         if os.environ.get(FORCE_VARIABLE):
-            self._mailbox.post(self._tell, UNUSABLE, f"{FORCE_VARIABLE} is set")
+            self._mailbox.post(self._answer, UNUSABLE, f"{FORCE_VARIABLE} is set")
         elif platform in {"offscreen", "minimal", "vnc"}:
-            self._mailbox.post(self._tell, UNUSABLE, f"no OpenGL on the platform {platform}")
+            self._mailbox.post(self._answer, UNUSABLE, f"no OpenGL on the platform {platform}")
         else:
             self._thread = threading.Thread(target=self._ask, name="gui opengl test", daemon=True)
             self._thread.start()
 
+    @property
+    def busy(self) -> bool:
+        """Whether the other process is still looked after."""
+        return self._thread is not None and self._thread.is_alive()
+
     def close(self) -> None:
-        """Give up; waits for the other process to be gone."""
+        """Give up, without waiting for the other process to be gone."""
         self._closed = True
-        process, thread = self._process, self._thread
-        if process is not None:
+        if self._process is not None:
             with contextlib.suppress(OSError):
-                process.kill()
-        if thread is not None:
-            thread.join()
+                self._process.kill()
 
     def _ask(self) -> None:
         status, out = UNUSABLE, ""
@@ -69,7 +76,7 @@ class OpenGLProbe(QObject):
                 stderr=subprocess.DEVNULL,
                 text=True,
                 env={**os.environ, CHECK_VARIABLE: "1"},
-                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+                creationflags=_NO_CONSOLE,
             )
             with self._process as process:
                 if self._closed:
@@ -85,10 +92,10 @@ class OpenGLProbe(QObject):
         lines = out.strip().splitlines()
         if not self._closed:
             self._mailbox.post(
-                self._tell, status, lines[-1] if lines else f"the test of OpenGL ended with status {status}"
+                self._answer, status, lines[-1] if lines else f"the test of OpenGL ended with status {status}"
             )
 
-    def _tell(self, status: int, words: str) -> None:
+    def _answer(self, status: int, words: str) -> None:
         if self._thread is not None:
             self._thread.join()
         if not self._closed:

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QByteArray, Qt
-from PySide6.QtGui import QKeySequence
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QTabWidget, QWidget
+from functools import partial
 
-from radargui.gui.settings import LAYOUT_VERSION
+from PySide6.QtCore import QByteArray, QSize, Qt
+from PySide6.QtGui import QKeySequence, QPainter, QPaintEvent, QPalette
+from PySide6.QtWidgets import (
+    QApplication,
+    QDockWidget,
+    QFocusFrame,
+    QMainWindow,
+    QMenu,
+    QTabBar,
+    QTabWidget,
+    QWidget,
+)
+
+from radargui.gui.settings import LAYOUT_VERSION, Settings
 
 TITLES = {
     "hardware": "Hardware setup",
@@ -23,23 +34,57 @@ TITLES = {
 
 _FORMS = ("hardware", "antennas", "session")
 _WIDEST_FORM = 520
+_FIRST_SIZE = QSize(1440, 900)
+_FRAME = QSize(16, 40)
+"""What the system draws around a window: edges and title (chosen by hand, the largest of usual systems)."""
+
+
+def belongs(widget: QWidget, window: QWidget) -> bool:
+    """Return whether a widget stands in a window or in a panel that was torn off it."""
+    return widget.window() is window or isinstance(widget.window(), QDockWidget)
+
+
+class FocusMark(QFocusFrame):
+    """Follows the keys through a window, and stays away where they have left it."""
+
+    def __init__(self, window: QWidget, application: QApplication) -> None:
+        super().__init__(window)
+        self._window = window
+        self.hide()
+        application.focusChanged.connect(self._follow)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the frame; Qt lets through only its edge."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Highlight))
+        painter.end()
+
+    def _follow(self, _old: QWidget | None, now: QWidget | None) -> None:
+        self.setWidget(now if now is not None and belongs(now, self._window) else None)  # type: ignore[arg-type]
 
 
 class Panels(QMainWindow):
-    """Holds one dock a panel; sits inside the window so that state, messages and health stay where they are."""
+    """Holds one dock a panel; sits inside the window so that state, messages and health stay where they are.
 
-    def __init__(self, widgets: dict[str, QWidget]) -> None:
+    Qt keeps a dock that stands behind another "visible", away from the screen, where Tab and keys reach its fields:
+    what such a dock holds is hidden here, and keeps its room. The panels come in the order of `TITLES`.
+    """
+
+    def __init__(self, *widgets: QWidget) -> None:
         super().__init__(None, Qt.WindowType.Widget)
         self.setDockNestingEnabled(True)
         self.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
         self.docks: dict[str, QDockWidget] = {}
-        for name, title in TITLES.items():
+        for (name, title), panel in zip(TITLES.items(), widgets, strict=True):
             dock = QDockWidget(title)
             dock.setObjectName(name)
-            dock.setWidget(widgets[name])
+            dock.setWidget(panel)
+            policy = panel.sizePolicy()
+            policy.setRetainSizeWhenHidden(True)
+            panel.setSizePolicy(policy)
+            dock.visibilityChanged.connect(partial(self._show_content, dock))
             if name in _FORMS:
                 dock.setMaximumWidth(_WIDEST_FORM)
-            dock.toggleViewAction().setShortcut(QKeySequence(f"Alt+{len(self.docks) + 1}"))
             self.docks[name] = dock
             self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
         self.reset()
@@ -64,17 +109,32 @@ class Panels(QMainWindow):
         for name in ("hardware", "scopes"):
             docks[name].raise_()
         width, height = max(self.width(), 1200), max(self.height(), 700)
-        side = min(360, width // 4)
+        side = min(400, 28 * width // 100)
         rest = width - side
         self.resizeDocks([docks["hardware"], docks["scopes"], docks["track"]], [side, rest // 2, rest // 2], across)
-        self.resizeDocks([docks["runs"], docks["planes"]], [57 * rest // 100, 43 * rest // 100], across)
-        low = min(280, height // 3)
+        self.resizeDocks([docks["runs"], docks["planes"]], [68 * rest // 100, 32 * rest // 100], across)
+        low = min(280, 3 * height // 8)
         self.resizeDocks([docks["scopes"], docks["runs"]], [height - low, low], down)
 
     def fill(self, menu: QMenu) -> None:
-        """Add the switches of all panels to a menu."""
-        for dock in self.docks.values():
-            menu.addAction(dock.toggleViewAction())
+        """Add one action a panel to a menu, which shows it in front whatever it was before."""
+        for number, (name, title) in enumerate(TITLES.items(), start=1):
+            action = menu.addAction(title)
+            action.setShortcut(QKeySequence(f"Alt+{number}"))
+            action.triggered.connect(partial(self.go_to, name))
+
+    def go_to(self, name: str) -> None:
+        """Show a panel in front, also one that was closed, and let the keys go to its first field."""
+        dock = self.docks[name]
+        dock.show()
+        dock.raise_()
+        dock.activateWindow()
+        self._show_content(dock, True)
+        fields = (one for one in dock.widget().findChildren(QWidget) if one.isVisible() and one.isEnabled())
+        takes_tab = Qt.FocusPolicy.TabFocus
+        first = next((one for one in fields if one.focusPolicy() & takes_tab and one.focusProxy() is None), None)
+        if first is not None:
+            first.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def bring_up(self, name: str) -> None:
         """Show a panel in front, unless the operator closed it."""
@@ -82,13 +142,22 @@ class Panels(QMainWindow):
         if not dock.isHidden() or self.tabifiedDockWidgets(dock):
             dock.raise_()
 
+    def _show_content(self, dock: QDockWidget, visible: bool) -> None:
+        dock.widget().setVisible(visible)
+        for tabs in self.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            # the panels have keys of their own; Qt keeps bars of former layouts, which Tab would enter unseen
+            tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+
     def keep(self) -> QByteArray:
         """Return the layout to be remembered."""
         return self.saveState(LAYOUT_VERSION)
 
-    def restore(self, layout: QByteArray) -> bool:
-        """Take a remembered layout; False, and the first layout, where it cannot be used."""
-        if not layout.isEmpty() and self.restoreState(layout, LAYOUT_VERSION):
-            return True
-        self.reset()
-        return False
+    def restore_within(self, window: QMainWindow, settings: Settings) -> None:
+        """Take size and layout of the last time, where that cannot be used one that fits the screen."""
+        geometry, layout = settings.blob("geometry"), settings.blob("layout")
+        if geometry.isEmpty() or not window.restoreGeometry(geometry):
+            window.resize(_FIRST_SIZE.boundedTo(window.screen().availableSize() - _FRAME))
+        self.resize(window.size())
+        if layout.isEmpty() or not self.restoreState(layout, LAYOUT_VERSION):
+            self.reset()
+        settings.restore_sizes(window)

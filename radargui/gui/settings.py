@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QByteArray, QSettings
+from PySide6.QtWidgets import QDialog, QSplitter, QWidget
 
+from radargui.gui.table import RowTable
 from radargui.gui.theme import CHOICES, ThemeChoice
 
 LAYOUT_VERSION = 1
@@ -79,6 +81,27 @@ class Settings:
         """Forget a value."""
         self._store.remove(key)
 
+    def keep_sizes(self, root: QWidget) -> None:
+        """Remember how the operator set dialogs, splitters and columns below a widget, those that have a name."""
+        for table in root.findChildren(RowTable):
+            if table.columns_chosen:
+                self.put(_columns(table), table.horizontalHeader().saveState())
+        for splitter in root.findChildren(QSplitter):
+            self.put(f"sizes/{splitter.objectName()}", splitter.saveState())
+        for dialog in root.findChildren(QDialog):
+            if dialog.objectName():
+                self.put(f"sizes/{dialog.objectName()}", dialog.saveGeometry())
+
+    def restore_sizes(self, root: QWidget) -> None:
+        """Set dialogs, splitters and columns as they were kept."""
+        for table in root.findChildren(RowTable):
+            if not (state := self.blob(_columns(table))).isEmpty():
+                table.columns_chosen = table.horizontalHeader().restoreState(state)
+        for splitter in root.findChildren(QSplitter):
+            splitter.restoreState(self.blob(f"sizes/{splitter.objectName()}"))
+        if isinstance(root, QDialog):
+            root.restoreGeometry(self.blob(f"sizes/{root.objectName()}"))
+
     def sync(self) -> None:
         """Write to disk now."""
         self._store.sync()
@@ -88,3 +111,8 @@ class Settings:
             return self._store.value(key)
         except Exception:  # noqa: BLE001 - a damaged variant raises what it likes
             return None
+
+
+def _columns(table: RowTable) -> str:
+    """Return what the widths are remembered by: not those of a table with other columns."""
+    return f"sizes/{table.objectName()}/{table.model().columnCount()}"

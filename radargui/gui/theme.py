@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import functools
+from dataclasses import asdict, dataclass
 from typing import Literal
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -51,6 +52,17 @@ class Colours:
     busy: str
     alarm: str
     idle: str
+
+    def role(self, name: str) -> str:
+        """Return the colour of a role: `track`, `i`, `receivers.0`."""
+        return _by_role(self)[name]
+
+
+@functools.cache
+def _by_role(colours: Colours) -> dict[str, str]:
+    values = asdict(colours)
+    receivers = values.pop("receivers")
+    return values | {f"receivers.{number}": colour for number, colour in enumerate(receivers)}
 
 
 LIGHT = Colours(
@@ -102,7 +114,7 @@ class Theme(QObject):
 
     def __init__(self, application: QApplication, choice: ThemeChoice = "system") -> None:
         super().__init__()
-        self._application = application
+        self.application = application
         self._choice: ThemeChoice = choice
         self._applying = False
         # Fusion is the one style that takes any palette on every system
@@ -120,7 +132,7 @@ class Theme(QObject):
     def apply(self, choice: ThemeChoice) -> None:
         """Show the look `choice`."""
         self._choice = choice
-        hints = self._application.styleHints()
+        hints = self.application.styleHints()
         self._applying = True
         try:
             # the title bar follows where the system can; palettes are ours where it cannot
@@ -139,10 +151,10 @@ class Theme(QObject):
     def _refresh(self) -> None:
         dark = self._choice == "dark"
         if self._choice == "system":
-            scheme = self._application.styleHints().colorScheme()
+            scheme = self.application.styleHints().colorScheme()
             dark = self._system_dark if scheme == Qt.ColorScheme.Unknown else scheme == Qt.ColorScheme.Dark
         self.colours = DARK if dark else LIGHT
-        self._application.setPalette(palette(self.colours))
+        self.application.setPalette(palette(self.colours))
         self.changed.emit()
 
 

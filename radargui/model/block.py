@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from radargui.model.arrays import RawArray
+import numpy as np
+
+from radargui.model.arrays import IntArray, RawArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,3 +60,11 @@ class Block:
     def end_index(self) -> int:
         """Absolute index after the last sample."""
         return self.first_index + self.count
+
+
+def absolute_index(first: int, count: int, gaps: Sequence[Gap]) -> IntArray:
+    """Return the index, lost samples counted, of the stored samples `first` to `first + count`."""
+    index = np.arange(first, first + count, dtype=np.int64)
+    for gap in sorted(gaps, key=lambda gap: gap.first_index):
+        index[index >= gap.first_index] += gap.count
+    return index

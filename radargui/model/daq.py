@@ -39,7 +39,7 @@ class Daq(Section):
         Conversions per second of a multiplexed device, all channels together; left out: the driver's choice. The skew
         between neighbouring channels is its inverse.
     channel_skew_s
-        Delay of channel k against channel k-1, where the device does not tell it.
+        Delay of channel k against channel k-1, where the device, or the file that is processed, does not tell it.
     buffer_s
         How long the driver keeps samples that were not read yet.
     read_interval_s

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.daq import Daq
+
+SkewFrom = Literal["file", "setup", "assumed 0"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +26,8 @@ class Digitisation:
     scaling
         Per channel the coefficients c_k of volts = sum c_k code^k; None where samples are volts already.
     channel_skew_s
-        Channel k is sampled k times this later than channel 0 (0 for simultaneous sampling).
+        Channel k is sampled k times this later than channel 0 (0 for simultaneous sampling); None where the samples
+        come without it, as from most files of others: `channel_skew` then asks the setup.
     unit
         Unit after scaling.
     device
@@ -32,7 +37,7 @@ class Digitisation:
     channel_names: tuple[str, ...]
     sample_rate_hz: float
     scaling: tuple[tuple[float, ...], ...] | None = None
-    channel_skew_s: float = 0.0
+    channel_skew_s: float | None = None
     unit: str = "V"
     device: str = ""
 
@@ -61,6 +66,31 @@ class Digitisation:
             return None
         ends = np.repeat(np.array([[-32768, 32767]], dtype=np.int16), self.n_channels, axis=0)
         return self.volts(ends)
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelSkew:
+    """The multiplexer's delay that is taken for true, and who tells it.
+
+    Attributes
+    ----------
+    delay_s
+        Delay of channel k against channel k - 1.
+    known_from
+        file: the samples came with it (or the device told it); setup: `daq.channel_skew_s`; assumed 0: neither tells.
+    """
+
+    delay_s: float
+    known_from: SkewFrom
+
+
+def channel_skew(digitisation: Digitisation, daq: Daq) -> ChannelSkew:
+    """Return the delay between neighbouring channels: what came with the samples, else the setup's, else 0."""
+    if digitisation.channel_skew_s is not None:
+        return ChannelSkew(digitisation.channel_skew_s, "file")
+    if "channel_skew_s" in daq.model_fields_set:
+        return ChannelSkew(daq.channel_skew_s, "setup")
+    return ChannelSkew(0.0, "assumed 0")
 
 
 def iq_names(n_receivers: int) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Sequence
 
 
@@ -55,6 +56,10 @@ class FileError(RadarGuiError):
     """A file cannot be read or written."""
 
 
+class FileLostError(FileError):
+    """A file that is being written was deleted, replaced or cut by somebody else: what was in it is gone."""
+
+
 class SessionError(RadarGuiError):
     """A session folder cannot be made, opened or added to."""
 
@@ -69,6 +74,41 @@ class DeviceError(SourceError):
 
 class ProcessingError(RadarGuiError):
     """The samples cannot be turned into a result."""
+
+
+class SolveError(ProcessingError):
+    """The equations of an estimate have no solution: their matrix is not positive definite."""
+
+
+class FaultError(RadarGuiError):
+    """The program itself failed: nothing about the samples, the setup or the device explains it."""
+
+
+def fault_of(error: BaseException, what: str) -> FaultError:
+    """Return an exception that nobody foresaw as what the operator and the log read: its type and its place.
+
+    Parameters
+    ----------
+    error
+        As caught; becomes the cause.
+    what
+        What failed, for people: "Reading the source".
+    """
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [frame for frame in frames if "radargui" in frame.filename] or frames
+    place = ""
+    if ours:
+        path = ours[-1].filename.replace("\\", "/")
+        place = f" ({path[path.rfind('radargui/') :]}, line {ours[-1].lineno})"
+    if isinstance(error, MemoryError):
+        fault = FaultError(f"{what} failed: no memory is left{place}", remedy="Close other programs.")
+    else:
+        fault = FaultError(
+            f"{what} failed unexpectedly: {type(error).__name__}: {error}{place}",
+            remedy="This is a fault of the program: please report it with the log.",
+        )
+    fault.__cause__ = error
+    return fault
 
 
 class CancelledError(Exception):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +23,33 @@ class FrontEnd:
     u_gain_ratio: float
     quadrature_error_deg: float
     u_quadrature_error_deg: float
+
+    def after(self, first: FrontEnd) -> FrontEnd:
+        """Return the constants of what was taken off first and of these, which were found in what was left.
+
+        Q / g0 = sin e0 X + cos e0 Y', Y' = g1 (sin e1 X + cos e1 Y): together Q = a X + b Y.
+        """
+        e0, e1 = np.radians(first.quadrature_error_deg), np.radians(self.quadrature_error_deg)
+        along = first.gain_ratio * (np.sin(e0) + np.cos(e0) * self.gain_ratio * np.sin(e1))
+        across = first.gain_ratio * np.cos(e0) * self.gain_ratio * np.cos(e1)
+        return replace(
+            self,
+            gain_ratio=float(np.hypot(along, across)),
+            u_gain_ratio=self.u_gain_ratio * first.gain_ratio,
+            quadrature_error_deg=float(np.degrees(np.arctan2(along, across))),
+        )
+
+    def less(self, first: FrontEnd) -> FrontEnd:
+        """Return what is left of these constants where others are taken off first: the inverse of `after`."""
+        e0, e = np.radians(first.quadrature_error_deg), np.radians(self.quadrature_error_deg)
+        share = self.gain_ratio / first.gain_ratio
+        along, across = (share * np.sin(e) - np.sin(e0)) / np.cos(e0), share * np.cos(e) / np.cos(e0)
+        return replace(
+            self,
+            gain_ratio=float(np.hypot(along, across)),
+            u_gain_ratio=self.u_gain_ratio / first.gain_ratio,
+            quadrature_error_deg=float(np.degrees(np.arctan2(along, across))),
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from radargui.model.arrays import BoolArray, FloatArray
+import numpy as np
+
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +25,9 @@ class PathLengths:
         Standard uncertainty of `change_m`, same shape.
     valid
         Shape (n_receivers, n_samples).
+    piece
+        Number of the piece each sample belongs to, from 0, shape (n_samples,): it changes where a path was lost, and
+        lengths of two pieces have no common zero. None: all is one piece.
     """
 
     time_s: FloatArray
@@ -30,3 +35,10 @@ class PathLengths:
     change_m: FloatArray
     u_m: FloatArray
     valid: BoolArray
+    piece: IntArray | None = None
+
+    def restarts(self) -> IntArray:
+        """Return the first sample of each piece but the first, shape (n_pieces - 1,)."""
+        if self.piece is None:
+            return np.empty(0, dtype=np.intp)
+        return np.flatnonzero(np.diff(self.piece)) + 1

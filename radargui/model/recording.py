@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray, RawArray
-from radargui.model.block import Gap
+from radargui.model.block import Gap, absolute_index
 from radargui.model.digitisation import Digitisation
 
 
@@ -53,7 +53,8 @@ class Recording:
     trigger_index
         Index of the trigger (t = 0 of the run), or None; of an excerpt too, it counts from the whole's first sample.
     started_at
-        ISO 8601 date and time of the first sample (of the whole) with offset from UTC; empty where unknown.
+        ISO 8601 date and time of the first sample (of the whole), with the offset from UTC where it is known; empty
+        where nothing is known.
     excerpt
         Set where these samples are a part of a longer recording; gaps then count from the part's first sample, times
         and indices from the whole's.
@@ -80,9 +81,7 @@ class Recording:
 
     def index(self) -> IntArray:
         """Return the index of each sample, shape (n_samples,), lost samples counted."""
-        index = np.arange(self.n_samples, dtype=np.intp)
-        for gap in sorted(self.gaps, key=lambda gap: gap.first_index):
-            index[index >= gap.first_index] += gap.count
+        index = absolute_index(0, self.n_samples, self.gaps)
         return index if self.excerpt is None else index + self.excerpt.first_index
 
     def time_s(self) -> FloatArray:

@@ -59,3 +59,19 @@ class RunResult:
     warnings: tuple[str, ...] = ()
     preliminary: bool = False
     front_end_prior: FrontEndPrior | None = None
+
+    @property
+    def zero(self) -> tuple[float, str]:
+        """The instant that counts as t = 0 for people, in s of the recording, and what it is.
+
+        The trigger, else the first motion, else the first sample. Tables for programs keep the recording's own time.
+        """
+        recording = self.recording
+        time_s = recording.time_s()
+        if time_s.size == 0:
+            return 0.0, "the first sample"
+        if recording.trigger_index is not None:
+            return float(recording.trigger_index / recording.digitisation.sample_rate_hz), "the trigger"
+        if self.segment is not None:
+            return float(time_s[min(self.segment.first, time_s.size - 1)]), "the first motion"
+        return float(time_s[0]), "the first sample"

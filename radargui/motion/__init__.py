@@ -1,1 +1,1 @@
-"""Motion segment, rest, impacts, flights."""
+"""Impacts and sharp minima of a height."""

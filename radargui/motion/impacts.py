@@ -1,107 +1,256 @@
-"""Impacts: instants at which the height turns from falling to rising at once."""
+"""Impacts: instants at which a height turns from falling to rising at once; and sharp minima, some of them impacts."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from scipy.signal import find_peaks
+from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
-from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
-STEP_S = 0.0005
-SIDE_S = 0.010
-"""One-sided window of the parabolas whose slopes are compared."""
-LEAST_JUMP_M_S = 0.12
-LEAST_SPEED_M_S = 0.03
-SIGMAS = 7.0
-APART_S = 0.013
-WAVES = 3.0
-G_M_S2 = 9.81
-MARGIN = 0.5
+_MEDIAN_TO_SD = 1.0 / 0.674489750196
+"""Standard deviation of normal noise over the median of its absolute value."""
+_THIRD_DIFFERENCE_GAIN = 20.0
+"""Variance of the third difference of white noise: 1 + 9 + 9 + 1."""
 
 
-def find_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArray, sample_rate_hz: float) -> FloatArray:
-    """Find the impacts of a track.
+@dataclass(frozen=True, slots=True)
+class ImpactLimits:
+    """What makes an impact; the same for tracks, binned places and the breaks of the joint estimate.
 
-    At every instant the slope of a parabola through the 10 ms before is held against that of one through the 10 ms
-    after. An impact falls before, rises after and jumps by more than 0.12 m/s and seven standard deviations; an apex
-    or a smooth turn-round does not jump, a stop in a granular bed does not rise.
+    Attributes
+    ----------
+    least_jump_m_s
+        Least jump of the velocity: in 10 ms gravity itself changes it by 0.1 m/s, so that a turn-round without a jump
+        stays below.
+    sigmas
+        The jump in its standard uncertainties: a record offers some thousand instants, and waves of a mismatch have
+        heavier tails than noise. Chosen by hand.
+    waves
+        The jump in standard deviations of the jumps that waves of a mismatch make all along the track. Chosen by hand.
+    least_speed_m_s
+        Falls before and rises after with more than this: a stop in grains does not rise. Chosen by hand.
+    side_s
+        Length of the one-sided parabolas whose slopes are compared: shorter ones are noisy, longer ones reach into the
+        next flight of a sphere that nearly rests.
+    meeting_side_s
+        Length of the parabolas whose meeting gives the instant.
+    clear_s
+        Left out on both sides of the instant where slopes are compared: it is known to a fraction of a millisecond.
+    shift_s
+        Besides the minimum itself, instants so far from it are tried: noise moves the minimum.
+    apart_s
+        Two impacts are farther apart than the window of one.
+    margin
+        Two impacts are farther apart than this share of what gravity allows. Half: the speeds are rough.
+    track_step_s
+        A track is averaged over this before.
+    least_points
+        Points of a one-sided parabola, which has three coefficients.
+    turn_s, smooth_s
+        A sharp minimum rises within `turn_s` on both sides, smoothed over `smooth_s`.
+    least_dip_m, dip_sigmas
+        By more than this: 0.15 mm in 8 ms is a curvature of half of gravity.
+    """
+
+    least_jump_m_s: float = 0.12
+    sigmas: float = 7.0
+    waves: float = 3.0
+    least_speed_m_s: float = 0.04
+    side_s: float = 0.010
+    meeting_side_s: float = 0.030
+    clear_s: float = 0.0003
+    shift_s: tuple[float, ...] = (0.0, -0.001, 0.001, -0.002, 0.002)
+    apart_s: float = 0.013
+    margin: float = 0.5
+    track_step_s: float = 0.0005
+    least_points: int = 4
+    turn_s: float = 0.008
+    smooth_s: float = 0.002
+    least_dip_m: float = 1.5e-4
+    dip_sigmas: float = 6.0
+
+    def are_impacts(self, before_m_s: FloatArray, after_m_s: FloatArray, u_jump_m_s: FloatArray) -> BoolArray:
+        """Return where a velocity falls before, rises after and jumps by enough; NaN is none."""
+        turns = (before_m_s < -self.least_speed_m_s) & (after_m_s > self.least_speed_m_s)
+        return np.asarray(turns & (after_m_s - before_m_s > np.maximum(self.least_jump_m_s, self.sigmas * u_jump_m_s)))
+
+
+IMPACT_LIMITS = ImpactLimits()
+
+
+def find_impacts(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray) -> FloatArray:
+    """Return the instants of the impacts in a height, in order, shape (n_impacts,).
+
+    Candidates are local minima. Parabolas over 10 ms on either side give the velocities there (`ImpactLimits`); the
+    instant is where parabolas over up to 30 ms on either side meet. An apex or a smooth turn-round does not jump, a
+    stop in a granular bed does not rise.
 
     Parameters
     ----------
     time_s
-        Shape (n_samples,).
+        Shape (n,), increasing, not necessarily even.
     height_m
-        Height along the floor's normal, shape (n_samples,); NaN where unknown.
-    valid
-        Shape (n_samples,).
+        Height along the floor's normal, shape (n,); NaN where unknown: no impact is told within 10 ms of it.
+    u_height_m
+        Standard uncertainty of each height, shape (n,).
+    """
+    limits, height = IMPACT_LIMITS, _Height(time_s, height_m, u_height_m)
+    if time_s.size < 2 * limits.least_points:
+        return np.zeros(0)
+    at = (height.minima_s()[:, None] + np.array(limits.shift_s)).ravel()
+    before, after, u_jump = height.speeds(at)
+    jump = after - before
+    enough = limits.are_impacts(before, after, u_jump) & (jump > limits.waves * height.waves_m_s())
+    significance = np.where(enough, jump / u_jump, 0.0).reshape(-1, len(limits.shift_s))
+    best = np.arange(significance.shape[0]) * len(limits.shift_s) + significance.argmax(axis=1)
+    best = best[significance.max(axis=1, initial=0.0) > 0.0]
+    moment = at[best // len(limits.shift_s) * len(limits.shift_s)]
+    kept = _possible(moment, before[best], after[best])
+    return height.meetings(moment[kept], after[best][kept])
+
+
+def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArray, sample_rate_hz: float) -> FloatArray:
+    """Return the instants of the impacts in the height of a sampled track: `find_impacts` on means of 0.5 ms.
+
+    Parameters
+    ----------
+    time_s, height_m, valid
+        Shape (n_samples,); heights that are NaN or not valid are unknown.
     sample_rate_hz
         Rate of the samples.
-
-    Returns
-    -------
-    FloatArray
-        Times in s, shape (n_impacts,), in order; good to about a millisecond.
     """
-    size = max(1, round(STEP_S * sample_rate_hz))
-    count = height_m.size // size
-    known = valid & np.isfinite(height_m)
-    usable = np.asarray(known[: count * size].reshape(count, size).all(axis=1))
-    side = max(4, round(SIDE_S * sample_rate_hz / size))
-    if count < 2 * side + 3:
-        return np.empty(0)
-    step_s = size / sample_rate_hz
-    filled = np.where(known, height_m, 0.0)[: count * size].reshape(count, size).mean(axis=1)
-    kernel = end_slope_kernel(side) / step_s
-    windows = np.lib.stride_tricks.sliding_window_view(filled, side)
-    whole = np.asarray(np.lib.stride_tricks.sliding_window_view(usable, side).all(axis=1))
-    before, after = windows[:-side] @ kernel, -(windows[side:, ::-1] @ kernel)
-    complete = whole[:-side] & whole[side:]
-    sigma = _slope_noise(filled, usable, kernel)
-    jump = after - before
-    least = max(LEAST_JUMP_M_S, SIGMAS * np.sqrt(2.0) * sigma, WAVES * _waves(jump[complete]))
-    falls_then_rises = (before < -LEAST_SPEED_M_S) & (after > max(LEAST_SPEED_M_S, SIGMAS * sigma)) & complete
-    candidates = np.where(falls_then_rises, jump, 0.0)
-    found, _ = find_peaks(np.pad(candidates, 1), height=least, distance=max(1, round(APART_S / step_s)))
-    found = _possible(found - 1, before, after, step_s)
-    centre_s = time_s[0] + (found + side) * step_s - 0.5 / sample_rate_hz
-    return np.asarray(centre_s, dtype=np.float64)
+    size = max(1, round(IMPACT_LIMITS.track_step_s * sample_rate_hz))
+    whole = height_m.size // size * size
+    known = np.where(valid, height_m, np.nan)[:whole]
+    time, height = (values.reshape(-1, size).mean(axis=1) for values in (time_s[:whole], known))
+    third = np.abs(np.diff(height, 3))
+    third = third[np.isfinite(third)]
+    if third.size == 0:
+        return np.zeros(0)
+    noise = _MEDIAN_TO_SD * float(np.median(third)) / np.sqrt(_THIRD_DIFFERENCE_GAIN)
+    return find_impacts(time, height, np.full(time.size, max(noise, 1e-9)))
 
 
-def _possible(found: IntArray, before: FloatArray, after: FloatArray, step_s: float) -> IntArray:
-    """Return the impacts that can follow each other, the hardest first.
+def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray) -> FloatArray:
+    """Return the times of all sharp minima of a height: impacts and what may be one, shape (n_turns,).
+
+    A minimum counts where the height, smoothed over 2 ms, rises by more than max(0.15 mm, 6 u) within 8 ms on both
+    sides, which takes a curvature of half of gravity. Parameters as in `find_impacts`.
+    """
+    limits, known = IMPACT_LIMITS, np.isfinite(height_m)
+    step = limits.track_step_s
+    grid = np.arange(time_s[known][0], time_s[known][-1], step)
+    width = max(1, round(limits.smooth_s / step))
+    height = uniform_filter1d(np.interp(grid, time_s[known], height_m[known]), width, mode="nearest")
+    reach, near = round(limits.turn_s / step), round(0.6 * limits.turn_s / step)
+    least = max(limits.least_dip_m, limits.dip_sigmas * float(np.median(u_height_m)))
+    found: list[float] = []
+    lowest = np.flatnonzero(height <= minimum_filter1d(height, 2 * near + 1, mode="nearest"))
+    for k in lowest[(lowest >= near) & (lowest < grid.size - near)]:
+        if found and grid[k] - found[-1] < 0.6 * limits.turn_s:
+            continue
+        left, right = height[max(0, k - reach) : k + 1].max(), height[k : k + reach + 1].max()
+        if min(left, right) - height[k] > least:
+            found.append(float(grid[k]))
+    return np.array(found)
+
+
+def _possible(at_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray) -> list[int]:
+    """Return which impacts can follow each other, the hardest first, in order.
 
     A sphere that leaves the floor at v comes back after 2 v / g, and one that arrives at v has fallen for v / g: an
-    impact much nearer to a harder one is a flaw of the correction.
+    impact much nearer to a harder one is a flaw of the track.
     """
+    limits = IMPACT_LIMITS
     kept: list[int] = []
-    for index in sorted(found, key=lambda k: before[k] - after[k]):
-        clear = True
+    for index in np.argsort(before_m_s - after_m_s):
+        allowed = True
         for other in kept:
-            harder_first = other < index
-            least_s = MARGIN * (2.0 * after[other] if harder_first else -before[other]) / G_M_S2
-            clear = clear and abs(index - other) * step_s >= least_s
-        if clear:
+            flight_s = (2.0 * after_m_s[other] if at_s[other] < at_s[index] else -before_m_s[other]) / (
+                NOMINAL_GRAVITY_M_S2
+            )
+            allowed &= bool(abs(at_s[index] - at_s[other]) > max(limits.apart_s, limits.margin * flight_s))
+        if allowed:
             kept.append(int(index))
-    return np.asarray(sorted(kept), dtype=np.intp)
+    return sorted(kept)
 
 
-def _waves(jump_m_s: FloatArray) -> float:
-    """Return the size of the jumps that a mismatch left in the track makes everywhere, not only at impacts."""
-    if jump_m_s.size == 0:
-        return 0.0
-    return float(np.median(np.abs(jump_m_s - np.median(jump_m_s))) / 0.674489750196)
+@dataclass(frozen=True, slots=True)
+class _Height:
+    """A height with its uncertainty, shapes (n,)."""
 
+    time_s: FloatArray
+    height_m: FloatArray
+    u_m: FloatArray
 
-def end_slope_kernel(count: int) -> FloatArray:
-    """Return weights w with slope at the end of a window = w @ values, for a least-squares parabola, per step."""
-    x = np.arange(count) - count + 0.5
-    return np.asarray(np.linalg.pinv(np.vander(x, 3, increasing=True))[1])
+    def minima_s(self) -> FloatArray:
+        """Return where the height is lowest within 6 ms on either side: less than half of `apart_s`."""
+        height = np.where(np.isfinite(self.height_m), self.height_m, np.inf)
+        near = 0.46 * IMPACT_LIMITS.apart_s
+        first = np.searchsorted(self.time_s, self.time_s - near)
+        last = np.searchsorted(self.time_s, self.time_s + near, side="right")
+        around = np.minimum.reduceat(np.append(height, np.inf), np.stack([first, last], axis=1).ravel())[::2]
+        return self.time_s[np.isfinite(height) & (height <= around)]
 
+    def speeds(self, at_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the velocities just before and after some instants, and u of their difference; NaN where unknown."""
+        limits = IMPACT_LIMITS
+        before, u_before = self._parabolas(at_s - limits.side_s, at_s - limits.clear_s, at_s)
+        after, u_after = self._parabolas(at_s + limits.clear_s, at_s + limits.side_s, at_s)
+        return before[:, 1], after[:, 1], np.hypot(u_before, u_after)
 
-def _slope_noise(height_m: FloatArray, usable: BoolArray, kernel: FloatArray) -> float:
-    """Return the standard deviation that white noise of the height gives a one-sided slope."""
-    third = np.diff(height_m, 3)[np.lib.stride_tricks.sliding_window_view(usable, 4).all(axis=1)]
-    if third.size == 0:
-        return float("inf")
-    noise = float(np.median(np.abs(third)) / (0.674489750196 * np.sqrt(20.0)))
-    return noise * float(np.linalg.norm(kernel))
+    def waves_m_s(self) -> float:
+        """Return the size of the jumps that a mismatch left in the track makes everywhere, not only at impacts."""
+        side = IMPACT_LIMITS.side_s
+        before, after, _ = self.speeds(np.arange(self.time_s[0] + side, self.time_s[-1] - side, 0.2 * side))
+        jump = (after - before)[np.isfinite(after - before)]
+        return _MEDIAN_TO_SD * float(np.median(np.abs(jump - np.median(jump)))) if jump.size else 0.0
+
+    def meetings(self, at_s: FloatArray, after_m_s: FloatArray) -> FloatArray:
+        """Return where the parabolas before and after each instant meet, near it.
+
+        They end before the neighbours, and before a body under gravity is back: after the last impact found smaller
+        ones may follow.
+        """
+        limits, edge = IMPACT_LIMITS, np.concatenate([self.time_s[:1], at_s, self.time_s[-1:]])
+        back = np.minimum(limits.meeting_side_s, 0.9 * (at_s - edge[:-2]))
+        on = 0.9 * np.minimum(edge[2:] - at_s, 2.0 * after_m_s / NOMINAL_GRAVITY_M_S2)
+        on = np.minimum(limits.meeting_side_s, on)
+        for _ in range(2):
+            before, _ = self._parabolas(at_s - back, at_s - limits.track_step_s, at_s)
+            after, _ = self._parabolas(at_s + limits.track_step_s, at_s + on, at_s)
+            c, b, a = (before - after).T
+            root = b * b - 4.0 * a * c
+            meets = root >= 0.0  # NaN, an unknown side, does not
+            b, root = np.where(meets, b, 1.0), np.where(meets, root, 1.0)
+            shift = np.where(meets, -2.0 * c / (b + np.copysign(np.sqrt(root), b)), 0.0)
+            at_s = at_s + np.clip(shift, -0.4 * limits.side_s, 0.4 * limits.side_s)
+        return at_s
+
+    def _parabolas(self, first_s: FloatArray, last_s: FloatArray, at_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Fit parabolas on [first, last]; return height, velocity, half the curvature at `at`, and u of the velocity.
+
+        Shapes (m, 3) and (m,), NaN with fewer than four points or an unknown one. u is widened by the misfit.
+        """
+        begin, end = np.searchsorted(self.time_s, first_s), np.searchsorted(self.time_s, last_s, side="right")
+        index = begin[:, None] + np.arange(max(int((end - begin).max(initial=0)), 1))
+        inside = index < end[:, None]
+        index = np.minimum(index, self.time_s.size - 1)
+        known = (end - begin >= IMPACT_LIMITS.least_points) & (np.isfinite(self.height_m[index]) | ~inside).all(axis=1)
+        inside &= known[:, None]
+        unit = IMPACT_LIMITS.side_s  # in which the columns are of one size
+        t = (self.time_s[index] - at_s[:, None]) / unit
+        weight = np.where(inside, 1.0 / self.u_m[index], 0.0)
+        columns = np.stack([np.ones_like(t), t, t**2], axis=2) * weight[:, :, None]
+        wanted = np.where(inside, self.height_m[index], 0.0) * weight
+        normal = np.where(known[:, None, None], columns.transpose(0, 2, 1) @ columns, np.eye(3))
+        covariance = np.linalg.inv(normal)
+        solution = (covariance @ (columns.transpose(0, 2, 1) @ wanted[:, :, None]))[:, :, 0]
+        square = ((wanted - (columns @ solution[:, :, None])[:, :, 0]) ** 2).sum(axis=1)
+        misfit = square / np.maximum(inside.sum(axis=1) - 3, 1)
+        u_speed = np.sqrt(covariance[:, 1, 1] * np.maximum(misfit, 1.0)) / unit
+        solution = np.where(known[:, None], solution / unit ** np.arange(3), np.nan)
+        return solution, np.where(known, u_speed, np.nan)

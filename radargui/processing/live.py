@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
+from radargui.conditioning.hum import Hum, find_hum
+from radargui.conditioning.noise import white_noise_v
+from radargui.conditioning.trigger import MotionTrigger
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.bistatic import locate_exact
 from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
-from radargui.motion.hum import Hum
-from radargui.motion.trigger import MotionTrigger
 from radargui.processing.live_memory import LiveMemory
 from radargui.processing.live_samples import LiveSamples, Means
 from radargui.processing.locate import LEAST_RECEIVERS
@@ -48,6 +49,9 @@ class LiveEstimate:
         Shape (3, n); the release position at rest, NaN while unknown or with fewer than three receivers.
     moving
         Whether the tracer moves now.
+    began_anew
+        Whether samples were lost while the tracer moved: positions since then count from the rest after the gap as if
+        that were the release, until a run is armed.
     """
 
     index: IntArray
@@ -56,6 +60,7 @@ class LiveEstimate:
     change_m: FloatArray
     position_m: FloatArray
     moving: bool
+    began_anew: bool = False
 
 
 class _Mode(Enum):
@@ -96,8 +101,9 @@ class LiveProcessor:
         rad_per_m = self._setup.radar.phase_sign * 2.0 * np.pi / self._setup.radar.wavelength_m
         self._filters = self._memory.filters(rad_per_m, self._setup.n_receivers)
         self._trigger = MotionTrigger(self._digitisation, self._setup.recording.threshold)
-        self._samples = LiveSamples(self._digitisation)
-        self._hum = Hum()
+        self._samples = LiveSamples(self._digitisation, self._setup.daq)
+        self._hum: Hum | None = None
+        self._hum_from_s = 0.0
         self._past = self._samples.nothing()
         self._pending = self._samples.nothing()
         self._n_told = 0
@@ -105,6 +111,7 @@ class LiveProcessor:
         self._position_m = self._release_m.copy()
         self._lowest_m = float(self._release_m[2])
         self._n_quiet = 0
+        self._began_anew = False
 
     def at_release(self) -> None:
         """Tell that the tracer hangs at its release and rests, as it does when a run is armed.
@@ -114,6 +121,10 @@ class LiveProcessor:
         """
         if self._mode is _Mode.FOLLOWING and self._lies_on_floor():
             return
+        self._began_anew = False
+        self._begin_at_release()
+
+    def _begin_at_release(self) -> None:
         self._mode = _Mode.RESTING
         self._position_m = self._release_m.copy()
         self._lowest_m = float(self._release_m[2])
@@ -128,6 +139,7 @@ class LiveProcessor:
             self._past = self._samples.nothing()
             if self._mode is not _Mode.RESTING:
                 self._mode = _Mode.LOST
+                self._began_anew = True
         moving = self._trigger.push(samples).moving
         new = self._samples.push(samples)
         self._n_quiet = 0 if moving else self._n_quiet + new.count
@@ -138,8 +150,9 @@ class LiveProcessor:
             self._past = self._past.joined(new).part(-self._columns(REST_MEMORY_S), None)
         self._lowest_m = min(self._lowest_m, float(self._position_m[2]))
         if self._mode is not _Mode.RESTING and self._is_back(estimate):
-            self.at_release()
-        return estimate
+            # after a gap nobody knows where it rests: it counts from there as if that were its release, and says so
+            self._begin_at_release()
+        return replace(estimate, began_anew=True) if self._began_anew else estimate
 
     def _estimate_by_mode(self, new: Means, *, moving: bool) -> LiveEstimate:
         if new.count == 0 or self._mode is _Mode.LOST:
@@ -154,7 +167,7 @@ class LiveProcessor:
         """Begin a motion: learn the hum, the phase and the noise of the rest before it."""
         late = self._columns(BEFORE_MOTION_S)
         rest = self._past.part(0, max(self._past.count - late, 0))
-        self._hum.learn(rest.volts, self._time_s(rest))
+        self._hum = self._hum_of(rest)
         quiet = self._without_hum(rest.part(-self._columns(REST_S), None))
         for follower, pair in zip(self._filters, _pairs(quiet), strict=True):
             if pair.shape[1] > 1:
@@ -226,7 +239,16 @@ class LiveProcessor:
         return bool((np.abs(estimate.change_m[:, -1]) < AT_RELEASE_M).all())
 
     def _without_hum(self, means: Means) -> FloatArray:
-        return np.asarray(means.volts - self._hum.at(self._time_s(means)))
+        if self._hum is None:
+            return means.volts
+        return np.asarray(means.volts - self._hum.at(self._time_s(means) - self._hum_from_s))
+
+    def _hum_of(self, rest: Means) -> Hum | None:
+        """Return the pick-up in a rest, on the time axis that begins with it."""
+        if rest.count < 2:
+            return None
+        self._hum_from_s = float(self._time_s(rest)[0])
+        return find_hum(rest.volts, self._samples.rate_hz, (slice(0, rest.count),), white_noise_v(rest.volts))
 
     def _time_s(self, means: Means) -> FloatArray:
         return np.asarray(means.index / self._digitisation.sample_rate_hz)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radargui.conditioning.averager import Averager
 from radargui.model.arrays import FloatArray, IntArray, RawArray
-from radargui.model.digitisation import Digitisation
-from radargui.motion.averager import Averager
+from radargui.model.daq import Daq
+from radargui.model.digitisation import Digitisation, channel_skew
 
 LIVE_RATE_HZ = 4000.0
 """Block means at this rate still follow a Doppler of several hundred Hz."""
@@ -50,13 +51,17 @@ class LiveSamples:
     ----------
     digitisation
         How the samples to be pushed were taken.
+    daq
+        Tells the multiplexer skew where the samples come without it.
     """
 
-    def __init__(self, digitisation: Digitisation) -> None:
+    def __init__(self, digitisation: Digitisation, daq: Daq) -> None:
         self._n_channels = digitisation.n_channels
         self._sample_rate_hz = digitisation.sample_rate_hz
         self._averager = Averager(digitisation, max(1, round(digitisation.sample_rate_hz / LIVE_RATE_HZ)))
-        delay = np.arange(digitisation.n_channels) * digitisation.channel_skew_s * digitisation.sample_rate_hz
+        delay = (
+            np.arange(digitisation.n_channels) * channel_skew(digitisation, daq).delay_s * digitisation.sample_rate_hz
+        )
         self._share = (delay / self._averager.size)[:, None]
         self._next_index = 0
         self._before: FloatArray | None = None

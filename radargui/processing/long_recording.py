@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from radargui.conditioning.long_motion import LongMotion, find_long_motion
 from radargui.files.run_file import read_run
 from radargui.files.run_stream import RunStream, run_stream
 from radargui.model.arrays import FloatArray, RawArray
@@ -13,7 +14,6 @@ from radargui.model.block import Gap
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError
 from radargui.model.recording import Excerpt, Recording
-from radargui.motion.long_motion import LongMotion, find_long_motion
 
 LONG_SAMPLES = 1 << 22
 """A recording with more samples a channel (126 s at 33.3 kS/s) is long."""

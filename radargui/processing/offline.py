@@ -7,6 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.conditioned import Conditioned
+from radargui.correction.correct import correct
 from radargui.model.bounce import Bounces
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEndPrior
@@ -15,13 +18,12 @@ from radargui.model.result import RunResult
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
 from radargui.model.track import Track
-from radargui.motion.segment import find_segment
+from radargui.processing.by_receiver import measure_by_receiver
 from radargui.processing.calibration_uncertainty import calibration_uncertainty
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.processing.long_recording import shortened
-from radargui.processing.road import Road
-from radargui.processing.step_by_step import corrected_by_steps, step_by_step
-from radargui.processing.stretch import stretches
+from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
+from radargui.processing.part import Part
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements
@@ -29,7 +31,7 @@ from radargui.restitution.cross_check import disagreements
 ESTIMATES = ("adaptive", "joint")
 
 Progress = Callable[[float], None]
-Standing = Callable[[RunResult], None]
+OnPreliminary = Callable[[RunResult], None]
 
 STOPPED = "the joint correction was stopped before it ended: the adaptive one stands"
 
@@ -44,7 +46,7 @@ def process(
     recording: Recording,
     setup: Setup,
     progress: Progress | None = None,
-    standing: Standing | None = None,
+    on_preliminary: OnPreliminary | None = None,
     front_ends: FrontEndPrior | None = None,
 ) -> RunResult:
     """Turn the samples of one run into path lengths, track, bounces and g.
@@ -57,7 +59,7 @@ def process(
         Geometry, correction, release position.
     progress
         Called with the share done, 0 to 1; what it raises, as `CancelledError`, ends the work.
-    standing
+    on_preliminary
         Given the preliminary result of the adaptive correction while the joint one is being computed.
     front_ends
         What other runs say about the front ends, prior of the joint correction; None: nothing, the run speaks for
@@ -76,33 +78,29 @@ def process(
     """
     _check(recording, setup)
     recording = shortened(recording)
-    tell = progress or (lambda _: None)
+    report = progress or (lambda _: None)
     warnings = _warnings_before(recording, setup)
-    stretch, segment = _stretch_with_motion(recording)
-    if segment is None:
-        return RunResult(
-            recording, setup, "no_motion", "the voltages do not move more than their noise", warnings=tuple(warnings)
-        )
-    tell(0.1)
-
-    def result_of(road: Road) -> RunResult:
-        return _result(recording, setup, stretch, segment, road, warnings)
-
-    stands = None if standing is None else lambda road: standing(replace(result_of(road), preliminary=True))
-    road = _road(_part(recording, stretch), segment, setup, lambda done: tell(0.1 + 0.8 * done), stands, front_ends)
-    tell(0.9)
-    return result_of(road)
+    conditioned = condition(recording, setup)
+    if isinstance(conditioned, NoMotion):
+        return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
+    report(0.1)
+    part = Part.sound(setup, conditioned)
+    motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
+    report(0.9)
+    return _result(recording, part, motion, warnings)
 
 
 def steps_of(result: RunResult) -> tuple[object, ...]:
     """Return what the correction of a result found on its way (`CorrectedIQ.steps`), found again in its samples."""
-    recording, segment, corrected = result.recording, result.segment, result.corrected
-    if corrected is None or segment is None or corrected.method in ESTIMATES:
+    corrected = result.corrected
+    if corrected is None or corrected.method in ESTIMATES:
         return ()
-    stretch = next(one for one in stretches(recording) if one.start <= segment.first < one.stop)
-    inside = segment.counted_from(stretch.start)
-    found = corrected_by_steps(_part(recording, stretch), inside, corrected.method, lambda _: None)
-    return Whole(recording, stretch).corrected(found).steps
+    conditioned = condition(result.recording, result.setup)
+    if isinstance(conditioned, NoMotion):
+        return ()
+    part = Part.sound(result.setup, conditioned)
+    whole = Whole(result.recording, part.conditioned, part.receivers)
+    return whole.corrected(correct(part.conditioned, corrected.method), part.faults).steps
 
 
 def cut_short(result: RunResult) -> RunResult:
@@ -110,32 +108,30 @@ def cut_short(result: RunResult) -> RunResult:
     return replace(result, warnings=(STOPPED, *result.warnings))
 
 
-def _result(
-    recording: Recording, setup: Setup, stretch: slice, segment: Segment, road: Road, before: list[str]
-) -> RunResult:
-    """Return what a road gave, with bounces, verdicts and warnings; those of `before` come first."""
-    rate_hz = recording.digitisation.sample_rate_hz
-    corrected, paths, track = road.corrected, road.paths, road.track
-    warnings = [*before, *road.warnings]
-    rejected = [
-        f"receiver {channel.name}: {channel.reason}" for channel in corrected.channels if channel.verdict == "rejected"
-    ]
+def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: list[str]) -> RunResult:
+    """Return what was measured, with bounces, verdicts and warnings; those of `before` come first."""
+    setup, conditioned = part.setup, part.conditioned
+    rate_hz, segment = conditioned.sample_rate_hz, conditioned.segment
+    whole = Whole(recording, conditioned, part.receivers)
+    corrected, track = whole.corrected(motion.corrected, part.faults), motion.track
+    warnings = [*before, *motion.warnings]
+    rejected = [f"receiver {one.name}: {one.reason}" for one in corrected.channels if one.verdict == "rejected"]
+    if part.goes_on_without:
+        warnings += [f"{sentence}: the others go on without it" for sentence in rejected]
+        rejected = []
     if track is not None and not segment.has_rest:
-        warnings.append(NO_REST_AFTER_GAP if stretch.start else NO_REST)
-        if stretch.start:
+        after_gap = conditioned.samples.start > 0
+        warnings.append(NO_REST_AFTER_GAP if after_gap else NO_REST)
+        if after_gap:
             track = _unknown(track)
     bounces, calibration = Bounces(), None
     if track is not None and not rejected:
-        bounces = _bounces_of(track, segment, setup, rate_hz) if road.bounces is None else road.bounces
+        bounces = motion.bounces or _bounces_of(track, segment, setup, rate_hz)
         if segment.has_rest:
-            calibration = calibration_uncertainty(paths, setup, segment, _bounces_of, rate_hz, road.shift)
+            calibration = calibration_uncertainty(motion.paths, setup, segment, _bounces_of, rate_hz, motion.shift)
         else:
             bounces = _unsupported(bounces)
         warnings += disagreements(bounces)
-    if stretch != slice(0, recording.n_samples):
-        whole = Whole(recording, stretch)
-        corrected, paths, segment = whole.corrected(corrected), whole.paths(paths), whole.segment(segment)
-        track = None if track is None else whole.track(track)
     warnings += [
         f"receiver {channel.name} is {channel.verdict}: {channel.reason}"
         for channel in corrected.channels
@@ -143,55 +139,65 @@ def _result(
     ]
     return RunResult(
         recording,
-        setup,
+        part.whole_setup,
         status="rejected" if rejected else "ok",
         reason="; ".join(rejected),
-        segment=segment,
+        segment=whole.segment(segment),
         corrected=corrected,
-        paths=paths,
-        track=track,
+        paths=whole.paths(motion.paths),
+        track=None if track is None else whole.track(track),
         bounces=bounces,
         calibration_uncertainty=calibration,
         warnings=tuple(warnings),
-        front_end_prior=road.front_end_prior,
+        front_end_prior=motion.front_end_prior,
     )
 
 
-def _part(recording: Recording, stretch: slice) -> Recording:
-    """Return the recording of a gapless stretch, at its own times."""
-    if stretch == slice(0, recording.n_samples):
-        return recording
-    return replace(
-        recording,
-        raw=recording.raw[:, stretch],
-        gaps=(),
-        file_time_s=recording.time_s()[stretch],
-        trigger_index=None,
-        excerpt=None,
-    )
-
-
-def _road(
+def _measure_part(
     recording: Recording,
-    segment: Segment,
-    setup: Setup,
-    tell: Progress,
-    standing: Callable[[Road], None] | None,
+    part: Part,
+    report: Progress,
+    on_preliminary: OnPreliminary | None,
     front_ends: FrontEndPrior | None,
-) -> Road:
-    """Take the road of the chosen correction; where an estimate cannot be made the published procedure stands."""
+    warnings: list[str],
+) -> MeasuredMotion:
+    if not part.receivers:
+        return nothing_measured(part.conditioned, part.setup.processing.correction)
+
+    def preliminary(motion: MeasuredMotion) -> None:
+        if on_preliminary is not None:
+            on_preliminary(replace(_result(recording, part, motion, warnings), preliminary=True))
+
+    return _measure(
+        part.conditioned,
+        part.setup,
+        lambda done: report(0.1 + 0.8 * done),
+        None if on_preliminary is None else preliminary,
+        None if front_ends is None else part.prior(front_ends),
+    )
+
+
+def _measure(
+    conditioned: Conditioned,
+    setup: Setup,
+    progress: Progress,
+    on_preliminary: Callable[[MeasuredMotion], None] | None,
+    front_ends: FrontEndPrior | None,
+) -> MeasuredMotion:
+    """Measure the motion by the chosen correction; where an estimate cannot be made the published procedure stands."""
     method = setup.processing.correction
     if method not in ESTIMATES:
-        return step_by_step(recording, segment, setup, method, tell)
+        return measure_by_receiver(conditioned, setup, method, progress)
     # only who asks for an estimate pays for loading it
-    from radargui.processing.estimated import estimated
+    from radargui.processing.by_estimate import measure_by_estimate
 
     try:
-        return estimated(recording, segment, setup, method, tell, standing, front_ends)
+        return measure_by_estimate(conditioned, setup, method, progress, on_preliminary, front_ends)
     except ProcessingError as error:
-        road = step_by_step(recording, segment, setup, "published", tell)
+        motion = measure_by_receiver(conditioned, setup, "published", progress)
         why = error.message.rstrip(".")
-        return replace(road, warnings=(f"the {method} correction cannot be made ({why}): the published one was used",))
+        sentence = f"the {method} correction cannot be made ({why}): the published one was used"
+        return replace(motion, warnings=(sentence,))
 
 
 def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
@@ -209,22 +215,6 @@ def _check(recording: Recording, setup: Setup) -> None:
         )
     if recording.n_samples == 0:
         raise ProcessingError(f"{recording.name} holds no samples", reasons=["the recording ended before it began"])
-
-
-def _stretch_with_motion(recording: Recording) -> tuple[slice, Segment | None]:
-    """Return the gapless stretch to use, and the motion within it.
-
-    One with a rest before the motion comes first, for there it is known where the sphere was; then the longest motion.
-    """
-    volts = recording.volts()
-    moving = [
-        (stretch, segment)
-        for stretch in stretches(recording)
-        if (segment := find_segment(volts[:, stretch], recording.digitisation.sample_rate_hz)) is not None
-    ]
-    if not moving:
-        return slice(0, recording.n_samples), None
-    return max(moving, key=lambda found: (found[1].has_rest, found[1].last - found[1].first))
 
 
 def _warnings_before(recording: Recording, setup: Setup) -> list[str]:

@@ -26,7 +26,7 @@ def result_of_run(
     path: Path,
     setup: Setup,
     progress: Callable[[float], None] | None = None,
-    standing: Callable[[RunResult], None] | None = None,
+    on_preliminary: Callable[[RunResult], None] | None = None,
 ) -> RunResult:
     """Return what `process` gives for a run file, without computing it where the file holds it; nothing is written.
 
@@ -39,7 +39,7 @@ def result_of_run(
         Run file.
     setup
         Geometry, correction, release position.
-    progress, standing
+    progress, on_preliminary
         See `process`; not called where nothing is computed.
 
     Raises
@@ -58,7 +58,7 @@ def result_of_run(
         stored, damaged = None, True
     if stored is not None:
         return _with_steps(stored)
-    result = process(read_for_processing(path), setup, progress, standing, read_prior(path, setup))
+    result = process(read_for_processing(path), setup, progress, on_preliminary, read_prior(path, setup))
     return replace(result, warnings=(DAMAGED, *result.warnings)) if damaged else result
 
 

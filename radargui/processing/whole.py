@@ -1,60 +1,88 @@
-"""Values of a gapless stretch laid back into the whole recording: NaN and invalid outside."""
+"""Values of conditioned signals laid back into the whole recording, with the sign that its wiring has."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
+from radargui.conditioning.conditioned import Conditioned
+from radargui.correction.ellipse import Ellipse
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.corrected import CorrectedIQ
+from radargui.model.front_end import FrontEnd
 from radargui.model.path import PathLengths
+from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording
 from radargui.model.segment import Segment
 from radargui.model.track import Track
 
+_F = TypeVar("_F", FrontEnd, ChannelQuality)
+_Rows = TypeVar("_Rows", FloatArray, BoolArray)
+
 
 class Whole:
-    """Lays values of the samples `stretch` of a recording back into all its samples.
+    """Lays values of conditioned signals back into all samples of the recording; NaN and invalid outside.
+
+    Corrected Q, its quality and its steps are shown beside the recorded Q: they get the wiring's sign back here, and
+    only here. Path lengths and track have none.
 
     Parameters
     ----------
     recording
         Gives the number and the times of the samples.
-    stretch
-        Samples that the values belong to.
+    conditioned
+        What the values were found in.
+    receivers
+        Which receivers of the recording these are, numbered from 0.
     """
 
-    def __init__(self, recording: Recording, stretch: slice) -> None:
+    def __init__(self, recording: Recording, conditioned: Conditioned, receivers: Sequence[int]) -> None:
         self._time_s = recording.time_s()
-        self._stretch = stretch
-        self._start = int(stretch.start)
+        self._samples = conditioned.samples
+        self._start = int(conditioned.samples.start)
+        self._sign = conditioned.phase_sign
+        self._receivers, self._n_receivers = list(receivers), recording.n_receivers
 
     def segment(self, segment: Segment) -> Segment:
         """Return the segment counted in samples of the recording."""
         return segment.counted_from(-self._start)
 
-    def corrected(self, corrected: CorrectedIQ) -> CorrectedIQ:
-        """Return corrected IQ of all samples."""
+    def corrected(self, corrected: CorrectedIQ, faults: Sequence[str]) -> CorrectedIQ:
+        """Return corrected IQ of all samples and receivers; those with a fault are rejected with it."""
+        channels = [ChannelQuality(str(k + 1), verdict="rejected", reason=why) for k, why in enumerate(faults)]
+        steps: list[object] = [None] * self._n_receivers
+        for place, channel in zip(self._receivers, corrected.channels, strict=True):
+            channels[place] = replace(as_wired(channel, self._sign), name=str(place + 1))
+        for place, step in zip(self._receivers, corrected.steps, strict=False):
+            steps[place] = self._steps(step)
         return replace(
             corrected,
             time_s=self._time_s,
-            i=self._spread(corrected.i),
-            q=self._spread(corrected.q),
-            u_phase_rad=self._spread(corrected.u_phase_rad),
-            valid=self._spread_mask(corrected.valid),
-            steps=tuple(self._steps(step) for step in corrected.steps),
+            i=self._all(self._spread(corrected.i), np.nan),
+            q=self._sign * self._all(self._spread(corrected.q), np.nan),
+            u_phase_rad=self._all(self._spread(corrected.u_phase_rad), np.nan),
+            valid=self._all(self._spread_mask(corrected.valid), fill=False),
+            channels=tuple(channels),
+            steps=tuple(steps) if corrected.steps else (),
         )
 
     def paths(self, paths: PathLengths) -> PathLengths:
         """Return path lengths of all samples."""
+        piece = None
+        if paths.piece is not None:
+            piece = np.zeros(self._time_s.size, dtype=np.intp)
+            piece[self._samples] = paths.piece
         return PathLengths(
             self._time_s,
-            self._spread(paths.phase_rad),
-            self._spread(paths.change_m),
-            self._spread(paths.u_m),
-            self._spread_mask(paths.valid),
+            self._all(self._spread(paths.phase_rad), np.nan),
+            self._all(self._spread(paths.change_m), np.nan),
+            self._all(self._spread(paths.u_m), np.nan),
+            self._all(self._spread_mask(paths.valid), fill=False),
+            piece,
         )
 
     def track(self, track: Track) -> Track:
@@ -68,27 +96,56 @@ class Whole:
         )
 
     def _steps(self, step: object) -> object:
-        return (
-            PublishedSteps(self._channel(step.i), self._channel(step.q)) if isinstance(step, PublishedSteps) else step
-        )
+        if isinstance(step, PublishedSteps):
+            return PublishedSteps(self._channel(step.i, 1), self._channel(step.q, self._sign))
+        if isinstance(step, Ellipse) and self._sign < 0:
+            return replace(step, q0_v=-step.q0_v, quadrature_error_rad=-step.quadrature_error_rad)
+        return step
 
-    def _channel(self, steps: ChannelSteps) -> ChannelSteps:
+    def _channel(self, steps: ChannelSteps, sign: int) -> ChannelSteps:
+        peaks, valleys = steps.peaks + self._start, steps.valleys + self._start
+        upper, lower = steps.upper, steps.lower
+        if sign < 0:
+            peaks, valleys, upper, lower = valleys, peaks, -lower, -upper
         return replace(
             steps,
             segment=self.segment(steps.segment),
-            peaks=steps.peaks + self._start,
-            valleys=steps.valleys + self._start,
+            peaks=peaks,
+            valleys=valleys,
+            upper=upper,
+            lower=lower,
             zero_crossings=steps.zero_crossings + self._start,
-            bias=self._spread(steps.bias),
+            bias=sign * self._spread(steps.bias),
             scale=self._spread(steps.scale),
         )
 
+    def _all(self, rows: _Rows, fill: float | bool) -> _Rows:
+        """Return rows of some receivers as rows of all."""
+        if len(self._receivers) == self._n_receivers:
+            return rows
+        out = np.full((self._n_receivers, rows.shape[1]), fill, dtype=rows.dtype)
+        out[self._receivers] = rows
+        return out
+
     def _spread(self, values: FloatArray) -> FloatArray:
+        if values.shape[-1] == self._time_s.size:
+            return values
         out = np.full((*values.shape[:-1], self._time_s.size), np.nan)
-        out[..., self._stretch] = values
+        out[..., self._samples] = values
         return out
 
     def _spread_mask(self, values: BoolArray) -> BoolArray:
         out = np.zeros((*values.shape[:-1], self._time_s.size), dtype=np.bool_)
-        out[..., self._stretch] = values
+        out[..., self._samples] = values
         return out
+
+
+def as_wired(front_end: _F, phase_sign: int) -> _F:
+    """Return a quadrature error found with Q inverted as that of Q as it is wired, and the other way round.
+
+    Q = g A sin(phase + eps) with an inverted phase is -g A sin(phase - eps).
+    """
+    angle = front_end.quadrature_error_deg
+    if phase_sign > 0 or angle is None:
+        return front_end
+    return replace(front_end, quadrature_error_deg=-angle)

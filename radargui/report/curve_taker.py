@@ -1,4 +1,4 @@
-"""Takes the curves of one result: the span with the motion, decimated, broken where samples were lost."""
+"""Takes the curves of one result: the span with the motion, decimated, broken where samples or the path were lost."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.result import RunResult
+from radargui.model.rounding import alone
 from radargui.report.curves import ReceiverCurves, RunCurves, StepCurves, TrackCurves
 from radargui.report.decimation import Curve, envelope, every
 
@@ -25,31 +26,43 @@ def take_curves(result: RunResult) -> RunCurves | None:
 
 
 class _Taker:
-    """Takes curves of one result: the samples within the span, broken at the gaps."""
+    """Curves of one result: samples within the span, broken at the gaps, and what rests on L at the restarts too."""
 
     def __init__(self, result: RunResult) -> None:
         recording = result.recording
         self.result = result
-        self.time_s = recording.time_s()
+        self.zero_s, _ = result.zero
+        self.time_s = recording.time_s() - self.zero_s
         self.rate_hz = recording.digitisation.sample_rate_hz
         self.first, self.last = _span(result)
         self.t = self.time_s[self.first : self.last]
         jumps = np.flatnonzero(np.diff(recording.index()) > 1) + 1
         self.breaks = [int(jump) - self.first for jump in jumps]
+        restarts = np.empty(0, dtype=np.intp) if result.paths is None else result.paths.restarts()
+        self.restarts = restarts[(restarts > self.first) & (restarts < self.last)] - self.first
         self.volts = recording.volts()[:, self.first : self.last]
 
     def take(self) -> RunCurves:
         result, recording = self.result, self.result.recording
         gaps = tuple(
-            (gap.first_index / self.rate_hz, (gap.first_index + gap.count) / self.rate_hz) for gap in recording.gaps
+            (gap.first_index / self.rate_hz - self.zero_s, (gap.first_index + gap.count) / self.rate_hz - self.zero_s)
+            for gap in recording.gaps
         )
-        impacts = tuple((bounce.time_s, bounce.e if bounce.valid else np.nan) for bounce in result.bounces.impacts)
+        impacts = tuple(
+            (bounce.time_s - self.zero_s, alone(bounce.e, bounce.u_e) if bounce.valid else "")
+            for bounce in result.bounces.impacts
+        )
         receivers = tuple(self._receiver(number) for number in range(recording.n_receivers))
         span = (float(self.t[0]), float(self.t[-1]))
-        return RunCurves(span, recording.digitisation.unit, receivers, self._track(), gaps, impacts)
+        since = result.zero[1].removeprefix("the ")
+        restarts = tuple(self.t[self.restarts].tolist())
+        return RunCurves(span, since, recording.digitisation.unit, receivers, self._track(), gaps, restarts, impacts)
 
     def _curve(self, values: FloatArray) -> Curve:
         return envelope(self.t, values, self.breaks)
+
+    def _of_pieces(self, values: FloatArray) -> Curve:
+        return envelope(self.t, values, [*self.breaks, *self.restarts])
 
     def _part(self, values: FloatArray | None, row: int) -> FloatArray:
         if values is None:
@@ -74,10 +87,10 @@ class _Taker:
             q=self._curve(q),
             plane=self._plane(i, q),
             phase_raw=self._curve(phase_raw),
-            phase=self._curve(phase),
-            phase_difference=self._curve(phase_raw - phase),
-            change=self._curve(self._part(paths.change_m if paths else None, row)),
-            u_change=self._curve(self._part(paths.u_m if paths else None, row)),
+            phase=self._of_pieces(phase),
+            phase_difference=self._of_pieces(phase_raw - phase),
+            change=self._of_pieces(self._part(paths.change_m if paths else None, row)),
+            u_change=self._of_pieces(self._part(paths.u_m if paths else None, row)),
             steps=self._steps(row),
         )
 
@@ -133,24 +146,26 @@ class _Taker:
         position = track.position_m[:, self.first : self.last]
         u = track.u_position_m[:, self.first : self.last]
         known = np.flatnonzero(np.isfinite(position).all(axis=0))
-        places = position[:, known[every(known.size, _TRACK_POINTS)]]
+        drawn = known[every(known.size, _TRACK_POINTS)]
+        places = np.insert(position[:, drawn], np.searchsorted(drawn, self.restarts), np.nan, axis=1)
         normal = self.result.bounces.normal or self.result.setup.floor.normal
         height = np.asarray(normal) @ position
         parabola, residual = self._fall(height)
-        x, y, _ = (self._curve(row) for row in position)
-        ux, uy, uz = (self._curve(row) for row in u)
+        x, y, _ = (self._of_pieces(row) for row in position)
+        ux, uy, uz = (self._of_pieces(row) for row in u)
         level = normal[2] > 1.0 - 1e-9
-        return TrackCurves(x, y, self._curve(height), level, (ux, uy, uz), places, parabola, residual)
+        return TrackCurves(x, y, self._of_pieces(height), level, (ux, uy, uz), places, parabola, residual)
 
     def _fall(self, height_m: FloatArray) -> tuple[Curve | None, Curve | None]:
         fall, impacts = self.result.bounces.free_fall, self.result.bounces.impacts
         if fall is None:
             return None, None
-        end = max(fall.last_time_s, impacts[0].time_s if impacts else fall.last_time_s)
-        t = np.linspace(fall.first_time_s, end, 100)
-        inside = (self.t >= fall.first_time_s) & (self.t <= fall.last_time_s)
-        fitted = np.polynomial.polynomial.polyval(self.t[inside] - fall.first_time_s, fall.parabola)
-        parabola = np.asarray(np.polynomial.polynomial.polyval(t - fall.first_time_s, fall.parabola), np.float64)
+        first, last = fall.first_time_s - self.zero_s, fall.last_time_s - self.zero_s
+        end = max(last, impacts[0].time_s - self.zero_s if impacts else last)
+        t = np.linspace(first, end, 100)
+        inside = (self.t >= first) & (self.t <= last)
+        fitted = np.polynomial.polynomial.polyval(self.t[inside] - first, fall.parabola)
+        parabola = np.asarray(np.polynomial.polynomial.polyval(t - first, fall.parabola), np.float64)
         return Curve(t, parabola), envelope(self.t[inside], height_m[inside] - fitted)
 
 

@@ -58,7 +58,7 @@ class TrackCurves:
     u
         Of x, y, z against time.
     places_m
-        Shape (3, n_points), evenly spread in time.
+        Shape (3, n_points), evenly spread in time; NaN where a path was lost.
     parabola
         The fitted fall, prolonged to the first impact; None where there is none.
     residual
@@ -82,7 +82,9 @@ class RunCurves:
     Attributes
     ----------
     span_s
-        First and last time drawn: the motion and some rest on both sides.
+        First and last time drawn: the motion and some rest on both sides. All times count from `RunResult.zero`.
+    since
+        What they count from, in words.
     unit
         Of the raw samples.
     receivers
@@ -91,13 +93,17 @@ class RunCurves:
         None with fewer than three receivers or where the run ended before.
     gaps_s
         First and last time of each run of lost samples.
+    restarts_s
+        Where a path was lost and L has another zero from there on.
     impacts
-        Time and e of each impact; e is NaN where not valid.
+        Time and e of each impact, to its uncertainty; e is empty where not valid.
     """
 
     span_s: tuple[float, float]
+    since: str
     unit: str
     receivers: tuple[ReceiverCurves, ...]
     track: TrackCurves | None
     gaps_s: tuple[tuple[float, float], ...]
-    impacts: tuple[tuple[float, float], ...]
+    restarts_s: tuple[float, ...]
+    impacts: tuple[tuple[float, str], ...]

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.decimation import extremes
 
 COLUMNS = 500
 """One minimum and maximum each third of a millimetre across an A4 page."""
@@ -62,23 +63,10 @@ def envelope(x: FloatArray, y: FloatArray, breaks: Sequence[int] = (), columns: 
         if xs:
             xs.append(x[first : first + 1])
             ys.append(np.array([np.nan]))
-        keep = _extremes(y[first:last], size) + first
+        keep = extremes(y[first:last], size) + first
         xs.append(x[keep])
         ys.append(y[keep])
     return Curve(np.concatenate(xs), np.concatenate(ys)) if xs else EMPTY
-
-
-def _extremes(y: FloatArray, size: int) -> IntArray:
-    """Return the indices of the lowest and highest sample of each `size`, in order; one of them where all are NaN."""
-    if size <= 2:
-        return np.arange(len(y), dtype=np.intp)
-    padded = np.concatenate([y, np.full(-len(y) % size, np.nan)]).reshape(-1, size)
-    known = np.isfinite(padded)
-    start = np.arange(len(padded), dtype=np.intp) * size
-    low = start + np.where(known, padded, np.inf).argmin(axis=1)
-    high = start + np.where(known, padded, -np.inf).argmax(axis=1)
-    ends = np.array([0, len(y) - 1], dtype=np.intp)
-    return np.unique(np.concatenate([low, high, ends]))
 
 
 def every(count: int, points: int) -> IntArray:

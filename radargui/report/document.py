@@ -48,15 +48,15 @@ class Picture:
     kind: Literal["picture"] = "picture"
 
 
-Block: TypeAlias = Facts | Grid | Note
+Content: TypeAlias = Facts | Grid | Note
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class Chapter:
     """Part of the report: text first, then pictures."""
 
     title: str
-    blocks: tuple[Block, ...] = ()
+    blocks: tuple[Content, ...] = ()
     pictures: tuple[Picture, ...] = ()
 
 
@@ -66,4 +66,4 @@ class Document:
 
     title: str
     author: str
-    sections: tuple[Section, ...]
+    sections: tuple[Chapter, ...]

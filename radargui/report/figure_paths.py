@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from radargui.report.curves import ReceiverCurves, RunCurves
+from radargui.report.decimation import Curve
 from radargui.report.sheet import (
     HEIGHT_MM,
     add_axes,
     draw_curve,
+    label,
     largest,
-    legend,
     new_page,
     rows_mm,
-    say_nothing_known,
     time_axis,
 )
 from radargui.report.style import RAW_COLOUR, RECEIVER_COLOURS, scaled
@@ -41,11 +44,7 @@ def _phase(figure: Figure, place: tuple[float, float], curves: RunCurves, receiv
     drawn = draw_curve(axes, receiver.phase_raw, color=RAW_COLOUR, linewidth=1.8, label="uncorrected")
     drawn |= draw_curve(axes, receiver.phase, color="black", label="corrected")
     time_axis(axes, curves, labelled=True)
-    axes.set_title(f"Phase of receiver {receiver.name}")
-    axes.set_ylabel("phase / rad")
-    legend(axes)
-    if not drawn:
-        say_nothing_known(axes)
+    label(axes, f"Phase of receiver {receiver.name}", "phase / rad", drawn=drawn)
 
 
 def _path(figure: Figure, place: tuple[float, float], curves: RunCurves, receiver: ReceiverCurves, colour: str) -> None:
@@ -65,37 +64,31 @@ def _path(figure: Figure, place: tuple[float, float], curves: RunCurves, receive
             label="± 2 u",
         )
     time_axis(axes, curves, labelled=True)
-    axes.set_title(f"Change of path length L{receiver.name}")
-    axes.set_ylabel(f"L{receiver.name} / {unit}")
-    legend(axes)
-    if not drawn:
-        say_nothing_known(axes)
+    if curves.restarts_s:
+        axes.set_xlabel("time / s (path lost at each yellow line: another zero)")
+    label(axes, f"Change of path length L{receiver.name}", f"L{receiver.name} / {unit}", drawn=drawn)
 
 
 def _difference(figure: Figure, place: tuple[float, float], curves: RunCurves) -> None:
     axes = add_axes(figure, _LEFT[0], place[0], _LEFT[1], place[1])
-    drawn = False
-    for receiver, colour in zip(curves.receivers, RECEIVER_COLOURS, strict=False):
-        drawn |= draw_curve(axes, receiver.phase_difference, color=colour, label=receiver.name)
-    time_axis(axes, curves, labelled=True)
-    axes.set_title("Change by the correction")
-    axes.set_ylabel("uncorrected − corrected / rad")
-    legend(axes)
-    if not drawn:
-        say_nothing_known(axes)
+    drawn = _draw_all(axes, curves, [receiver.phase_difference for receiver in curves.receivers])
+    label(axes, "Change by the correction", "uncorrected − corrected / rad", drawn=drawn)
 
 
 def _uncertainty(figure: Figure, place: tuple[float, float], curves: RunCurves) -> None:
     axes = add_axes(figure, _RIGHT[0], place[0], _RIGHT[1], place[1])
-    factor, unit = scaled("m", largest([receiver.u_change for receiver in curves.receivers]))
-    drawn = False
-    for receiver, colour in zip(curves.receivers, RECEIVER_COLOURS, strict=False):
-        drawn |= draw_curve(axes, receiver.u_change, factor, color=colour, label=f"L{receiver.name}")
-    time_axis(axes, curves, labelled=True)
-    axes.set_title("Standard uncertainty of L")
-    axes.set_ylabel(f"u(L) / {unit}")
-    legend(axes)
-    if not drawn:
-        say_nothing_known(axes)
-    else:
+    us = [receiver.u_change for receiver in curves.receivers]
+    factor, unit = scaled("m", largest(us))
+    if drawn := _draw_all(axes, curves, us, "L", factor):
         axes.set_ylim(bottom=0.0)
+    label(axes, "Standard uncertainty of L", f"u(L) / {unit}", drawn=drawn)
+
+
+def _draw_all(axes: Axes, curves: RunCurves, own: Sequence[Curve], letter: str = "", factor: float = 1.0) -> bool:
+    """Draw a curve of each receiver and return whether any is known."""
+    drawn = [
+        draw_curve(axes, curve, factor, color=colour, label=letter + receiver.name)
+        for curve, receiver, colour in zip(own, curves.receivers, RECEIVER_COLOURS, strict=False)
+    ]
+    time_axis(axes, curves, labelled=True)
+    return any(drawn)

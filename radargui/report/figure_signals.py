@@ -1,4 +1,4 @@
-"""Page of a run: raw and corrected IQ of each receiver against time and in the IQ plane."""
+"""Pages of a run: raw and corrected IQ against time and in the IQ plane; the steps of the published correction."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from radargui.report.curves import ReceiverCurves, RunCurves
+from radargui.report.curves import ReceiverCurves, RunCurves, StepCurves
 from radargui.report.decimation import Curve
 from radargui.report.sheet import (
     HEIGHT_MM,
@@ -19,7 +19,7 @@ from radargui.report.sheet import (
     say_nothing_known,
     time_axis,
 )
-from radargui.report.style import I_COLOUR, Q_COLOUR, RAW_COLOUR, scaled
+from radargui.report.style import FIT_COLOUR, I_COLOUR, Q_COLOUR, RAW_COLOUR, scaled
 
 _CORRECTED_LIMIT = 1.6
 
@@ -90,3 +90,47 @@ def _plane(axes: Axes, plane: Curve, factor: float, *, corrected: bool) -> None:
     else:
         axes.plot(0.0, 0.0, "+", color="#404040", markersize=4.0, markeredgewidth=0.5)
         axes.margins(0.08)
+
+
+def steps_page(curves: RunCurves) -> Figure:
+    """Return the page: one row a channel; splines, bias and extremes over the signal, the scale beside."""
+    figure = new_page()
+    steps = [step for receiver in curves.receivers for step in receiver.steps]
+    rows = rows_mm(len(steps), 33.0, min(HEIGHT_MM - 26.0, 33.0 + 42.0 * len(steps)), 7.0)
+    for number, (step, place) in enumerate(zip(steps, rows, strict=True)):
+        _step_row(figure, place, curves, step, first=number == 0, labelled=number == len(steps) - 1)
+    return figure
+
+
+def _step_row(
+    figure: Figure, place: tuple[float, float], curves: RunCurves, step: StepCurves, *, first: bool, labelled: bool
+) -> None:
+    top, height = place
+    factor, unit = scaled(curves.unit, step.signal.largest)
+    axes = add_axes(figure, 22.0, top, 118.0, height)
+    axes.axvspan(*step.segment_s, color="#eef3f8", linewidth=0, zorder=0)
+    draw_curve(axes, step.signal, factor, color=RAW_COLOUR, linewidth=0.5, label="signal")
+    colour = I_COLOUR if step.name.startswith("I") else Q_COLOUR
+    draw_curve(axes, step.upper, factor, color=colour, linewidth=0.8, label="upper, lower spline")
+    draw_curve(axes, step.lower, factor, color=colour, linewidth=0.8)
+    draw_curve(axes, step.bias, factor, color=FIT_COLOUR, linewidth=0.8, label="bias")
+    _marks(axes, step.peaks, factor, "^", "black", "peaks")
+    _marks(axes, step.valleys, factor, "v", "black", "valleys")
+    _marks(axes, step.zero_crossings, factor, "o", FIT_COLOUR, "zero crossings")
+    time_axis(axes, curves, labelled=labelled)
+    axes.set_ylabel(f"{step.name} / {unit}")
+    if first:
+        legend(axes, raised=True)
+    counts = f"{len(step.peaks.x)} peaks, {len(step.valleys.x)} valleys, {len(step.zero_crossings.x)} zero crossings"
+    axes.set_title(f"{step.name}: {counts}")
+    beside = add_axes(figure, 154.0, top, 42.0, height)
+    draw_curve(beside, step.scale, factor, color=colour)
+    time_axis(beside, curves, labelled=labelled)
+    beside.set_ylim(bottom=0.0)
+    beside.set_title(f"scale of {step.name} / {unit}")
+
+
+def _marks(axes: Axes, places: Curve, factor: float, marker: str, colour: str, label: str) -> None:
+    size = 1.2 if marker == "o" else 2.4
+    looks = {"linestyle": "", "color": colour, "marker": marker, "markersize": size, "markeredgewidth": 0.0}
+    draw_curve(axes, places, factor, label=label, **looks)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
 from radargui.report.curves import RunCurves, TrackCurves
-from radargui.report.sheet import add_axes, draw_curve, largest, legend, new_page, say_nothing_known, time_axis
+from radargui.report.sheet import add_axes, draw_curve, label, largest, legend, new_page, say_nothing_known, time_axis
 from radargui.report.style import FIT_COLOUR, IMPACT_COLOUR, RECEIVER_COLOURS, scaled
 from radargui.report.text_width import width_mm
 
@@ -34,7 +34,7 @@ def track_page(curves: RunCurves, track: TrackCurves, floor_m: float | None) -> 
     """
     figure = new_page()
     _height(add_axes(figure, _LEFT, 30.0, _WIDTH, 70.0), curves, track, floor_m)
-    _residual(add_axes(figure, _LEFT, 115.0, 80.0, 36.0), track)
+    _residual(add_axes(figure, _LEFT, 115.0, 80.0, 36.0), curves, track)
     _sideways(add_axes(figure, 118.0, 115.0, 80.0, 36.0), curves, track)
     _uncertainty(add_axes(figure, _LEFT, 167.0, 80.0, 36.0), curves, track)
     _in_space(add_axes(figure, 118.0, 166.0, 80.0, 40.0), track)
@@ -70,7 +70,7 @@ def _name_impacts(axes: Axes, curves: RunCurves) -> None:
     for number, (time_s, e) in enumerate(curves.impacts, 1):
         following = curves.impacts[number][0] if number < len(curves.impacts) else end
         room_mm = (min(following, end) - time_s) / (end - begin) * _WIDTH - 1.5
-        texts = [f"{number}", ""] if math.isnan(e) else [f"{number}: e = {e:.4f}", f"{number}", ""]
+        texts = [f"{number}: e = {e}", f"{number}", ""] if e else [f"{number}", ""]
         text = next(text for text in texts if width_mm(text, _SMALL) <= max(room_mm, 0.0))
         if begin <= time_s <= end:
             axes.annotate(
@@ -84,9 +84,9 @@ def _name_impacts(axes: Axes, curves: RunCurves) -> None:
             )
 
 
-def _residual(axes: Axes, track: TrackCurves) -> None:
+def _residual(axes: Axes, curves: RunCurves, track: TrackCurves) -> None:
     axes.set_title("Height less the fitted fall")
-    axes.set_xlabel("time / s")
+    axes.set_xlabel(f"time after the {curves.since} / s")
     if track.residual is None or not track.residual.largest:
         say_nothing_known(axes, "no fall was fitted")
         return
@@ -98,28 +98,20 @@ def _residual(axes: Axes, track: TrackCurves) -> None:
 
 def _sideways(axes: Axes, curves: RunCurves, track: TrackCurves) -> None:
     time_axis(axes, curves, labelled=True)
-    axes.set_title("Sideways")
     factor, unit = scaled("m", largest([track.x, track.y]))
     drawn = draw_curve(axes, track.x, factor, color=RECEIVER_COLOURS[1], label="x")
     drawn |= draw_curve(axes, track.y, factor, color=RECEIVER_COLOURS[2], label="y")
-    axes.set_ylabel(f"x, y / {unit}")
-    legend(axes)
-    if not drawn:
-        say_nothing_known(axes)
+    label(axes, "Sideways", f"x, y / {unit}", drawn=drawn)
 
 
 def _uncertainty(axes: Axes, curves: RunCurves, track: TrackCurves) -> None:
     time_axis(axes, curves, labelled=True)
-    axes.set_title("Standard uncertainty of the position")
     factor, unit = scaled("m", largest(track.u))
     drawn = False
     for curve, name, colour in zip(track.u, "xyz", (*RECEIVER_COLOURS[1:3], RECEIVER_COLOURS[0]), strict=True):
         drawn |= draw_curve(axes, curve, factor, color=colour, label=name)
-    axes.set_ylabel(f"u / {unit}")
-    legend(axes)
-    if not drawn:
-        say_nothing_known(axes)
-    else:
+    label(axes, "Standard uncertainty of the position", f"u / {unit}", drawn=drawn)
+    if drawn:
         axes.set_ylim(bottom=0.0)
 
 
@@ -128,7 +120,7 @@ def _projection(axes: Axes, track: TrackCurves, across: int, up: int) -> None:
     axes.set_title(f"{names[across]}-{names[up]} plane")
     axes.set_xlabel(f"{names[across]} / mm")
     axes.set_ylabel(f"{names[up]} / mm")
-    if track.places_m.shape[1] == 0:
+    if not np.isfinite(track.places_m).any():
         say_nothing_known(axes)
         return
     axes.plot(track.places_m[across] * 1e3, track.places_m[up] * 1e3, color=RECEIVER_COLOURS[0])
@@ -140,7 +132,7 @@ def _projection(axes: Axes, track: TrackCurves, across: int, up: int) -> None:
 
 def _cube(places_m: FloatArray) -> tuple[FloatArray, float]:
     """Return middle and half the side of the cube around the track: the views from the side share one scale."""
-    low, high = places_m.min(axis=1), places_m.max(axis=1)
+    low, high = np.nanmin(places_m, axis=1), np.nanmax(places_m, axis=1)
     return 0.5 * (low + high), max(_LEAST_HALF_SPAN_M, 0.55 * float((high - low).max()))
 
 
@@ -149,7 +141,7 @@ def _in_space(axes: Axes, track: TrackCurves) -> None:
     axes.set_axis_off()
     axes.set_aspect("equal")
     axes.set_title("Track in space")
-    if track.places_m.shape[1] == 0:
+    if not np.isfinite(track.places_m).any():
         say_nothing_known(axes)
         return
     middle, half = _cube(track.places_m)

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
+from pydantic_core import to_jsonable_python
 
 
 def plain_value(value: object) -> Any:
@@ -17,21 +14,11 @@ def plain_value(value: object) -> Any:
 
     Takes mappings, sequences, arrays, dataclasses and models, nested in any way; anything else becomes its text.
     """
-    if value is None or isinstance(value, (bool, int, str)):
-        return value
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, (np.generic, np.ndarray)):
-        return plain_value(value.tolist())
-    if isinstance(value, BaseModel):
-        return plain_value(value.model_dump(mode="json", by_alias=True))
-    if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain_value(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): plain_value(item) for key, item in value.items()}
-    if isinstance(value, Sequence):
-        return [plain_value(item) for item in value]
-    return str(value)
+    return to_jsonable_python(value, by_alias=True, inf_nan_mode="null", fallback=_unknown)
+
+
+def _unknown(value: object) -> object:
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else str(value)
 
 
 def json_bytes(value: object) -> bytes:

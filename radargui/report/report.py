@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
-from radargui.report.compose import compose
+from radargui.files.fresh_file import fresh_files, write_whole
+from radargui.model.drop import RunOrigin
 from radargui.report.document import Document
-from radargui.report.html import HtmlReport, inline
-from radargui.report.pdf import PdfReport
 from radargui.report.plain_values import json_bytes
-from radargui.report.run_facts import RunFacts, study
+from radargui.report.rendering import render
+from radargui.report.run_facts import ResultOf, RunFacts, all_simulated, study
+from radargui.report.run_section import run_section
 from radargui.report.series_files import impacts_csv, series_csv, session_document
-from radargui.report.style import page_style
-from radargui.report.whole_file import forget, partial_path, put_in_place, refusal, write_whole
-from radargui.session.session import Session
+from radargui.report.session_section import session_section
+from radargui.restitution.series import drop_labels
+from radargui.session.folder import REPORT_FOLDER, own_subfolder
+from radargui.session.info import SessionInfo
+from radargui.session.session import BY_OPERATOR, Session
 
-FOLDER = "report"
-_PROCESSING_SHARE = 0.5
+_READING_SHARE = 0.5
 
 Progress = Callable[[float], None]
 
@@ -47,17 +49,20 @@ class Report:
 
 def write_report(
     session: Session,
+    result_of: ResultOf,
     output: Path | None = None,
     progress: Progress | None = None,
     *,
     now: datetime | None = None,
 ) -> Report:
-    """Write what all runs of a session give with its setup; only what their files do not hold is computed.
+    """Write what all runs of a session give with its setup.
 
     Parameters
     ----------
     session
         A run of it that cannot be read or processed gets a section that says why.
+    result_of
+        Gives the result of each run, see `study`.
     output
         Folder of the report's files, which are replaced there; the session's own `report` folder where left out.
     progress
@@ -69,66 +74,65 @@ def write_report(
     ------
     FileError
         The folder cannot be written.
+    SessionError
+        The session's own report folder is a link out of the session.
     """
-    tell = progress or (lambda _: None)
-    folder = output or session.path / FOLDER
+    report_progress = progress or (lambda _: None)
+    folder = output or own_subfolder(session.path, REPORT_FOLDER)
     made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
-    report = Report(
-        folder / "report.pdf",
-        folder / "report.html",
-        folder / "report.csv",
-        folder / "report.json",
-        folder / "report-series.csv",
-    )
-    runs = _study_all(session, tell)
+    names = ("report.pdf", "report.html", "report.csv", "report.json", "report-series.csv")
+    report = Report(*(folder / name for name in names))
+    runs = _study_all(session, result_of, report_progress)
     write_whole(report.csv, [impacts_csv(runs)])
     write_whole(report.series_csv, [series_csv(runs)])
     write_whole(report.json, [json_bytes(session_document(session.info, runs, made_at))])
-    _draw(compose(session.info, runs, made_at), report, tell)
-    tell(1.0)
+    with fresh_files((report.pdf, report.html), force=True) as (pdf, html):
+        render(
+            compose(session.info, runs, made_at),
+            pdf,
+            html,
+            lambda share: report_progress(_READING_SHARE + (1.0 - _READING_SHARE) * share),
+        )
+    report_progress(1.0)
     return report
 
 
-def _study_all(session: Session, tell: Progress) -> list[RunFacts]:
+def _study_all(session: Session, result_of: ResultOf, report_progress: Progress) -> list[RunFacts]:
     paths = session.run_paths()
     runs = []
     for number, path in enumerate(paths):
 
         def part(done: float, number: int = number) -> None:
-            tell(_PROCESSING_SHARE * (number + done) / len(paths))
+            report_progress(_READING_SHARE * (number + done) / len(paths))
 
-        runs.append(study(path, session.setup, part))
+        runs.append(study(path, session.setup, result_of, part))
         part(1.0)
-    return runs
+    labels = _labels(session, {run.name: run.source for run in runs})
+    return [replace(run, label=labels[run.name]) for run in runs]
 
 
-def _draw(document: Document, report: Report, tell: Progress) -> None:
-    """Draw each page once, for PDF and HTML."""
-    files: Sequence[Path] = (report.pdf, report.html)
-    try:
-        with (
-            page_style(),
-            partial_path(report.html).open("w", encoding="utf-8", errors="replace", newline="\n") as file,
-            PdfReport(partial_path(report.pdf), document) as pdf,
-        ):
-            html = HtmlReport(file, document)
-            for number, section in enumerate(document.sections, 1):
-                pdf.add_text(section)
-                pictures = []
-                for picture in section.pictures:
-                    page = picture.draw()
-                    pictures.append(inline(picture.title, page))
-                    pdf.add(page, f"{section.title}: {picture.title}")
-                html.add(section, pictures)
-                tell(_PROCESSING_SHARE + (1.0 - _PROCESSING_SHARE) * number / len(document.sections))
-            html.end()
-        for path in files:
-            put_in_place(path)
-    except OSError as error:
-        for path in files:
-            forget(path)
-        raise refusal(report.pdf.parent, error) from None
-    except BaseException:
-        for path in files:
-            forget(path)
-        raise
+def _labels(session: Session, origins: dict[str, RunOrigin]) -> dict[str, str]:
+    """Return what the drops are called, also with those in mind that were rejected and keep their number."""
+    rejected = session.rejected
+    return drop_labels(
+        (path.stem, origins.get(path.stem), rejected.get(path.name, BY_OPERATOR) == BY_OPERATOR)
+        for path in session.run_paths(with_rejected=True)
+    )
+
+
+def compose(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> Document:
+    """Return the report of a session: session and setup, then one section a run.
+
+    Parameters
+    ----------
+    info
+        The session's record.
+    runs
+        In the order of their numbers.
+    made_at
+        Date and time of the report, for people.
+    """
+    sections = (session_section(info, runs, made_at), *(run_section(run, info.setup) for run in runs))
+    # on the foot of every page
+    mark = ", simulated" if all_simulated(runs) else ""
+    return Document(f"RadarGUI report: {info.name}{mark}", info.operator, sections)

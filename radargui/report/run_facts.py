@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from radargui.files.run_card import read_origin, read_run_origin
 from radargui.files.summary import summarise
 from radargui.model.block import Gap
-from radargui.model.bounce import Bounces, FreeFall
-from radargui.model.errors import RadarGuiError
+from radargui.model.bounce import Bounces
+from radargui.model.drop import Drop, RunOrigin, drop_of
+from radargui.model.errors import CancelledError, RadarGuiError, fault_of
 from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
+from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
-from radargui.processing.result_of_run import result_of_run
 from radargui.report.curve_taker import take_curves
 from radargui.report.curves import RunCurves
 
-_log = logging.getLogger(__name__)
+_logger = logging.getLogger(__name__)
 Progress = Callable[[float], None]
+ResultOf = Callable[[Path, Setup, Progress | None], RunResult]
+"""Gives the result of a run file under a setup: stored or computed is not for the report to know."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +43,14 @@ class RunFacts:
         What `summarise` says: drop height, impact speed, e, g and their uncertainties, verdict.
     started_at, duration_s, rate_hz, n_samples, device
         Of the recording; None or empty where it could not be read.
+    origin
+        Of an imported run: the file and the program it comes from; empty for recorded ones.
+    source, label
+        Where the samples come from, and what the drop is called, see `restitution.series`.
     from_rest
         Whether the rest before the motion was recorded: only then is the first impact the first, and its fall whole.
+    zero_s, since
+        What times shown to people count from, see `RunResult.zero`.
     """
 
     name: str
@@ -53,10 +63,15 @@ class RunFacts:
     rate_hz: float | None = None
     n_samples: int | None = None
     device: str = ""
+    origin: str = ""
+    source: RunOrigin = field(default_factory=RunOrigin)
+    label: str = UNKNOWN
     gaps: tuple[Gap, ...] = ()
     correction: str | None = None
     geometry: str | None = None
     from_rest: bool = False
+    zero_s: float = 0.0
+    since: str = "the first sample"
     channels: tuple[ChannelQuality, ...] = ()
     bounces: Bounces = field(default_factory=Bounces)
     calibration_uncertainty: dict[str, float] | None = None
@@ -69,15 +84,9 @@ class RunFacts:
         return value if isinstance(value, float) else None
 
     @property
-    def first_e(self) -> float | None:
-        """The coefficient of the first impact after the release; None where it is not valid."""
-        impacts = self.bounces.impacts
-        return impacts[0].e if self.from_rest and impacts and impacts[0].valid else None
-
-    @property
-    def fall(self) -> FreeFall | None:
-        """The fall from the release to the first impact; None where there is none or its start was not seen."""
-        return self.bounces.free_fall if self.from_rest else None
+    def drop(self) -> Drop:
+        """What a series knows of it."""
+        return drop_of(self.name, self.source, self.figures)
 
     @property
     def verdict(self) -> str:
@@ -89,20 +98,46 @@ class RunFacts:
         return f"{said}, preliminary" if self.preliminary else said
 
     @property
+    def said(self) -> str:
+        """What people read of it: that it is no measurement, where it is none, and how good it is."""
+        return ", ".join(filter(None, (self.source.mark, self.verdict)))
+
+    @property
     def preliminary(self) -> bool:
         """Whether the correction that the setup asks for was stopped, so that a simpler one stands here."""
         return bool((self.figures or {}).get("preliminary"))
 
 
-def study(path: Path, setup: Setup, progress: Progress | None = None) -> RunFacts:
-    """Read one run, process it where its file holds no result; whatever goes wrong with it becomes its `failure`."""
+def all_simulated(runs: Sequence[RunFacts]) -> bool:
+    """Return whether there are runs, and none of them was measured."""
+    return bool(runs) and all(run.source.kind == "simulated" for run in runs)
+
+
+def study(path: Path, setup: Setup, result_of: ResultOf, progress: Progress | None = None) -> RunFacts:
+    """Take the facts of one run from its result; whatever goes wrong with it becomes its `failure`.
+
+    Parameters
+    ----------
+    path
+        Run file.
+    setup
+        Of the session.
+    result_of
+        Gives the result of a run file under a setup: a report shows results and computes none.
+    progress
+        Called with the share done, 0 to 1.
+    """
     try:
-        return take_facts(result_of_run(path, setup, progress), path.stem)
+        facts = take_facts(result_of(path, setup, progress), path.stem)
+        return replace(facts, origin=read_origin(path), source=read_run_origin(path))
+    except CancelledError:
+        raise
     except RadarGuiError as error:
         return RunFacts(path.stem, failure=str(error))
-    except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:
-        _log.exception("the report could not process %s", path.name)
-        return RunFacts(path.stem, failure=f"the program failed on this run: {type(error).__name__}: {error}")
+    except Exception as error:
+        # one run must not cost the report of the others
+        _logger.exception("The report of %s failed", path.name)
+        return RunFacts(path.stem, failure=str(fault_of(error, "The report of this run")))
 
 
 def take_facts(result: RunResult, name: str) -> RunFacts:
@@ -122,6 +157,8 @@ def take_facts(result: RunResult, name: str) -> RunFacts:
         correction=corrected.method if corrected else None,
         geometry=track.geometry if track else None,
         from_rest=result.segment is not None and result.segment.has_rest,
+        zero_s=result.zero[0],
+        since=result.zero[1],
         channels=corrected.channels if corrected else (),
         bounces=result.bounces,
         calibration_uncertainty=result.calibration_uncertainty,

@@ -5,48 +5,49 @@ from __future__ import annotations
 from functools import partial
 from math import isfinite
 
-from radargui.model.bounce import FreeFall
+from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
-from radargui.report.document import Block, Facts, Grid, Note, Picture, Section
+from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
 from radargui.report.figure_paths import paths_page
-from radargui.report.figure_signals import signals_page
-from radargui.report.figure_steps import steps_page
+from radargui.report.figure_signals import signals_page, steps_page
 from radargui.report.figure_track import track_page
-from radargui.report.rounding import UNKNOWN, plain, quantity
 from radargui.report.run_facts import RunFacts
 
 
-def run_section(run: RunFacts, setup: Setup) -> Section:
+def run_section(run: RunFacts, setup: Setup) -> Chapter:
     """Return the section about one run; of a run that failed it says why."""
     title = "Run " + run.name.removeprefix("run-")
-    if run.status != "ok":
-        title += f" ({run.verdict})"
+    if run.status != "ok" or run.source.mark:
+        title += f" ({run.said})"
     if run.failure:
-        return Section(title, (Note(f"No result: {run.failure}", warning=True),))
+        return Chapter(title, (Note(f"No result: {run.failure}", warning=True),))
     rows = (
         ("Recorded", run.started_at or UNKNOWN),
+        *((("Replay of", run.source.file),) if run.source.file else ()),
         (
             "Samples",
             f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {plain(run.rate_hz, 6, '1/s')}",
         ),
-        ("Device", run.device or UNKNOWN),
-        ("Result", " – ".join(part for part in (run.verdict, run.reason) if part)),
+        *((("Imported from", run.origin),) if run.origin else ()),
+        *((("Device", run.device or UNKNOWN),) if run.device or not run.origin else ()),
+        ("Result", " – ".join(part for part in (run.said, run.reason) if part)),
         ("Correction, geometry", f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}"),
-        *_fall_rows(run.bounces.free_fall, "First fall" if run.from_rest else "Flight before the first impact seen"),
+        *_fall_rows(run, "First fall" if run.from_rest else "Flight before the first impact seen"),
     )
-    blocks: list[Block] = [Facts(rows)]
+    blocks: list[Content] = [Facts(rows)]
     blocks += [Note(text, warning=True) for text in run.warnings]
     blocks += _impacts(run)
     blocks += _quality(run)
     blocks += _gaps(run)
     blocks += _calibration(run)
-    return Section(title, tuple(blocks), _pictures(run, setup))
+    return Chapter(title, tuple(blocks), _pictures(run, setup))
 
 
-def _fall_rows(fall: FreeFall | None, name: str) -> tuple[tuple[str, str], ...]:
+def _fall_rows(run: RunFacts, name: str) -> tuple[tuple[str, str], ...]:
+    fall = run.bounces.free_fall
     if fall is None:
         return ((name, "none that can be fitted"),)
-    span = f"{fall.first_time_s:.4f} s to {fall.last_time_s:.4f} s"
+    span = f"{fall.first_time_s - run.zero_s:.4f} s to {fall.last_time_s - run.zero_s:.4f} s after {run.since}"
     release = f"from a height of {plain(fall.release_height_m, 5, 'mm', 1e3)}, fitted {span}"
     drop = f"{plain(fall.drop_height_m, 5, 'mm', 1e3)} " if isfinite(fall.drop_height_m) else ""
     return (
@@ -56,12 +57,13 @@ def _fall_rows(fall: FreeFall | None, name: str) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _impacts(run: RunFacts) -> list[Block]:
+def _impacts(run: RunFacts) -> list[Content]:
     if not run.bounces.impacts:
-        return [Note("No impact was found.")]
+        # without a track nobody looked for one
+        return [Note("No impact was found.")] if run.geometry else []
     header = (
         "impact",
-        "time / s",
+        f"time after {run.since} / s",
         "speed before / (m/s)",
         "speed after / (m/s)",
         "e",
@@ -73,7 +75,7 @@ def _impacts(run: RunFacts) -> list[Block]:
     rows = tuple(
         (
             str(number),
-            f"{impact.time_s:.5f}",
+            f"{impact.time_s - run.zero_s:.5f}",
             plain(impact.speed_before_m_s, 5),
             plain(impact.speed_after_m_s, 5),
             quantity(impact.e, impact.u_e),
@@ -87,7 +89,7 @@ def _impacts(run: RunFacts) -> list[Block]:
     return [Grid(header, rows, "Impacts", left=(0, 7, 8))]
 
 
-def _quality(run: RunFacts) -> list[Block]:
+def _quality(run: RunFacts) -> list[Content]:
     if not run.channels:
         return []
     header = (
@@ -117,9 +119,9 @@ def _quality(run: RunFacts) -> list[Block]:
         )
         for channel in run.channels
     )
-    told = " ".join((run.reason, *run.warnings))
+    said = " ".join((run.reason, *run.warnings))
     reasons = [
-        Note(f"Receiver {channel.name}: {channel.reason}") for channel in run.channels if channel.reason not in told
+        Note(f"Receiver {channel.name}: {channel.reason}") for channel in run.channels if channel.reason not in said
     ]
     return [Grid(header, rows, "Quality of the receivers", left=(0, 9)), *reasons]
 
@@ -128,18 +130,24 @@ def _percent(share: float | None) -> str:
     return UNKNOWN if share is None else f"{100.0 * share:.3g} %"
 
 
-def _gaps(run: RunFacts) -> list[Block]:
+def _gaps(run: RunFacts) -> list[Content]:
     if not run.gaps or not run.rate_hz:
         return []
     rate = run.rate_hz
     rows = tuple(
-        (f"{gap.first_index / rate:.5f}", str(gap.count), plain(gap.count / rate, 3, scale=1e3), gap.reason or UNKNOWN)
+        (
+            f"{gap.first_index / rate - run.zero_s:.5f}",
+            str(gap.count),
+            plain(gap.count / rate, 3, scale=1e3),
+            gap.reason or UNKNOWN,
+        )
         for gap in run.gaps
     )
-    return [Grid(("from / s", "samples of each channel", "length / ms", "reason"), rows, "Lost samples", left=(3,))]
+    header = (f"from / s after {run.since}", "samples of each channel", "length / ms", "reason")
+    return [Grid(header, rows, "Lost samples", left=(3,))]
 
 
-def _calibration(run: RunFacts) -> list[Block]:
+def _calibration(run: RunFacts) -> list[Content]:
     if not run.calibration_uncertainty:
         return []
     rows = tuple((name, plain(value, 2)) for name, value in run.calibration_uncertainty.items())

@@ -10,8 +10,8 @@ from radargui import __version__
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.plane_wave import condition_number, t_matrix
 from radargui.report.run_facts import RunFacts
-from radargui.report.session_section import series_statistics
 from radargui.report.tables import number
+from radargui.restitution.series import Statistics, series_of
 from radargui.session.info import SessionInfo
 
 IMPACT_HEADER = (
@@ -19,6 +19,7 @@ IMPACT_HEADER = (
     "verdict",
     "impact",
     "time_s",
+    "time_from_zero_s",
     "speed_before_m_s",
     "speed_after_m_s",
     "e",
@@ -28,6 +29,7 @@ IMPACT_HEADER = (
     "drop_height_m",
     "g_m_s2",
     "u_g_m_s2",
+    "source",
     "reason",
 )
 SERIES_HEADER = ("quantity", "n", "mean", "standard_error", "standard_deviation")
@@ -49,7 +51,7 @@ def series_csv(runs: Sequence[RunFacts]) -> bytes:
     """Return the statistics of the series, one row a quantity."""
     rows = (
         [name, str(found.n), *map(_number, (found.mean, found.standard_error, found.standard_deviation))]
-        for name, found in series_statistics(runs).items()
+        for name, found in _statistics(runs).items()
     )
     return _csv(SERIES_HEADER, rows)
 
@@ -57,6 +59,7 @@ def series_csv(runs: Sequence[RunFacts]) -> bytes:
 def session_document(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> dict[str, object]:
     """Return all that the report says in numbers, for JSON."""
     antennas = place_antennas(info.setup)
+    series = series_of([run.drop for run in runs])
     return {
         "version": __version__,
         "made_at": made_at,
@@ -64,14 +67,24 @@ def session_document(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) 
         "setup": info.setup,
         "t_matrix": t_matrix(antennas),
         "condition_number": condition_number(antennas) if info.setup.n_receivers >= _LEAST_RECEIVERS else None,
-        "series": series_statistics(runs),
+        "series": _statistics(runs),
+        "series_kind": series.kind,
+        "left_out_of_series": series.left_out,
         "runs": [_run_document(run) for run in runs],
     }
+
+
+def _statistics(runs: Sequence[RunFacts]) -> dict[str, Statistics]:
+    series = series_of([run.drop for run in runs])
+    return {"e_first_bounce": series.e, "g_m_s2": series.g_m_s2, "drop_height_m": series.drop_height_m}
 
 
 def _run_document(run: RunFacts) -> dict[str, object]:
     return {
         "name": run.name,
+        "drop": run.label,
+        "source": run.source.kind,
+        "replay_of": run.source.file or None,
         "status": run.status,
         "reason": run.failure or run.reason or None,
         "verdict": run.verdict,
@@ -80,8 +93,11 @@ def _run_document(run: RunFacts) -> dict[str, object]:
         "sample_rate_hz": run.rate_hz,
         "n_samples": run.n_samples,
         "device": run.device or None,
+        "imported_from": run.origin or None,
         "correction_used": run.correction,
         "geometry_used": run.geometry,
+        "zero_time_s": run.zero_s,
+        "zero_is": run.since,
         "summary": run.figures,
         "bounces": run.bounces.impacts,
         "free_fall": run.bounces.free_fall,
@@ -94,12 +110,13 @@ def _run_document(run: RunFacts) -> dict[str, object]:
 
 def _impact_rows(run: RunFacts) -> Iterator[list[str]]:
     keys = ("drop_height_m", "g_m_s2", "u_g_m_s2")
-    tail = [*(_number(run.figure(key)) for key in keys), safe_cell(run.failure or run.reason)]
+    tail = [*(_number(run.figure(key)) for key in keys), run.source.kind, safe_cell(run.failure or run.reason)]
     begin = [safe_cell(run.name), safe_cell(run.verdict)]
     if not run.bounces.impacts:
-        yield [*begin, "", *["nan"] * 5, "", "", *tail]
+        yield [*begin, "", *["nan"] * 6, "", "", *tail]
     for place, impact in enumerate(run.bounces.impacts, 1):
-        figures = (impact.time_s, impact.speed_before_m_s, impact.speed_after_m_s, impact.e, impact.u_e)
+        times = (impact.time_s, impact.time_s - run.zero_s)
+        figures = (*times, impact.speed_before_m_s, impact.speed_after_m_s, impact.e, impact.u_e)
         cells = [*map(_number, figures), str(int(impact.valid)), safe_cell(impact.method)]
         yield [*begin, str(place), *cells, *tail]
 

@@ -6,27 +6,19 @@ from collections.abc import Sequence
 from functools import partial
 
 from radargui import __version__
-from radargui.report.document import Block, Facts, Grid, Note, Picture, Section
+from radargui.model.rounding import UNKNOWN, plain, quantity
+from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
 from radargui.report.figure_series import points_of, series_page
-from radargui.report.rounding import UNKNOWN, plain, quantity
-from radargui.report.run_facts import RunFacts
+from radargui.report.run_facts import RunFacts, all_simulated
 from radargui.report.setup_blocks import setup_blocks
-from radargui.report.statistics import Statistics, statistics_of
+from radargui.restitution.series import Series, Statistics, series_of
 from radargui.session.info import SessionInfo
 
 
-def series_statistics(runs: Sequence[RunFacts]) -> dict[str, Statistics]:
-    """Return the statistics of the first bounce's e, of g and of the drop height over runs whose release was seen."""
-    falls = [run.fall for run in runs if run.fall is not None]
-    return {
-        "e_first_bounce": statistics_of(run.first_e for run in runs),
-        "g_m_s2": statistics_of(fall.g_m_s2 for fall in falls),
-        "drop_height_m": statistics_of(fall.drop_height_m for fall in falls),
-    }
-
-
-def session_section(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> Section:
+def session_section(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> Chapter:
     """Return the section about the session as a whole."""
+    imported = bool(runs) and all(run.origin for run in runs)
+    simulated = all_simulated(runs)
     versions = ", ".join(f"{name} {text}" for name, text in info.versions.items())
     rows = (
         ("Session", info.name),
@@ -39,61 +31,65 @@ def session_section(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -
             "Calibration",
             ", ".join(part for part in (info.calibration.origin, info.calibration.made_at) if part) or UNKNOWN,
         ),
-        ("Recorded with", versions or UNKNOWN),
+        ("Imported with" if imported else "Recorded with", versions or UNKNOWN),
         ("Report", f"made {made_at} with radargui {__version__}, as all its results"),
     )
     notes = tuple((entry.at.replace("T", " ")[:19], entry.text) for entry in info.journal)
-    blocks: list[Block] = [Facts(rows)]
+    blocks: list[Content] = [Facts(rows)]
     if notes:
         blocks.append(Facts(notes, title="Noted meanwhile"))
     if not runs:
         blocks.append(Note("This session holds no run.", warning=True))
     else:
-        blocks += [*_preliminary(runs), _summary(runs), _statistics(series_statistics(runs))]
-    blocks += setup_blocks(info.setup)
-    return Section(f"Session {info.name}", tuple(blocks), _pictures(runs))
+        blocks += [*_preliminary(runs), _summary(runs), *_statistics(runs)]
+    blocks += setup_blocks(info.setup, recorded=not imported and not simulated, simulated=simulated)
+    return Chapter(f"Session {info.name}{', simulated' if simulated else ''}", tuple(blocks), _pictures(runs))
 
 
-def _preliminary(runs: Sequence[RunFacts]) -> list[Block]:
+def _preliminary(runs: Sequence[RunFacts]) -> list[Content]:
     names = ", ".join(run.name for run in runs if run.preliminary)
     said = f"Preliminary, because the correction was stopped before it ended: {names}. radargui batch makes up for it."
     return [Note(said, warning=True)] if names else []
 
 
 def _summary(runs: Sequence[RunFacts]) -> Grid:
-    header = ("run", "drop height / mm", "impact speed / (m/s)", "e", "g / (m/s²)", "impacts", "verdict")
+    header = ("drop", "run", "drop height / mm", "impact speed / (m/s)", "e", "g / (m/s²)", "impacts", "verdict")
     rows = tuple(
         (
+            run.label,
             run.name,
             plain(run.figure("drop_height_m"), 4, scale=1e3),
             plain(run.figure("impact_speed_m_s"), 4),
             quantity(run.figure("e"), run.figure("u_e")),
             quantity(run.figure("g_m_s2"), run.figure("u_g_m_s2")),
             str(len(run.bounces.impacts)) if run.figures else UNKNOWN,
-            run.verdict,
+            run.said,
         )
         for run in runs
     )
-    return Grid(header, rows, "Runs (± is the standard uncertainty of each run)", left=(0, 6))
+    return Grid(header, rows, "Runs (± is the standard uncertainty of each run)", left=(0, 1, 7))
 
 
-def _statistics(series: dict[str, Statistics]) -> Grid:
+def _statistics(runs: Sequence[RunFacts]) -> list[Content]:
+    series = series_of([run.drop for run in runs])
+    found: tuple[tuple[str, Statistics, float], ...] = (
+        ("e of the first bounce", series.e, 1.0),
+        ("g / (m/s²)", series.g_m_s2, 1.0),
+        ("drop height / mm", series.drop_height_m, 1e3),
+    )
     header = ("quantity", "n", "mean ± standard error", "standard deviation")
-    names = (
-        ("e_first_bounce", "e of the first bounce", 1.0),
-        ("g_m_s2", "g / (m/s²)", 1.0),
-        ("drop_height_m", "drop height / mm", 1e3),
-    )
     rows = tuple(
-        (
-            text,
-            str(series[key].n),
-            quantity(series[key].mean, series[key].standard_error, scale=scale),
-            plain(series[key].standard_deviation, 2, scale=scale),
-        )
-        for key, text, scale in names
+        (text, str(one.n), one.words(scale), plain(one.standard_deviation, 2, scale=scale))
+        for text, one, scale in found
     )
-    return Grid(header, rows, "Statistics of the series (runs whose rest before the fall was recorded)")
+    of = {"measured": "", "simulated": "simulated ", "replay": "replayed "}[series.kind or "measured"]
+    title = f"Statistics of the {of}series (runs whose rest before the fall was recorded; of one run its own ±)"
+    return [Grid(header, rows, title), *_left_out(series)]
+
+
+def _left_out(series: Series) -> list[Content]:
+    said = "; ".join(f"{name}: {why}" for name, why in series.left_out.items())
+    return [Note(f"Not in the statistics: {said}.")] if said else []
 
 
 def _pictures(runs: Sequence[RunFacts]) -> tuple[Picture, ...]:

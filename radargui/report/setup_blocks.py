@@ -4,17 +4,28 @@ from __future__ import annotations
 
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.plane_wave import condition_number, t_matrix
+from radargui.model.rounding import plain, quantity
 from radargui.model.setup import Setup
-from radargui.report.document import Block, Facts, Grid, Note
-from radargui.report.rounding import plain, quantity
+from radargui.report.document import Content, Facts, Grid, Note
 
 _LEAST_RECEIVERS = 3
 _WORST_CONDITION = 100.0
 
 
-def setup_blocks(setup: Setup) -> list[Block]:
-    """Return what the report says about the setup."""
-    radar, daq, tracer = setup.radar, setup.daq, setup.tracer
+def setup_blocks(setup: Setup, *, recorded: bool = True, simulated: bool = False) -> list[Content]:
+    """Return what the report says about the setup.
+
+    Parameters
+    ----------
+    setup
+        Of the session.
+    recorded
+        Whether the setup's device recorded: imported runs were digitised by something else, of which it knows nothing.
+    simulated
+        Whether no device recorded at all.
+    """
+    radar, tracer = setup.radar, setup.tracer
+    rate = f"{setup.daq.rate_hz:g} samples per second and channel"
     release = ", ".join(f"{1e3 * x:g}" for x in tracer.release_position_m)
     floor = setup.floor.height_m
     rows = (
@@ -26,14 +37,22 @@ def setup_blocks(setup: Setup) -> list[Block]:
         ),
         ("Sphere", f"{plain(tracer.diameter_m, 4, 'mm', 1e3)} diameter, released at ({release}) mm"),
         ("Floor", f"z = {plain(floor, 4, 'mm', 1e3)} at contact" if floor is not None else "found from the impacts"),
-        ("Acquisition", f"{daq.device}: {', '.join(setup.physical_channels)}; {daq.terminal}, ±{daq.range_v:g} V"),
-        ("Rate", f"{daq.rate_hz:g} samples per second and channel, skew {plain(daq.channel_skew_s, 3, 'µs', 1e6)}"),
+        *((("Acquisition", f"simulated, {rate}"),) if simulated else ()),
+        *(_acquisition(setup, rate) if recorded else ()),
         ("Processing", f"correction {setup.processing.correction}, geometry {setup.processing.geometry}"),
     )
-    blocks: list[Block] = [Facts(rows, "Setup"), _receivers(setup)]
+    blocks: list[Content] = [Facts(rows, "Setup"), _receivers(setup)]
     if setup.n_receivers >= _LEAST_RECEIVERS:
         blocks += _matrix(setup)
     return blocks
+
+
+def _acquisition(setup: Setup, rate: str) -> tuple[tuple[str, str], ...]:
+    daq = setup.daq
+    return (
+        ("Acquisition", f"{daq.device}: {', '.join(setup.physical_channels)}; {daq.terminal}, ±{daq.range_v:g} V"),
+        ("Rate", f"{rate}, skew {plain(daq.channel_skew_s, 3, 'µs', 1e6)}"),
+    )
 
 
 def _with_u(value: float, u: float | None, unit: str = "", scale: float = 1.0) -> str:
@@ -53,7 +72,7 @@ def _receivers(setup: Setup) -> Grid:
     return Grid(("receiver", "tilt / °", "azimuth / °", "distance / mm"), rows, "Receivers")
 
 
-def _matrix(setup: Setup) -> list[Block]:
+def _matrix(setup: Setup) -> list[Content]:
     antennas = place_antennas(setup)
     rows = tuple((str(number), *(f"{value:.5f}" for value in row)) for number, row in enumerate(t_matrix(antennas), 1))
     condition = condition_number(antennas)

@@ -83,11 +83,13 @@ def say_nothing_known(axes: Axes, text: str = "not known") -> None:
 
 
 def time_axis(axes: Axes, curves: RunCurves, *, labelled: bool) -> None:
-    """Set the common time axis, shade lost samples and mark the impacts."""
+    """Set the common time axis, shade lost samples, mark where a path was lost (a line) and the impacts (dashed)."""
     axes.set_xlim(*curves.span_s)
     for first, last in curves.gaps_s:
         if last > curves.span_s[0] and first < curves.span_s[1]:
             axes.axvspan(first, last, color=GAP_COLOUR, alpha=0.5, linewidth=0)
+    for time_s in curves.restarts_s:
+        axes.axvline(time_s, color=GAP_COLOUR, linewidth=1.0, zorder=1.0)
     axes.vlines(
         [time_s for time_s, _ in curves.impacts],
         0.0,
@@ -99,9 +101,18 @@ def time_axis(axes: Axes, curves: RunCurves, *, labelled: bool) -> None:
         zorder=1.0,
     )
     if labelled:
-        axes.set_xlabel("time / s")
+        axes.set_xlabel(f"time after the {curves.since} / s")
     else:
         axes.tick_params(labelbottom=False)
+
+
+def label(axes: Axes, title: str, y_label: str, *, drawn: bool) -> None:
+    """Write title, name of the upright axis and legend; say so where nothing was drawn."""
+    axes.set_title(title)
+    axes.set_ylabel(y_label)
+    legend(axes)
+    if not drawn:
+        say_nothing_known(axes)
 
 
 def largest(curves: Sequence[Curve]) -> float:

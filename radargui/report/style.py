@@ -18,7 +18,7 @@ FIT_COLOUR = "#b0005a"
 IMPACT_COLOUR = "#404040"
 GAP_COLOUR = "#f2c14e"
 RECEIVER_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
-"""Of Okabe and Ito: told apart by colour-blind readers and in grey."""
+"""Of Okabe and Ito: distinguished by colour-blind readers and in grey."""
 
 _FALLBACK_FONTS = (
     "Microsoft YaHei",

@@ -1,9 +1,10 @@
-"""The tables of one run: track.csv, bounces.csv and result.json, as other programs rely on them."""
+"""The tables of one run for other programs: track.csv, bounces.csv and result.json; whether those there are current."""
 
 from __future__ import annotations
 
 import csv
 import io
+import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,15 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from radargui import __version__
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.files.fixed_point import Column, lines
+from radargui.files.fresh_file import write_whole
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.digitisation import channel_skew
 from radargui.model.result import RunResult
-from radargui.report.fixed_point import Column, lines
+from radargui.model.setup import Setup
 from radargui.report.plain_values import json_bytes
-from radargui.report.whole_file import write_whole
 
 _PIECE = 1 << 18
 LENGTH_DECIMALS = 9
 """Metres are written to the nanometre."""
+_POSITION = ("x_m", "y_m", "z_m")
+_U_POSITION = ("ux_m", "uy_m", "uz_m")
 BOUNCE_HEADER = ("time_s", "speed_before_m_s", "speed_after_m_s", "e", "u_e", "method", "valid")
 
 
@@ -45,13 +50,19 @@ def write_tables(result: RunResult, folder: Path) -> None:
 
 def track_header(n_receivers: int) -> tuple[str, ...]:
     """Return the columns of track.csv; position needs three receivers."""
-    position = ("x_m", "y_m", "z_m", "ux_m", "uy_m", "uz_m") if n_receivers >= 3 else ()
-    return ("time_s", *(f"L{number}_m" for number in range(1, n_receivers + 1)), *position, "valid")
+    lengths = _length_names(n_receivers)
+    position = (*_POSITION, *_U_POSITION) if n_receivers >= 3 else ()
+    return ("time_s", *lengths, *position, "valid", "piece", *(f"u_{name}" for name in lengths))
+
+
+def _length_names(n_receivers: int) -> tuple[str, ...]:
+    return tuple(f"L{number}_m" for number in range(1, n_receivers + 1))
 
 
 def result_document(result: RunResult) -> dict[str, object]:
     """Return what result.json says; None where the run cannot support it."""
     corrected, track = result.corrected, result.track
+    skew = channel_skew(result.recording.digitisation, result.setup.daq)
     return {
         "status": result.status,
         "reason": result.reason or None,
@@ -59,6 +70,8 @@ def result_document(result: RunResult) -> dict[str, object]:
         "setup": result.setup,
         "correction_used": corrected.method if corrected is not None else None,
         "geometry_used": track.geometry if track is not None else None,
+        "channel_skew_s": skew.delay_s,
+        "channel_skew_from": skew.known_from,
         "channels": corrected.channels if corrected is not None else None,
         "free_fall": result.bounces.free_fall,
         "calibration_uncertainty": result.calibration_uncertainty,
@@ -67,35 +80,54 @@ def result_document(result: RunResult) -> dict[str, object]:
 
 
 def _track(result: RunResult) -> Iterator[bytes]:
-    n_receivers = result.recording.n_receivers
-    yield (",".join(track_header(n_receivers)) + "\n").encode()
+    header = track_header(result.recording.n_receivers)
+    yield (",".join(header) + "\n").encode()
     if result.status == "no_motion" or result.recording.n_samples == 0:
         return
+    columns = _columns(result)
     excerpt = result.recording.excerpt
     if excerpt is not None:
-        yield from _unknown(result, 0, excerpt.first_index - excerpt.first_stored, excerpt.first_stored)
-    time_s = result.recording.time_s()
-    columns = [Column(time_s, _time_decimals(result))]
-    columns += [Column(row, LENGTH_DECIMALS) for row in _changes(result)]
-    if n_receivers >= 3:
-        position, uncertainty = _positions(result)
-        columns += [Column(row, LENGTH_DECIMALS) for row in position]
-        columns += [Column(row, LENGTH_DECIMALS, upwards=True) for row in uncertainty]
-    columns.append(Column(_valid(result), 0))
-    yield from lines(columns)
+        lost = excerpt.first_index - excerpt.first_stored
+        yield from _unknown(result, 0, lost, excerpt.first_stored, piece=int(columns["piece"].values[0]))
+    yield from lines([columns[name] for name in header])
     if excerpt is not None:
         lost = int(result.recording.index()[-1]) + 1 - excerpt.last_stored
-        yield from _unknown(result, excerpt.last_stored, lost, excerpt.of_samples)
+        last_piece = int(columns["piece"].values[-1])
+        yield from _unknown(result, excerpt.last_stored, lost, excerpt.of_samples, piece=last_piece)
 
 
-def _unknown(result: RunResult, first: int, lost: int, last: int) -> Iterator[bytes]:
+def _columns(result: RunResult) -> dict[str, Column]:
+    """Return the columns of the samples processed by name, those of a position too."""
+    change_m, u_m, piece = _lengths(result)
+    position_m, u_position_m = _positions(result)
+    lengths = _length_names(result.recording.n_receivers)
+    columns = {
+        "time_s": Column(result.recording.time_s(), _time_decimals(result)),
+        "valid": Column(_valid(result), 0),
+        "piece": Column(piece, 0),
+    }
+    for names, rows, upwards in (
+        (lengths, change_m, False),
+        (_POSITION, position_m, False),
+        (_U_POSITION, u_position_m, True),
+        ([f"u_{name}" for name in lengths], u_m, True),
+    ):
+        columns |= {name: Column(row, LENGTH_DECIMALS, upwards=upwards) for name, row in zip(names, rows, strict=True)}
+    return columns
+
+
+def _unknown(result: RunResult, first: int, lost: int, last: int, *, piece: int) -> Iterator[bytes]:
     """Give the rows of stored samples first:last that were not processed; `lost` samples went missing before."""
-    rate, width = result.recording.digitisation.sample_rate_hz, len(track_header(result.recording.n_receivers)) - 2
+    rate, header = result.recording.digitisation.sample_rate_hz, track_header(result.recording.n_receivers)
     for begin in range(first, last, _PIECE):
         count = min(_PIECE, last - begin)
         nothing = Column(np.full(count, np.nan), LENGTH_DECIMALS)
-        time = Column((np.arange(begin, begin + count) + lost) / rate, _time_decimals(result))
-        yield from lines([time, *(nothing for _ in range(width)), Column(np.zeros(count, dtype=np.bool_), 0)])
+        known = {
+            "time_s": Column((np.arange(begin, begin + count) + lost) / rate, _time_decimals(result)),
+            "valid": Column(np.zeros(count, dtype=np.bool_), 0),
+            "piece": Column(np.full(count, piece, dtype=np.intp), 0),
+        }
+        yield from lines([known.get(name, nothing) for name in header])
 
 
 def _time_decimals(result: RunResult) -> int:
@@ -109,20 +141,27 @@ def _time_decimals(result: RunResult) -> int:
     return 12
 
 
-def _changes(result: RunResult) -> FloatArray:
-    if result.paths is None:
-        return np.full((result.recording.n_receivers, result.recording.n_samples), np.nan)
-    return result.paths.change_m
+def _lengths(result: RunResult) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return change of path, its uncertainty (NaN where the change is unknown), and the piece of each sample."""
+    paths, n_samples = result.paths, result.recording.n_samples
+    whole = np.zeros(n_samples, dtype=np.intp)
+    if paths is None:
+        unknown = np.broadcast_to(np.nan, (result.recording.n_receivers, n_samples))
+        return unknown, unknown, whole
+    u_m = np.where(np.isfinite(paths.change_m), paths.u_m, np.nan)
+    return paths.change_m, u_m, whole if paths.piece is None else paths.piece
 
 
 def _positions(result: RunResult) -> tuple[FloatArray, FloatArray]:
     if result.track is None:
-        unknown = np.full((3, result.recording.n_samples), np.nan)
+        unknown = np.broadcast_to(np.nan, (3, result.recording.n_samples))
         return unknown, unknown
     return result.track.position_m, result.track.u_position_m
 
 
 def _valid(result: RunResult) -> BoolArray:
+    if result.status == "rejected":
+        return np.zeros(result.recording.n_samples, dtype=np.bool_)
     if result.track is not None:
         return result.track.valid
     if result.paths is not None and result.recording.n_receivers < 3:
@@ -144,3 +183,19 @@ def _bounces(result: RunResult) -> bytes:
 def number(value: float) -> str:
     """Return a number for a CSV cell with 12 significant digits, nan where unknown."""
     return f"{value:.12g}" if math.isfinite(value) else "nan"
+
+
+LARGEST_BYTES = 10_000_000
+
+
+def tables_are_current(folder: Path, setup: Setup) -> bool:
+    """Return whether the tables in a folder were made by this version with this setup; result.json comes last."""
+    path = folder / "result.json"
+    try:
+        if path.stat().st_size > LARGEST_BYTES:
+            return False
+        document = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False
+    wanted = json.loads(json_bytes({"setup": setup, "version": __version__}))
+    return isinstance(document, dict) and all(document.get(key) == value for key, value in wanted.items())

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from matplotlib.figure import Figure
 
-from radargui.report.document import Block, Facts, Grid, Note, Section
+from radargui.report.document import Chapter, Content, Facts, Grid, Note
 from radargui.report.sheet import HEIGHT_MM, LEFT_MM, ROOM_MM, TOP_MM, new_page, rule, write
 from radargui.report.text_width import printable, width_mm, wrapped
 
@@ -20,7 +20,7 @@ _LEAST_COLUMN_MM = 18.0
 _WARNING_COLOUR = "#a02000"
 
 
-def text_pages(section: Section) -> Iterator[Figure]:
+def text_pages(section: Chapter) -> Iterator[Figure]:
     """Yield the pages that a section's blocks fill, without header and footer; none where it has no blocks."""
     if section.blocks:
         flow = _Flow()
@@ -38,7 +38,7 @@ class _Flow:
         self.paragraph_end = 0.0
         self._new_page()
 
-    def put(self, block: Block) -> None:
+    def put(self, block: Content) -> None:
         """Add one block."""
         if not isinstance(block, Note):
             self.y = max(self.y, self.paragraph_end + _GAP_MM)

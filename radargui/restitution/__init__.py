@@ -1,1 +1,1 @@
-"""Coefficient of restitution with uncertainty, free fall."""
+"""Coefficient of restitution with uncertainty, floor normal, free fall."""

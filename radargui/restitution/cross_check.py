@@ -9,13 +9,7 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray
 from radargui.model.bounce import Bounce, Bounces
-
-LEAST_SAMPLES = 16
-COVERAGE = 3.0
-MODEL_SHARE = 0.01
-"""Air drag and a floor that gives way make the three differ by up to about a percent, none of them being wrong."""
-LEAST_SPEED_M_S = 0.15
-"""After a slower rebound the next impact may be below what is resolved: nothing is told."""
+from radargui.restitution.settings import CHECKS
 
 
 def cross_check(
@@ -64,9 +58,10 @@ def _drag_factor(drag_times_rise: float) -> float:
 def _apex(impact: Bounce, following: Bounce, time_s: FloatArray, height_m: FloatArray) -> float:
     """Return the height of the flight above the impact before it, from a parabola of its own; NaN where unknown."""
     span = following.time_s - impact.time_s
-    inside = slice(*np.searchsorted(time_s, [impact.time_s + 0.05 * span, following.time_s - 0.05 * span]))
+    margin = CHECKS.edge_share * span
+    inside = slice(*np.searchsorted(time_s, [impact.time_s + margin, following.time_s - margin]))
     time, height = time_s[inside] - impact.time_s, height_m[inside]
-    if time.size < LEAST_SAMPLES:
+    if time.size < CHECKS.least_samples:
         return float("nan")
     _, slope, bend = (float(c) for c in np.polynomial.Polynomial.fit(time, height, 2).convert().coef)
     return -slope * slope / (4.0 * bend) if bend < 0.0 else float("nan")
@@ -86,9 +81,9 @@ def disagreements(bounces: Bounces) -> list[str]:
             f"gives no floor.normal): speeds are along ({x:.3f}, {y:.3f}, {z:.3f})"
         )
     for number, impact in enumerate(bounces.impacts, 1):
-        if not impact.valid or impact.speed_after_m_s < LEAST_SPEED_M_S:
+        if not impact.valid or impact.speed_after_m_s < CHECKS.least_speed_m_s:
             continue
-        within = COVERAGE * float(np.hypot(impact.u_e, MODEL_SHARE * impact.e))
+        within = CHECKS.coverage * float(np.hypot(impact.u_e, CHECKS.model_share * impact.e))
         for name, other in (("flight time", impact.e_flight_time), ("height", impact.e_height)):
             if np.isfinite(other) and abs(other - impact.e) > within:
                 sentences.append(

@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.correction.joint.flight_information import MotionInformation
-from radargui.correction.joint.motion_spline import MotionSpline
+from radargui.estimation.readout.flight_information import MotionInformation
+from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.model.arrays import FloatArray
-from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns
-
-_DRAG_SD_1_M = 0.04
-_STEPS = 20
+from radargui.model.errors import SolveError
+from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, ImpactLayout
+from radargui.restitution.settings import FLIGHTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,56 +20,107 @@ class FlightFit:
 
     Attributes
     ----------
-    g_m_s2, drag_1_m
-        Common gravity and drag.
-    impact_s, before_m_s, after_m_s
-        At the impacts between flights: time, velocities (3,) just before and just after; shapes (n,), (n, 3), (n, 3).
-    covariance
-        Of (g, k, then per impact: time, before xyz, after xyz).
+    layout
+        What stands where in `values`.
+    values, covariance
+        Gravity, drag and what happened at the impacts between flights, and its covariance, shapes (n,) and (n, n).
     misfit
         Chi-square of the flights against the free motion, and its degrees of freedom.
     apex_s
         Times of the apexes, one a flight.
     first_end_s
         End of the first flight.
-    spline, response
-        The free motion, and the derivative of what `covariance` is of with respect to its first coefficients (x, y, z
-        interleaved).
+    free, response
+        The free motion, and the derivative of `values` with respect to its first coefficients (x, y, z interleaved).
     """
 
-    g_m_s2: float
-    drag_1_m: float
-    impact_s: FloatArray
-    before_m_s: FloatArray
-    after_m_s: FloatArray
+    layout: ImpactLayout
+    values: FloatArray
     covariance: FloatArray
     misfit: tuple[float, int]
     apex_s: FloatArray
     first_end_s: float
-    spline: MotionSpline
+    free: FreeMotion
     response: FloatArray
+
+    @property
+    def g_m_s2(self) -> float:
+        """Common gravity."""
+        return float(self.values[self.layout.gravity])
+
+    @property
+    def drag_1_m(self) -> float:
+        """Common drag k of a = k v^2."""
+        return float(self.values[self.layout.drag])
+
+    @property
+    def u_g_m_s2(self) -> float:
+        """Standard uncertainty of g from noise and fit."""
+        return float(np.sqrt(self.covariance[self.layout.gravity, self.layout.gravity]))
+
+    @property
+    def impact_s(self) -> FloatArray:
+        """Times of the impacts between flights, shape (n_impacts,)."""
+        return self.values[self.layout.times]
+
+    @property
+    def before_m_s(self) -> FloatArray:
+        """Velocities just before the impacts, shape (n_impacts, 3)."""
+        return np.array([self.values[self.layout.before(k)] for k in range(self.layout.n_impacts)]).reshape(-1, 3)
+
+    @property
+    def after_m_s(self) -> FloatArray:
+        """Velocities just after the impacts, shape (n_impacts, 3)."""
+        return np.array([self.values[self.layout.after(k)] for k in range(self.layout.n_impacts)]).reshape(-1, 3)
 
     @property
     def reduced_misfit(self) -> float:
         """Chi-square of the flights over its degrees of freedom."""
         return self.misfit[0] / self.misfit[1]
 
+    @property
+    def is_good(self) -> bool:
+        """Whether the flights obey the equation of free flight within what the samples say."""
+        return self.misfit[0] < FLIGHTS.good_misfit * self.misfit[1] + FLIGHTS.slack
+
     def widened(self) -> FlightFit:
         """Return the fit with its covariance widened by the reduced misfit, where that is above one."""
         return replace(self, covariance=self.covariance * max(1.0, self.reduced_misfit))
 
-    def u_change(self) -> FloatArray:
-        """Return the uncertainty of a horizontal component of the velocity's change at each impact, (n_impacts,)."""
-        rows = np.zeros((2 * self.impact_s.size, self.covariance.shape[0]))
-        for row in range(rows.shape[0]):
-            place = 2 + 7 * (row // 2) + row % 2
-            rows[row, place + 1], rows[row, place + 4] = -1.0, 1.0
-        variance = np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
-        return np.asarray(np.sqrt(variance.reshape(-1, 2).mean(axis=1)))
+    def velocity_covariance(self, impact: int) -> FloatArray:
+        """Return the covariance of (before x, y, z, after x, y, z) at an impact, shape (6, 6)."""
+        places = slice(self.layout.before(impact).start, self.layout.after(impact).stop)
+        return self.covariance[places, places]
 
-    def u_g(self) -> float:
-        """Return the standard uncertainty of g from noise and fit."""
-        return float(np.sqrt(self.covariance[0, 0]))
+    def shifted(self, normal: FloatArray, time_s: FloatArray, moved_m: FloatArray) -> tuple[float, float]:
+        """Return the changes of the first e and of g with a small shift of the motion that the flights were fitted to.
+
+        As by antennas that stand elsewhere than the setup says. The flights minimise
+        (x(q) - x0)^T Lambda (x(q) - x0) / 2, so that with J = dx/dq, N = J^T Lambda J + prior a shift d of x0 moves
+        them by dq = N^-1 J^T Lambda d: gravity, drag and impacts share it as they share the samples.
+
+        Parameters
+        ----------
+        normal
+            Away from the floor, shape (3,).
+        time_s, moved_m
+            Shift of the position at some times, shapes (n,) and (3, n); NaN where unknown.
+
+        Returns
+        -------
+        tuple of float
+            NaN where unknown, as e without an impact.
+        """
+        shift = self.free.coefficients_of(time_s, moved_m, self.response.shape[1] // 3)
+        if shift is None:
+            return float("nan"), float("nan")
+        change = self.response @ shift.ravel()
+        d_g = float(change[self.layout.gravity])
+        if self.layout.n_impacts == 0:
+            return float("nan"), d_g
+        first, last = self.layout.before(0), self.layout.after(0)
+        before, after = float(self.values[first] @ normal), float(self.values[last] @ normal)
+        return -float(change[last] @ normal) / before + after * float(change[first] @ normal) / before**2, d_g
 
 
 def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
@@ -82,24 +132,29 @@ def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
     Parameters
     ----------
     information
-        From `motion_information` with the smoothness prior lifted from the flights' spans.
+        Of the plan, the smoothness prior lifted from the flights' spans.
     plan
         Which segments are flights.
+
+    Raises
+    ------
+    SolveError
+        The flights' equations have no solution.
     """
     unknowns = FlightUnknowns(information, plan)
     q = unknowns.start()
     prior = np.zeros(q.size)
-    prior[1] = _DRAG_SD_1_M**-2.0
+    prior[unknowns.layout.drag] = FLIGHTS.drag_sd_1_m**-2.0
     cost, damping = _cost(unknowns, q, prior), 0.0
     normal, slope = _normal_equations(unknowns, q, prior)
-    for _ in range(_STEPS):
+    for _ in range(FLIGHTS.steps):
         trial = q - _solve(normal + damping * np.diag(np.diag(normal)), slope)
         trial_cost = _cost(unknowns, trial, prior) if _sensible(unknowns, trial) else np.inf
         if trial_cost < cost:
             gained, q, cost = cost - trial_cost, trial, trial_cost
             normal, slope = _normal_equations(unknowns, q, prior)
             damping /= 10.0
-            if gained < 1e-3:
+            if gained < FLIGHTS.enough:
                 break
         else:
             damping = max(10.0 * damping, 1e-6)
@@ -121,27 +176,25 @@ def _cost(unknowns: FlightUnknowns, q: FloatArray, prior: FloatArray) -> float:
 
 
 def _sensible(unknowns: FlightUnknowns, q: FloatArray) -> bool:
-    rising = (np.diff(unknowns.edges(q)) > 1e-3).all()
-    return bool(rising and 5.0 < q[0] < 15.0 and abs(q[1]) < 2.0)
+    layout, (least, most) = unknowns.layout, FLIGHTS.g_m_s2
+    rising = (np.diff(unknowns.edges(q)) > FLIGHTS.least_flight_s).all()
+    return bool(rising and least < q[layout.gravity] < most and abs(q[layout.drag]) < FLIGHTS.drag_1_m)
 
 
 def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> FlightFit:
     information = unknowns.information
     motion, slopes = unknowns.motion(q), unknowns.slopes(q)
-    inverse = _solve(normal, slopes.outputs.T)
+    inverse = _solve(normal, slopes.results.T)
     away = motion.x - information.x0 - information.minimum()
-    per = motion.outputs[2:].reshape(-1, 7)
+    layout = unknowns.results
     return FlightFit(
-        float(q[0]),
-        float(q[1]),
-        per[:, 0],
-        per[:, 1:4],
-        per[:, 4:7],
-        slopes.outputs @ inverse,
+        layout,
+        motion.results,
+        slopes.results @ inverse,
         (float(away @ information.times(away)), information.x0.size - q.size),
         unknowns.apexes(q),
-        float(per[0, 0]) if per.size else unknowns.last(0),
-        information.spline,
+        float(motion.results[layout.time(0)]) if layout.n_impacts else unknowns.last_s(0),
+        information.free,
         information.times(slopes.x @ inverse).T[:, : 3 * information.size],
     )
 
@@ -151,4 +204,8 @@ def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     scaled = matrix * scale[:, None] * scale[None]
     tail = (slice(None),) + (None,) * (right.ndim - 1)
-    return np.asarray(scale[tail] * np.linalg.lstsq(scaled, scale[tail] * right, rcond=1e-15)[0])
+    try:
+        solved = np.linalg.lstsq(scaled, scale[tail] * right, rcond=1e-15)[0]
+    except np.linalg.LinAlgError as error:
+        raise SolveError("The equations of the flights have no solution.") from error
+    return np.asarray(scale[tail] * solved)

@@ -1,117 +1,137 @@
-"""Which parts of a motion are free flights, and their common fit."""
+"""Which parts of a motion are free flights, their common fit, and what alternative motions add to its uncertainty."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from radargui.correction.joint.breaks import break_speeds
-from radargui.correction.joint.minimise import Solution
-from radargui.correction.joint.motion_spline import MotionSpline
+from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
 from radargui.model.arrays import FloatArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.restitution.flight_fit import FlightFit, fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan
-
-_AFTER_ONSET_S = 0.010
-_LARGEST = 800
-_STANDARD_GRAVITY, _NEAR_GRAVITY, _ABOUT_GRAVITY = 9.81, 0.5, 2.5
-_GOOD_MISFIT, _SLACK = 1.5, 20.0
-_SHORTEST_FALL_S, _BEFORE_CONTACT_S = 0.050, 0.010
+from radargui.restitution.settings import FLIGHTS
 
 
-def fit_free_flights(solution: Solution, normal: FloatArray, onset_s: float) -> FlightFit | None:
-    """Fit the longest run of flights from the release on that obeys the law of free flight.
+def fit_with_alternatives(
+    posterior: MotionPosterior, alternatives: Sequence[AlternativeMotion], normal: FloatArray
+) -> FlightFit | None:
+    """Fit the free flights; alternatives with the same impacts widen the covariance.
 
-    Where no two neighbours do, the first fall alone, up to where it ends or something stops it. A misfit that stays
-    widens the covariance.
+    V = c^2 sum w (V_k + d_k d_k^T) / sum w, d_k the difference of alternative k from the best; the heaviest three are
+    fitted. c = 1.2 stands for what the maps cannot follow (`FlightSettings.widened`).
 
     Parameters
     ----------
-    solution
-        Converged joint solution.
+    posterior, alternatives
+        The best motion and others that the evidence does not rule out.
     normal
         Floor's normal, shape (3,).
-    onset_s
-        End of the rest; the release's first 10 ms are left out.
 
     Returns
     -------
     FlightFit or None
         None without free flight.
+
+    Raises
+    ------
+    SolveError
+        The flights' equations have no solution.
     """
-    spline = solution.at.spline
-    impacts = break_speeds(solution, normal).are_impacts()
+    fit = fit_free_flights(posterior, normal)
+    if fit is None:
+        return None
+    total, covariance = 1.0, fit.covariance.copy()
+    heaviest = sorted(alternatives, key=lambda one: -one.weight)[: FLIGHTS.most_alternatives]
+    for alternative in heaviest:
+        other = fit_free_flights(alternative.posterior, normal)
+        if other is not None and other.layout == fit.layout:
+            away = other.values - fit.values
+            covariance += alternative.weight * (other.covariance + np.outer(away, away))
+            total += alternative.weight
+    return replace(fit, covariance=FLIGHTS.widened**2 * covariance / total)
+
+
+def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFit | None:
+    """Fit the longest run of flights from the release on that obeys the equation of free flight.
+
+    Where no two neighbours do, the first fall alone, up to where it ends or something stops it. A misfit that stays
+    widens the covariance. The first 10 ms after the onset are left out. Parameters, result and errors as for
+    `fit_with_alternatives`.
+    """
+    free = posterior.free
+    impacts = posterior.breaks.along(normal).are_impacts()
     n_flights = 1 + int(np.argmin(np.append(impacts, False)))
-    if n_flights == spline.break_s.size + 1 and _off_gravity(solution, n_flights - 1) > _NEAR_GRAVITY:
+    if n_flights == len(free.segments) and _off_gravity(free, n_flights - 1) > FLIGHTS.near_g_m_s2:
         n_flights -= 1
-    first = int(np.searchsorted(spline.knots(), onset_s + _AFTER_ONSET_S))
-    if first >= spline.spans[0]:
+    first = free.first_coefficient_from(posterior.onset_s + FLIGHTS.after_onset_s)
+    if first >= free.segments[0].n_spans:
         return None
     best: FlightFit | None = None
-    for count in range(_likely(solution, min(n_flights, _affordable(spline))), 1, -1):
-        plan = FlightPlan(count, first)
-        fit = fit_flights(plan.information(solution), plan)
-        if best is None or fit.reduced_misfit < best.reduced_misfit:
-            best = fit
-        if _is_good(fit):
+    for count in range(_likely(free, min(n_flights, _affordable(free))), 1, -1):
+        fit = _fitted(posterior, FlightPlan(count, first))
+        best = _better(best, fit)
+        if fit.is_good:
             break
     if best is None:
-        best = _fit_first_fall(solution, first)
-    return best if best is None or _is_good(best) else best.widened()
+        best = _fit_first_fall(posterior, first)
+    return best if best is None or best.is_good else best.widened()
 
 
-def _is_good(fit: FlightFit) -> bool:
-    return fit.misfit[0] < _GOOD_MISFIT * fit.misfit[1] + _SLACK
+def _fitted(posterior: MotionPosterior, plan: FlightPlan) -> FlightFit:
+    return fit_flights(plan.information(posterior), plan)
 
 
-def _fit_first_fall(solution: Solution, first: int) -> FlightFit | None:
+def _better(best: FlightFit | None, fit: FlightFit) -> FlightFit:
+    return fit if best is None or fit.reduced_misfit < best.reduced_misfit else best
+
+
+def _fit_first_fall(posterior: MotionPosterior, first: int) -> FlightFit | None:
     """Fit the first fall alone; None where the motion does not fall like a free body for 50 ms.
 
     A sphere that meets grains has no break in its velocity, and a spline with 10 ms knots feels the contact before it
     comes: the end goes back until the misfit is good, and 10 ms further.
     """
-    spline = solution.at.spline
-    _, middle, length = spline.jerk()
-    end = middle + length / 2.0
-    inside = np.arange(first, spline.spans[0])
-    step = length[inside] / 4.0
-    height = [spline.design(middle[inside] + k * step) @ solution.state.coefficients[:, 2] for k in (-1.0, 0.0, 1.0)]
-    falls = np.abs((height[0] - 2.0 * height[1] + height[2]) / step**2 + _STANDARD_GRAVITY) < _ABOUT_GRAVITY
+    knot = posterior.free.segments[0].knot_s
+    step = np.diff(knot)[first:] / 4.0
+    middle = (knot[first:-1] + knot[first + 1 :]) / 2.0
+    height = posterior.free.position_m((middle + np.array([-1.0, 0.0, 1.0])[:, None] * step).ravel())[2].reshape(3, -1)
+    bend = (height[0] - 2.0 * height[1] + height[2]) / step**2
+    falls = np.abs(bend + NOMINAL_GRAVITY_M_S2) < FLIGHTS.about_g_m_s2
     count = int(np.argmin(np.append(falls, False)))
-    begin_s = end[first] - length[first]
-    ends = [last for last in range(first + count, first, -1) if end[last - 1] - begin_s > _SHORTEST_FALL_S]
-
-    def fit_until(last: int) -> FlightFit:
-        plan = FlightPlan(1, first, last)
-        return fit_flights(plan.information(solution), plan)
-
+    ends = [last for last in range(first + count, first, -1) if knot[last] - knot[first] > FLIGHTS.shortest_fall_s]
     best: FlightFit | None = None
     for last in ends:
-        fit = fit_until(last)
-        if best is None or fit.reduced_misfit < best.reduced_misfit:
-            best = fit
-        if _is_good(fit):
-            before = [other for other in ends if end[other - 1] <= end[last - 1] - _BEFORE_CONTACT_S]
-            return fit_until(before[0]) if before else fit
+        fit = _fitted(posterior, FlightPlan(1, first, last))
+        best = _better(best, fit)
+        if fit.is_good:
+            before = [other for other in ends if knot[other] <= knot[last] - FLIGHTS.before_contact_s]
+            return _fitted(posterior, FlightPlan(1, first, before[0])) if before else fit
     return best
 
 
-def _affordable(spline: MotionSpline) -> int:
+def _affordable(free: FreeMotion) -> int:
     """Return how many flights a dense fit can take."""
-    sizes = np.cumsum(np.array(spline.spans) + 2)
-    return max(1, int(np.searchsorted(sizes, _LARGEST, side="right")))
+    sizes = [segment.stop_coefficient - 1 for segment in free.segments]
+    return max(1, int(np.searchsorted(sizes, FLIGHTS.most_coefficients, side="right")))
 
 
-def _likely(solution: Solution, n_flights: int) -> int:
+def _likely(free: FreeMotion, n_flights: int) -> int:
     """Return how many flights come before one that does not fall at all: the sphere lay, or was carried back."""
-    long = np.diff(solution.at.spline.edge_s) > _SHORTEST_FALL_S
-    held = (n for n in range(2, n_flights) if long[n] and _off_gravity(solution, n) > _ABOUT_GRAVITY)
-    return next(held, n_flights)
+    for number in range(2, n_flights):
+        is_long = free.segments[number].duration_s > FLIGHTS.shortest_fall_s
+        if is_long and _off_gravity(free, number) > FLIGHTS.about_g_m_s2:
+            return number
+    return n_flights
 
 
-def _off_gravity(solution: Solution, segment: int) -> float:
+def _off_gravity(free: FreeMotion, number: int) -> float:
     """Return by how much a segment's acceleration differs from that of gravity, m/s^2."""
-    edge = solution.at.spline.edge_s
-    length = edge[segment + 1] - edge[segment]
-    time = np.linspace(edge[segment] + 0.1 * length, edge[segment + 1] - 0.1 * length, 15)
-    height = solution.at.spline.design(time) @ solution.state.coefficients[:, 2]
-    return float(abs(2.0 * np.polyfit(time - time[0], height, 2)[0] + _STANDARD_GRAVITY))
+    segment = free.segments[number]
+    margin = 0.1 * segment.duration_s
+    time = np.linspace(segment.begin_s + margin, segment.end_s - margin, 15)
+    height = free.position_m(time)[2]
+    return float(abs(2.0 * np.polyfit(time - time[0], height, 2)[0] + NOMINAL_GRAVITY_M_S2))

@@ -1,56 +1,133 @@
-"""The unknowns of a run of free flights, and the motion that follows from them."""
+"""The unknowns of a run of free flights, and the motion that follows from them (method 5, Flights)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-from scipy.interpolate import BSpline
 
-from radargui.correction.joint.flight_information import MotionInformation, motion_information
-from radargui.correction.joint.minimise import Solution
-from radargui.correction.joint.motion_spline import MotionSpline
+from radargui.estimation.readout.flight_information import MotionInformation
+from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.restitution.flight_law import drift_time, fall_below_apex, speed_below_apex
-
-_STANDARD_GRAVITY = 9.80665
-_STEP, _STEP_OF_LAW = 1e-5, 1e-3
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.restitution.free_flight import drift_time, fall_below_apex, speed_below_apex
+from radargui.restitution.settings import FLIGHTS
 
 
 @dataclass(frozen=True, slots=True)
 class FlightPlan:
-    """Which parts of the motion obey the equation of free flight.
-
-    Flights are the first segments between edges.
+    """Which parts of the motion obey the equation of free flight: the first segments between breaks.
 
     Attributes
     ----------
     n_flights
         How many.
-    first_span
-        In the first of them, the span from which on the motion is free: a release before it is left to the spline.
+    first_coefficient
+        In the first of them, the coefficient (and with it the span) from which on the flight describes the motion: a
+        release before it is left to the spline.
     last_span
         Of a fall alone, the span before which it ends; None: flights last until their segments end.
     """
 
     n_flights: int
-    first_span: int
+    first_coefficient: int
     last_span: int | None = None
 
-    def size(self, spline: MotionSpline) -> int:
-        """Return how many of the spline's first coefficients the flights touch."""
-        stop = int(_segment_starts(spline.spans)[self.n_flights])
-        return stop if self.last_span is None else self.last_span + 2
+    def information(self, posterior: MotionPosterior) -> MotionInformation:
+        """Return what the samples say about the flights, the smoothness prior lifted where they take its place."""
+        segments = posterior.free.segments[: self.n_flights]
+        if self.last_span is None:
+            stop, last = segments[-1].stop_coefficient - 1, sum(segment.n_spans for segment in segments)
+        else:
+            stop, last = self.last_span + 2, self.last_span
+        n_breaks = min(self.n_flights, len(posterior.free.segments) - 1)
+        return posterior.information(stop, n_breaks, slice(self.first_coefficient, last))
 
-    def lifted(self, spline: MotionSpline) -> slice:
-        """Return the spans that the law of flight describes."""
-        return slice(self.first_span, sum(spline.spans[: self.n_flights]) if self.last_span is None else self.last_span)
 
-    def information(self, solution: Solution) -> MotionInformation:
-        """Return what the samples say about the flights."""
-        spline = solution.at.spline
-        n_breaks = min(self.n_flights, spline.break_s.size)
-        return motion_information(solution, self.size(spline), n_breaks, self.lifted(spline))
+@dataclass(frozen=True, slots=True)
+class UnknownLayout:
+    """Where each unknown stands.
+
+    Order: g, k; of the first flight apex time, apex height, x and y where it starts, vx, vy; of each further flight
+    apex time, vx, vy; times of all breaks; coefficients left free, x, y, z by turns. A flight depends on those before
+    it through the place where it starts alone.
+    """
+
+    n_flights: int
+    n_breaks: int
+    n_free: int
+
+    gravity: ClassVar[int] = 0
+    drag: ClassVar[int] = 1
+    apex_height: ClassVar[int] = 3
+    start_place: ClassVar[slice] = slice(4, 6)
+
+    def apex_time(self, flight: int) -> int:
+        """Return where the time of a flight's apex stands."""
+        return 5 + 3 * flight if flight else 2
+
+    def velocity(self, flight: int) -> slice:
+        """Return where vx and vy at the start of a flight stand."""
+        first = self.apex_time(flight) + 1 if flight else self.start_place.stop
+        return slice(first, first + 2)
+
+    @property
+    def breaks(self) -> slice:
+        """Where the times of the breaks stand."""
+        first = self.velocity(self.n_flights - 1).stop
+        return slice(first, first + self.n_breaks)
+
+    @property
+    def free(self) -> slice:
+        """Where the coefficients left free stand."""
+        return slice(self.breaks.stop, self.breaks.stop + 3 * self.n_free)
+
+    @property
+    def size(self) -> int:
+        """How many unknowns there are."""
+        return int(self.free.stop)
+
+    def of_flight(self, flight: int) -> IntArray:
+        """Return where (g, k, apex time, vx, vy, start, end) of a flight stand; -1 where it is fixed."""
+        velocity = self.velocity(flight)
+        start = self.breaks.start + flight - 1 if flight else -1
+        end = self.breaks.start + flight if flight < self.n_breaks else -1
+        return np.array(
+            [self.gravity, self.drag, self.apex_time(flight), velocity.start, velocity.start + 1, start, end]
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ImpactLayout:
+    """Where each result of the flights stands: g, k, then per impact between flights time, velocity before, after."""
+
+    n_impacts: int
+
+    gravity: ClassVar[int] = 0
+    drag: ClassVar[int] = 1
+
+    @property
+    def size(self) -> int:
+        """How many results there are."""
+        return self.time(self.n_impacts)
+
+    @property
+    def times(self) -> IntArray:
+        """Where the times of the impacts stand, shape (n_impacts,)."""
+        return np.array([self.time(impact) for impact in range(self.n_impacts)], dtype=np.intp)
+
+    def time(self, impact: int) -> int:
+        """Return where the time of an impact stands."""
+        return 2 + 7 * impact
+
+    def before(self, impact: int) -> slice:
+        """Return where the velocity just before an impact stands, x, y, z."""
+        return slice(self.time(impact) + 1, self.time(impact) + 4)
+
+    def after(self, impact: int) -> slice:
+        """Return where the velocity just after an impact stands, x, y, z."""
+        return slice(self.time(impact) + 4, self.time(impact) + 7)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,78 +163,83 @@ def _fly(own: FloatArray, share: FloatArray) -> _Flight:
 
 @dataclass(frozen=True, slots=True)
 class FlightMotion:
-    """What follows from the unknowns.
+    """What follows from the unknowns, or its derivatives with respect to them (one column each).
 
     Attributes
     ----------
     x
         The information's x: coefficients and breaks.
-    outputs
-        g, k, then per impact between flights: time, velocity before xyz, after xyz.
+    results
+        As `ImpactLayout` has them.
     """
 
     x: FloatArray
-    outputs: FloatArray
+    results: FloatArray
 
 
 class FlightUnknowns:
-    """The unknowns and their order.
+    """The unknowns of some flights, and what follows from them.
 
-    g, k, first flight (apex time, apex height, x, y, vx, vy), further flights (apex time, vx, vy), times of all breaks,
-    coefficients left free. A flight depends on those before it through the place where it starts alone.
+    Parameters
+    ----------
+    information
+        Of the plan.
+    plan
+        Which segments are flights.
     """
 
     def __init__(self, information: MotionInformation, plan: FlightPlan) -> None:
         self.information, self.plan = information, plan
-        spline = information.spline
-        self.n_breaks = information.n_breaks
-        self.starts = _segment_starts(spline.spans)
-        self.collocation = [_collocation(share) for share in spline.fractions[: plan.n_flights]]
-        # The coefficient before the first is left out: the motion starts at the release position.
-        self.free = np.arange(plan.first_span - 1)
-        self.n_law = 8 + 3 * (plan.n_flights - 1)
-
-    def breaks(self, q: FloatArray) -> FloatArray:
-        """Return the times of the breaks."""
-        return q[self.n_law : self.n_law + self.n_breaks]
+        self.segments = information.free.segments[: plan.n_flights]
+        self.collocation = [segment.collocation() for segment in self.segments]
+        # coefficient 0 is no unknown: the motion starts at the release position
+        self.free = np.arange(1, plan.first_coefficient)
+        self.layout = UnknownLayout(plan.n_flights, information.n_breaks, self.free.size)
+        self.results = ImpactLayout(plan.n_flights - 1)
 
     def edges(self, q: FloatArray) -> FloatArray:
         """Return start, breaks, end."""
-        edge = self.information.spline.edge_s
-        return np.concatenate([edge[:1], self.breaks(q), edge[1 + self.n_breaks :]])
+        edge = self.information.free.edge_s
+        return np.concatenate([edge[:1], q[self.layout.breaks], edge[1 + self.layout.n_breaks :]])
 
     def apexes(self, q: FloatArray) -> FloatArray:
         """Return the times of the apexes, one a flight."""
-        return np.concatenate([q[2:3], q[8 : self.n_law : 3]])
+        return np.array([q[self.layout.apex_time(number)] for number in range(self.plan.n_flights)])
 
     def motion(self, q: FloatArray) -> FlightMotion:
         """Return the motion and the impacts."""
+        layout, results = self.layout, self.results
         coefficients = np.empty((self.information.size + 1, 3))
-        coefficients[1 + self.free] = q[self.n_law + self.n_breaks :].reshape(-1, 3)
-        start, outputs, before = self._first_start(q), [q[:2]], np.zeros(0)
+        coefficients[self.free] = q[layout.free].reshape(-1, 3)
+        out = np.empty(results.size)
+        out[[results.gravity, results.drag]] = q[[layout.gravity, layout.drag]]
+        out[results.times] = q[layout.breaks][: results.n_impacts]
+        start = self._first_start(q)
         for number, (share, solve) in enumerate(self.collocation):
-            flight = _fly(self._own(q, number)[0], share)
+            flight = _fly(self._own(q, number), share)
             rows, part = self._rows(number)
-            coefficients[rows] = (solve @ (flight.path_m + start) - self.information.release_m)[part]
+            coefficients[rows] = (solve @ (flight.path_m + start) - self.information.free.release_m)[part]
             start = start + flight.path_m[-1]
             if number > 0:
-                outputs += [self.breaks(q)[number - 1 : number], before, flight.start_m_s]
-            before = flight.end_m_s
-        return FlightMotion(np.concatenate([coefficients[1:].ravel(), self.breaks(q)]), np.concatenate(outputs))
+                out[results.after(number - 1)] = flight.start_m_s
+            if number < results.n_impacts:
+                out[results.before(number)] = flight.end_m_s
+        return FlightMotion(np.concatenate([coefficients[1:].ravel(), q[layout.breaks]]), out)
 
     def slopes(self, q: FloatArray) -> FlightMotion:
         """Return the derivatives of motion and impacts: central differences within a flight, ones between them."""
-        size = self.information.size
-        coefficients = np.zeros((size + 1, 3, q.size))
-        stop = self.n_law + self.n_breaks
-        coefficients[1 + self.free, :, stop:] = np.eye(q.size - stop).reshape(-1, 3, q.size - stop)
-        outputs = np.zeros((2 + 7 * (self.plan.n_flights - 1), q.size))
-        outputs[:2, :2] = np.eye(2)
+        layout, results = self.layout, self.results
+        coefficients = np.zeros((self.information.size + 1, 3, layout.size))
+        coefficients[self.free, :, layout.free] = np.eye(3 * self.free.size).reshape(-1, 3, 3 * self.free.size)
+        out = np.zeros((results.size, layout.size))
+        out[results.gravity, layout.gravity] = out[results.drag, layout.drag] = 1.0
+        out[results.times, layout.breaks.start + np.arange(results.n_impacts)] = 1.0
         start = self._first_start_slopes(q)
+        step = np.array([FLIGHTS.parameter_step] * 2 + [FLIGHTS.time_step] * 5)
         for number, (share, solve) in enumerate(self.collocation):
-            own, places = self._own(q, number)
-            step = np.array([_STEP_OF_LAW] * 2 + [_STEP] * 5)
-            moved = _fly(own[:, None, None] + np.stack([np.diag(step), -np.diag(step)], axis=1), share)
+            places = layout.of_flight(number)
+            shifts = np.stack([np.diag(step), -np.diag(step)], axis=1)
+            moved = _fly(self._own(q, number)[:, None, None] + shifts, share)
             known = places >= 0
             path, after, before = (
                 ((value[0] - value[1]) / (2.0 * step.reshape(-1, *(1,) * (value.ndim - 2))))[known]
@@ -168,74 +250,57 @@ class FlightUnknowns:
             coefficients[rows, :, places[known]] += np.moveaxis(solve @ path, 0, 2)[part]
             start[:, places[known]] += path[:, -1].T
             if number > 0:
-                row = 2 + 7 * (number - 1)
-                outputs[row, self.n_law + number - 1] = 1.0
-                outputs[row + 4 : row + 7, places[known]] = after.T
-            if number < self.plan.n_flights - 1:
-                row = 2 + 7 * number
-                outputs[row + 1 : row + 4, places[known]] = before.T
-        by_breaks = np.eye(q.size)[self.n_law : stop]
-        return FlightMotion(np.concatenate([coefficients[1:].reshape(-1, q.size), by_breaks]), outputs)
+                out[results.after(number - 1), places[known]] = after.T
+            if number < results.n_impacts:
+                out[results.before(number), places[known]] = before.T
+        by_breaks = np.eye(layout.size)[layout.breaks]
+        return FlightMotion(np.concatenate([coefficients[1:].reshape(-1, layout.size), by_breaks]), out)
 
-    def _own(self, q: FloatArray, number: int) -> tuple[FloatArray, IntArray]:
-        """Return what `_fly` takes of one flight, and where it stands in q, -1 where it is fixed."""
-        edge, law = self.edges(q), 5 + 3 * number
-        places = np.array([0, 1, law, law + 1, law + 2]) if number else np.array([0, 1, 2, 6, 7])
-        first = self.n_law + number - 1 if number else -1
-        last = self.n_law + number if number < self.n_breaks else -1
-        return np.concatenate([q[places], edge[number : number + 2]]), np.append(places, [first, last])
+    def last_s(self, number: int) -> float:
+        """Return when a flight ends in the free motion."""
+        segment, stop = self.segments[number], self.plan.last_span
+        return segment.end_s if stop is None else float(segment.knot_s[stop])
+
+    def start(self) -> FloatArray:
+        """Read the unknowns off the free motion."""
+        info, layout, g = self.information, self.layout, NOMINAL_GRAVITY_M_S2
+        q = np.zeros(layout.size)
+        q[layout.gravity] = g
+        q[layout.breaks] = info.x0[3 * info.size :]
+        q[layout.free] = info.x0[: 3 * self.free.size]
+        for number, segment in enumerate(self.segments):
+            first, last = segment.begin_s, self.last_s(number)
+            early = first + (0.3 * (last - first) if number == 0 else 0.0)
+            time = np.linspace(early, last, 40)[1:-1]
+            p = info.free.position_m(time)
+            _, slope, level = np.polyfit(time - early, p[2] + 0.5 * g * (time - early) ** 2, 2)
+            (vx, x), (vy, y) = (np.polyfit(time - first, p[axis], 1) for axis in (0, 1))
+            q[layout.apex_time(number)] = early + slope / g
+            q[layout.velocity(number)] = vx, vy
+            if number == 0:
+                q[layout.apex_height], q[layout.start_place] = level + 0.5 * slope**2 / g, (x, y)
+        return q
+
+    def _own(self, q: FloatArray, number: int) -> FloatArray:
+        """Return what `_fly` takes of one flight."""
+        return np.concatenate([q[self.layout.of_flight(number)[:5]], self.edges(q)[number : number + 2]])
 
     def _first_start(self, q: FloatArray) -> FloatArray:
-        g, k, apex, top, x, y = q[:6]
-        return np.array([x, y, top - fall_below_apex(self.edges(q)[0] - apex, g, k)])
+        layout = self.layout
+        fall = fall_below_apex(self.edges(q)[0] - q[layout.apex_time(0)], q[layout.gravity], q[layout.drag])
+        return np.array([*q[layout.start_place], q[layout.apex_height] - fall])
 
     def _first_start_slopes(self, q: FloatArray) -> FloatArray:
         out = np.zeros((3, q.size))
-        for column, step in enumerate([_STEP_OF_LAW] * 2 + [_STEP] * 4):
-            moved = np.where(np.arange(q.size) == column, step, 0.0)
-            out[:, column] = (self._first_start(q + moved) - self._first_start(q - moved)) / (2.0 * step)
+        for column in range(self.layout.start_place.stop):
+            size = FLIGHTS.parameter_step if column <= self.layout.drag else FLIGHTS.time_step
+            moved = np.where(np.arange(q.size) == column, size, 0.0)
+            out[:, column] = (self._first_start(q + moved) - self._first_start(q - moved)) / (2.0 * size)
         return out
 
     def _rows(self, number: int) -> tuple[slice, slice]:
         """Return the coefficients that a flight gives, and which of its own they are."""
-        skip = self.plan.first_span if number == 0 else 0
-        begin = int(self.starts[number])
-        stop = min(begin + self.collocation[number][0].size, self.information.size + 1)
+        skip = self.plan.first_coefficient if number == 0 else 0
+        begin = self.segments[number].first_coefficient
+        stop = min(self.segments[number].stop_coefficient, self.information.size + 1)
         return slice(begin + skip, stop), slice(skip, stop - begin)
-
-    def last(self, number: int) -> float:
-        """Return when a flight ends in the free motion."""
-        edge, stop = self.information.spline.edge_s, self.plan.last_span
-        if stop is None:
-            return float(edge[number + 1])
-        return float(edge[0] + (edge[1] - edge[0]) * self.information.spline.fractions[0][stop])
-
-    def start(self) -> FloatArray:
-        """Read the unknowns off the free motion."""
-        info = self.information
-        coefficients = info.x0[: 3 * info.size].reshape(-1, 3)
-        edge, law = info.spline.edge_s, [_STANDARD_GRAVITY, 0.0]
-        for number in range(self.plan.n_flights):
-            first, last = edge[number], self.last(number)
-            early = first + (0.3 * (last - first) if number == 0 else 0.0)
-            time = np.linspace(early, last, 40)[1:-1]
-            p = info.spline.design(time)[:, : info.size] @ coefficients + info.release_m
-            bend, slope, level = np.polyfit(time - early, p[:, 2] + 0.5 * _STANDARD_GRAVITY * (time - early) ** 2, 2)
-            del bend
-            apex = early + slope / _STANDARD_GRAVITY
-            (vx, x), (vy, y) = (np.polyfit(time - first, p[:, axis], 1) for axis in (0, 1))
-            law += [apex, level + 0.5 * slope**2 / _STANDARD_GRAVITY, x, y, vx, vy] if number == 0 else [apex, vx, vy]
-        return np.concatenate([law, info.x0[3 * info.size :], coefficients[self.free].ravel()])
-
-
-def _segment_starts(spans: tuple[int, ...]) -> FloatArray:
-    """Return the index of each segment's first coefficient, the one left out at the start counted."""
-    return np.concatenate([[0], np.cumsum(np.array(spans) + 2)])
-
-
-def _collocation(fractions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return Greville points in [0, 1] and the matrix from values there to the segment's coefficients."""
-    knots = np.concatenate([np.zeros(3), fractions, np.ones(3)])
-    greville = np.array([knots[j + 1 : j + 4].mean() for j in range(knots.size - 4)])
-    greville = np.clip(greville, 0.0, 1.0)
-    return greville, np.linalg.inv(BSpline.design_matrix(greville, knots, 3).toarray())

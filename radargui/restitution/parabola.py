@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import FloatArray
+from radargui.restitution.settings import TRACKS
 
-THIRD_DIFFERENCE_GAIN = 20.0
-HIDDEN_WAVES = 2.0
+_THIRD_DIFFERENCE_GAIN = 20.0
+"""Variance of the third difference of white noise: 1 + 9 + 9 + 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,14 +114,13 @@ def misfit_widening(residual: FloatArray) -> float:
     """Return by how much the variance of residuals that are not white must be widened, 1 to 4.
 
     A parabola follows part of the waves that a mismatch leaves in the track, so that the residuals show less of them
-    than there is. On simulated drops with every kind of mismatch the errors of e and g were twice what the residuals
-    alone say; white noise needs no widening.
+    than there is (`TrackSettings.hidden_waves`).
     """
     if residual.size < 8 or not residual.any():
         return 1.0
-    white = float(np.mean(np.diff(residual, 3) ** 2)) / THIRD_DIFFERENCE_GAIN
+    white = float(np.mean(np.diff(residual, 3) ** 2)) / _THIRD_DIFFERENCE_GAIN
     share = min(1.0, white / float(np.mean(residual**2)))
-    return share + (1.0 - share) * HIDDEN_WAVES**2
+    return share + (1.0 - share) * TRACKS.hidden_waves**2
 
 
 def correlation_length(residual: FloatArray) -> float:

@@ -5,22 +5,22 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from radargui.model.drop import Drop, RunOrigin, drop_of
 from radargui.session.index import IN_MEMORY, bring_up_to_date, default_index_path, open_index
 from radargui.session.query import Query, antenna_key
 
-__all__ = ["Catalogue", "Query", "RunLine", "SessionSummary", "find_sessions"]
+__all__ = ["Catalogue", "Query", "RunLine", "SessionSummary"]
 
 _SUMMARY = """
 SELECT s.folder, s.name, s.created_at, s.operator, s.sample, s.target, s.notes, s.setup_name, s.problem,
-    count(r.name), sum(r.rejected != ''), sum(r.finished = 0),
-    count(CASE WHEN r.rejected = '' THEN r.e END), avg(CASE WHEN r.rejected = '' THEN r.e END),
-    min(CASE WHEN r.rejected = '' THEN r.e END), max(CASE WHEN r.rejected = '' THEN r.e END)
+    count(r.name), coalesce(sum(r.rejected != ''), 0), coalesce(sum(r.finished = 0), 0),
+    json_group_array(json_array(r.name, json(r.origin), json(r.summary)))
+        FILTER (WHERE r.rejected = '' AND r.problem = '')
 FROM sessions s LEFT JOIN runs r ON r.folder = s.folder
 """
 _ORDER = "GROUP BY s.folder ORDER BY coalesce(nullif(s.created_at, ''), s.name) DESC, s.name DESC"
@@ -42,8 +42,8 @@ class SessionSummary:
         As in the record.
     n_runs, n_rejected, n_unfinished
         Run files in it; those of them that were set aside; those that were never closed.
-    n_e, e_mean, e_min, e_max
-        First bounces with a coefficient in the runs that count: how many, their mean, the range; None without any.
+    drops
+        Runs that were not set aside, with their figures; `restitution.series` says which of them count.
     problem
         Why the record cannot be read; empty where it can.
     """
@@ -60,10 +60,7 @@ class SessionSummary:
     n_runs: int = 0
     n_rejected: int = 0
     n_unfinished: int = 0
-    n_e: int = 0
-    e_mean: float | None = None
-    e_min: float | None = None
-    e_max: float | None = None
+    drops: tuple[Drop, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,21 +128,21 @@ class Catalogue:
         """Close the index; idempotent."""
         self._index.close()
 
-    def refresh(self, tell: Callable[[float], None] = lambda _: None) -> int:
+    def refresh(self, progress: Callable[[float], None] = lambda _: None) -> int:
         """Take in what has changed in the folders, and return how many files were read for that.
 
         Parameters
         ----------
-        tell
+        progress
             Called with the share done; the first time takes a few milliseconds a run.
         """
         try:
-            return bring_up_to_date(self._index, self._data_folder, tell)
+            return bring_up_to_date(self._index, self._data_folder, progress)
         except sqlite3.Error:
             # damaged since it was opened, or another program keeps it to itself: go on without
             self._index.close()
             self._index = open_index(IN_MEMORY)
-            return bring_up_to_date(self._index, self._data_folder, tell)
+            return bring_up_to_date(self._index, self._data_folder, progress)
 
     def find(self, query: Query | None = None, *, refresh: bool = True) -> tuple[SessionSummary, ...]:
         """Return the sessions that a query asks for, the newest first; without a query all of them.
@@ -172,54 +169,34 @@ class Catalogue:
         """Return the runs that were never closed, as of the last look at the folders, the newest last."""
         return self._runs("WHERE finished = 0", ())
 
+    def to_compute(self) -> tuple[RunLine, ...]:
+        """Return the runs that count and have no final result, as of the last look at the folders, the newest last."""
+        no_result = "(status = '' OR json_extract(summary, '$.preliminary'))"
+        return self._runs(f"WHERE finished AND rejected = '' AND problem = '' AND n_samples > 0 AND {no_result}", ())
+
     def _runs(self, where: str, values: tuple[str, ...]) -> tuple[RunLine, ...]:
         rows = self._index.execute(
-            "SELECT folder, name, started_at, finished, recovered_at, n_samples, sample_rate_hz, summary, rejected, "  # noqa: S608
-            f"problem FROM runs {where} ORDER BY folder, length(name), name",
+            "SELECT folder, name, started_at, finished, recovered_at, "  # noqa: S608
+            "coalesce(n_samples / nullif(sample_rate_hz, 0), 0.0), summary, rejected, problem "
+            f"FROM runs {where} ORDER BY folder, length(name), name",
             values,
         )
         return tuple(
-            RunLine(
-                self._data_folder / folder / name,
-                started_at,
-                bool(finished),
-                recovered_at,
-                n_samples / rate_hz if rate_hz else 0.0,
-                json.loads(summary),
-                rejected,
-                problem,
-            )
-            for folder, name, started_at, finished, recovered_at, n_samples, rate_hz, summary, rejected, problem in rows
+            RunLine(self._data_folder / folder / name, at, bool(finished), later, span_s, json.loads(summary), *said)
+            for folder, name, at, finished, later, span_s, summary, *said in rows
         )
 
 
-def find_sessions(data_folder: Path, query: Query | None = None) -> tuple[SessionSummary, ...]:
-    """Return the sessions below a folder, newest first, without keeping an index; damaged ones tell their problem."""
-    with closing(Catalogue(data_folder, IN_MEMORY)) as catalogue:
-        return catalogue.find(query)
-
-
 def _summary(data_folder: Path, row: tuple[Any, ...]) -> SessionSummary:
-    folder, *texts, n_runs, n_rejected, n_unfinished, n_e, mean, low, high = row
-    name, created_at, operator, sample, target, notes, setup_name, problem = texts
-    return SessionSummary(
-        data_folder / folder,
-        name,
-        created_at,
-        operator,
-        sample,
-        target,
-        notes,
-        setup_name,
-        problem,
-        n_runs,
-        n_rejected or 0,
-        n_unfinished or 0,
-        n_e,
-        mean,
-        low,
-        high,
-    )
+    folder, *known, drops = row
+    values: list[Any] = [data_folder / folder, *known, _drops(drops)]
+    return SessionSummary(*values)
+
+
+def _drops(text: str) -> tuple[Drop, ...]:
+    """Return drops in the order of their numbers from the rows that the index joined: name, origin, summary."""
+    rows = sorted(json.loads(text), key=lambda row: (len(row[0]), row[0]))
+    return tuple(drop_of(Path(name).stem, RunOrigin(*origin), summary) for name, origin, summary in rows)
 
 
 def _conditions(query: Query) -> tuple[list[str], list[object]]:
@@ -245,15 +222,7 @@ def _conditions(query: Query) -> tuple[list[str], list[object]]:
     if query.e_min is not None or query.e_max is not None:
         low = 0.0 if query.e_min is None else query.e_min
         high = 1e9 if query.e_max is None else query.e_max
-        want(
-            "s.folder IN (SELECT folder FROM runs WHERE e BETWEEN ? AND ? AND rejected = '')",
-            low,
-            high,
-        )
+        want("s.folder IN (SELECT folder FROM runs WHERE e BETWEEN ? AND ? AND rejected = '')", low, high)
     for word in query.text.casefold().split():
-        want(
-            "(instr(s.searched, ?) OR s.folder IN (SELECT folder FROM runs WHERE instr(searched, ?)))",
-            word,
-            word,
-        )
+        want("(instr(s.searched, ?) OR s.folder IN (SELECT folder FROM runs WHERE instr(searched, ?)))", word, word)
     return conditions, values

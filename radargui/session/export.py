@@ -12,6 +12,7 @@ from radargui.files.export import ExportFormat, export_run
 from radargui.files.fresh_file import refuse_existing
 from radargui.files.progress import Progress, silent
 from radargui.model.errors import RadarGuiError, SessionError
+from radargui.session.folder import own_subfolder
 from radargui.session.info import FILE_NAME, read_info
 from radargui.session.session import run_paths
 
@@ -47,21 +48,21 @@ class ExportPlan:
     session: dict[str, str]
     force: bool
 
-    def carry_out(self, tell: Progress = silent) -> Iterator[ExportedRun]:
+    def carry_out(self, progress: Progress = silent) -> Iterator[ExportedRun]:
         """Export run after run; one that fails does not stop the others.
 
         Parameters
         ----------
-        tell
+        progress
             Called with the share of the whole that is done.
         """
         for number, run in enumerate(self.runs):
 
-            def tell_whole(share: float, done: int = number) -> None:
-                tell((done + share) / len(self.runs))
+            def whole(share: float, done: int = number) -> None:
+                progress((done + share) / len(self.runs))
 
             try:
-                paths = export_run(run, self.kind, self.folder, session=self.session, force=self.force, tell=tell_whole)
+                paths = export_run(run, self.kind, self.folder, session=self.session, force=self.force, tell=whole)
             except RadarGuiError as error:
                 yield ExportedRun(run, error=error)
             else:
@@ -95,7 +96,7 @@ def plan_export(path: Path, kind: ExportFormat, output: Path | None = None, *, f
         raise SessionError(f"{path} holds no runs.", remedy="Give a session folder or a run file.")
     if not path.exists():
         raise SessionError(f"{path}: no such file or folder.", remedy="Check the path.")
-    target = output or folder / FOLDER
+    target = output or own_subfolder(folder, FOLDER)
     refuse_existing([one for run in runs for one in kind.paths(target, run.stem)], force=force)
     return ExportPlan(runs, kind, target, _session_facts(folder), force)
 

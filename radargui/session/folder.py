@@ -7,6 +7,7 @@ from pathlib import Path
 
 from radargui.model.errors import SessionError
 
+REPORT_FOLDER = "report"
 NAME_FORMAT = "%Y-%m-%dT%H-%M-%S"
 _UNFIT = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
@@ -36,6 +37,24 @@ def new_folder(parent: Path, name: str) -> Path:
             remedy="Choose another data folder.",
         ) from None
     raise SessionError(f"{parent} holds too many sessions named {name}.", remedy="Choose another name.")
+
+
+def own_subfolder(session: Path, name: str) -> Path:
+    """Return the folder of a session that results go into; it may not be there yet.
+
+    Raises
+    ------
+    SessionError
+        It leads out of the session: a link in a folder that came from elsewhere shall not decide where files are
+        written.
+    """
+    folder = session / name
+    if not folder.resolve().is_relative_to(session.resolve()):
+        raise SessionError(
+            f"{folder} is a link out of the session, to {folder.resolve()}: nothing is written there.",
+            remedy="Remove the link, or name that folder with --output.",
+        )
+    return folder
 
 
 def fit_name(name: str) -> str:

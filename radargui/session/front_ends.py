@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from radargui.correction.hardware import pool_constants
+from radargui.estimation.hardware import pool_constants
 from radargui.files.stored_front_ends import StoredFrontEnds, read_front_ends
 from radargui.model.errors import RadarGuiError
 from radargui.model.front_end import FrontEndPrior

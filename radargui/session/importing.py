@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from datetime import datetime
 from pathlib import Path
 
 from radargui.files.channel_map import ChannelMap, read_mapped
 from radargui.files.formats import format_of
-from radargui.files.own_facts import own_setup_toml
+from radargui.files.own_facts import own_setup_toml, source_program
+from radargui.files.raw_file import RawLayout
 from radargui.files.reading import read_recording
 from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError, RadarGuiError
@@ -34,11 +35,14 @@ class ImportInput:
         Which of their channels are I1, Q1, ...; None: those that are named so.
     rate_hz
         Sample rate, where the file has none.
+    raw
+        How the files are laid out where they are plain binary.
     """
 
     files: tuple[Path, ...]
     channel_map: ChannelMap | None = None
     rate_hz: float | None = None
+    raw: RawLayout | None = None
 
     def read(self) -> Recording:
         """Return the recording.
@@ -51,11 +55,11 @@ class ImportInput:
             The map names files of its own beside `files`.
         """
         if self.channel_map is not None and self.channel_map.has_paths:
-            return read_mapped(self.channel_map, rate_hz=self.rate_hz, name=self.files[0].stem)
-        return read_recording(self.files[0], channels=self.channel_map, rate_hz=self.rate_hz)
+            return read_mapped(self.channel_map, rate_hz=self.rate_hz, name=self.files[0].stem, raw=self.raw)
+        return read_recording(self.files[0], channels=self.channel_map, rate_hz=self.rate_hz, raw=self.raw)
 
     @property
-    def told(self) -> str:
+    def label(self) -> str:
         """The files, for people."""
         return ", ".join(str(file) for file in self.files)
 
@@ -69,6 +73,7 @@ class ImportedRun:
     error: RadarGuiError | None = None
 
 
+@dataclass
 class Import:
     """Recordings of other programs written as the runs of a new session.
 
@@ -87,24 +92,18 @@ class Import:
         As for any session.
     """
 
-    def __init__(
-        self,
-        parent: Path,
-        setup: Setup,
-        *,
-        now: datetime,
-        operator: str = "",
-        notes: str = "",
-        calibration: Calibration | None = None,
-        setup_name: str = "",
-    ) -> None:
-        self._parent, self._setup, self._now = parent, setup, now
-        self._operator, self._notes = operator, notes
-        self._calibration, self._setup_name = calibration, setup_name
-        self.session: Session | None = None
+    parent: Path
+    setup: Setup
+    _: KW_ONLY
+    now: datetime
+    operator: str = ""
+    notes: str = ""
+    calibration: Calibration | None = None
+    setup_name: str = ""
+    session: Session | None = field(default=None, init=False)
 
     def carry_out(
-        self, inputs: Sequence[ImportInput], tell: Callable[[float], None] = lambda _: None
+        self, inputs: Sequence[ImportInput], progress: Callable[[float], None] = lambda _: None
     ) -> Iterator[ImportedRun]:
         """Import one input after the other, then close the session; one that fails does not stop the others.
 
@@ -112,7 +111,7 @@ class Import:
         ----------
         inputs
             What to import.
-        tell
+        progress
             Called with the share done.
 
         Raises
@@ -123,7 +122,7 @@ class Import:
         try:
             for done, one in enumerate(inputs, start=1):
                 yield self._imported(one)
-                tell(done / len(inputs))
+                progress(done / len(inputs))
         finally:
             if self.session is not None:
                 self.session.close()
@@ -137,30 +136,30 @@ class Import:
         return self._written(one, recording)
 
     def _want_fit(self, recording: Recording, one: ImportInput) -> None:
-        wanted = self._setup.n_receivers
+        wanted = self.setup.n_receivers
         if recording.n_receivers != wanted:
             raise FileError(
-                f"{one.told} gives {recording.n_receivers} IQ pairs, the setup has {wanted} receivers.",
+                f"{one.label} gives {recording.n_receivers} IQ pairs, the setup has {wanted} receivers.",
                 remedy="Choose other channels or another setup.",
             )
 
     def _written(self, one: ImportInput, recording: Recording) -> ImportedRun:
         if self.session is None:
             self.session = Session.create(
-                self._parent,
-                self._setup,
-                operator=self._operator,
-                notes=self._notes,
-                calibration=self._calibration,
-                setup_name=self._setup_name,
-                now=self._now,
+                self.parent,
+                self.setup,
+                operator=self.operator,
+                notes=self.notes,
+                calibration=self.calibration,
+                setup_name=self.setup_name,
+                now=self.now,
             )
         try:
             with self.session.new_run(
                 recording.digitisation,
                 started_at=recording.started_at,
                 trigger_index=recording.trigger_index,
-                attributes=_origin(one, self._now),
+                attributes=_origin(one, self.now),
             ) as writer:
                 for block in blocks(recording):
                     writer.write(block)
@@ -174,9 +173,12 @@ def _origin(one: ImportInput, now: datetime) -> Mapping[str, str]:
     origin = {
         "source": "import",
         "imported_from": "; ".join(file.name for file in one.files),
-        "imported_format": format_of(one.files[0]).name,
+        "imported_format": format_of(one.files[0], one.raw).name,
+        "imported_program": ", ".join(dict.fromkeys(filter(None, map(source_program, one.files)))),
         "imported_at": now.isoformat(timespec="seconds"),
     }
+    if one.raw is not None:
+        origin["imported_layout"] = one.raw.text
     if entries:
         origin["imported_channels"] = ",".join(f"{entry.target}={entry.variable}" for entry in entries)
     return origin

@@ -13,6 +13,7 @@ import logging
 import os
 import sqlite3
 from collections.abc import Callable, Iterable
+from dataclasses import astuple
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ from radargui.session.info import SessionInfo, read_info
 from radargui.session.query import antenna_key
 from radargui.session.scan import SeenSession, sessions_below
 
-SCHEMA = 1
+SCHEMA = 2
 IN_MEMORY = Path(":memory:")
 _WAIT_S = 2.0
 _log = logging.getLogger(__name__)
@@ -36,7 +37,7 @@ _SESSION_KEYS = (
 )  # fmt: skip
 _RUN_KEYS = (
     "folder", "name", "stamp", "started_at", "finished", "recovered_at", "n_samples", "sample_rate_hz", "status", "e",
-    "u_e", "summary", "searched", "rejected", "problem",
+    "u_e", "summary", "origin", "searched", "rejected", "problem",
 )  # fmt: skip
 _TABLES = (
     f"CREATE TABLE sessions ({', '.join(_SESSION_KEYS)}, PRIMARY KEY (folder))",
@@ -71,7 +72,7 @@ def open_index(path: Path) -> sqlite3.Connection:
     return index
 
 
-def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, tell: Callable[[float], None]) -> int:
+def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, progress: Callable[[float], None]) -> int:
     """Read what has changed since the last time, and return how many files that were.
 
     Parameters
@@ -80,7 +81,7 @@ def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, tell: Callabl
         The index.
     data_folder
         The truth.
-    tell
+    progress
         Called with the share done.
     """
     seen = {_relative(one.path, data_folder): one for one in sessions_below(data_folder)}
@@ -104,7 +105,7 @@ def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, tell: Callabl
         old_stamp = known_sessions.get(folder)
         with index:
             n_read += _renew(index, folder, seen[folder], old_stamp, known_runs.get(folder, {}))
-        tell(min(n_read / total, 1.0))
+        progress(min(n_read / total, 1.0))
     return n_read
 
 
@@ -145,7 +146,8 @@ def _run_row(folder: str, name: str, one: SeenSession, rejected: str) -> tuple[A
     return (
         folder, name, one.runs[name], card.started_at, card.finished, card.recovered_at, card.n_samples,
         card.sample_rate_hz, str(card.summary.get("status", "")), card.summary.get("e"), card.summary.get("u_e"),
-        json.dumps(card.summary), "\n".join(card.markers).casefold(), rejected, problem,
+        json.dumps(card.summary), json.dumps(astuple(card.origin)), "\n".join(card.markers).casefold(), rejected,
+        problem,
     )  # fmt: skip
 
 

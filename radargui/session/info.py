@@ -4,19 +4,38 @@ from __future__ import annotations
 
 import json
 import os
+import platform
 from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from radargui import __version__
 from radargui.model.errors import SessionError
 from radargui.model.setup import Setup
 from radargui.model.setup_error import describe
 from radargui.model.setup_file import plain
 
+_LIBRARIES = ("numpy", "scipy", "h5py", "nidaqmx")
+
+
+def versions() -> dict[str, str]:
+    """Return program, Python, system and libraries with their versions."""
+    found = {"radargui": __version__, "python": platform.python_version(), "system": platform.platform()}
+    for library in _LIBRARIES:
+        try:
+            found[library] = version(library)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
 FILE_NAME = "session.json"
 MAXIMUM_BYTES = 10_000_000
+SCHEMA = 1
+"""Of session.json as this version writes it."""
 
 
 class Calibration(BaseModel):
@@ -118,6 +137,12 @@ def read_info(folder: Path) -> SessionInfo:
         raise _damaged(path, str(error)) from None
     if not isinstance(content, dict):
         raise _damaged(path, "it holds no table")
+    schema = content.get("schema_version")
+    if isinstance(schema, int) and schema > SCHEMA:
+        raise SessionError(
+            f"{path} was written by a newer version of RadarGUI (its format is {schema}, this version knows {SCHEMA}).",
+            remedy="Open it with that version, or update this one.",
+        )
     try:
         info = SessionInfo.model_validate(content)
     except ValidationError as error:
@@ -128,7 +153,7 @@ def read_info(folder: Path) -> SessionInfo:
 def _as_given(setup: Setup, given: object) -> Setup:
     """Return the setup without the values that nobody gave: a floor that is level by default is not known to be.
 
-    What does not say the same as the whole setup, which may have been mended by hand, does not count.
+    What does not say the same as the whole setup, which may have been corrected by hand, does not count.
     """
     try:
         found = Setup.model_validate(given)

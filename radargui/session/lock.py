@@ -1,13 +1,15 @@
 """The lock of a session folder: one program writes, others read.
 
-`session.lock` names its owner: computer, process, time. The owner also holds the system's lock on it, which ends with
-the process, also after a crash or a kill. A file left behind by a dead process of this computer is taken over; one left
-behind by another computer is not, for it cannot be told from here whether its owner lives.
+`session.lock` is held by the system's lock (`filelock`), which ends with the process, also after a crash or a kill, and
+names its owner: computer, process, time. A file left behind by a dead process of this computer is taken over; one left
+behind by another computer is not, for nobody can know from here whether its owner lives. Where the file system knows no
+locks, a marker file beside it is the lock, which counts while the process that it names runs.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import platform
@@ -16,17 +18,18 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from filelock import BaseFileLock, FileLock, SoftFileLock, Timeout
+
 from radargui.model.errors import SessionError
-from radargui.session.file_lock import try_lock
-from radargui.session.process_life import is_running
 
 FILE_NAME = "session.lock"
+_MARKER_NAME = "session.lock.held"
 _MAXIMUM_BYTES = 10_000
-_TRIES = 50
-_PAUSE_S = 0.01
+_PATIENCE_S = 0.1
+"""A program that only looks holds the lock for some microseconds: chosen by hand, a thousand times as long."""
+_NO_LOCKS = {errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOLCK}
 _guard = threading.RLock()
 """Taken again where the collector comes in between."""
-_held: dict[str, _Held] = {}
 
 
 class SessionLockedError(SessionError):
@@ -35,15 +38,6 @@ class SessionLockedError(SessionError):
 
 class SessionReadOnlyError(SessionError):
     """The folder of the session cannot be written."""
-
-
-@dataclass(slots=True)
-class _Held:
-    """A lock of this process, shared by all that work on the folder."""
-
-    descriptor: int
-    path: Path
-    n_users: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +51,11 @@ class Owner:
     def __str__(self) -> str:
         where = "this computer" if self.is_here else self.computer
         return f"process {self.process} on {where} since {self.since}"
+
+    @property
+    def is_me(self) -> bool:
+        """Whether it is this program."""
+        return self.is_here and self.process == os.getpid()
 
     @property
     def is_here(self) -> bool:
@@ -83,89 +82,110 @@ class SessionLock:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._key: str | None = None
-        key = _key(folder)
+        self._lock: BaseFileLock | None = None
+        self._path = folder / FILE_NAME
         with _guard:
-            held = _held.get(key)
-            if held is None:
-                _held[key] = _taken(folder)
-            else:
-                held.n_users += 1
-            self._key = key
+            lock = _acquired(folder, _PATIENCE_S)
+            if lock.lock_counter == 1:
+                try:
+                    _sign(self._path)
+                except OSError as error:
+                    lock.release()
+                    raise _unwritable(self._path, error) from None
+                except SessionLockedError:
+                    lock.release()
+                    raise
+            self._lock = lock
 
     def release(self) -> None:
         """Let go; idempotent."""
         with _guard:
-            key, self._key = self._key, None
-            held = None if key is None else _held.get(key)
-            if key is None or held is None:
+            lock, self._lock = self._lock, None
+            if lock is None:
                 return
-            held.n_users -= 1
-            if held.n_users:
-                return
-            _let_go(_held.pop(key))
+            is_last = lock.lock_counter == 1
+            # Where open files can be taken away this comes first: whoever opened it meanwhile sees that it is gone.
+            if is_last:
+                _remove(self._path)
+            lock.release()
+            if is_last and os.name == "nt":
+                _remove(self._path)
 
     def __del__(self) -> None:
         """Let go of what nobody uses any more."""
-        if getattr(self, "_key", None) is not None:
+        if getattr(self, "_lock", None) is not None:
             self.release()
 
 
 def owner_of(folder: Path) -> Owner | None:
     """Return who writes to a session now; None where nobody does."""
     path = folder / FILE_NAME
-    if _key(folder) in _held:
-        return _read(path)
-    try:
-        descriptor = os.open(path, os.O_RDWR)
-    except OSError:
-        # not there, or on a read-only disk, where nobody writes
+    if not path.exists():
         return None
+    owner = _read(path)
     try:
-        owner, locked = _read(path), try_lock(descriptor)
-        if locked is False:
-            return owner or Owner("an unknown computer", 0, "an unknown time")
-        return owner if owner is not None and _may_live(owner, locks_work=bool(locked)) else None
-    finally:
-        os.close(descriptor)
+        with _guard:
+            lock = _acquired(folder, 0.0)
+            is_mine = lock.lock_counter > 1
+            lock.release()
+    except SessionLockedError:
+        return owner or Owner("an unknown computer", 0, "an unknown time")
+    except SessionReadOnlyError:
+        # nobody writes on a read-only disk
+        return None
+    return owner if owner is not None and (is_mine or not owner.is_here) else None
 
 
-def _key(folder: Path) -> str:
-    return os.path.normcase(os.path.realpath(folder))
-
-
-def _taken(folder: Path) -> _Held:
-    path = folder / FILE_NAME
-    for _ in range(_TRIES):
-        descriptor = _opened(path)
-        locked = try_lock(descriptor)
-        owner = _read(path)
-        if locked is False and (owner is None or (owner.is_here and not is_running(owner.process))):
-            # held only for the moment of a look, or let go just now
-            os.close(descriptor)
-            threading.Event().wait(_PAUSE_S)
-            continue
-        if locked is False or (owner is not None and _may_live(owner, locks_work=bool(locked))):
-            os.close(descriptor)
-            raise _refused(folder, owner)
-        if not _is_still_there(descriptor, path):
-            # its owner let go, and took the file away, between opening and locking
-            os.close(descriptor)
-            continue
+def _acquired(folder: Path, patience_s: float) -> BaseFileLock:
+    """Return the lock of a folder, held once more by this process, whose parts all get the same object."""
+    path = os.path.realpath(folder / FILE_NAME)
+    native = FileLock(path, thread_local=False, is_singleton=True, fallback_to_soft=False)
+    marker = SoftFileLock(
+        os.path.realpath(folder / _MARKER_NAME), thread_local=False, is_singleton=True, fallback_to_soft=False
+    )
+    try:
         try:
-            _sign(descriptor)
+            native.acquire(patience_s, poll_interval=0.01)
         except OSError as error:
-            os.close(descriptor)
-            raise _unwritable(path, error) from None
-        return _Held(descriptor, path, 1)
-    raise _refused(folder, _read(path))
-
-
-def _opened(path: Path) -> int:
-    try:
-        return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+            if error.errno not in _NO_LOCKS:
+                raise
+            marker.acquire(patience_s, poll_interval=0.01)
+            return marker
+    except Timeout:
+        raise _refused(folder, _read(folder / FILE_NAME)) from None
     except OSError as error:
-        raise _unwritable(path, error) from None
+        raise _unwritable(folder / FILE_NAME, error) from None
+    return native
+
+
+def _sign(path: Path) -> None:
+    owner = _read(path)
+    if owner is not None and not owner.is_here:
+        raise _refused(path.parent, owner)
+    now = datetime.now(UTC).astimezone().isoformat(timespec="seconds")
+    text = json.dumps({"computer": platform.node(), "process": os.getpid(), "since": now})
+    path.touch()
+    with path.open("r+b", buffering=0) as file:
+        # Windows locks the first byte, also against reading: the text begins behind it
+        file.seek(1)
+        file.write(text.encode())
+        file.truncate()
+
+
+def _read(path: Path) -> Owner | None:
+    try:
+        with path.open("rb", buffering=0) as file:
+            file.seek(1)
+            # 0.1 began with the first byte
+            content = json.loads(b"{" + file.read(_MAXIMUM_BYTES).lstrip(b"{"))
+        return Owner(str(content["computer"]), int(content["process"]), str(content["since"]))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+
+
+def _remove(path: Path) -> None:
+    with contextlib.suppress(OSError):
+        path.unlink()
 
 
 def _unwritable(path: Path, error: OSError) -> SessionReadOnlyError:
@@ -174,55 +194,6 @@ def _unwritable(path: Path, error: OSError) -> SessionReadOnlyError:
         reasons=("it is on a read-only disk", "it belongs to somebody else", "the disk is full"),
         remedy="It can be looked at; copy it to another folder to add to it.",
     )
-
-
-def _may_live(owner: Owner, *, locks_work: bool) -> bool:
-    """Whether the owner named in a file that nobody seems to lock may be alive all the same."""
-    if not owner.is_here:
-        return True
-    return not locks_work and owner.process != os.getpid() and is_running(owner.process)
-
-
-def _sign(descriptor: int) -> None:
-    text = json.dumps(
-        {
-            "computer": platform.node(),
-            "process": os.getpid(),
-            "since": datetime.now(UTC).astimezone().isoformat(timespec="seconds"),
-        }
-    )
-    os.ftruncate(descriptor, 0)
-    os.lseek(descriptor, 0, os.SEEK_SET)
-    os.write(descriptor, text.encode("utf-8"))
-
-
-def _read(path: Path) -> Owner | None:
-    try:
-        with path.open("rb") as file:
-            content = json.loads(file.read(_MAXIMUM_BYTES))
-        return Owner(str(content["computer"]), int(content["process"]), str(content["since"]))
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
-
-
-def _is_still_there(descriptor: int, path: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(descriptor), path.stat())
-    except OSError:
-        return False
-
-
-def _let_go(held: _Held) -> None:
-    with contextlib.suppress(OSError):
-        os.ftruncate(held.descriptor, 0)
-    # Where open files can be taken away it comes first: whoever opened it meanwhile sees that it is gone.
-    with contextlib.suppress(OSError):
-        held.path.unlink()
-    with contextlib.suppress(OSError):
-        os.close(held.descriptor)
-    if os.name == "nt":
-        with contextlib.suppress(OSError):
-            held.path.unlink()
 
 
 def _refused(folder: Path, owner: Owner | None) -> SessionLockedError:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
 from radargui.files.run_file import run_is_complete
 from radargui.files.run_recovery import finish_run
 from radargui.model.errors import FileError
-from radargui.session.catalogue import Catalogue
+from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.info import FILE_NAME
 from radargui.session.lock import SessionLock, owner_of
 from radargui.session.session import Session
@@ -18,26 +17,7 @@ from radargui.session.session import Session
 NOTHING = "nothing was recorded"
 
 
-@dataclass(frozen=True, slots=True)
-class UnfinishedRun:
-    """A run whose recording was never closed, and that nobody records any more.
-
-    Attributes
-    ----------
-    path
-        Run file.
-    started_at
-        ISO 8601; empty where unknown.
-    duration_s
-        Length of what is stored.
-    """
-
-    path: Path
-    started_at: str
-    duration_s: float
-
-
-def unfinished_runs(data_folder: Path, index: Path | None = None) -> tuple[UnfinishedRun, ...]:
+def unfinished_runs(data_folder: Path, index: Path | None = None) -> tuple[RunLine, ...]:
     """Return the runs below a folder that a crash, a kill or a failure left unfinished.
 
     Sessions that a program writes to now are left out.
@@ -53,20 +33,7 @@ def unfinished_runs(data_folder: Path, index: Path | None = None) -> tuple[Unfin
         catalogue.refresh()
         found = [line for line in catalogue.unfinished() if not line.problem]
     busy = {folder for folder in {line.path.parent for line in found} if owner_of(folder) is not None}
-    return tuple(
-        UnfinishedRun(line.path, line.started_at, line.duration_s)
-        for line in found
-        if line.path.parent not in busy and not _complete(line.path)
-    )
-
-
-def unfinished_in(session: Session) -> tuple[Path, ...]:
-    """Return the runs of an opened session that were left unfinished; none where another program writes to it."""
-    if session.read_only:
-        return ()
-    return tuple(
-        path for path in session.run_paths(with_rejected=True) if path != session.recording and not _complete(path)
-    )
+    return tuple(line for line in found if line.path.parent not in busy and not _complete(line.path))
 
 
 def recover(run: Path, *, now: datetime) -> int:

@@ -17,12 +17,13 @@ from radargui.model.errors import FileError, SessionError
 from radargui.model.setup import Setup
 from radargui.model.setup_file import dump_setup
 from radargui.session.folder import NAME_FORMAT, fit_name, new_folder
-from radargui.session.info import Calibration, JournalEntry, SessionInfo, read_info, write_info
+from radargui.session.info import FILE_NAME, Calibration, JournalEntry, SessionInfo, read_info, versions, write_info
 from radargui.session.lock import SessionLock, SessionLockedError, SessionReadOnlyError
-from radargui.session.versions import versions
 
 __all__ = ["Session", "SessionLockedError", "SessionReadOnlyError", "run_paths"]
 
+BY_OPERATOR = "rejected by the operator"
+"""Why a drop does not count that was one; any other reason says that it was none."""
 _LARGEST_FACT = 16_000
 """Bytes of a text that are kept in each run file too; an attribute holds at most 64 kB."""
 _RUN = re.compile(r"run-(\d{4,})" + re.escape(SUFFIX))
@@ -137,6 +138,19 @@ class Session:
             self._right.release()
             self._right = SessionReadOnlyError(f"{self._path} was closed.", remedy="Open it again.")
 
+    def discard_empty(self) -> bool:
+        """Close, and take the folder away where nothing but its record is in it; return whether it is gone."""
+        own = isinstance(self._right, SessionLock)
+        self.close()
+        try:
+            if not own or self._info.journal or [path.name for path in self._path.iterdir()] != [FILE_NAME]:
+                return False
+            (self._path / FILE_NAME).unlink()
+            self._path.rmdir()
+        except OSError:
+            return False
+        return True
+
     @property
     def path(self) -> Path:
         """The folder."""
@@ -236,7 +250,7 @@ class Session:
         trigger_index: int | None = None,
         attributes: Mapping[str, str | float | int] | None = None,
     ) -> RunWriter:
-        """Return the writer of a new run file with the next free number.
+        """Return the writer of a new run file with the next free number; a folder that was taken away is made again.
 
         Raises
         ------
@@ -246,6 +260,8 @@ class Session:
             The file cannot be made.
         """
         self._want_right()
+        if not self._path.is_dir():
+            self._make_again()
         numbers = [int(match[1]) for path in run_paths(self._path) if (match := _RUN.fullmatch(path.name))]
         number = max(numbers, default=0)
         setup_toml = dump_setup(self.setup)
@@ -276,10 +292,7 @@ class Session:
         info = self._info
         facts = {
             "session": info.name,
-            "operator": info.operator,
-            "sample": info.sample,
-            "target": info.target,
-            "notes": info.notes,
+            **info.model_dump(include={"operator", "sample", "target", "notes"}),
             "calibration": info.calibration.model_dump_json(),
             "versions": json.dumps(info.versions, ensure_ascii=False),
         }
@@ -289,6 +302,14 @@ class Session:
         right = self._right
         if not isinstance(right, SessionLock):
             raise type(right)(right.message, reasons=right.reasons, remedy=right.remedy)
+
+    def _make_again(self) -> None:
+        try:
+            self._path.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            # told in the words of what needs it
+            return
+        self._write(self._info)
 
     def _own(self, run: Path) -> str:
         if run.name not in {path.name for path in run_paths(self._path)}:

@@ -18,11 +18,19 @@ class Source(Protocol):
     * Block size is the source's choice, about `daq.read_interval_s` of samples, at least one sample.
     * `read` blocks until a block is there, at most about a second, from one thread only; a source that waits for a
       start signal or restarts a device blocks until then, or until `stop`.
-    * Lost samples (overflow) are told by the `gap` of the next block; absolute indices count them.
+    * Lost samples (overflow) are reported by the `gap` of the next block; absolute indices count them.
     * `read` returns None at the end of data, for ever after; a failure raises `SourceError` once what was read
       before has been returned.
     * `stop` may be called from any thread, any number of times; a blocked `read` then returns None soon.
     """
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether sampling was started and the edge it begins at has not come yet; from any thread, at once."""
+
+    @property
+    def restarts(self) -> int:
+        """How often the device failed and was started again within this run; from any thread, at once."""
 
     def open(self) -> Digitisation:
         """Reserve and configure; return how samples will be digitised (rate and skew as in force).

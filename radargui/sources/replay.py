@@ -8,17 +8,16 @@ from radargui.model.block import Block, Gap
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import SourceError
 from radargui.model.recording import Recording
-from radargui.model.truth import Truth
 from radargui.sources.clock import SYSTEM_CLOCK, Clock
-from radargui.sources.pacing import Pacer
+from radargui.sources.paced import PacedSource
 
 _BLOCK_S = 0.02
 
 
-class ReplaySource:
+class ReplaySource(PacedSource):
     """The samples of a recording, block by block, its gaps as they were.
 
-    Blocks never span a gap; a gap after the last sample is not told, since no block follows it.
+    Blocks never span a gap; a gap after the last sample is not reported, since no block follows it.
 
     Parameters
     ----------
@@ -40,15 +39,10 @@ class ReplaySource:
         clock: Clock = SYSTEM_CLOCK,
         block_s: float = _BLOCK_S,
     ) -> None:
-        self._recording = recording
         rate_hz = recording.digitisation.sample_rate_hz
-        self._block = max(round(block_s * rate_hz), 1)
+        super().__init__("The replay", clock, rate_hz, block_s, recording.n_samples, realtime=realtime)
+        self._recording = recording
         self._gaps = _joined(recording.gaps)
-        self._pacer = Pacer(clock, rate_hz, realtime=realtime)
-        self._opened = False
-        self._started = False
-        self._read = 0
-        self._lost = 0
         self._n_gaps = 0
 
     def open(self) -> Digitisation:
@@ -71,61 +65,28 @@ class ReplaySource:
         Raises
         ------
         SourceError
-            The source is not open.
+            The replay is not open.
         """
-        if not self._opened:
-            raise SourceError("The replay is not open", remedy="Open it before it is started.")
-        self._read = self._lost = self._n_gaps = 0
-        self._started = True
-        self._pacer.start()
+        super().start()
+        self._n_gaps = 0
 
-    def read(self) -> Block | None:
-        """Return the next block, or None at the end of the recording or after `stop`.
-
-        Raises
-        ------
-        SourceError
-            The source was never started.
-        """
-        if not self._started:
-            raise SourceError("The replay was not started", remedy="Start it before it is read.")
+    def _read(self) -> Block | None:
         gap = self._gap_here()
         lost = self._lost + (gap.count if gap else 0)
         upcoming = self._gaps[self._n_gaps + (gap is not None) :]
-        end = min(self._read + self._block, self._recording.n_samples)
+        end = self._end_of_block()
         if upcoming:
             end = min(end, upcoming[0].first_index - lost)
-        if end <= self._read or not self._pacer.wait_for(end + lost):
+        if end <= self._next or not self._wait_for(end + lost):
             return None
-        block = Block(self._recording.raw[:, self._read : end].copy(), self._read + lost, gap)
-        self._lost, self._read = lost, end
+        block = Block(self._recording.raw[:, self._next : end].copy(), self._next + lost, gap)
+        self._lost, self._next = lost, end
         self._n_gaps += gap is not None
         return block
 
-    def stop(self) -> None:
-        """End the replay; a waiting `read` returns None at once."""
-        self._pacer.stop()
-
-    def close(self) -> None:
-        """Release everything."""
-        self.stop()
-        self._opened = False
-
-    def backlog(self) -> int:
-        """Return how many samples per channel wait; 0 where not in real time."""
-        taken = self._pacer.taken()
-        if taken is None:
-            return 0
-        return max(min(taken - self._lost, self._recording.n_samples) - self._read, 0)
-
-    def truth(self, first_index: int, count: int) -> Truth | None:
-        """Return None: a recording's truth stays in its file."""
-        del first_index, count
-        return None
-
     def _gap_here(self) -> Gap | None:
         upcoming = self._gaps[self._n_gaps : self._n_gaps + 1]
-        return upcoming[0] if upcoming and upcoming[0].first_index <= self._read + self._lost else None
+        return upcoming[0] if upcoming and upcoming[0].first_index <= self._next + self._lost else None
 
 
 def _joined(gaps: tuple[Gap, ...]) -> tuple[Gap, ...]:

@@ -21,7 +21,7 @@ from radargui.model.arrays import RawArray
 from radargui.model.block import Block, Gap
 from radargui.model.daq import RecordingLimits
 from radargui.model.digitisation import Digitisation
-from radargui.model.errors import DeviceError, FileError, RadarGuiError
+from radargui.model.errors import DeviceError, FaultError, FileError
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveEstimate
 
@@ -71,7 +71,7 @@ def test_a_run_recorded_to_disk_is_bit_exact_from_before_the_trigger(tmp_path: P
     assert acquisition.state is AcquisitionState.STOPPED
     assert recording.ending is Ending.QUIET
     stored = read_run(tmp_path / "run-0001.h5")
-    assert np.array_equal(stored.raw, samples[:, recording.first_index :][:, : recording.count])
+    assert np.array_equal(stored.raw, samples[:, recording.output.first_index :][:, : recording.count])
     assert stored.trigger_index == 2000
     assert stored.digitisation == source.digitisation
     assert run_is_complete(tmp_path / "run-0001.h5")
@@ -91,7 +91,7 @@ def test_a_gap_is_told_from_the_source_to_the_file_the_ring_and_the_health(tmp_p
     source.wait_until_taken()
     ring = acquisition.ring
     assert ring is not None
-    volts = ring.read(4990, 520)
+    volts = ring.since(4990).volts[:, :520]
     assert np.isnan(volts[:, 10:510]).all()
     assert np.isfinite(volts[:, :10]).all()
     assert np.isfinite(volts[:, 510:]).all()
@@ -100,8 +100,8 @@ def test_a_gap_is_told_from_the_source_to_the_file_the_ring_and_the_health(tmp_p
     assert "500 lost" in health.line()
     acquisition.stop()
     stored = read_run(tmp_path / "run-0001.h5")
-    assert stored.gaps == (Gap(5000 - recording.first_index, 500, "buffer overflow"),)
-    assert np.array_equal(stored.raw, samples[:, np.r_[recording.first_index : 5000, 5500:9000]])
+    assert stored.gaps == (Gap(5000 - recording.output.first_index, 500, "buffer overflow"),)
+    assert np.array_equal(stored.raw, samples[:, np.r_[recording.output.first_index : 5000, 5500:9000]])
 
 
 def test_stop_from_several_threads_at_once_ends_it_once() -> None:
@@ -147,8 +147,9 @@ def test_an_acquisition_that_was_stopped_before_it_started_never_opens_its_sourc
 
 def test_a_source_that_cannot_be_opened_is_told_and_closed() -> None:
     source = ControlledSource(opening_error=DeviceError("Dev1 is not there", remedy="Plug it in."))
-    with Acquisition(source, SETUP, recorder=recorder(MemoryRun())) as acquisition:
-        ended(acquisition)
+    acquisition = Acquisition(source, SETUP, recorder=recorder(MemoryRun()))
+    acquisition.start()
+    ended(acquisition)
     assert isinstance(acquisition.error, DeviceError)
     assert acquisition.state is AcquisitionState.FAILED
     assert "start" not in source.calls
@@ -178,8 +179,11 @@ def test_an_unexpected_failure_is_told_as_a_fault_of_the_program() -> None:
     acquisition = Acquisition(source, SETUP, live=False)
     acquisition.start()
     ended(acquisition)
-    assert type(acquisition.error) is RadarGuiError
-    assert "Reading the source failed unexpectedly: ZeroDivisionError: oops" in str(acquisition.error)
+    assert type(acquisition.error) is FaultError
+    assert (
+        "Reading the source failed unexpectedly: ZeroDivisionError: oops (radargui/acquisition/acquisition.py, line "
+        in str(acquisition.error)
+    )
     assert isinstance(acquisition.error.__cause__, ZeroDivisionError)
 
 

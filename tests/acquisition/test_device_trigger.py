@@ -31,7 +31,7 @@ def test_a_run_begins_at_the_edge_although_nothing_moves() -> None:
 def test_a_run_holds_all_that_the_device_kept_from_before_its_edge() -> None:
     recorder, run = recorded(1500)
     assert recorder.is_done
-    assert recorder.first_index == 0
+    assert recorder.output.first_index == 0
     assert (run.trigger_index, run.raw.shape[1]) == (1500, 3500)
 
 

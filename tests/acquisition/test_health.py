@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from support.controlled_source import digitisation
@@ -53,11 +55,17 @@ def test_lost_samples_are_counted_also_where_the_source_does_not_tell_them() -> 
     assert (reading.samples_read, reading.samples_lost, reading.gaps) == (20, 5, 1)
 
 
-@pytest.mark.parametrize("wrong", [Block(np.zeros((3, 10), dtype=np.int16), 10), Block(np.zeros((2, 10)), 5)])
-def test_a_block_that_does_not_fit_is_a_fault_of_the_source(wrong: Block) -> None:
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (Block(np.zeros((3, 10), dtype=np.int16), 10), "promised 2 channels and gave a block of shape (3, 10)"),
+        (Block(np.zeros((2, 10), dtype=np.int16), 5), "gave sample 5 again after sample 9"),
+    ],
+)
+def test_a_block_that_does_not_fit_is_a_fault_of_the_source(wrong: Block, told: str) -> None:
     reading = Reading(digitisation(1), FakeClock())
     reading.take(Block(np.zeros((2, 10), dtype=np.int16), 0))
-    with pytest.raises(SourceError):
+    with pytest.raises(SourceError, match=re.escape(told)):
         reading.take(wrong)
 
 

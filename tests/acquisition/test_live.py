@@ -119,7 +119,7 @@ def test_asking_for_what_follows_a_span_gives_nothing_twice() -> None:
     track.append(estimate(0, 20))
     first = track.since(0)
     track.append(estimate(20, 5))
-    assert track.since(first.next_index).index.tolist() == [20, 21, 22, 23, 24]
+    assert track.since(int(first.index[-1]) + 1).index.tolist() == [20, 21, 22, 23, 24]
     assert track.moving
 
 

@@ -32,15 +32,16 @@ def test_lost_samples_are_nan() -> None:
     a_ring = ring()
     a_ring.append(block(0, 3))
     a_ring.append(block(5, 2, gap=Gap(3, 2, "overflow")))
-    volts = a_ring.read(0, 7) / VOLTS_PER_CODE
+    volts = a_ring.since(0).volts / VOLTS_PER_CODE
     np.testing.assert_allclose(volts[1], [0, -1, -2, np.nan, np.nan, -5, -6])
 
 
-def test_samples_not_there_yet_or_any_more_are_nan() -> None:
+def test_samples_not_there_any_more_are_left_out() -> None:
     a_ring = ring(4)
     a_ring.append(block(0, 6))
-    volts = a_ring.read(0, 8) / VOLTS_PER_CODE
-    np.testing.assert_allclose(volts[0], [np.nan, np.nan, 2, 3, 4, 5, np.nan, np.nan])
+    span = a_ring.since(0)
+    assert span.first_index == 2
+    np.testing.assert_allclose(span.volts[0] / VOLTS_PER_CODE, [2, 3, 4, 5])
 
 
 def test_a_gap_longer_than_the_ring_leaves_nothing_old_behind() -> None:
@@ -72,4 +73,4 @@ def test_a_span_is_a_copy_that_later_samples_do_not_change() -> None:
 def test_volts_stay_volts() -> None:
     a_ring = Ring(2, 8, np.float64)
     a_ring.append(Block(np.array([[0.25, np.nan], [1.0, 2.0]]), 0))
-    np.testing.assert_array_equal(a_ring.read(0, 2), [[0.25, np.nan], [1.0, 2.0]])
+    np.testing.assert_array_equal(a_ring.since(0).volts, [[0.25, np.nan], [1.0, 2.0]])

@@ -105,7 +105,7 @@ def common(figures: Figures, stream: Generator, source: Metered, acquisition: Ac
     figures.tell("generator: share of one core", f"{report['cpu_share']:.2f}")
     stored = read_run(path)
     figures.tell("file complete, without gaps", run_is_complete(path) and not stored.gaps, good=not stored.gaps)
-    wrong = differing(stream, stored.raw, int(acquisition.recorder.first_index if acquisition.recorder else 0))
+    wrong = differing(stream, stored.raw, int(acquisition.recorder.output.first_index if acquisition.recorder else 0))
     figures.tell("samples in the file that differ", wrong, "0", good=wrong == 0)
     figures.tell("samples in the file", stored.n_samples)
     record = read_health(path) or {}
@@ -194,10 +194,10 @@ def latency(figures: Figures, folder: Path, seconds: float) -> None:
 
 
 def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_latency: bool) -> None:
+    from pyqtgraph.util.garbage_collector import GarbageCollector
     from PySide6.QtCore import QCoreApplication, QEvent, QTimer
     from PySide6.QtWidgets import QApplication
 
-    from radargui.gui.garbage import GarbageKeeper
     from radargui.gui.main_window import MainWindow
     from radargui.gui.notices import NoticeBoard
     from radargui.gui.settings import Settings
@@ -205,7 +205,7 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
     from radargui.model.setup_file import write_setup
 
     application = QApplication.instance() or QApplication([])
-    keeper = GarbageKeeper(application)
+    keeper = GarbageCollector(interval=0.5)
     write_setup(setup, folder / "bench.toml")
     with generator(setup) as stream:
         source = Metered(stream.setup)
@@ -234,8 +234,7 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
             began = time.perf_counter()
             refresh()
             spent.append(time.perf_counter() - began)
-            experiment = shown.control._experiment
-            acquisition = experiment.acquisition if experiment is not None else None
+            acquisition = shown.control._of_worker.reached.acquisition
             if acquisition is not None and acquisition.live is not None:
                 state["acquisition"] = acquisition
                 index = acquisition.live.latest
@@ -249,11 +248,15 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
         QTimer.singleShot(round(1e3 * seconds), application.quit)
         application.exec()
         watch.tell(figures)
-        stopped = shown.control.stop_and_wait()
+        shown.control.cancel()
+        QTimer.singleShot(60_000, application.quit)
+        shown.control.state_changed.connect(lambda: None if shown.control.state.running else application.quit())
+        application.exec()
+        stopped = not shown.control.state.running
         shown.close()
         shown.deleteLater()
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-        keeper.deleteLater()
+        keeper.timer.stop()
     if not stopped or "acquisition" not in state:
         raise SystemExit("the window did not record")
     acquisition = state["acquisition"]

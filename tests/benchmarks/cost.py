@@ -19,10 +19,10 @@ from benchmarks.accuracy import with_method
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.motion import Motion
 from benchmarks.scenes.scene import Scene, make_record
+from support.estimates import joint_of, rounds_of
 from threadpoolctl import threadpool_limits
 
-from radargui.correction.adaptive.estimate import estimate_adaptive
-from radargui.correction.joint.estimate import estimate_joint
+from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.processing.offline import process
@@ -64,13 +64,13 @@ class Cost:
 
 def _adaptive(recording: Recording, setup: Setup) -> str:
     with threadpool_limits(limits=1, user_api="blas"):
-        estimate_adaptive(recording, setup)
+        estimate_adaptive(rounds_of(recording, setup))
     return ""
 
 
 def _joint(recording: Recording, setup: Setup) -> str:
     with threadpool_limits(limits=1, user_api="blas"):
-        choices = estimate_joint(recording, setup).choices
+        choices = joint_of(recording, setup).choices
     reflectors = [name for name in ("floor", "wall") if any(f"A {name} that reflects is kept" in c for c in choices)]
     searched = any("wall" in choice for choice in choices)
     return f"{' and '.join(reflectors) or 'no reflector'}{', walls searched' if searched else ''}"

@@ -33,7 +33,7 @@ def cycle(setup: Setup) -> None:
     """Open, start, read some blocks with ring and live track, stop, close."""
     acquisition = Acquisition(make_source("ni", setup), setup, ring_s=1.0)
     acquisition.start()
-    while not acquisition.state.is_final and acquisition.health.samples_read < 600:
+    while not acquisition.wait(0.0) and acquisition.health.samples_read < 600:
         time.sleep(0.005)
     acquisition.stop()
     if acquisition.error is not None:

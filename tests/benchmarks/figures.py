@@ -25,19 +25,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter
+from support.estimates import joint_of
 
-from radargui.correction.joint import walls
-from radargui.correction.joint.choose import search_wall
-from radargui.correction.joint.estimate import JointEstimate, estimate_joint
-from radargui.correction.joint.rounds import positions
 from radargui.correction.published import PublishedSteps
+from radargui.estimation.joint import JointEstimate
+from radargui.estimation.select import walls
+from radargui.estimation.select.choose import search_wall
+from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.processing.offline import process
 from radargui.report.style import I_COLOUR, Q_COLOUR, RAW_COLOUR, RECEIVER_COLOURS, page_style
-from radargui.restitution.flight_law import fall_below_apex
+from radargui.restitution.free_flight import fall_below_apex
 from radargui.restitution.joint_bounces import joint_bounces
 
 METHODS = ("published", "ellipse", "adaptive", "joint")
@@ -76,7 +77,7 @@ def floor_result(correction: str) -> RunResult:
 @cache
 def floor_estimate() -> JointEstimate:
     """The joint estimate of `floor_drop` with all it knows."""
-    return estimate_joint(floor_drop().recording, floor_drop().setup)
+    return joint_of(floor_drop().recording, floor_drop().setup)
 
 
 def iq_plane() -> Figure:
@@ -195,22 +196,22 @@ def wall_map() -> Figure:
     """Log evidence that one more wall brings, over its azimuth and distance: the first, coarse search."""
     record, seen = wall_drop(), []
 
-    def watched(ground, solution, normal, tick, *, thorough):
-        seen.append((ground, solution, normal, search_wall(ground, solution, normal, tick, thorough=thorough)))
+    def watched(solution, normal, round_done, *, thorough):
+        seen.append((solution, normal, search_wall(solution, normal, round_done, thorough=thorough)))
         return seen[-1][-1]
 
-    with patch("radargui.correction.joint.choose.search_wall", watched):
-        estimate_joint(record.recording, record.setup)
-    ground, solution, normal, search = seen[0]
-    middle = positions(ground, solution).mean(axis=1)
-    azimuth = np.linspace(0.0, 2.0 * np.pi, walls._AZIMUTHS, endpoint=False)
-    planes = walls._upright(middle, normal, azimuth, np.array(walls._DISTANCES_M))
-    gain = walls._gains(solution, planes, lambda: None).reshape(azimuth.size, -1)
+    with patch("radargui.estimation.select.choose.search_wall", watched):
+        joint_of(record.recording, record.setup)
+    solution, normal, search = seen[0]
+    middle = positions_at_bins(solution).mean(axis=1)
+    azimuth, distance_m = walls.wall_grid()
+    planes = walls.upright_planes(middle, normal, azimuth, distance_m)
+    gain = walls.linearised_gains(solution, planes, lambda: None).reshape(azimuth.size, -1)
     outward = -np.array([plane.normal for plane in planes]).reshape(azimuth.size, -1, 3)[:, 0]
     degrees = np.degrees(np.arctan2(outward[:, 1], outward[:, 0])) % 360.0
     order = np.argsort(degrees)
     figure, (axes,) = _sheet(1, 1, 2.6)
-    distance_cm = 1e2 * np.array(walls._DISTANCES_M)
+    distance_cm = 1e2 * distance_m
     brightest, darkest = float(gain.min()), float(gain.max() + 0.4 * np.ptp(gain))
     picture = axes.pcolormesh(
         degrees[order], distance_cm, gain[order].T, cmap="Greys", vmin=brightest, vmax=darkest, shading="nearest"
@@ -234,9 +235,10 @@ def wall_map() -> Figure:
 def _mark_converged(axes: Axes, search: walls.WallSearch, middle_m: FloatArray) -> None:
     """Mark where the converged walls stand, with what they gain where there is room."""
     outline, written = [withStroke(linewidth=2.6, foreground="white")], []
-    for number, (solution, gained) in enumerate(search.tried):
-        unknown = solution.state.theta[solution.problem.layout.planes][-3:]
-        away = 0.5 * (solution.problem.stage.planes[-1].image(middle_m, unknown) - middle_m)
+    for number, trial in enumerate(search.tried):
+        solution, gained = trial.solution, trial.gain
+        unknown = solution.problem.layout.plane_unknowns(solution.state.theta)[-1]
+        away = 0.5 * (solution.problem.inputs.planes[-1].image(middle_m, unknown) - middle_m)
         at = np.degrees(np.arctan2(away[1], away[0])) % 360.0, 1e2 * float(np.linalg.norm(away))
         look = {"color": Q_COLOUR, "markeredgecolor": "white", "markeredgewidth": 0.6, "linestyle": ""}
         label = {0: "best converged", 1: "others converged"}.get(number)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from support.killing import LOST_S, Killer
 
-from radargui.experiment.recovery import recover_run
+from radargui.experiment.reprocess import recover_run
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.session.recovery import unfinished_runs
 

@@ -26,7 +26,7 @@ from radargui.model.setup_file import read_setup
 from radargui.processing.live import LiveProcessor
 from radargui.processing.live_memory import LiveMemory
 from radargui.processing.offline import process
-from radargui.sources.simulated.recording import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 LIMIT_M = 0.3e-3
 CASES: dict[str, dict[str, object]] = {

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 from support.command_line import Command
+from typer.main import get_command
 
 from radargui import __version__
+from radargui.cli.app import app
 from radargui.cli.console import make_output_safe
 
 
@@ -22,6 +24,7 @@ def test_help_offers_commands_that_explain_themselves(command: Command) -> None:
     assert ended.status == 0
     listed = ended.out.partition("Commands:\n")[2].partition("\n\n")[0].splitlines()
     offered = [line.split()[0] for line in listed]
+    assert set(offered) == set(get_command(app).commands)  # type: ignore[attr-defined]
     assert {"record", "process", "report", "devices", "wiring", "info"} <= set(offered)
     assert all(command(name, "--help").status == 0 for name in offered)
 
@@ -56,7 +59,8 @@ def test_an_unexpected_error_is_one_line_that_names_the_log(
     ended = command("info")
     assert ended.status == 1
     log = tmp_path / "log" / "radargui.log"
-    assert ended.error == f"unexpected ZeroDivisionError: division by zero. The details are in {log}"
+    assert ended.error.startswith("The program failed unexpectedly: ZeroDivisionError: division by zero (radargui/cli/")
+    assert ended.error.endswith(f"The details are in {log}")
 
 
 def test_an_interrupt_is_status_1(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,7 +83,7 @@ def test_without_a_display_the_window_says_so(command: Command, monkeypatch: pyt
 
 
 def test_the_window_opens_without_a_command(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.cli.window.open_window", lambda: 0)
+    monkeypatch.setattr("radargui.cli.app.open_window", lambda: 0)
     assert command().status == 0
 
 

@@ -8,6 +8,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+from typer.main import get_command
+
+from radargui.cli.app import app
+
 SCRIPT = """
 import json, sys
 from pathlib import Path
@@ -48,20 +52,26 @@ def load(unwanted: tuple[str, ...], *commands: list[str], folder: Path) -> tuple
 
 
 def test_no_headless_command_loads_qt(setup_file: Path, tmp_path: Path) -> None:
-    statuses, loaded, err = load(
-        QT,
+    commands = (
+        ["--version"],
         ["record", "--fast", "--setup", str(setup_file), "--output", str(tmp_path / "sessions")],
         ["process", str(Path("SESSION", "run-0001.h5"))],
         ["report", "SESSION"],
         ["export", "SESSION", "--format", "mat"],
         ["import", str(Path("SESSION", "export", "run-0001.mat")), "--output", str(tmp_path / "imported")],
         ["batch", "SESSION", "--force", "--workers", "1"],
+        ["sessions", str(tmp_path / "sessions")],
+        ["compare", "SESSION"],
+        ["recover", str(tmp_path / "sessions")],
+        ["wiring", "--source", "simulated", "--fast", "--setup", str(setup_file)],
         ["info"],
         # nobody answers there, but by then it has loaded all that it needs
         ["devices", "--remote", "localhost:1"],
-        folder=tmp_path,
     )
-    assert (statuses, loaded) == ([0, 0, 0, 0, 0, 0, 0, 1], []), err
+    statuses, loaded, err = load(QT, *commands, folder=tmp_path)
+    assert loaded == []
+    assert statuses == [0] * (len(commands) - 1) + [1], err
+    assert {command[0] for command in commands[1:]} == set(get_command(app).commands)  # type: ignore[attr-defined]
 
 
 def test_version_and_help_load_nothing_heavy(tmp_path: Path) -> None:

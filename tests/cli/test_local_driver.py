@@ -17,7 +17,7 @@ from radargui.files.run_file import read_run
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.setup_file import write_setup
-from radargui.sources.simulated.recording import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 Ran = subprocess.CompletedProcess[str]
 

@@ -169,7 +169,7 @@ def test_an_unforeseen_error_in_one_input_leaves_the_others(
     monkeypatch.setattr("radargui.cli.process.process", fail_first)
     ended = command("process", run, second, "--output", tmp_path / "out")
     assert ended.status == 1
-    assert ended.error.startswith("run-0001: unexpected MemoryError: too much. The details are in ")
+    assert ended.error.startswith("run-0001 failed: no memory is left (radargui/cli/process.py, line ")
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["second"]
 
 
@@ -187,7 +187,7 @@ def test_columns_of_other_names_are_mapped_and_the_name_is_chosen(
     options = ["--channels", "I1=CH A,Q1=CH B", "--name", "moved", "--setup", plate]
     assert command("process", tmp_path / "scope.csv", *options).status == 0
     track = table(tmp_path / "moved" / "track.csv")
-    assert track.dtype.names == ("time_s", "L1_m", "valid")
+    assert track.dtype.names == ("time_s", "L1_m", "valid", "piece", "u_L1_m")
     assert track["L1_m"][-1] == pytest.approx(0.4, abs=0.002)
 
 
@@ -200,6 +200,57 @@ def test_channels_of_several_files_form_one_input_that_needs_a_name(
     assert command("process", *options).status == 2
     assert command("process", *options, "--name", "both").status == 0
     assert table(tmp_path / "both" / "track.csv")["L1_m"][-1] == pytest.approx(0.4, abs=0.002)
+
+
+def write_binary_pair(path: Path) -> None:
+    """Write the pair of `write_pair` as a 12 bit converter would: a header of 8 bytes, I and Q as columns 0 and 3."""
+    write_pair(path.with_suffix(".csv"))
+    pair = np.loadtxt(path.with_suffix(".csv"), delimiter=",", skiprows=1)[:, 1:]
+    table = np.full((len(pair), 4), 2048, dtype="<u2")
+    table[:, [0, 3]] = np.rint(2048 + 1500 * pair)
+    path.write_bytes(b"\x00\x01\x02\x03\x04\x05\x06\x07" + table.tobytes())
+
+
+def test_plain_binary_is_processed_as_its_layout_is_told(command: Command, plate: Path, tmp_path: Path) -> None:
+    path = tmp_path / "plate.bin"
+    write_binary_pair(path)
+    raw = ["--raw", "dtype=u2le,channels=4,header=8,rate=500,scale=6.7e-4,offset=-1.37", "--setup", plate]
+    assert command("process", path, *raw, "--channels", "I1=0,Q1=3").status == 0
+    assert table(tmp_path / "plate" / "track.csv")["L1_m"][-1] == pytest.approx(0.4, abs=0.002)
+    ended = command("process", path, *raw, "--force")
+    assert (ended.status, "it holds 0, 1, 2, 3" in ended.error) == (1, True)
+
+
+def test_a_layout_that_cannot_be_is_status_2_and_names_the_key(command: Command, plate: Path, tmp_path: Path) -> None:
+    ended = command("process", tmp_path / "a.bin", "--raw", "dtype=u9,channels=2", "--setup", plate)
+    assert (ended.status, "--raw: dtype = 'u9', allowed: i1, u1" in ended.error) == (2, True)
+
+
+def test_a_file_of_unknown_kind_is_told_by_its_suffix_and_raw_is_named(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "a.dat").write_bytes(bytes(100))
+    ended = command("process", tmp_path / "a.dat")
+    assert ended.status == 1
+    assert "files that end in .dat are not read" in ended.error
+    assert "--raw dtype=u2le,channels=5" in ended.error
+
+
+@pytest.mark.parametrize(("in_setup", "delay_s", "told_by"), [("20e-6", 20e-6, "setup"), (None, 0.0, "assumed 0")])
+def test_the_skew_of_the_setup_holds_for_a_file_that_tells_none_and_the_result_says_so(
+    command: Command, plate: Path, tmp_path: Path, in_setup: str | None, delay_s: float, told_by: str
+) -> None:
+    if in_setup is not None:
+        plate.write_text(PLATE + f"[daq]\nchannel_skew_s = {in_setup}\n", encoding="utf-8")
+    write_pair(tmp_path / "pair.csv")
+    assert command("process", tmp_path / "pair.csv", "--setup", plate).status == 0
+    document = result(tmp_path / "pair")
+    assert (document["channel_skew_s"], document["channel_skew_from"]) == (delay_s, told_by)
+
+
+def test_a_run_that_knows_its_skew_keeps_it_whatever_the_setup_says(
+    command: Command, run: Path, tmp_path: Path
+) -> None:
+    assert command("process", run).status == 0
+    assert result(run.with_suffix(""))["channel_skew_from"] == "file"
 
 
 def radar_9ghz(folder: Path, kind: str, name: str) -> list[object]:
@@ -239,5 +290,5 @@ def test_the_9_ghz_noise_is_no_motion_and_that_is_an_answer(
     document = result(tmp_path / "noise")
     assert document["status"] == "no_motion"
     assert document["reason"]
-    assert (tmp_path / "noise" / "track.csv").read_text(encoding="utf-8") == "time_s,L1_m,valid\n"
+    assert (tmp_path / "noise" / "track.csv").read_text(encoding="utf-8") == "time_s,L1_m,valid,piece,u_L1_m\n"
     assert len((tmp_path / "noise" / "bounces.csv").read_text(encoding="utf-8").splitlines()) == 1

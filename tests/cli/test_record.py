@@ -12,7 +12,8 @@ from support.command_line import Command
 
 from radargui.cli.record_progress import RecordProgress
 from radargui.experiment.event import Event, EventKind
-from radargui.files.run_file import read_run, read_run_setup, read_run_truth, read_summary
+from radargui.files.run_file import read_run, read_run_setup, read_run_truth
+from radargui.files.run_results import read_summary
 from radargui.session.session import Session
 
 

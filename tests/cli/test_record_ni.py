@@ -13,10 +13,11 @@ from support.ni_server import RealTime, serve, usb_6356
 from support.ni_server.server import CERTIFICATES
 from support.small_setups import quick_setup
 
-from radargui.files.run_file import read_run, read_summary
+from radargui.files.run_file import read_run
+from radargui.files.run_results import read_summary
 from radargui.model.setup import Setup
 from radargui.model.setup_file import write_setup
-from radargui.sources.simulated.recording import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 
 @pytest.fixture

@@ -50,15 +50,15 @@ def test_exchanged_wires_at_the_device_are_told_and_the_proposed_setup_mends_the
     with serve(wrong) as server:
         at_server = setup.model_copy(update={"daq": setup.daq.model_copy(update={"remote": server.address})})
         write_setup(at_server, tmp_path / "lab.toml")
-        done = command("wiring", "--setup", tmp_path / "lab.toml", "--output", tmp_path / "mended.toml")
-        again = command("wiring", "--setup", tmp_path / "mended.toml")
+        done = command("wiring", "--setup", tmp_path / "lab.toml", "--output", tmp_path / "corrected.toml")
+        again = command("wiring", "--setup", tmp_path / "corrected.toml")
         assert server.tasks == []
     assert done.status == 1
     assert "BAD  I2 (ai2) belongs to receiver 1. Take the channels proposed." in done.out
     assert "the wiring is not right" in done.error
     assert 'proposed: daq.channels = ["' in done.out
     assert again.status == 0, again.out
-    assert read_setup(tmp_path / "mended.toml").daq.channels is not None
+    assert read_setup(tmp_path / "corrected.toml").daq.channels is not None
 
 
 def test_a_device_that_fails_during_the_check_is_told(command: Command, setup: Setup, tmp_path: Path) -> None:

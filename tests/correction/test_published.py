@@ -13,6 +13,7 @@ from radargui.correction.published import (
     find_extremes,
     find_zero_crossings,
     local_scale,
+    local_swing,
     motion_turns,
 )
 from radargui.correction.smooth import smooth
@@ -80,6 +81,40 @@ def test_each_piece_is_divided_by_its_own_extreme() -> None:
     scale = local_scale(x, find_zero_crossings(x, peaks, valleys), np.sort(np.concatenate([peaks, valleys])))
     assert scale == pytest.approx(1 - 0.5 * time, abs=0.08)
     assert np.abs(x / scale).max() < 1.1
+
+
+def test_a_crossing_is_the_first_sample_on_the_other_side_and_between_two_peaks_there_is_none() -> None:
+    time, phase = sweep()
+    x = np.cos(phase)
+    peaks, valleys = find_extremes(x, Segment(0, time.size, 0, 0))
+    crossings = find_zero_crossings(x, peaks, valleys)
+    assert (np.signbit(x[crossings - 1]) != np.signbit(x[crossings])).all()
+    fewer = find_zero_crossings(x, peaks, np.delete(valleys, 5))
+    gone = np.setdiff1d(crossings, fewer)
+    assert gone.size == 2
+    assert gone[0] < valleys[5] < gone[1]
+    assert fewer.size == crossings.size - 2
+
+
+def test_the_swing_follows_an_amplitude_that_falls_to_a_fifth() -> None:
+    time, phase = sweep()
+    swing = local_swing((1 - 0.8 * time) * np.cos(phase))
+    inner = slice(round(0.1 * RATE), round(0.95 * RATE))
+    assert swing[inner] == pytest.approx(2.0 * (1 - 0.8 * time[inner]), rel=0.08)
+
+
+def test_a_piece_whose_extreme_is_no_extreme_of_the_circle_takes_the_scale_between_its_neighbours() -> None:
+    time, phase = sweep()
+    x = (1 - 0.5 * time) * np.cos(phase)
+    peaks, valleys = find_extremes(x, Segment(0, time.size, 0, 0))
+    both = np.sort(np.concatenate([peaks, valleys]))
+    crossings = find_zero_crossings(x, peaks, valleys)
+    scale = local_scale(x, crossings, both)
+    without = local_scale(x, crossings, np.delete(both, 20))
+    assert without[both[20]] == pytest.approx(0.5 * (scale[both[19]] + scale[both[21]]), rel=1e-12)
+    assert np.delete(without, slice(crossings[19], crossings[20])) == pytest.approx(
+        np.delete(scale, slice(crossings[19], crossings[20]))
+    )
 
 
 def test_a_bounce_makes_no_extreme_of_the_circle() -> None:

@@ -29,7 +29,20 @@ def test_a_short_motion_has_no_image_rejection() -> None:
     assert image_rejection_db(np.stack([np.cos(phase), np.sin(phase)]), phase) is None
 
 
-def test_circularity_is_the_spread_of_the_radius() -> None:
-    phase = np.linspace(0.0, 20.0, 5000)
+def test_circularity_is_the_spread_of_the_radius_within_a_fringe() -> None:
+    phase = np.linspace(0.0, 300.0, 20000)
     radius = 1.0 + 0.1 * np.sin(7 * phase)
-    assert circularity(radius * np.stack([np.cos(phase), np.sin(phase)])) == pytest.approx(0.1 / np.sqrt(2), rel=0.02)
+    assert circularity(radius * np.stack([np.cos(phase), np.sin(phase)]), phase) == pytest.approx(
+        0.1 / np.sqrt(2), rel=0.03
+    )
+
+
+def test_an_echo_that_grows_fivefold_along_the_way_stays_round() -> None:
+    phase = np.linspace(0.0, 300.0, 20000)
+    assert circularity(np.linspace(0.4, 2.0, 20000) * np.stack([np.cos(phase), np.sin(phase)]), phase) < 0.03
+
+
+def test_an_offset_is_not_round() -> None:
+    turn = np.linspace(0.0, 300.0, 20000)
+    z = np.exp(1j * turn) + 0.3
+    assert circularity(np.stack([z.real, z.imag]), np.unwrap(np.angle(z))) == pytest.approx(0.3 / np.sqrt(2), rel=0.1)

@@ -18,13 +18,12 @@ from radargui.experiment.batch.find import find_runs
 from radargui.experiment.batch.local import run_local
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, TablesTo, work_on
 from radargui.experiment.reprocess import process_run
-from radargui.files.run_file import read_summary
+from radargui.files.run_results import read_summary
 from radargui.model.errors import CancelledError, FileError, ProcessingError, SetupError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_file import parse_setup
-from radargui.report.current import tables_are_current
-from radargui.report.tables import write_tables
+from radargui.report.tables import tables_are_current, write_tables
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +127,7 @@ def _raise(error: BaseException) -> Callable[[float], None]:
     [
         (CancelledError(), "stopped", ""),
         (MemoryError(), "failed", "memory"),
-        (KeyError("x"), "failed", "unexpected KeyError"),
+        (KeyError("x"), "failed", "unexpectedly: KeyError"),
     ],
 )
 def test_whatever_goes_wrong_is_an_outcome(data: Path, error: Exception, state: str, text: str) -> None:

@@ -9,7 +9,7 @@ from support.stored_runs import SETUP, raw_digest, store_runs
 
 from radargui.experiment.compare import changed_settings, compare_stored, compare_with
 from radargui.experiment.reprocess import process_run
-from radargui.files.run_file import read_summary
+from radargui.files.run_results import read_summary
 from radargui.files.stored_results import read_stored_results
 from radargui.model.errors import SetupError
 from radargui.model.setup_change import changed

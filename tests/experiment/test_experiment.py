@@ -16,12 +16,10 @@ from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.state import AcquisitionState, Ending
 from radargui.experiment import finished
-from radargui.experiment.event import Event, EventKind
+from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.experiment.recorded_run import RecordedRun
-from radargui.experiment.state import ExperimentState
-from radargui.files.run_file import read_run, read_run_truth, read_summary, run_is_complete
-from radargui.files.run_results import results_are_current
+from radargui.files.run_file import read_run, read_run_truth, run_is_complete
+from radargui.files.run_results import read_summary, results_are_current
 from radargui.model.errors import DeviceError, ProcessingError, SourceError
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
@@ -94,7 +92,7 @@ def test_a_simulated_drop_is_recorded_bit_exact_with_its_truth_processed_and_sav
     stored = read_run(run.path)
     recorder = an_experiment.acquisition and an_experiment.acquisition.recorder
     assert recorder is not None
-    first, last = recorder.first_index, recorder.first_index + recorder.count
+    first, last = recorder.output.first_index, recorder.output.first_index + recorder.count
     assert recorder.count > 8000
     assert np.array_equal(stored.raw, whole.raw[:, first:last])
     assert stored.trigger_index == 3000
@@ -328,7 +326,7 @@ def test_the_next_source_is_armed_while_the_run_before_is_processed(
         if event.state is ExperimentState.ARMED and event.number == 2:
             armed_again.set()
 
-    an_experiment._teller._listener = listen
+    an_experiment._publisher._listener = listen
     runs = list(an_experiment.record(2))
     assert [(run.number, run.result is not None) for run in runs] == [(1, True), (2, True)]
     assert listener.states == [
@@ -371,7 +369,7 @@ def test_cancelling_while_the_joint_correction_is_computed_keeps_the_adaptive_re
             stood.append(event)
             an_experiment.cancel()
 
-    an_experiment._teller._listener = stop
+    an_experiment._publisher._listener = stop
     run = an_experiment.record_run()
     (event,) = stood
     assert event.run is not None
@@ -399,7 +397,7 @@ def test_who_leaves_while_a_run_is_processed_does_not_wait_for_the_joint_correct
         if event.kind is EventKind.PRELIMINARY:
             raise KeyboardInterrupt
 
-    an_experiment._teller._listener = interrupted
+    an_experiment._publisher._listener = interrupted
     with pytest.raises(KeyboardInterrupt):
         an_experiment.record_run()
     assert an_experiment.is_cancelled

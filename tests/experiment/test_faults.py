@@ -22,9 +22,8 @@ from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.block_queue import TOO_SLOW
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.state import Ending
-from radargui.experiment.event import Event, EventKind
+from radargui.experiment.event import Event, EventKind, ExperimentState
 from radargui.experiment.experiment import Experiment
-from radargui.experiment.state import ExperimentState
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_health import read_health
 from radargui.files.run_writer import RunWriter
@@ -246,7 +245,7 @@ def test_an_almost_full_disk_is_told_before_anything_is_recorded_and_a_low_one_w
         if "minutes can still be recorded" in event.message:
             source.push_all(codes(6000))
 
-    experiment._teller._listener = listen
+    experiment._publisher._listener = listen
     source.push_all(codes(1000))
     run = experiment.record_run()
     assert run.path is not None

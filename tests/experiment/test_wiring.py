@@ -1,4 +1,4 @@
-"""The wiring check finds swapped channels, inverted Q and dead inputs, and its proposals mend them."""
+"""The wiring check finds swapped channels, inverted Q and dead inputs, and its proposals correct them."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ def miswired(order: list[int] | None = None, **faults: Any) -> Miswired:
 
 def rewired(report: WiringReport, setup: Setup, wires: Miswired) -> WiringReport:
     """Return what a second check finds after the proposals were taken."""
-    mended = report.mended(setup)
-    places = [setup.physical_channels.index(channel) for channel in mended.physical_channels]
+    corrected = report.corrected(setup)
+    places = [setup.physical_channels.index(channel) for channel in corrected.physical_channels]
     digitisation, samples = scene(setup.n_receivers)
-    guide = WiringGuide(mended, digitisation)
+    guide = WiringGuide(corrected, digitisation)
     guide.push(Block(wires.wired(samples)[places], 0))
     return guide.report()
 
@@ -70,7 +70,7 @@ def rewired(report: WiringReport, setup: Setup, wires: Miswired) -> WiringReport
 def test_right_wires_are_called_right_with_how_far_each_path_length_rose(receivers: int) -> None:
     report = checked(scene_setup(receivers))
     assert report.is_good
-    assert not report.mends
+    assert not report.corrects
     assert len(report.findings) == receivers
     assert report.findings[-1].sentence.startswith(f"Receiver {receivers}: I{receivers} and Q{receivers} answer to it")
     assert "rises by 0.2" in report.findings[0].sentence
@@ -111,7 +111,7 @@ def test_a_setup_with_the_other_sign_is_told_to_turn_it_back() -> None:
     setup = scene_setup(radar={"phase_sign": -1})
     report = checked(setup)
     assert report.phase_sign == 1
-    assert report.mended(setup).radar.phase_sign == 1
+    assert report.corrected(setup).radar.phase_sign == 1
 
 
 def test_one_inverted_q_is_mended_by_exchanging_its_pair() -> None:
@@ -172,7 +172,7 @@ def test_a_check_in_which_nobody_moved_finds_nothing_alive() -> None:
     guide.push(Block(still, 0))
     report = guide.report()
     assert not report.is_good
-    assert not report.mends
+    assert not report.corrects
 
 
 def test_waves_that_reach_all_antennas_alike_are_unclear_and_nothing_is_proposed() -> None:
@@ -207,7 +207,7 @@ def test_any_exchange_and_inversion_is_mended_by_the_proposals(
     report = checked(setup, wires)
     again = rewired(report, setup, wires)
     assert again.is_good, [str(finding) for finding in again.findings]
-    assert not again.mends
+    assert not again.corrects
 
 
 def test_the_guide_says_what_to_do_and_when_from_a_ring() -> None:

@@ -54,7 +54,8 @@ def test_what_claims_terabytes_nests_without_end_or_points_elsewhere_is_refused_
     accepted = [(name, text) for name, outcome, text, _ in told if outcome != "refused"]
     assert accepted == [("tdms_of_a_terabyte", "")]
     assert [text for _, _, text, _ in told if "\n" in text or "memory" in text] == []
-    assert {name: seconds for name, _, _, seconds in told if seconds > 5.0} == {}
+    # the longest sound file takes 23 thousand calls of functions; what walks through a terabyte takes thousands of them
+    assert {name: calls for name, _, _, calls in told if calls > 100_000} == {}
 
 
 @settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])

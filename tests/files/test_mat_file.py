@@ -159,3 +159,23 @@ def test_links_out_of_a_new_file_are_not_followed(tmp_path: Path) -> None:
         file["loop"] = h5py.SoftLink("/")
         file["Q1"] = SAMPLES[0]
     assert [info.name for info in list_channels(path)] == ["Q1"]
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (736973.4409360648, "2017-10-05T10:34:56.876"),
+        ("05-Oct-2017 10:34:56", "2017-10-05T10:34:56"),
+        ("2017-10-05T10:34:56+02:00", "2017-10-05T10:34:56+02:00"),
+        (np.array([2017.0, 10, 5, 10, 34, 56.875]), "2017-10-05T10:34:56.875"),
+        ("yesterday", ""),
+        (3.0, ""),
+        (1e300, ""),
+        (np.array([2017.0, 13, 5, 10, 34, 56.875]), ""),
+    ],
+)
+def test_a_date_beside_a_vector_is_when_the_recording_began(tmp_path: Path, value: object, told: str) -> None:
+    path = tmp_path / "a.mat"
+    scipy.io.savemat(path, {"src1": {"I": SAMPLES[0], "Q": SAMPLES[1], "SampleFrequency": 500.0, "DateTime": value}})
+    recording = read_recording(path, channels=parse_channel_map("I1=src1.I,Q1=src1.Q"))
+    assert recording.started_at == told

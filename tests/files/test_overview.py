@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -95,3 +96,11 @@ def test_a_thumbnail_follows_the_height(tmp_path: Path) -> None:
         result.track.position_m[2].min(),
         result.track.position_m[2].max(),
     )
+    assert np.isfinite(found.z_m).all()
+    assert result.paths is not None
+    piece = (np.arange(5000) >= 2345).astype(np.intp)
+    write_results(path, replace(result, paths=replace(result.paths, piece=piece)))
+    broken = read_thumbnail(path)
+    assert broken is not None
+    size = 40
+    assert np.flatnonzero(np.isnan(broken.z_m)).tolist() == [2 * (2345 // size), 2 * (2345 // size) + 1]

@@ -87,6 +87,6 @@ def test_the_logo_is_drawn_upright_so_the_channels_are_in_order(test_data: Path)
     assert foot_of_the_m.sum() > 10 * below_the_f.sum()
 
 
-def test_the_raw_dumps_are_not_read(test_data: Path) -> None:
-    with pytest.raises(FileError, match="files of this kind are not read"):
+def test_the_raw_dumps_are_not_read_without_their_layout(test_data: Path) -> None:
+    with pytest.raises(FileError, match=r"files that end in \.bin are not read.*--raw"):
         read_recording(test_data / "radar-24ghz" / "fram_fort_1.bin")

@@ -15,15 +15,8 @@ import pytest
 from support.file_samples import codes, int16_digitisation, volts, write_run
 
 from radargui.files import run_writer
-from radargui.files.run_file import (
-    Marker,
-    read_markers,
-    read_run,
-    read_run_setup,
-    read_run_truth,
-    read_summary,
-    run_is_complete,
-)
+from radargui.files.run_file import Marker, read_markers, read_run, read_run_setup, read_run_truth, run_is_complete
+from radargui.files.run_results import read_summary
 from radargui.files.run_writer import RunExistsError, RunWriter
 from radargui.files.staged_file import StagedFile
 from radargui.model.block import Block, Gap
@@ -125,9 +118,9 @@ def test_a_folder_that_is_not_there_is_refused_in_one_line(tmp_path: Path) -> No
 def test_marker_trigger_truth_and_setup_come_back(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     truth = Truth(volts(3, 40), volts(3, 40), np.array([]))
-    with RunWriter(path, int16_digitisation(), started_at="", attributes={"seed": 3, "source": "simulated"}) as writer:
+    attributes = {"seed": 3, "source": "simulated"}
+    with RunWriter(path, int16_digitisation(), started_at="", trigger_index=11, attributes=attributes) as writer:
         writer.write(Block(codes(6, 40), 0))
-        writer.set_trigger(11)
         writer.add_marker(3, "Kugel\0 liegt schräg" + "x" * 2000)
         writer.write_truth(Truth(volts(3, 4), volts(3, 4), np.array([1.0])))
         writer.write_truth(truth)
@@ -179,9 +172,46 @@ def test_closing_twice_is_harmless_and_nothing_is_written_after(tmp_path: Path) 
     writer.close()
     writer.close()
     assert writer.closed
-    for late in (lambda: writer.write(Block(codes(6, 1), 0)), lambda: writer.add_marker(0, ""), writer.set_trigger):
-        with pytest.raises((FileError, TypeError)):
+    before = writer.path.read_bytes()
+    for late in (
+        lambda: writer.write(Block(codes(6, 1), 0)),
+        lambda: writer.add_marker(0, ""),
+        lambda: writer.mark(""),
+    ):
+        with pytest.raises(FileError, match=r"run\.h5 is closed: nothing more can be written to it"):
             late()
+    assert writer.path.read_bytes() == before
+
+
+def test_a_mark_stands_at_the_newest_sample_counted_from_the_first_one_written(tmp_path: Path) -> None:
+    with RunWriter(tmp_path / "run.h5", int16_digitisation(), started_at="") as writer:
+        assert writer.mark("before the first") == 0
+        writer.write(Block(codes(6, 120), 5000))
+        assert writer.mark("here") == 120
+    assert read_markers(writer.path) == (Marker(0, "before the first"), Marker(120, "here"))
+
+
+def test_what_is_left_of_a_disk_that_is_nearly_full_is_not_spent_on_the_overview(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usage = namedtuple("usage", "total used free")
+    left = int(1.5 * run_writer.RESERVE_BYTES)
+    monkeypatch.setattr(run_writer.shutil, "disk_usage", lambda _: usage(1, 1, left))
+    with RunWriter(tmp_path / "run.h5", int16_digitisation(), started_at="") as writer:
+        writer.write(Block(codes(6, 600), 0))
+    assert run_is_complete(writer.path)
+    with h5py.File(writer.path) as file:
+        assert "overview" not in file
+
+
+def test_a_run_is_on_the_disk_itself_once_it_is_closed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[int] = []
+    writer = RunWriter(tmp_path / "run.h5", int16_digitisation(), started_at="")
+    monkeypatch.setattr(StagedFile, "sync", lambda _: synced.append(len(writer.path.read_bytes())))
+    writer.write(Block(codes(6, 600), 0))
+    assert synced == []
+    writer.close()
+    assert synced == [writer.path.stat().st_size]
 
 
 def test_two_runs_are_written_at_the_same_time_with_markers_from_another_thread(tmp_path: Path) -> None:

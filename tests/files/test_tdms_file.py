@@ -149,3 +149,12 @@ def test_a_file_cut_off_is_refused_and_an_index_beside_it_not_believed(tmp_path:
     path.write_bytes(b"something else" + content)
     with pytest.raises(FileError, match="is no TDMS file"):
         read_recording(path)
+
+
+def test_the_start_is_taken_from_the_channel_that_tells_it(tmp_path: Path) -> None:
+    exported = {
+        "wf_start_time": np.datetime64("1904-01-01"),
+        "NI_ExpStartTimeStamp": np.datetime64("2018-11-13T23:04:49"),
+    }
+    path = write_tdms(tmp_path / "a.tdms", volts(2, 9), ["I1", "Q1"], {"wf_increment": 0.1, **exported})
+    assert read_recording(path).started_at == "2018-11-13T23:04:49.000000+00:00"

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from radargui.geometry.antennas import Antennas, place_antennas
-from radargui.geometry.bistatic import locate_exact, position_uncertainty
+from radargui.geometry.bistatic import locate_exact, position_uncertainty, solve_gradient
 from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.geometry.plane_wave import condition_number, locate_plane, t_matrix
 from radargui.geometry.reflectors import mirror
@@ -115,3 +115,12 @@ def test_the_condition_number_grows_when_receivers_stand_together(antennas: Ante
     near = antennas.receivers_m.copy()
     near[1] = near[0] + [0.01, 0.0, 0.0]
     assert condition_number(Antennas(antennas.transmitter_m, near)) > 10 * condition_number(antennas)
+
+
+def test_a_sample_whose_equations_have_no_single_solution_is_unknown_and_spoils_no_other() -> None:
+    gradient = np.random.default_rng(0).normal(size=(3, 3, 5))
+    gradient[1, :, 2] = gradient[0, :, 2]
+    wanted = np.random.default_rng(1).normal(size=(3, 5))
+    found = solve_gradient(gradient, np.einsum("ran,an->rn", gradient, wanted))
+    assert np.isnan(found[:, 2]).all()
+    assert np.delete(found, 2, axis=1) == pytest.approx(np.delete(wanted, 2, axis=1), abs=1e-9)

@@ -51,7 +51,7 @@ def fast_sources(speed: float) -> Any:
 
 @pytest.fixture(autouse=True, scope="module")
 def no_collection_at_an_unsafe_moment() -> Iterator[None]:
-    """Collect only where the tests say, as the program does (see `GarbageKeeper`)."""
+    """Collect only where the tests say, as the program does (decision 0008)."""
     gc.disable()
     yield
     gc.collect()
@@ -136,6 +136,8 @@ def make_window(
     yield make
     for window in made:
         window.close()
+        window.closing.leave_now()
+        qtbot.waitUntil(window.isHidden, timeout=LONGEST_MS)
         window.deleteLater()
     # without a running event loop nothing else deletes them
     QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)

@@ -19,7 +19,7 @@ from radargui.session.session import Session
 @pytest.fixture
 def beeps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     heard: list[int] = []
-    monkeypatch.setattr("radargui.gui.control.sounds.QApplication.beep", lambda: heard.append(1))
+    monkeypatch.setattr("radargui.gui.runs.run_keeping.QApplication.beep", lambda: heard.append(1))
     return heard
 
 
@@ -35,8 +35,8 @@ def test_two_drops_are_recorded_hands_free_and_the_hand_between_them_is_set_asid
     window.control.state_changed.connect(lambda: words.append(window.bar.state.text))
     window.bar.runs.setValue(2)
     record_one(window)
-    assert any(text.startswith("ARMED   run 1 of 2, waiting for motion") for text in words)
-    assert any(text.startswith("RECORDING   run 2 of 2, ") for text in words), words
+    assert any(text.startswith("ARMED   drop 1 (1 of 2), waiting for motion") for text in words)
+    assert any(text.startswith("RECORDING   drop 2 (2 of 2), ") for text in words), words
     assert shown(window) == ["run-0001", "run-0003"]
     assert window.runs.rejected.text() == "Show rejected (1)"
 
@@ -55,7 +55,7 @@ def test_two_drops_are_recorded_hands_free_and_the_hand_between_them_is_set_asid
     wait_for(lambda: len(beeps) == 4)
 
     path = window.control.session.path
-    window.open_session(path)
+    window.sessions.open(path)
     wait_for(lambda: model.entries[2].summary)
     assert "live within " in model.entries[2].agreement
     assert model.entries[1].rejected
@@ -82,11 +82,12 @@ def test_a_rejected_run_is_replaced_by_another_one_while_the_series_goes_on(
     wait_for(lambda: window.runs.model.entries)
     window.actions_.reject.trigger()
     wait_for(lambda: window.control.n_runs == 51)
-    wait_for(lambda: "   last e = 0.6" in window.bar.state.text)
+    recorded = len(window.runs.model.entries)
+    wait_for(lambda: len(window.runs.model.entries) > recorded and ": e = " in window.bar.state.text)
     window.actions_.stop.trigger()
     window.actions_.stop.trigger()
     wait_for(lambda: not window.control.state.running)
-    assert window.runs.model.entries[0].rejected == "by the operator"
+    assert window.runs.model.entries[0].rejected == "rejected by the operator"
     assert beeps == []
 
 
@@ -111,7 +112,6 @@ class EdgeSource(ControlledSource):
     """A device that waits for an edge and was started again twice."""
 
     is_waiting = True
-    restarts = 0
 
 
 def at_an_edge(window: MainWindow) -> None:
@@ -127,7 +127,7 @@ def test_an_armed_device_says_which_edge_it_waits_for_and_restarts_are_told(
     window = make_window(setup_path, source_maker=lambda *_args, **_options: source)
     at_an_edge(window)
     window.actions_.record.trigger()
-    wait_for(lambda: window.bar.state.text == "ARMED   waiting for rising edge at PFI0")
+    wait_for(lambda: window.bar.state.text == "ARMED   drop 1, waiting for rising edge at PFI0")
     source.is_waiting = False
     source.restarts = 2
     source.push_all(codes(1000))

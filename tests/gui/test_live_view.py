@@ -51,6 +51,7 @@ def test_closing_while_live_leaves_no_thread(window: MainWindow, wait_for: Any) 
     wait_for(lambda: window.control.state is AppState.LIVE)
     assert threading.active_count() > before
     window.close()
+    wait_for(window.isHidden)
     assert threading.active_count() == before
 
 
@@ -84,6 +85,19 @@ def test_lost_samples_are_shaded_and_counted(make_window: Any, setup_path: Any, 
     wait_for(lambda: window.health.texts()["lost"] == "Lost 1500 in 1 gaps")
 
 
+def test_the_live_track_says_that_it_starts_anew_after_a_gap_in_a_motion(
+    make_window: Any, setup_path: Any, wait_for: Any
+) -> None:
+    source = ControlledSource()
+    window = make_window(setup_path, source_maker=lambda *_args, **_options: source)
+    window.actions_.start.trigger()
+    source.push_all(codes(12000, moving=slice(8000, 12000)))
+    source.push(codes(2000, seed=2, moving=slice(0, 2000)), lost=1500)
+    source.push_all(codes(12000, seed=3))
+    anew = "starts anew after lost samples, as if from the release"
+    wait_for(lambda: window.track._title.text() == f"Live track: at rest, {anew}")
+
+
 def test_a_clipping_channel_lights_its_word(make_window: Any, setup_path: Any, wait_for: Any) -> None:
     source = ControlledSource()
     window = make_window(setup_path, source_maker=lambda *_args, **_options: source)
@@ -112,3 +126,44 @@ def test_replay_without_a_file_says_what_to_do(window: MainWindow, wait_for: Any
     wait_for(lambda: window.strip.texts())
     assert "Choose one under Hardware setup" in window.strip.texts()[0]
     assert window.control.state is AppState.IDLE
+
+
+def axis_words(plot: Any) -> str:
+    return str(plot.getPlotItem().getAxis("bottom").labelText)
+
+
+def test_an_axis_says_now_only_while_its_edge_is_now(window: MainWindow, wait_for: Any) -> None:
+    plots = (window.scopes.scopes[-1], window.track.height_plot)
+    held, now = "time before the last sample shown [s]", "time before now [s]"
+    assert [axis_words(plot) for plot in plots] == [held, held]
+    window.actions_.start.trigger()
+    wait_for(lambda: window.track.shown is not None)
+    assert [axis_words(plot) for plot in plots] == [now, now]
+    window.scopes.pause.setChecked(True)
+    assert [axis_words(plot) for plot in plots] == [held, held]
+    window.scopes.pause.setChecked(False)
+    assert [axis_words(plot) for plot in plots] == [now, now]
+    window.actions_.stop.trigger()
+    wait_for(lambda: window.control.state is AppState.IDLE)
+    assert [axis_words(plot) for plot in plots] == [held, held]
+
+
+def test_keys_name_only_what_is_drawn(window: MainWindow, record_one: Any, wait_for: Any) -> None:
+    window.setup_model.assign("processing.correction", "adaptive")
+    record_one(window)
+    assert "samples lost" not in window.scopes.key.text()
+    assert all(words in window.track.key.text() for words in ("parabola", "impacts"))
+    window.panels.go_to("run")
+    window.run.tabs.setCurrentWidget(window.run.steps)
+    wait_for(lambda: window.run.steps.key.text())
+    assert "peaks" not in window.run.steps.key.text()
+    window.setup_model.assign("processing.correction", "published")
+    window.actions_.reprocess.trigger()
+    wait_for(lambda: "peaks" in window.run.steps.key.text())
+    window.setup_model.assign("simulation.scene", "circle")
+    window.setup_model.assign("processing.correction", "adaptive")
+    window.setup_model.assign("recording.maximum_s", 1.5)
+    window.actions_.new_session.trigger()
+    record_one(window)
+    assert "impacts" not in window.track.key.text()
+    assert "parabola" not in window.track.key.text()

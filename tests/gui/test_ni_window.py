@@ -45,7 +45,7 @@ def test_a_device_is_found_checked_looked_at_and_waits_for_its_edge(
         assert "PFI1" in form.checked.text()
 
         window.actions_.record.trigger()
-        wait_for(lambda: window.bar.state.text == "ARMED   waiting for rising edge at PFI1")
+        wait_for(lambda: window.bar.state.text.endswith("waiting for rising edge at PFI1"))
         window.actions_.stop.trigger()
         wait_for(lambda: not window.control.state.running)
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from radargui.gui.plots.envelope import Envelope, peaks_of, thin
+from radargui.gui.plots.envelope import Envelope, thin
 from radargui.gui.plots.ranges import SteadyRange, round_up
 from radargui.gui.track.space_view import _segments, _spaced
 
@@ -62,14 +62,6 @@ def test_thinning_keeps_the_newest_point() -> None:
     assert thin(samples, 100)[0, -1] == 1000.0
     assert thin(samples, 100).shape[1] <= 100
     assert thin(samples[:, :0], 100).shape == (1, 0)
-
-
-def test_a_thinned_curve_keeps_its_peaks() -> None:
-    y = np.zeros(10_000)
-    y[4321] = 3.0
-    x, thinned = peaks_of(np.arange(10_000.0), y, 200)
-    assert thinned.max() == 3.0
-    assert x.size <= 400
 
 
 def test_a_range_grows_at_once_and_shrinks_only_later() -> None:

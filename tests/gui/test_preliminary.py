@@ -11,13 +11,14 @@ from support.gui_sessions import make_session
 from support.stored_runs import results_digest
 
 from radargui.acquisition.state import Ending
+from radargui.experiment.event import RecordedRun
 from radargui.experiment.processing_apart import ProcessingApart
-from radargui.experiment.recorded_run import RecordedRun
 from radargui.experiment.reprocess import own_setup
-from radargui.files.run_file import read_run, read_summary
+from radargui.files.run_file import read_run
+from radargui.files.run_results import read_summary
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
-from radargui.gui.runs.run_desk import COMPUTING
+from radargui.gui.runs.run_controller import COMPUTING
 from radargui.processing.offline import STOPPED, process
 
 
@@ -38,7 +39,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
 ) -> None:
     window = joint_window
     heard: list[int] = []
-    monkeypatch.setattr("radargui.gui.control.sounds.QApplication.beep", lambda: heard.append(1))
+    monkeypatch.setattr("radargui.gui.runs.run_keeping.QApplication.beep", lambda: heard.append(1))
     window.actions_.record.trigger()
     wait_for(lambda: stands(window))
     window.refresh()
@@ -46,25 +47,25 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     assert entry.verdict.startswith("preliminary, ")
     assert window.runs.chosen == entry
     assert window.run.result.corrected.method == "adaptive"
-    assert window.run._title.text() == "run-0001, preliminary"
+    assert window.run._title.text() == "drop 1 (run-0001, simulated), preliminary"
     assert COMPUTING in window.run.notes.text()
-    assert window.track._title.text() == "run-0001: preliminary result"
+    assert window.track._title.text() == "drop 1 (run-0001, simulated): preliminary result"
     window.run.show()
     window.panels.docks["run"].raise_()
     assert "preliminary" in window.run.figures.toPlainText()
     assert read_summary(entry.path) is None, "kept is only what is final"
     wait_for(lambda: window.bar.state.text.startswith("PROCESSING   "))
-    wait_for(lambda: window.bar.state.text.endswith(f"%   e = {entry.restitution()}, preliminary"))
+    wait_for(lambda: window.bar.state.text.endswith(f"%   drop 1: e = {entry.restitution()}, preliminary"))
 
     wait_for(lambda: window.control.state is AppState.DONE)
     (final,) = window.runs.model.entries
     assert not window.run.result.preliminary
     assert window.run.result.corrected.method == "joint"
-    assert final.verdict == "good"
-    assert window.run._title.text() == "run-0001"
+    assert final.verdict == "good, simulated"
+    assert window.run._title.text() == "drop 1 (run-0001, simulated)"
     assert COMPUTING not in window.run.notes.text()
-    assert window.track._title.text() == "run-0001: result"
-    assert window.bar.state.text == f"DONE   e = {final.restitution()}"
+    assert window.track._title.text() == "drop 1 (run-0001, simulated): result"
+    assert window.bar.state.text == f"DONE   drop 1: e = {final.restitution()}"
     assert read_summary(final.path)["correction"] == "joint"
     assert heard == [1], "the sound comes once, with the first result"
 
@@ -82,7 +83,7 @@ def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
     assert window.run.result.warnings[0] == STOPPED
     assert window.run.notes.text().startswith("The joint correction was stopped before it ended")
     (entry,) = window.runs.model.entries
-    assert window.bar.state.text == f"DONE   e = {entry.restitution()}, preliminary"
+    assert window.bar.state.text == f"DONE   drop 1: e = {entry.restitution()}, preliminary"
     summary = read_summary(entry.path)
     assert (summary["correction"], summary["preliminary"]) == ("adaptive", True)
     assert window.board.notices == ()
@@ -91,7 +92,7 @@ def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
 def test_processing_again_can_be_cancelled_and_the_run_keeps_its_results(
     window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
-    window.open_session(make_session(tmp_path / "data", 4))
+    window.sessions.open(make_session(tmp_path / "data", 4))
     wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
     window.runs.table.selectRow(0)
     wait_for(lambda: window.run.result is not None)
@@ -113,20 +114,20 @@ def test_processing_again_can_be_cancelled_and_the_run_keeps_its_results(
 def test_a_final_result_does_not_take_the_eye_off_another_run(
     window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
-    window.open_session(make_session(tmp_path / "data", 4, n_runs=2))
+    window.sessions.open(make_session(tmp_path / "data", 4, n_runs=2))
     wait_for(lambda: not window.jobs.running)
     first, second = (entry.path for entry in window.runs.model.entries)
     result = process(read_run(second), own_setup(second))
     recorded = RecordedRun(2, second, replace(result, preliminary=True), Ending.QUIET, "")
-    window.run_desk.add(recorded)
+    window.run_controller.add(recorded)
     assert stands(window)
     assert window.runs.chosen.path == second
     window.runs.table.selectRow(0)
     wait_for(lambda: not stands(window))
-    window.run_desk.add(replace(recorded, result=result))
+    window.run_controller.add(replace(recorded, result=result))
     assert window.runs.chosen.path == first
-    assert window.run._title.text() == "run-0001"
-    assert window.runs.model.entries[1].verdict == "good"
+    assert window.run._title.text() == "drop 1 (run-0001, simulated)"
+    assert window.runs.model.entries[1].verdict == "good, simulated"
     window.runs.table.selectRow(1)
     assert window.run.result is result, "kept for the moment it is asked for"
     wait_for(lambda: not window.jobs.running)

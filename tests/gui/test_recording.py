@@ -8,9 +8,10 @@ from typing import Any
 import pytest
 from support.gui_sessions import make_session
 
-from radargui.files.run_file import read_summary
+from radargui.files.run_results import read_summary
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
+from radargui.model.errors import DeviceError
 from radargui.session.session import Session
 
 
@@ -25,7 +26,7 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     summary = read_summary(entry.path)
     assert summary is not None
     assert summary["e"] == pytest.approx(0.6, rel=0.03)
-    assert window.bar.state.text == f"DONE   e = {entry.restitution()}"
+    assert window.bar.state.text == f"DONE   drop 1: e = {entry.restitution()}"
     assert window.control.session is not None
     assert window.control.session.info.operator == "Ada"
     assert window.track.result_shown
@@ -42,7 +43,7 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     assert "First fall" in window.run.figures.toPlainText()
     assert window.run.steps.receiver.count() == 3
 
-    window.run_desk.export(tmp_path / "tables")
+    window.run_controller.export(tmp_path / "tables")
     window.actions_.report.trigger()
     wait_for(lambda: not window.jobs.running)
     assert {path.name for path in (tmp_path / "tables" / "run-0001").iterdir()} == {
@@ -63,8 +64,8 @@ def test_two_runs_go_hands_free_into_one_session_and_can_be_chosen(
     entries = window.runs.model.entries
     assert [entry.name for entry in entries if not entry.rejected] == ["run-0001", "run-0003"]
     assert "nothing in it falls freely" in window.control.session.rejected["run-0002.h5"]
-    assert window.bar.state.text.startswith("DONE   2 runs, the last e = ")
-    window.run_desk._kept.clear()
+    assert window.bar.state.text.startswith("DONE   2 drops   drop 2: e = ")
+    window.run_controller._kept.clear()
     window.runs.table.selectRow(0)
     wait_for(lambda: window.run.result is not None and window.run.result.recording.name == "run-0001")
     assert window.track.shown is not None
@@ -122,11 +123,37 @@ def test_closing_while_recording_asks_and_keeps_the_run(window: MainWindow, wait
     assert not window.close()
     assert window.control.state.running
     window.may_leave = lambda: True
-    assert window.close()
+    window.close()
+    window.closing.leave_now()
+    wait_for(window.isHidden)
     assert asked == [True]
     session = window.control.session
     assert session is not None
     assert len(session.run_paths()) == 1
+
+
+def test_what_ends_the_program_is_not_asked_back_and_the_run_is_kept(window: MainWindow, wait_for: Any) -> None:
+    del window.may_leave
+    window.actions_.record.trigger()
+    wait_for(lambda: window.control.state is AppState.RECORDING)
+    window.leave()
+    wait_for(window.isHidden)
+    assert window.control.session is not None
+    assert len(window.control.session.run_paths()) == 1
+
+
+def test_a_device_that_does_not_start_leaves_no_empty_session(
+    make_window: Any, setup_path: Path, wait_for: Any, tmp_path: Path
+) -> None:
+    def no_device(*_: object, **__: object) -> None:
+        raise DeviceError("NI-DAQmx is not there.")
+
+    window = make_window(setup_path, source_maker=no_device)
+    window.actions_.record.trigger()
+    wait_for(lambda: window.control.state is AppState.FAILED)
+    assert "NI-DAQmx is not there." in window.board.notices[-1].text
+    assert window.control.session is None
+    assert not list((tmp_path / "data").iterdir())
 
 
 def test_a_data_folder_that_cannot_be_made_fails_before_recording(
@@ -138,7 +165,7 @@ def test_a_data_folder_that_cannot_be_made_fails_before_recording(
     window.actions_.record.trigger()
     wait_for(lambda: window.control.state is AppState.FAILED)
     assert "No session can be made" in window.strip.texts()[0]
-    assert window.bar.state.text == "FAILED   see the message above"
+    assert window.bar.state.text == "FAILED   see the message below"
 
 
 def test_a_session_recorded_before_can_be_opened(
@@ -149,23 +176,26 @@ def test_a_session_recorded_before_can_be_opened(
     path = first.control.session.path
     first.close()
     second = make_window(setup_path)
-    second.open_session(path)
+    second.sessions.open(path)
     wait_for(lambda: second.runs.model.entries and second.runs.model.entries[0].summary)
     wait_for(lambda: not second.jobs.running)
-    assert second.runs.model.entries[0].verdict == "good"
+    assert second.runs.model.entries[0].verdict == "good, simulated"
     second.runs.table.selectRow(0)
     wait_for(lambda: second.run.result is not None)
-    second.open_session(setup_path.parent)
+    second.sessions.open(setup_path.parent)
     wait_for(lambda: second.strip.texts())
     assert "is not a session" in second.strip.texts()[0]
 
 
-def test_notes_written_after_the_first_run_reach_the_session(window: MainWindow, record_one: Any) -> None:
+def test_notes_written_after_the_first_run_reach_the_session(
+    window: MainWindow, record_one: Any, wait_for: Any
+) -> None:
     record_one(window)
     session = window.control.session
     assert session is not None
     window.session_panel._notes.setPlainText("second floor plate")
     window.close()
+    wait_for(window.isHidden)
     assert Session.open(session.path).info.notes == "second floor plate"
 
 
@@ -192,7 +222,7 @@ def test_a_changed_setup_or_data_folder_makes_a_new_session(
 
 def test_the_making_of_a_report_can_be_cancelled(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
     session = make_session(tmp_path / "data", 4)
-    window.open_session(session)
+    window.sessions.open(session)
     wait_for(lambda: window.runs.model.entries and not window.jobs.running)
     window.actions_.report.trigger()
     assert not window.runs.report.isEnabled()

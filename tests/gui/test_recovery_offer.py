@@ -53,7 +53,7 @@ def test_without_unfinished_runs_nothing_is_offered(tmp_path: Path, window: Main
 
 def test_closing_ends_a_long_look_at_the_folders(window: MainWindow) -> None:
     task = window.work.quiet()
-    task.tell(0.1)
+    task.report(0.1)
     window.close()
     with pytest.raises(CancelledError):
-        task.tell(0.2)
+        task.report(0.2)

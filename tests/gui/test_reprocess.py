@@ -18,11 +18,11 @@ from radargui.model.errors import CancelledError
 
 @pytest.fixture
 def dialog(window: MainWindow, wait_for: Any, tmp_path: Path) -> ReprocessDialog:
-    window.open_session(make_session(tmp_path / "data", 4, n_runs=2))
+    window.sessions.open(make_session(tmp_path / "data", 4, n_runs=2))
     wait_for(lambda: not window.jobs.running)
     window.actions_.compare.trigger()
-    assert window.again.dialog is not None
-    return window.again.dialog
+    assert window.reprocessing.dialog is not None
+    return window.reprocessing.dialog
 
 
 def test_old_and_new_are_compared_and_nothing_changes_until_kept(
@@ -72,7 +72,7 @@ def test_discarding_or_cancelling_leaves_the_stored_results(
     def cancelled(_task: object, _share: float) -> None:
         raise CancelledError
 
-    monkeypatch.setattr("radargui.gui.sessions.work_strip.Task.tell", cancelled)
+    monkeypatch.setattr("radargui.gui.work_strip.Task.report", cancelled)
     dialog.keep.click()
     wait_for(lambda: not dialog.work.busy)
     assert "Cancelled" in dialog.words.text()

@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import csv
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyqtgraph as pg
 import pytest
 from pytestqt.qtbot import QtBot
 from support.changed import changed
+from support.results import drop_result
 from support.small_setups import quick_setup
 
 from radargui.files.overview import Overview
 from radargui.gui.runs.figures_view import page_of
 from radargui.gui.runs.run_model import RunEntry
-from radargui.gui.runs.run_panel import RunPanel
-from radargui.gui.runs.samples_view import boxes
+from radargui.gui.runs.run_panel import RunPanel, boxes
 from radargui.gui.theme import Theme
-from radargui.gui.track.shown_track import result_track, start_time_s
+from radargui.gui.track.shown_track import result_track
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import process
+from radargui.report.document import Grid
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import run_section
+from radargui.report.tables import write_tables
 from radargui.sources.simulated import simulate_recording
 
 
@@ -65,8 +73,7 @@ def test_a_correction_without_steps_is_shown_without(panel: RunPanel, setup: Set
     for method in ("ellipse", "none"):
         look_through(panel, result_of(setup, processing={"correction": method}))
         assert method in panel.steps._words.text()
-        data = panel.steps.raw[0]._peaks.getData()[0]
-        assert data is None or data.size == 0
+        assert panel.steps.raw[0]._peaks.getData()[0] is None
 
 
 def test_no_motion_is_an_answer(panel: RunPanel, qtbot: QtBot, theme: Theme, setup: Setup) -> None:
@@ -99,7 +106,28 @@ def test_the_shown_track_counts_from_the_trigger_in_mm(setup: Setup) -> None:
     assert np.nanmin(shown.position_mm[2]) == pytest.approx(-140.0, abs=1.0)
     assert shown.impact_time_s[0] == pytest.approx((2 * 0.26 / 9.80665) ** 0.5, abs=0.02)
     assert shown.fit_mm[-1] == pytest.approx(-140.0, abs=6.0)
-    assert start_time_s(result) == pytest.approx(0.6, abs=0.02)
+    assert result.zero[0] == pytest.approx(0.6, abs=0.02)
+
+
+def test_no_line_joins_two_pieces_of_a_path_and_the_place_is_marked(panel: RunPanel, setup: Setup) -> None:
+    result = result_of(setup)
+    assert result.segment is not None
+    begin = result.segment.first + 501
+    piece = (np.arange(result.recording.n_samples) >= begin).astype(np.intp)
+    result = replace(result, paths=replace(result.paths, piece=piece))
+    look_through(panel, result)
+    at = result.paths.time_s[begin] - result.zero[0]
+    lengths = panel.phase.path.getPlotItem().listDataItems()
+    assert len(lengths) == 3
+    for curve in lengths:
+        x, y = curve.getOriginalDataset()
+        assert at in x[np.isnan(y)]
+    rules = [item for item in panel.phase.path.getPlotItem().items if isinstance(item, pg.InfiniteLine)]
+    assert [rule.value() for rule in rules] == [pytest.approx(at)]
+    shown = result_track(result)
+    assert np.isnan(shown.position_mm[:, np.isclose(shown.time_s, at)]).all(axis=0).sum() >= 8
+    look_through(panel, replace(result, paths=replace(result.paths, piece=None)))
+    assert not [item for item in panel.phase.path.getPlotItem().items if isinstance(item, pg.InfiniteLine)]
 
 
 def test_texts_from_files_are_no_markup(theme: Theme, setup: Setup) -> None:
@@ -118,7 +146,7 @@ def test_texts_from_files_are_no_markup(theme: Theme, setup: Setup) -> None:
     ],
 )
 def test_the_list_says_what_came_of_a_run(summary: Any, verdict: str, tmp_path: Any) -> None:
-    entry = RunEntry(tmp_path / "run-0012.h5", "2026-05-04T13:14:15.5+02:00", summary)
+    entry = RunEntry(tmp_path / "run-0012.h5", "2026-05-04T13:14:15.5+02:00", summary, label="12")
     cells = entry.cells()
     assert cells[0] == "12"
     assert cells[1] == "13:14:15"
@@ -139,3 +167,23 @@ def test_a_long_run_is_seen_before_it_is_processed(panel: RunPanel) -> None:
     assert time_s[-1] == pytest.approx(64.0)
     assert value[:4].tolist() == [-1.0, 1.0, 1.0, -1.0]
     panel.grab()
+
+
+def test_window_and_report_count_bounces_from_the_trigger_and_the_table_from_the_file(
+    theme: Theme, setup: Setup, tmp_path: Path
+) -> None:
+    result = drop_result(rate_hz=2000.0)
+    result = replace(result, recording=replace(result.recording, trigger_index=600))
+    when = result.bounces.impacts[0].time_s
+    assert f"{when - 0.3:.4f}<" in page_of(result, theme)
+    assert "t counts from the trigger" in page_of(result, theme)
+    (table,) = (
+        block
+        for block in run_section(take_facts(result, "run-0001"), setup).blocks
+        if isinstance(block, Grid) and block.title == "Impacts"
+    )
+    assert table.header[1] == "time after the trigger / s"
+    assert table.rows[0][1] == f"{when - 0.3:.5f}"
+    write_tables(result, tmp_path)
+    first = next(csv.DictReader((tmp_path / "bounces.csv").read_text().splitlines()))
+    assert float(first["time_s"]) == pytest.approx(when)

@@ -48,7 +48,9 @@ def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window:
     wait_for(lambda: not browser.looking)
     assert found(window) == ["Grace", "Ada"]
     assert "2 sessions with 3 runs" in browser.words.text()
-    assert browser.model.index(1, 5).data() == "0.500" or browser.model.index(1, 5).data().startswith("0.")
+    e, _, rest = browser.model.index(1, 5).data().partition(" ± ")
+    assert float(e) == pytest.approx(0.5, abs=0.01)
+    assert rest.endswith(", simulated"), "a single drop has an uncertainty and no range"
     for texts, wanted in (
         ({"operator": "ada"}, ["Ada"]),
         ({"sample": "steel"}, ["Grace", "Ada"]),
@@ -78,7 +80,7 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
     browser = window.sessions.browser
     wait_for(lambda: not browser.looking)
     browser.table.selectRow(1)
-    browser.open.click()
+    browser.review.click()
     assert window.control.session is not None
     assert not window.control.session.read_only
     assert window.session_panel.operator == "Ada"
@@ -101,7 +103,7 @@ def test_a_session_that_another_program_writes_is_opened_for_looking(
         raise SessionLockedError(f"{folder} is being written by another program.")
 
     monkeypatch.setattr(SessionLock, "__init__", locked)
-    window.open_session(path)
+    window.sessions.open(path)
     wait_for(lambda: window.strip.texts())
     assert "opened for looking only" in window.strip.texts()[0]
     assert window.session_panel._notes.isReadOnly()

@@ -118,7 +118,7 @@ def test_a_shipped_setup_is_never_written_over(
     window = make_window(None)
     target = tmp_path / "mine.toml"
     monkeypatch.setattr(
-        "radargui.gui.setup_desk.QFileDialog.getSaveFileName", lambda *_args, **_options: (str(target), "")
+        "radargui.gui.setup.setup_file.QFileDialog.getSaveFileName", lambda *_args, **_options: (str(target), "")
     )
     assert window.setup_model.shipped
     window.actions_.save_setup.trigger()
@@ -130,7 +130,7 @@ def test_a_setup_that_cannot_be_read_leaves_the_one_there_is(window: MainWindow,
     bad = tmp_path / "bad.toml"
     bad.write_text("schema = 2\n", encoding="utf-8")
     setup = window.setup_model.setup
-    assert not window.setup_desk.open(bad)
+    assert not window.setup_file.open(bad)
     wait_for(lambda: window.strip.texts())
     assert "bad.toml" in window.strip.texts()[0]
     assert window.setup_model.setup is setup

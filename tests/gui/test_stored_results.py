@@ -16,7 +16,7 @@ from radargui.processing.result_of_run import DAMAGED
 
 
 def choose(window: MainWindow, wait_for: Any, folder: Path) -> None:
-    window.open_session(folder)
+    window.sessions.open(folder)
     wait_for(lambda: window.runs.model.entries and not window.jobs.running)
     window.runs.table.selectRow(0)
     wait_for(lambda: window.run.result is not None and not window.jobs.running)
@@ -35,8 +35,8 @@ def test_a_chosen_run_is_shown_and_exported_without_computing(
     assert window.run.steps.raw[0]._peaks.getData()[0].size > 3
     assert np.isfinite(window.run.steps._curves[0].getOriginalDataset()[1]).any()
     assert window.track.shown is not None
-    window.run_desk._kept.clear()
-    window.run_desk.export(tmp_path)
+    window.run_controller._kept.clear()
+    window.run_controller.export(tmp_path)
     wait_for(lambda: not window.work.busy)
     assert (tmp_path / "run-0001" / "track.csv").stat().st_size > 0
     assert [notice.level for notice in window.board.notices] == ["info"]

@@ -111,7 +111,7 @@ def test_a_session_is_exported_and_nothing_is_replaced_unasked(
     window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
     path = make_session(tmp_path / "data", 4, n_runs=2)
-    window.open_session(path)
+    window.sessions.open(path)
     target = tmp_path / "out"
     for attempt in range(2):
         window.actions_.export_samples.trigger()
@@ -133,7 +133,7 @@ def test_cancelled_work_leaves_no_half_file(
     window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = make_session(tmp_path / "data", 4)
-    window.open_session(path)
+    window.sessions.open(path)
     window.actions_.export_samples.trigger()
     dialog = dialog_of(window)
     dialog.folder.setText(str(tmp_path / "out"))
@@ -143,8 +143,57 @@ def test_cancelled_work_leaves_no_half_file(
     def cancelled(_task: object, _share: float) -> None:
         raise CancelledError
 
-    monkeypatch.setattr("radargui.gui.sessions.work_strip.Task.tell", cancelled)
+    monkeypatch.setattr("radargui.gui.work_strip.Task.report", cancelled)
     dialog.go.click()
     wait_for(lambda: not window.work.busy)
     assert not list((tmp_path / "out").iterdir())
     assert "cancelled" in window.board.notices[-1].text
+
+
+def write_binary(path: Path, volts: Any) -> Path:
+    """Write codes of 1 mV behind a header of 8 bytes, one column more than there are channels."""
+    codes = np.rint(2048.0 + 1e3 * np.vstack([volts, np.zeros(volts.shape[1])])).astype("<u2")
+    path.write_bytes(bytes(8) + codes.T.tobytes())
+    return path
+
+
+def test_plain_binary_is_looked_at_while_its_layout_is_told_and_then_imported(
+    window: MainWindow, wait_for: Any, tmp_path: Path, volts: Any
+) -> None:
+    setup = tmp_path / "falling.toml"
+    setup.write_text(dump_setup(SETUP), encoding="utf-8")
+    dialog = import_dialog(window, [write_binary(tmp_path / "drop.bin", volts)], wait_for)
+    assert dialog.binary.isChecked()
+    raw = dialog.raw
+    assert raw.isVisibleTo(dialog)
+    raw.kind.setCurrentIndex(raw.kind.findData("u2"))
+    raw.columns.setValue(7)
+    raw.header.setValue(8)
+    raw.scale.setText("volts")
+    wait_for(lambda: not window.jobs.running)
+    assert dialog.fault.text().startswith("scale = 'volts', allowed: volts of one step")
+    assert not dialog.go.isEnabled()
+    raw.scale.setText("1e-3")
+    raw.offset.setText("-2.048")
+    dialog.use_setup(setup)
+    dialog.rate.setValue(2000.0)
+    wait_for(lambda: not window.jobs.running)
+    assert dialog.mapping.names == ("0", "1", "2", "3", "4", "5")
+    low, high = volts[0, :6000].min(), volts[0, :6000].max()
+    ticks = [words for _, words in raw.plot.getPlotItem().getAxis("left")._tickLevels[0]]
+    assert ticks[0].startswith("0 I1 ")
+    assert [float(part) for part in ticks[0][5:].split(" … ")] == pytest.approx([low, high], abs=1.1e-3)
+    assert ticks[6].startswith("6 0")
+    dialog.mapping.box(0).setCurrentIndex(2)
+    dialog.mapping.box(1).setCurrentIndex(1)
+    for text in ("-2.048e0", "-2.0480"):
+        raw.offset.setText(text)
+        wait_for(lambda: not window.jobs.running)
+    assert dialog.mapping.names == ("1", "0", "2", "3", "4", "5")
+    dialog.process.setChecked(False)
+    dialog.go.click()
+    wait_for(lambda: not window.work.busy)
+    assert window.control.session is not None, window.board.notices
+    read = read_recording(window.control.session.path / "run-0001.h5")
+    assert read.raw.dtype == np.int16
+    np.testing.assert_allclose(read.volts(), volts[[1, 0, 2, 3, 4, 5]], atol=0.51e-3)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+import warnings
 from pathlib import Path
 from typing import Any
 
 import pytest
+from nidaqmx.errors import DaqWarning
+from PySide6.QtCore import qCritical, qWarning
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication, QMenu
 
@@ -95,7 +98,9 @@ def test_corrupt_settings_never_block_the_start(make_window: Any, settings_path:
 def test_a_file_that_is_no_settings_file_is_set_aside(settings_path: Path, qapp: QApplication) -> None:
     settings_path.write_text("rubbish without meaning\n[[", encoding="utf-8")
     settings = Settings(settings_path)
-    assert settings.set_aside is None or settings.set_aside.read_text(encoding="utf-8").startswith("rubbish")
+    assert settings.set_aside is not None
+    assert settings.set_aside.parent == settings_path.parent
+    assert settings.set_aside.read_text(encoding="utf-8").startswith("rubbish")
     settings.put("operator", "Ada")
     settings.sync()
     assert Settings(settings_path).text("operator") == "Ada"
@@ -138,6 +143,27 @@ def test_exceptions_of_any_thread_reach_the_strip(window: MainWindow, board: Not
     assert "ZeroDivisionError" in window.strip.texts()[0]
 
 
+def test_warnings_of_libraries_are_logged_once_and_shown_where_the_operator_can_do_something(
+    window: MainWindow, board: NoticeBoard, caplog: pytest.LogCaptureFixture
+) -> None:
+    hooks = Hooks(board)
+    try:
+        for _ in range(40):
+            warnings.showwarning("overflow", RuntimeWarning, "library.py", 12)
+            warnings.showwarning(DaqWarning("the clock was rounded", 200), DaqWarning, "task.py", 3)
+            qWarning("a signal nobody heard")
+            qCritical("the display is gone")
+    finally:
+        hooks.remove()
+    logged = [record.getMessage() for record in caplog.records]
+    assert sum("RuntimeWarning: overflow" in text for text in logged) == 1
+    assert sum("a signal nobody heard" in text for text in logged) == 1
+    assert sum("the clock was rounded" in text or "the display is gone" in text for text in logged) == 2
+    assert [(one.level, one.count) for one in board.notices] == [("error", 1), ("warning", 1)]
+    assert "the display is gone" in board.notices[0].text
+    assert "the clock was rounded" in board.notices[1].text
+
+
 def test_without_opengl_the_track_is_shown_in_projections(make_window: Any, setup_path: Path, wait_for: Any) -> None:
     window = make_window(setup_path, probe=OpenGLProbe())
     wait_for(lambda: window.opengl_answer)
@@ -164,11 +190,14 @@ def test_the_check_itself_says_no_on_the_offscreen_platform() -> None:
     assert "no OpenGL" in ended.stdout
 
 
-def test_a_test_of_opengl_that_hangs_does_not_hold_up_the_end(monkeypatch: pytest.MonkeyPatch, qapp: Any) -> None:
+def test_a_test_of_opengl_that_hangs_does_not_hold_up_the_end(monkeypatch: pytest.MonkeyPatch, wait_for: Any) -> None:
     monkeypatch.setattr("radargui.gui.opengl_probe.QGuiApplication.platformName", lambda: "windows")
     probe = OpenGLProbe([sys.executable, "-c", "import time; time.sleep(60)"])
     probe.start()
     probe.close()
+    wait_for(lambda: not probe.busy)
+    assert probe._process is not None
+    assert probe._process.poll() is not None
 
 
 def test_projections_can_be_forced(qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,7 +66,7 @@ def test_a_minute_is_read_without_a_lost_sample_at_the_rate_of_the_clock(setup: 
     acquisition = Acquisition(make_source("ni", setup), setup)
     acquisition.start()
     try:
-        while acquisition.health.samples_read == 0 and not acquisition.state.is_final:
+        while acquisition.health.samples_read == 0 and not acquisition.wait(0.0):
             time.sleep(0.01)
         first, began = acquisition.health.samples_read, time.perf_counter()
         time.sleep(60.0)
@@ -90,7 +90,7 @@ def test_codes_with_the_device_s_scaling_are_the_volts_of_the_driver(setup: Setu
         blocks = [source.read() for _ in range(20)]
         assert source.task is not None
         driver_v = np.empty((digitisation.n_channels, 2000))
-        reader = AnalogMultiChannelReader(source.task.nidaqmx_task.in_stream)
+        reader = AnalogMultiChannelReader(source.task._task.in_stream)
         reader.verify_array_shape = False
         reader.read_many_sample(driver_v, number_of_samples_per_channel=2000)
     finally:

@@ -25,7 +25,10 @@ def test_it_names_every_command_and_no_other() -> None:
     assert set(re.findall(r"(?:^|\\)radargui (\w+)", TEXT, re.MULTILINE)) <= set(commands)
 
 
-def test_the_folders_it_lists_are_there() -> None:
+def test_the_folders_it_lists_are_there_and_every_package_is_listed() -> None:
     listing = TEXT.partition("## Where things are")[2].partition("```\n")[2].partition("```")[0]
-    for name in re.findall(r"(?:^|\| )\s*([a-z/]+)/ ", listing.replace(":", " "), re.MULTILINE):
+    listed = re.findall(r"(?:^|\| )\s*([a-z/]+)/ ", listing.replace(":", " "), re.MULTILINE)
+    for name in listed:
         assert (ROOT / name).is_dir() or (ROOT / "radargui" / name).is_dir(), name
+    packages = {path.parent.name for path in (ROOT / "radargui").glob("*/__init__.py")}
+    assert packages - set(listed) == set()

@@ -10,13 +10,13 @@ import pytest
 from support.same_result import assert_same_result
 from support.simulated_setup import simulated_setup
 
+from radargui.conditioning.long_motion import find_long_motion
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
 from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError
 from radargui.model.recording import Recording
-from radargui.motion.long_motion import find_long_motion
 from radargui.processing import long_recording
 from radargui.processing.long_recording import read_again, read_excerpt, read_for_processing, shortened
 from radargui.processing.offline import process

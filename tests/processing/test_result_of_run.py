@@ -101,6 +101,22 @@ def test_gaps_prior_and_an_answer_without_motion_come_back_too(tmp_path: Path, c
     assert computed == []
 
 
+def test_pieces_of_the_paths_come_back_and_older_files_have_one(run: Path, computed: list[Setup]) -> None:
+    whole = process(read_run(run), SETUP)
+    assert whole.paths is not None
+    one_piece = replace(whole, paths=replace(whole.paths, piece=None))
+    piece = np.arange(whole.recording.n_samples) // 700
+    pieces = replace(whole, paths=replace(whole.paths, piece=piece))
+    write_results(run, pieces)
+    assert_same_result(result_of_run(run, SETUP), pieces)
+    with h5py.File(run, "a") as file:
+        assert file["results/paths/piece"].compression == "gzip"
+        assert file["results/paths/piece"].chunks == file["results/track/valid"].chunks
+        del file["results/paths/piece"]
+    assert_same_result(result_of_run(run, SETUP), one_piece)
+    assert computed == []
+
+
 def test_a_preliminary_result_is_given_as_it_is(run: Path, computed: list[Setup]) -> None:
     stopped = cut_short(replace(process(read_run(run), SETUP), preliminary=True))
     write_results(run, stopped)

@@ -14,7 +14,7 @@ from radargui.model.block import Gap
 from radargui.model.bounce import Bounces
 from radargui.model.result import RunResult
 from radargui.report.curve_taker import take_curves
-from radargui.report.document import Facts, Grid, Note, Section
+from radargui.report.document import Chapter, Facts, Grid, Note
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
 from radargui.report.sheet import body
@@ -76,12 +76,35 @@ def test_lost_samples_are_shaded_and_break_the_curves() -> None:
     result = drop_result(rate_hz=5000.0, gap=Gap(3000, 200))
     curves = take_curves(result)
     assert curves is not None
-    assert curves.gaps_s == ((0.6, 0.64),)
+    (gap_s,) = curves.gaps_s
+    assert np.asarray(gap_s) + result.zero[0] == pytest.approx([0.6, 0.64])
     assert np.isnan(curves.receivers[0].raw_i.y).any()
-    inside = (curves.receivers[0].raw_i.x > 0.6) & (curves.receivers[0].raw_i.x < 0.64)
+    inside = (curves.receivers[0].raw_i.x > gap_s[0]) & (curves.receivers[0].raw_i.x < gap_s[1])
     assert not inside.any()
     drawn = pages(result)
     assert len(drawn) == 4
+
+
+def test_no_curve_joins_two_pieces_of_a_path_and_the_recorded_signals_go_on() -> None:
+    result = drop_result(rate_hz=5000.0)
+    assert result.paths is not None
+    piece = (np.arange(result.recording.n_samples) >= 4001).astype(np.intp)
+    result = replace(result, paths=replace(result.paths, piece=piece))
+    curves = take_curves(result)
+    assert curves is not None
+    assert curves.track is not None
+    at_s = 4001 / 5000.0 - result.zero[0]
+    assert curves.restarts_s == (at_s,)
+    one = curves.receivers[0]
+    pieces = (one.phase, one.phase_difference, one.change, one.u_change, *curves.track.u)
+    for curve in (*pieces, curves.track.x, curves.track.y, curves.track.height):
+        assert curve.x[np.isnan(curve.y)].tolist() == [at_s]
+    for curve in (one.raw_i, one.i, one.phase_raw):
+        assert np.isfinite(curve.y).all()
+    assert np.isnan(curves.track.places_m).all(axis=0).sum() == 1
+    drawn = pages(result)
+    assert sum("path lost" in axes.get_xlabel() for axes in drawn["phase and path length"].axes) == 3
+    assert everything_is_on_the_page(drawn["phase and path length"])
 
 
 def test_a_track_without_impacts_or_fall_is_drawn() -> None:
@@ -112,11 +135,12 @@ def test_the_residual_is_height_less_the_fitted_parabola() -> None:
     assert curves.track.parabola.y[-1] == pytest.approx(-0.14, abs=1e-6)
 
 
-def test_a_million_samples_become_a_few_thousand_points() -> None:
-    curves = take_curves(drop_result(rate_hz=400_000.0, seconds=1.6))
+@pytest.mark.parametrize("rate_hz", [20_000.0, 100_000.0])
+def test_however_many_samples_there_are_a_curve_has_a_thousand_points_and_the_plane_2500(rate_hz: float) -> None:
+    curves = take_curves(drop_result(rate_hz=rate_hz, seconds=1.6))
     assert curves is not None
-    assert len(curves.receivers[0].raw_i.x) < 1100
-    assert len(curves.receivers[0].plane.x) <= 2500
+    assert 900 < len(curves.receivers[0].raw_i.x) < 1100
+    assert 2000 < len(curves.receivers[0].plane.x) <= 2500
 
 
 def test_axis_prefixes_follow_the_size_of_the_values() -> None:
@@ -129,7 +153,7 @@ def test_axis_prefixes_follow_the_size_of_the_values() -> None:
 
 def test_long_tables_and_notes_flow_over_pages_and_stay_inside() -> None:
     rows = tuple((f"run-{k:04d}", "0.8000 ± 0.0012", "a reason that is long " * 6) for k in range(120))
-    section = Section(
+    section = Chapter(
         "Long",
         (
             Facts((("Notes", "word " * 2000), ("name $x_1$", "$\\frac{broken"))),

@@ -8,6 +8,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser
 from importlib import resources
@@ -19,6 +20,7 @@ from support.results import default_setup, drop_result, quiet_result
 from radargui.model.block import Block
 from radargui.model.errors import FileError
 from radargui.model.recording import Recording
+from radargui.processing.result_of_run import result_of_run
 from radargui.report.report import Report, write_report
 from radargui.session.session import Session
 
@@ -62,7 +64,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Session, Report, lis
     add_run(session, quiet_result(samples=2000).recording)
     (session.path / "run-0003.h5").write_bytes(b"this is no run file")
     shares: list[float] = []
-    return session, write_report(session, progress=shares.append, now=NOW), shares
+    return session, write_report(session, result_of_run, progress=shares.append, now=NOW), shares
 
 
 def test_the_report_lies_in_the_sessions_own_folder_and_nothing_else_does(
@@ -104,7 +106,9 @@ def test_the_html_needs_no_other_file_and_runs_no_script(made: tuple[Session, Re
 
 def test_the_pictures_are_svg_without_script_or_outside_address(made: tuple[Session, Report, list[float]]) -> None:
     text = made[1].html.read_text(encoding="utf-8")
-    for encoded in re.findall(r"data:image/svg\+xml;base64,([^\"]+)", text):
+    pictures = re.findall(r"data:image/svg\+xml;base64,([^\"]+)", text)
+    assert len(pictures) == text.count("<img") > 4
+    for encoded in pictures:
         picture = base64.b64decode(encoded, validate=True).decode()
         assert picture.rstrip().endswith("</svg>")
         assert "<script" not in picture
@@ -133,9 +137,9 @@ def test_the_csv_lists_the_impacts_of_the_drop(made: tuple[Session, Report, list
 
 def test_a_report_can_be_written_elsewhere_and_replaces_the_one_there(tmp_path: Path) -> None:
     session = new_session(tmp_path / "data")
-    first = write_report(session, tmp_path / "out" / "here", now=NOW)
+    first = write_report(session, result_of_run, tmp_path / "out" / "here", now=NOW)
     first.html.write_text("old", encoding="utf-8")
-    write_report(session, tmp_path / "out" / "here", now=NOW)
+    write_report(session, result_of_run, tmp_path / "out" / "here", now=NOW)
     assert "holds no run" in first.html.read_text(encoding="utf-8")
     assert not (session.path / "report").exists()
 
@@ -144,7 +148,7 @@ def test_a_folder_that_cannot_be_written_is_told_in_plain_words(tmp_path: Path) 
     session = new_session(tmp_path / "data")
     (tmp_path / "file").write_text("in the way", encoding="utf-8")
     with pytest.raises(FileError, match="cannot be written"):
-        write_report(session, tmp_path / "file")
+        write_report(session, result_of_run, tmp_path / "file")
 
 
 def test_a_pdf_that_cannot_be_replaced_leaves_no_half_file(tmp_path: Path) -> None:
@@ -152,7 +156,7 @@ def test_a_pdf_that_cannot_be_replaced_leaves_no_half_file(tmp_path: Path) -> No
     output = tmp_path / "out"
     (output / "report.pdf").mkdir(parents=True)
     with pytest.raises(FileError, match=r"report\.pdf"):
-        write_report(session, output)
+        write_report(session, result_of_run, output)
     assert not list(output.glob("*.part"))
 
 
@@ -163,10 +167,32 @@ def test_one_receiver_is_reported_without_track_and_bounces(tmp_path: Path) -> N
     )
     session = Session.create(tmp_path, setup, now=NOW)
     add_run(session, drop_result(rate_hz=8000.0, n_receivers=1).recording)
-    document = json.loads(write_report(session, now=NOW).json.read_text(encoding="utf-8"))
+    document = json.loads(write_report(session, result_of_run, now=NOW).json.read_text(encoding="utf-8"))
     assert document["runs"][0]["status"] == "ok"
     assert document["runs"][0]["bounces"] == []
     assert document["condition_number"] is None
+
+
+def test_an_imported_session_names_file_and_program_and_claims_no_device(tmp_path: Path) -> None:
+    setup = default_setup()
+    setup = setup.model_copy(
+        update={"receiver": setup.receiver[:1], "daq": setup.daq.model_copy(update={"channels": None})}
+    )
+    recording = drop_result(rate_hz=8000.0, n_receivers=1).recording
+    session = Session.create(tmp_path, setup, now=NOW)
+    origin = {"source": "import", "imported_from": "plate.mat", "imported_format": "MATLAB"}
+    with session.new_run(
+        replace(recording.digitisation, device=""),
+        started_at="2017-10-05T10:34:56",
+        attributes={**origin, "imported_program": "Scope 3"},
+    ) as writer:
+        writer.write(Block(recording.raw, 0))
+    page = write_report(session, result_of_run, now=NOW).html.read_text(encoding="utf-8")
+    assert "plate.mat (MATLAB), written by Scope 3" in page
+    assert "2017-10-05T10:34:56" in page
+    assert "Imported with" in page
+    for claim in ("Dev1", "ai0", "Recorded with", "<dt>Device", ">Device<", "No impact was found"):
+        assert claim not in page
 
 
 def test_the_report_never_loads_pyplot_or_qt() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -16,8 +16,7 @@ from radargui.model.bounce import Bounces
 from radargui.report.plain_values import json_bytes, plain_value
 from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.series_files import IMPACT_HEADER, impacts_csv, safe_cell, series_csv, session_document
-from radargui.report.session_section import series_statistics
-from radargui.report.statistics import Statistics, statistics_of
+from radargui.restitution.series import Statistics, series_of
 from radargui.session.info import SessionInfo
 
 
@@ -31,29 +30,25 @@ def table(content: bytes) -> list[list[str]]:
     return list(csv.reader(content.decode().splitlines()))
 
 
-def test_mean_deviation_and_error_of_the_mean_are_those_of_the_guide() -> None:
-    found = statistics_of([0.79, None, 0.80, math.nan, 0.81])
-    assert found.n == 3
-    assert found.mean == pytest.approx(0.80)
-    assert found.standard_deviation == pytest.approx(0.01)
-    assert found.standard_error == pytest.approx(0.01 / math.sqrt(3))
-    assert statistics_of([]) == Statistics(0)
-    assert statistics_of([1.0]) == Statistics(1, 1.0)
+def e_of(facts: Sequence[RunFacts]) -> Statistics:
+    return series_of([run.drop for run in facts]).e
 
 
 def test_the_series_counts_only_runs_that_saw_the_release() -> None:
-    with_all = series_statistics(runs())
-    assert with_all["e_first_bounce"].n == 3
-    assert with_all["e_first_bounce"].mean == pytest.approx(0.80)
-    late = [replace(run, from_rest=False) if run.name == "run-0001" else run for run in runs()]
-    assert series_statistics(late)["e_first_bounce"].n == 2
-    assert series_statistics(late)["drop_height_m"].n == 2
+    found = e_of(runs())
+    assert (found.n, found.mean) == (3, pytest.approx(0.80))
+    late = [
+        replace(run, figures={**(run.figures or {}), "from_rest": False}) if run.name == "run-0001" else run
+        for run in runs()
+    ]
+    assert series_of([run.drop for run in late]).drop_height_m.n == e_of(late).n == 2
 
 
 def test_a_first_bounce_that_is_not_valid_is_not_replaced_by_the_second() -> None:
     first, *others = drop_result(rate_hz=2000.0).bounces.impacts
-    facts = replace(runs()[0], bounces=Bounces((replace(first, valid=False), *others)))
-    assert facts.first_e is None
+    result = drop_result(rate_hz=2000.0)
+    facts = take_facts(replace(result, bounces=Bounces((replace(first, valid=False), *others))), "run-0001")
+    assert facts.drop.e is None
 
 
 def test_the_csv_has_a_row_for_each_impact_and_one_for_each_run_without() -> None:
@@ -63,7 +58,11 @@ def test_the_csv_has_a_row_for_each_impact_and_one_for_each_run_without() -> Non
     assert len(rows) == 1 + impacts + 2
     assert {len(row) for row in rows} == {len(IMPACT_HEADER)}
     assert rows[1][0] == "run-0001"
-    assert float(rows[1][6]) == pytest.approx(0.79)
+    first = dict(zip(rows[0], rows[1], strict=True))
+    assert float(first["e"]) == pytest.approx(0.79)
+    zero_s, since = drop_result(rate_hz=2000.0).zero
+    assert float(first["time_s"]) - float(first["time_from_zero_s"]) == pytest.approx(zero_s)
+    assert since == "the first motion"
     assert rows[-2][:4] == ["run-0004", "no motion", "", "nan"]
     assert rows[-1][1] == "failed"
     assert rows[-1][-1] == "'=cmd damaged"

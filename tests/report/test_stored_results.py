@@ -14,13 +14,13 @@ from support.gui_sessions import make_session
 from support.stored_runs import SETUP
 
 from radargui.experiment.reprocess import process_run
+from radargui.files.run_card import read_run_origin
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.processing.offline import STOPPED, cut_short, process
 from radargui.processing.result_of_run import result_of_run
-from radargui.report.compose import compose
 from radargui.report.document import Note
-from radargui.report.report import write_report
+from radargui.report.report import compose, write_report
 from radargui.report.run_facts import study, take_facts
 from radargui.report.tables import write_tables
 from radargui.session.session import Session
@@ -52,10 +52,10 @@ def test_tables_are_equal_and_curves_to_single_precision(
     setup = changed(SETUP, processing={"correction": correction})
     computed = process(read_run(run), setup)
     write_results(run, computed)
-    wanted = take_facts(computed, "run-0001")
+    wanted = replace(take_facts(computed, "run-0001"), source=read_run_origin(run))
     write_tables(computed, tmp_path / "computed")
     monkeypatch.delattr(NO_COMPUTING)
-    assert_close(study(run, setup), wanted)
+    assert_close(study(run, setup, result_of_run), wanted)
     assert wanted.curves is not None
     assert bool(wanted.curves.receivers[0].steps) == (correction == "published")
 
@@ -67,18 +67,18 @@ def test_tables_are_equal_and_curves_to_single_precision(
 
 
 def test_the_report_does_not_compute_what_the_files_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.report.report._draw", lambda *_: None)
+    monkeypatch.setattr("radargui.report.report.render", lambda _, pdf, html, __: (pdf.touch(), html.touch()))
     session = Session.open(make_session(tmp_path / "data", 4))
-    wanted = write_report(session, tmp_path / "wanted", now=NOW)
+    wanted = write_report(session, result_of_run, tmp_path / "wanted", now=NOW)
     (run,) = session.run_paths()
     with h5py.File(run, "r+") as file:
         del file["results"]
-    computed = write_report(session, tmp_path / "computed", now=NOW)
+    computed = write_report(session, result_of_run, tmp_path / "computed", now=NOW)
     for name in ("csv", "series_csv", "json"):
         assert getattr(wanted, name).read_bytes() == getattr(computed, name).read_bytes()
     process_run(run)
     monkeypatch.delattr(NO_COMPUTING)
-    assert study(run, session.setup).status == "ok"
+    assert study(run, session.setup, result_of_run).status == "ok"
 
 
 def test_the_report_says_what_is_preliminary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,8 +86,9 @@ def test_the_report_says_what_is_preliminary(tmp_path: Path, monkeypatch: pytest
     run = session.run_paths()[1]
     write_results(run, cut_short(replace(process(read_run(run), SETUP), preliminary=True)))
     monkeypatch.delattr(NO_COMPUTING)
-    facts = [study(path, session.setup) for path in session.run_paths()]
+    facts = [study(path, session.setup, result_of_run) for path in session.run_paths()]
     assert [one.verdict for one in facts] == ["good", "good, preliminary"]
+    assert [one.said for one in facts] == ["simulated, good", "simulated, good, preliminary"]
     first, _, second = compose(session.info, facts, "now").sections
     told = [block.text for block in first.blocks if isinstance(block, Note) and block.warning]
     assert told == [

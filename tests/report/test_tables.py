@@ -7,20 +7,21 @@ import json
 import math
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.results import drop_result, quiet_result, rejected_result
+from support.work import python_calls
 
 from radargui import __version__
 from radargui.model.errors import FileError
 from radargui.model.recording import Excerpt, Recording
 from radargui.report.tables import write_tables
 
-TRACK = "time_s,L1_m,L2_m,L3_m,x_m,y_m,z_m,ux_m,uy_m,uz_m,valid"
+TRACK = "time_s,L1_m,L2_m,L3_m,x_m,y_m,z_m,ux_m,uy_m,uz_m,valid,piece,u_L1_m,u_L2_m,u_L3_m"
+VALID, PIECE = 10, 11
 BOUNCES = "time_s,speed_before_m_s,speed_after_m_s,e,u_e,method,valid"
 KEYS = [
     "status",
@@ -29,6 +30,8 @@ KEYS = [
     "setup",
     "correction_used",
     "geometry_used",
+    "channel_skew_s",
+    "channel_skew_from",
     "channels",
     "free_fall",
     "calibration_uncertainty",
@@ -56,14 +59,16 @@ def test_the_track_has_one_row_per_sample_with_the_columns_of_the_contract(tmp_p
     assert b"\r" not in data
     assert data.endswith(b"\n")
     table = np.loadtxt(path, delimiter=",", skiprows=1)
-    assert table.shape == (result.recording.n_samples, 11)
+    assert table.shape == (result.recording.n_samples, 15)
     assert result.paths is not None
     assert result.track is not None
     np.testing.assert_allclose(table[:, 0], np.arange(len(table)) / 2000.0, atol=1e-12)
     np.testing.assert_allclose(table[:, 1:4], result.paths.change_m.T, atol=0.51e-9)
     np.testing.assert_allclose(table[:, 4:7], result.track.position_m.T, atol=0.51e-9)
     np.testing.assert_allclose(table[:, 7:10], result.track.u_position_m.T, atol=1.01e-9)
-    assert set(table[:, 10]) == {1.0}
+    assert set(table[:, VALID]) == {1.0}
+    assert set(table[:, PIECE]) == {0.0}
+    np.testing.assert_allclose(table[:, 12:], result.paths.u_m.T, atol=1.01e-9)
     assert sorted(item.name for item in path.parent.iterdir()) == ["bounces.csv", "result.json", "track.csv"]
 
 
@@ -83,8 +88,9 @@ def test_unknown_values_are_nan_and_not_valid(tmp_path: Path) -> None:
     row = read_csv(tmp_path / "track.csv")[701]
     assert row[2] == "nan"
     assert row[4:7] == ["nan", "nan", "nan"]
-    assert row[-1] == "0"
-    assert read_csv(tmp_path / "track.csv")[700][-1] == "1"
+    assert row[VALID] == "0"
+    assert row[12:] == ["0.000024000", "nan", "0.000024000"]
+    assert read_csv(tmp_path / "track.csv")[700][VALID] == "1"
 
 
 def test_times_are_index_over_rate_to_the_picosecond_or_the_files_own(tmp_path: Path) -> None:
@@ -125,8 +131,40 @@ def test_a_rejected_run_has_its_samples_but_nothing_known_of_them(tmp_path: Path
     write_tables(rejected_result(samples=500), tmp_path)
     rows = read_csv(tmp_path / "track.csv")
     assert len(rows) == 501
-    assert rows[250][1:] == ["nan"] * 9 + ["0"]
+    assert rows[250][1:] == ["nan"] * 9 + ["0", "0"] + ["nan"] * 3
     assert strict_json(tmp_path / "result.json")["status"] == "rejected"
+
+
+@pytest.mark.parametrize("n_receivers", [1, 3])
+def test_no_row_of_a_rejected_run_is_valid_whatever_was_computed_before(tmp_path: Path, n_receivers: int) -> None:
+    result = drop_result(rate_hz=1000.0, n_receivers=n_receivers)
+    write_tables(result, tmp_path / "ok")
+    write_tables(replace(result, status="rejected", reason="receiver 1: constants"), tmp_path / "rejected")
+    tables = {
+        name: np.genfromtxt(tmp_path / name / "track.csv", delimiter=",", names=True) for name in ("ok", "rejected")
+    }
+    assert tables["ok"]["valid"].all()
+    assert not tables["rejected"]["valid"].any()
+    assert len(tables["ok"]) == len(tables["rejected"]) == 1600
+
+
+def test_a_path_that_was_lost_goes_on_as_another_piece(tmp_path: Path) -> None:
+    result = drop_result(rate_hz=1000.0, n_receivers=1)
+    assert result.paths is not None
+    change, piece = result.paths.change_m.copy(), np.zeros(1600, dtype=np.intp)
+    change[:, 700:800] = np.nan
+    piece[800:], piece[1200:] = 1, 2
+    excerpt = Excerpt(first_stored=100, last_stored=1700, first_index=100, of_samples=2000, reason="long")
+    result = replace(
+        result,
+        recording=replace(result.recording, excerpt=excerpt),
+        paths=replace(result.paths, change_m=change, piece=piece),
+    )
+    write_tables(result, tmp_path)
+    rows = np.genfromtxt(tmp_path / "track.csv", delimiter=",", names=True)
+    np.testing.assert_array_equal(rows["piece"], np.repeat([0, 1, 2], [900, 400, 700]))
+    np.testing.assert_array_equal(np.isnan(rows["u_L1_m"]), np.isnan(rows["L1_m"]))
+    assert np.flatnonzero(np.isnan(rows["L1_m"])).tolist() == [*range(100), *range(800, 900), *range(1700, 2000)]
 
 
 @pytest.mark.parametrize("n_receivers", [1, 2])
@@ -134,9 +172,9 @@ def test_fewer_than_three_receivers_have_no_position_and_no_bounce(tmp_path: Pat
     write_tables(drop_result(rate_hz=1000.0, n_receivers=n_receivers), tmp_path)
     lengths = [f"L{number}_m" for number in range(1, n_receivers + 1)]
     rows = read_csv(tmp_path / "track.csv")
-    assert rows[0] == ["time_s", *lengths, "valid"]
+    assert rows[0] == ["time_s", *lengths, "valid", "piece", *(f"u_{name}" for name in lengths)]
     assert len(rows) == 1601
-    assert rows[-1][-1] == "1"
+    assert rows[-1][n_receivers + 1] == "1"
     assert (tmp_path / "bounces.csv").read_text(encoding="utf-8") == BOUNCES + "\n"
 
 
@@ -182,18 +220,18 @@ def test_a_table_that_fails_half_way_leaves_the_old_one(tmp_path: Path) -> None:
     before = (tmp_path / "track.csv").read_bytes()
     result = drop_result(rate_hz=1000.0)
     assert result.paths is not None
-    short = replace(result.paths, change_m=result.paths.change_m[:, :10])
+    short = replace(result.paths, piece=np.zeros(10, dtype=np.intp))
     with pytest.raises(ValueError, match="dimensions"):
         write_tables(replace(result, paths=short), tmp_path)
     assert (tmp_path / "track.csv").read_bytes() == before
     assert not list(tmp_path.glob("*.part"))
 
 
-def test_three_hundred_thousand_rows_take_well_under_two_seconds(tmp_path: Path) -> None:
+def test_rows_are_written_by_the_thousand_and_cost_the_interpreter_next_to_nothing(tmp_path: Path) -> None:
     result = drop_result(rate_hz=1000.0)
     assert result.paths is not None
     assert result.track is not None
-    times = 188
+    times = 30
 
     def longer(values: np.ndarray) -> np.ndarray:
         return np.tile(values, times)
@@ -202,7 +240,12 @@ def test_three_hundred_thousand_rows_take_well_under_two_seconds(tmp_path: Path)
     result = replace(
         result,
         recording=Recording("long", raw, result.recording.digitisation),
-        paths=replace(result.paths, change_m=longer(result.paths.change_m)),
+        paths=replace(
+            result.paths,
+            change_m=longer(result.paths.change_m),
+            u_m=longer(result.paths.u_m),
+            piece=np.arange(raw.shape[1]),
+        ),
         track=replace(
             result.track,
             position_m=longer(result.track.position_m),
@@ -210,9 +253,8 @@ def test_three_hundred_thousand_rows_take_well_under_two_seconds(tmp_path: Path)
             valid=longer(result.track.valid),
         ),
     )
-    begin = time.perf_counter()
-    write_tables(result, tmp_path)
-    assert time.perf_counter() - begin < 2.0
+    # numpy.savetxt would take a call a row at least
+    assert python_calls(lambda: write_tables(result, tmp_path)) < 0.3 * raw.shape[1]
     with (tmp_path / "track.csv").open("rb") as file:
         assert sum(1 for _ in file) == 1 + raw.shape[1]
 

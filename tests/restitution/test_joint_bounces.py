@@ -8,10 +8,11 @@ from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.motion import GRAVITY_M_S2
 from benchmarks.scenes.scene import SceneRecord, make_record
 from support.changed import changed
+from support.estimates import joint_of
 from threadpoolctl import threadpool_limits
 
-from radargui.correction.joint.estimate import JointEstimate, estimate_joint
-from radargui.correction.joint.problem import assemble
+from radargui.estimation.joint import JointEstimate
+from radargui.estimation.solve.problem import assemble
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
@@ -19,14 +20,14 @@ from radargui.restitution.cross_check import disagreements
 from radargui.restitution.flight_fit import fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns
 from radargui.restitution.joint_bounces import joint_bounces
-from radargui.sources.simulated.recording import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 TILT_DEG, E = 5.0, 0.4
 
 
 def estimated(record: SceneRecord) -> JointEstimate:
     with threadpool_limits(limits=1, user_api="blas"):
-        return estimate_joint(record.recording, record.setup)
+        return joint_of(record.recording, record.setup)
 
 
 @pytest.fixture(scope="module")
@@ -40,9 +41,9 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     drop: tuple[SceneRecord, JointEstimate],
 ) -> None:
     solution = drop[1].chosen.solution
-    spline = solution.at.spline
-    plan = FlightPlan(2, int(np.searchsorted(spline.knots(), drop[1].onset_s + 0.01)))
-    information = plan.information(solution)
+    spline, posterior = solution.at.spline, drop[1].posterior
+    plan = FlightPlan(2, posterior.free.first_coefficient_from(drop[1].onset_s + 0.01))
+    information = plan.information(posterior)
     blocks = assemble(solution.problem, solution.state, solution.at)
     size, layout = 3 * information.size, solution.problem.layout
     n_motion = blocks.s.shape[0]
@@ -58,7 +59,8 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     fit = fit_flights(information, plan)
     jerk, _, _ = spline.jerk()
     spans = np.zeros(jerk.shape[0])
-    spans[plan.lifted(spline)] = solution.problem.jerk_sd[plan.lifted(spline)] ** -2.0
+    lifted_spans = slice(plan.first_coefficient, sum(spline.spans[:2]))
+    spans[lifted_spans] = solution.problem.jerk_sd[lifted_spans] ** -2.0
     stiff = (jerk.T @ (jerk.multiply(spans[:, None]))).toarray()[: information.size, : information.size]
     expected = np.zeros_like(lifted)
     expected[:size, :size] = np.kron(stiff, np.eye(3))
@@ -70,16 +72,16 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
 
 
 def test_each_flight_is_moved_by_the_unknowns_of_the_flights_before_it(drop: tuple[SceneRecord, JointEstimate]) -> None:
-    solution = drop[1].chosen.solution
-    plan = FlightPlan(3, int(np.searchsorted(solution.at.spline.knots(), drop[1].onset_s + 0.01)))
-    unknowns = FlightUnknowns(plan.information(solution), plan)
+    posterior = drop[1].posterior
+    plan = FlightPlan(3, posterior.free.first_coefficient_from(drop[1].onset_s + 0.01))
+    unknowns = FlightUnknowns(plan.information(posterior), plan)
     q = unknowns.start()
     slopes = unknowns.slopes(q)
     for column in range(q.size):
         step = np.where(np.arange(q.size) == column, 1e-5, 0.0)
         more, less = unknowns.motion(q + step), unknowns.motion(q - step)
         assert (more.x - less.x) / 2e-5 == pytest.approx(slopes.x[:, column], abs=2e-6)
-        assert (more.outputs - less.outputs) / 2e-5 == pytest.approx(slopes.outputs[:, column], abs=2e-6)
+        assert (more.results - less.results) / 2e-5 == pytest.approx(slopes.results[:, column], abs=2e-6)
 
 
 def test_drag_is_taken_out_of_the_two_other_ways_to_e(drop: tuple[SceneRecord, JointEstimate]) -> None:
@@ -107,7 +109,7 @@ def tilted() -> tuple[Setup, JointEstimate]:
     )
     recording, _ = simulate_recording(setup)
     with threadpool_limits(limits=1, user_api="blas"):
-        return setup, estimate_joint(recording, setup)
+        return setup, joint_of(recording, setup)
 
 
 def with_normal(setup: Setup, normal: tuple[float, float, float] | None) -> Setup:

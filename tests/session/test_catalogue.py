@@ -7,16 +7,19 @@ import sqlite3
 from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 from support.file_samples import codes, default_setup, int16_digitisation, result_of
+from support.found_sessions import find_sessions
 
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.model.block import Block
 from radargui.model.bounce import Bounces
 from radargui.model.setup_change import changed
-from radargui.session.catalogue import Catalogue, Query, find_sessions
+from radargui.session import catalogue as catalogue_module
+from radargui.session.catalogue import Catalogue, Query
 from radargui.session.index import default_index_path
 from radargui.session.session import Session
 
@@ -86,11 +89,30 @@ def test_sessions_are_found_by_each_thing_that_is_known(data: Path, tmp_path: Pa
             assert names(catalogue, query) == found, query
 
 
+def test_a_coefficient_above_one_is_found_by_its_least_value_alone(data: Path, tmp_path: Path) -> None:
+    session = Session.create(data, default_setup(), sample="superball", now=NOW.replace(hour=17))
+    run_with(session, 1.02)
+    session.close()
+    with Catalogue(data, tmp_path / "index") as catalogue:
+        assert names(catalogue, Query(e_min=1.0)) == ["superball"]
+
+
+def test_a_session_whose_day_is_not_known_is_on_no_day(data: Path, tmp_path: Path) -> None:
+    (data / "damaged").mkdir()
+    (data / "damaged" / "session.json").write_text("{", encoding="utf-8")
+    with Catalogue(data, tmp_path / "index") as catalogue:
+        assert [one.name for one in catalogue.find() if one.problem] == ["damaged"]
+        assert names(catalogue, Query(until=date(2030, 1, 1))) == ["wood", "10 mm Steel"]
+        assert names(catalogue, Query(since=date(2000, 1, 1))) == ["wood", "10 mm Steel"]
+
+
 def test_a_line_tells_what_came_of_the_runs_that_count(data: Path, tmp_path: Path) -> None:
     with Catalogue(data, tmp_path / "index") as catalogue:
         wood, steel = catalogue.find()
-        assert (steel.n_runs, steel.n_rejected, steel.n_e, steel.e_mean) == (2, 1, 1, 0.9)
-        assert (wood.n_runs, wood.n_e, wood.e_min, wood.e_max, wood.n_unfinished) == (2, 1, 0.5, 0.5, 0)
+        assert (steel.n_runs, steel.n_rejected) == (2, 1)
+        assert [(drop.name, drop.e, drop.origin.kind) for drop in steel.drops] == [("run-0001", 0.9, "simulated")]
+        assert (wood.n_runs, wood.n_unfinished) == (2, 0)
+        assert [drop.e for drop in wood.drops] == [0.5, None]
         assert wood.path == data / "2026" / "december" / "2026-12-03T15-04-05"
         first, second = catalogue.runs(wood.path)
     assert (first.summary["e"], second.summary, first.duration_s) == (0.5, {}, 0.06)
@@ -108,7 +130,7 @@ def test_only_what_has_changed_is_read_again(data: Path, tmp_path: Path) -> None
         session.close()
         assert catalogue.refresh() == 1
         (steel,) = catalogue.find(Query(text="new words"))
-        assert (steel.n_rejected, steel.e_min) == (0, 0.1)
+        assert (steel.n_rejected, [drop.e for drop in steel.drops]) == (0, [0.9, 0.1])
         (steel.path / "run-0001.h5").unlink()
         assert catalogue.find(Query(sample="steel"))[0].n_runs == 1
         shutil.rmtree(steel.path)
@@ -168,6 +190,23 @@ def test_a_file_that_is_no_run_is_told_and_the_rest_is_listed(data: Path, tmp_pa
     with Catalogue(data, tmp_path / "index") as catalogue:
         catalogue.refresh()
         assert [bool(run.problem) for run in catalogue.runs(steel.path)] == [False, False, True]
+
+
+def test_an_index_that_fails_while_it_is_open_is_gone_on_without(
+    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real, calls = catalogue_module.bring_up_to_date, []
+
+    def failing_once(*given: Any) -> int:
+        calls.append(given)
+        if len(calls) == 1:
+            raise sqlite3.DatabaseError("database disk image is malformed")
+        return real(*given)
+
+    with Catalogue(data, tmp_path / "index") as catalogue:
+        monkeypatch.setattr(catalogue_module, "bring_up_to_date", failing_once)
+        assert names(catalogue, Query()) == ["wood", "10 mm Steel"]
+    assert len(calls) == 2
 
 
 def test_each_data_folder_has_an_index_of_its_own(tmp_path: Path) -> None:

@@ -13,7 +13,9 @@ from support.small_setups import PLATE
 
 from radargui.files.channel_map import parse_channel_map
 from radargui.files.export import EXPORT_FORMATS, export_run
+from radargui.files.raw_file import parse_raw_layout
 from radargui.files.reading import read_recording
+from radargui.files.run_card import read_origin
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.model.errors import FileError, SessionError
 from radargui.model.setup_file import parse_setup
@@ -123,3 +125,28 @@ def test_times_of_a_file_become_rate_and_gaps(work: Import, tmp_path: Path) -> N
     assert after.digitisation.sample_rate_hz == 250.0
     np.testing.assert_array_equal(after.index(), index)
     np.testing.assert_array_equal(after.raw, read_recording(path).raw)
+
+
+def test_an_imported_run_knows_its_file_its_program_and_its_layout(work: Import, tmp_path: Path) -> None:
+    mat, raw = write_mat5(tmp_path / "scope.mat", volts(2, 40)), tmp_path / "car.bin"
+    content = bytearray(mat.read_bytes())
+    content[:116] = b"MATLAB 5.0 MAT-file, Platform: PCWIN, Created on 2017-10-05 10:36:35 by Scope 3".ljust(116)
+    mat.write_bytes(content)
+    raw.write_bytes(codes(2, 60).T.tobytes())
+    sigmf = write_sigmf(tmp_path / "d", codes(2, 70).T, "ci16_le", 1, **{"core:recorder": "GNU Radio"})
+    layout = parse_raw_layout("dtype=i2le,channels=2,rate=100,scale=1e-4")
+    inputs = [
+        ImportInput((mat,), rate_hz=500.0),
+        ImportInput((raw,), parse_channel_map("I1=0,Q1=1"), raw=layout),
+        ImportInput((sigmf,)),
+        ImportInput((write_csv(tmp_path / "a.csv", volts(2, 50)),)),
+    ]
+    runs = [run.path for run in work.carry_out(inputs)]
+    assert [read_origin(path) for path in runs if path] == [
+        "scope.mat (MATLAB), written by Scope 3",
+        "car.bin (plain binary: dtype=i2le,channels=2,rate=100.0,scale=0.0001)",
+        "d.sigmf-meta (SigMF), written by GNU Radio",
+        "a.csv (CSV)",
+    ]
+    assert [read_run(path).digitisation.channel_skew_s for path in runs if path] == [None] * 4
+    np.testing.assert_array_equal(read_run(runs[1]).raw if runs[1] else None, codes(2, 60))

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support.file_samples import default_setup, write_run
+from support.found_sessions import find_sessions
 
 from radargui.files.export import EXPORT_FORMATS
 from radargui.model.errors import SessionError
-from radargui.session.catalogue import find_sessions
 from radargui.session.export import plan_export
 from radargui.session.session import Session
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import platform
@@ -14,10 +15,10 @@ import pytest
 from support.file_samples import codes, default_setup, int16_digitisation
 
 from radargui.model.block import Block
+from radargui.processing.result_of_run import result_of_run
 from radargui.report.report import write_report
-from radargui.session import file_lock, lock
+from radargui.session import lock
 from radargui.session.lock import Owner, SessionLock, SessionLockedError, SessionReadOnlyError, owner_of
-from radargui.session.process_life import is_running
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
@@ -129,24 +130,37 @@ def test_a_lock_of_a_dead_process_is_taken_over_one_of_another_computer_is_not(t
     assert owner_of(tmp_path) is not None
 
 
-def test_where_the_disk_knows_no_locks_the_process_named_in_the_file_counts(
+def test_where_the_disk_knows_no_locks_the_process_named_in_a_marker_counts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def unsupported(_: int) -> None:
-        raise OSError(95, "Operation not supported")
+    def unsupported(*_: object) -> None:
+        raise OSError(errno.EOPNOTSUPP, "Operation not supported")
 
-    monkeypatch.setattr(file_lock, "_lock", unsupported)
-    left_behind(tmp_path, Owner(platform.node(), os.getppid(), "2026"))
+    monkeypatch.setattr(lock.FileLock, "_acquire", unsupported)
+    marker = tmp_path / "session.lock.held"
+    mine = SessionLock(tmp_path)
+    assert marker.exists()
+    held = marker.read_text(encoding="utf-8")
+    assert held.splitlines()[0] == str(os.getpid())
+    mine.release()
+    assert not marker.exists()
+    marker.write_text(held.replace(str(os.getpid()), str(ended_process()), 1), encoding="utf-8")
+    SessionLock(tmp_path).release()
+    parent = f"{os.getppid()}\n{held.splitlines()[1]}\n"
+    marker.write_text(parent, encoding="utf-8")
     with pytest.raises(SessionLockedError):
         SessionLock(tmp_path)
-    left_behind(tmp_path, Owner(platform.node(), ended_process(), "2026"))
-    SessionLock(tmp_path).release()
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"[1]", b"\xff" * 50, b'{"computer": 1}'])
 def test_a_damaged_lock_file_holds_nobody_up(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "session.lock").write_bytes(content)
-    SessionLock(tmp_path).release()
+    taken = SessionLock(tmp_path)
+    owner = owner_of(tmp_path)
+    assert owner is not None
+    assert owner.process == os.getpid()
+    taken.release()
+    assert not (tmp_path / "session.lock").exists()
 
 
 def test_a_session_on_a_read_only_disk_can_be_reviewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -161,13 +175,6 @@ def test_a_session_on_a_read_only_disk_can_be_reviewed(tmp_path: Path, monkeypat
     with pytest.raises(SessionReadOnlyError):
         session.update(notes="x")
     monkeypatch.undo()
-    report = write_report(session, tmp_path / "elsewhere", now=NOW)
+    report = write_report(session, result_of_run, tmp_path / "elsewhere", now=NOW)
     assert report.html.is_file()
     assert sorted(one.name for one in path.iterdir()) == ["session.json"]
-
-
-def test_a_process_that_has_ended_is_told_from_one_that_runs() -> None:
-    assert is_running(os.getpid())
-    assert is_running(os.getppid())
-    assert not is_running(ended_process())
-    assert not is_running(0)

@@ -12,15 +12,16 @@ import pytest
 from support.file_samples import codes, default_setup, int16_digitisation, result_of
 from support.killing import LOST_S, Killer
 
-from radargui.experiment.recovery import recover_run
+from radargui.experiment.reprocess import recover_run
 from radargui.files.overview import read_overview
-from radargui.files.run_file import read_markers, read_run, read_summary, run_is_complete, write_results
+from radargui.files.run_file import read_markers, read_run, run_is_complete
 from radargui.files.run_recovery import finish_run
+from radargui.files.run_results import read_summary, write_results
 from radargui.files.run_writer import RunWriter
 from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError
 from radargui.session.lock import SessionLockedError
-from radargui.session.recovery import NOTHING, recover, unfinished_in, unfinished_runs
+from radargui.session.recovery import NOTHING, recover, unfinished_runs
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
@@ -85,7 +86,7 @@ def test_a_run_that_a_failure_ended_is_recovered_with_all_its_samples(tmp_path: 
     writer = session.new_run(int16_digitisation(), started_at="")
     writer.write(Block(samples, 0))
     writer.close(complete=False)
-    assert unfinished_in(session) == (writer.path,)
+    assert not run_is_complete(writer.path)
     assert recover(writer.path, now=NOW) == 700
     np.testing.assert_array_equal(read_run(writer.path).raw, samples)
 
@@ -95,7 +96,6 @@ def test_what_is_being_recorded_is_not_offered(tmp_path: Path) -> None:
     with session.new_run(int16_digitisation(), started_at="") as writer:
         assert unfinished_runs(tmp_path / "data", tmp_path / "index.sqlite3") == ()
         assert session.recording == writer.path
-        assert unfinished_in(session) == ()
     assert session.recording is None
 
 

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import json
+import shutil
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from support.file_samples import codes, default_setup, int16_digitisation
+from support.found_sessions import find_sessions
 from support.simulated_setup import simulated_setup
 
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.model.block import Block
-from radargui.model.errors import SessionError
+from radargui.model.errors import FileError, SessionError
 from radargui.model.setup_file import dump_setup
+from radargui.processing.result_of_run import result_of_run
+from radargui.report.report import write_report
 from radargui.session import info as info_module
-from radargui.session.catalogue import find_sessions
 from radargui.session.data_folder import default_data_folder
+from radargui.session.export import plan_export
+from radargui.session.folder import own_subfolder
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
@@ -149,7 +156,7 @@ def test_what_the_setup_left_to_defaults_is_not_given_after_opening_again(tmp_pa
     content["setup"]["floor"]["height_m"] = -0.2
     for given in (content["setup_given"], ["no table"]):
         record.write_text(json.dumps({**content, "setup_given": given}), encoding="utf-8")
-        assert Session.open(path).setup.floor.height_m == -0.2, "what was mended by hand counts"
+        assert Session.open(path).setup.floor.height_m == -0.2, "what was corrected by hand counts"
 
 
 @pytest.mark.parametrize(
@@ -217,3 +224,46 @@ def test_a_time_without_offset_is_taken_as_local(tmp_path: Path) -> None:
 def test_the_data_folder_of_the_user_is_named_after_the_program() -> None:
     assert default_data_folder().name == "RadarGUI"
     assert default_data_folder().is_absolute()
+
+
+def test_a_session_of_a_newer_version_is_called_newer_and_not_damaged(tmp_path: Path) -> None:
+    session = Session.create(tmp_path, default_setup(), now=NOW)
+    run = record(session)
+    record_file = session.path / "session.json"
+    content = json.loads(record_file.read_text(encoding="utf-8"))
+    record_file.write_text(json.dumps({**content, "schema_version": 2, "setup": {"new": 1}}), encoding="utf-8")
+    with pytest.raises(SessionError, match=r"newer version of RadarGUI \(its format is 2, this version knows 1\)"):
+        Session.open(session.path)
+    with h5py.File(run, "r+") as file:
+        file.attrs["format_version"] = 2
+    with pytest.raises(FileError, match=r"run-0001\.h5 was written by a newer version of RadarGUI"):
+        read_run(run)
+
+
+def test_an_empty_session_can_be_taken_away_again_and_no_other(tmp_path: Path) -> None:
+    empty, noted, used = (Session.create(tmp_path, default_setup(), name=name, now=NOW) for name in "abc")
+    noted.mark("the cable was loose", now=NOW)
+    record(used)
+    assert [session.discard_empty() for session in (empty, noted, used)] == [True, False, False]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["b", "c"]
+
+
+def test_a_folder_that_was_deleted_meanwhile_is_made_again_for_the_next_run(tmp_path: Path) -> None:
+    session = Session.create(tmp_path, default_setup(), operator="A", now=NOW)
+    shutil.rmtree(session.path)
+    record(session)
+    assert Session.open(session.path, write=False).info == session.info
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a right there")
+@pytest.mark.parametrize("name", ["report", "export"])
+def test_a_folder_for_results_that_leads_out_of_the_session_is_not_followed(tmp_path: Path, name: str) -> None:
+    session = Session.create(tmp_path / "data", default_setup(), now=NOW)
+    record(session)
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (session.path / name).symlink_to(outside, target_is_directory=True)
+    with pytest.raises(SessionError, match=f"{name} is a link out of the session, to {outside}"):
+        write_report(session, result_of_run) if name == "report" else plan_export(session.path, "csv")
+    assert not list(outside.iterdir())
+    assert own_subfolder(session.path, "figures") == session.path / "figures"

@@ -21,14 +21,16 @@ from radargui.model.digitisation import Digitisation
 from radargui.model.errors import DeviceError, SourceError
 from radargui.sources.factory import make_source
 from radargui.sources.ni import NiSource
-from radargui.sources.restarting import RestartingSource
-from radargui.sources.sample_clock import SampleClock
+from radargui.sources.restarting import RestartingSource, SampleClock
 
 RATE_HZ = 10_000.0
 
 
 class FailingSource:
     """Gives `blocks` of 200 samples in the time they take, then fails."""
+
+    is_waiting = False
+    restarts = 0
 
     def __init__(self, clock: FakeClock, blocks: int, *, cannot_open: bool = False, rate_hz: float = RATE_HZ) -> None:
         self.clock = clock

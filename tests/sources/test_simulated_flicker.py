@@ -11,7 +11,7 @@ from support.simulated_setup import perfect_setup
 
 from radargui.model.simulation import Simulation
 from radargui.sources.simulated import simulate_recording
-from radargui.sources.simulated.flicker import Flicker, spectral_density
+from radargui.sources.simulated.flicker import CORNERS_HZ, Flicker, unit_scale
 from radargui.sources.simulated.model import CHUNK, SimulatedRadar
 
 
@@ -25,7 +25,8 @@ def _noise(rate_hz: float, n_chunks: int, n_channels: int = 12, *, chunk: int = 
 
 def test_the_density_meant_is_one_over_f_within_3_percent_and_of_size_1_in_its_band() -> None:
     frequency = np.geomspace(0.1, 1000.0, 4001)
-    density = spectral_density(frequency)
+    corners = CORNERS_HZ[:, None]
+    density = unit_scale() ** 2 * 2.0 / np.pi * (1.0 / (corners * (1.0 + (frequency / corners) ** 2))).sum(axis=0)
     np.testing.assert_allclose(density * frequency * np.log(1e4), 1.0, atol=0.03)
     assert np.trapezoid(density, frequency) == pytest.approx(1.0, abs=1e-3)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.fake_clock import FakeClock
 from support.simulated_setup import perfect_setup, simulated_setup
+from support.work import python_calls
 
 from radargui.model.block import Block
 from radargui.model.errors import SourceError
@@ -19,6 +19,8 @@ from radargui.sources.clock import SystemClock
 from radargui.sources.contract import Source
 from radargui.sources.simulated import SimulatedSource, simulate_recording
 from radargui.sources.simulated.model import CHUNK, SimulatedRadar
+
+LONGEST_S = 20.0
 
 
 def _started(setup: Setup, **options: object) -> SimulatedSource:
@@ -161,24 +163,31 @@ def test_as_fast_as_asked_never_waits() -> None:
     assert clock.waits == []
 
 
+class HourlongClock:
+    """Time stands still: a wait lasts an hour unless it is interrupted."""
+
+    def __init__(self) -> None:
+        self.waiting = threading.Event()
+
+    def now(self) -> float:
+        return 0.0
+
+    def wait(self, seconds: float, interrupt: threading.Event) -> bool:
+        self.waiting.set()
+        return interrupt.wait(3600.0)
+
+
 def test_stop_from_another_thread_ends_a_waiting_read_at_once() -> None:
     setup = simulated_setup(daq={"rate_hz": 10.0, "read_interval_s": 1.0})
-    source = _started(setup, realtime=True)
-    waiting = threading.Event()
+    clock = HourlongClock()
+    source = _started(setup, realtime=True, clock=clock)
     answers: list[Block | None] = []
-
-    def read() -> None:
-        waiting.set()
-        answers.append(source.read())
-
-    reader = threading.Thread(target=read)
+    reader = threading.Thread(target=lambda: answers.append(source.read()))
     reader.start()
-    waiting.wait(5.0)
-    began = time.perf_counter()
+    assert clock.waiting.wait(LONGEST_S)
     source.stop()
-    reader.join(5.0)
+    reader.join(LONGEST_S)
     assert answers == [None]
-    assert time.perf_counter() - began < 0.5
 
 
 def test_stop_and_close_may_be_called_any_number_of_times_and_a_stopped_source_may_start_again() -> None:
@@ -222,19 +231,18 @@ def test_a_repeating_source_goes_on_without_a_jump_of_phase_over_three_rounds() 
         assert block is not None
 
 
-@pytest.mark.parametrize("n_receivers", [1, 2, 4])
+@pytest.mark.parametrize("n_receivers", [1, 2, 3, 4])
 def test_any_number_of_receivers_gives_a_pair_each(n_receivers: int) -> None:
     recording, truth = simulate_recording(simulated_setup(n_receivers=n_receivers, mismatch=0.1))
     assert recording.raw.shape[0] == 2 * n_receivers
     assert truth.path_m.shape[0] == n_receivers
 
 
-def test_a_three_second_record_of_six_channels_takes_well_under_a_second_of_one_core() -> None:
+def test_a_second_of_six_channels_is_made_by_the_array_and_not_by_the_sample() -> None:
     setup = simulated_setup(mismatch=0.1, daq={"rate_hz": 33333.0, "channel_skew_s": 5e-6})
-    began = time.process_time()
-    recording, _ = simulate_recording(setup)
-    assert recording.n_samples > 3 * 33333
-    assert time.process_time() - began < 0.9
+    n_samples = simulate_recording(setup)[0].n_samples
+    assert n_samples > 3 * 33333
+    assert python_calls(lambda: simulate_recording(setup)) < n_samples / 3
 
 
 def test_the_system_clock_goes_forward_and_its_wait_ends_with_the_interrupt() -> None:
@@ -244,5 +252,5 @@ def test_the_system_clock_goes_forward_and_its_wait_ends_with_the_interrupt() ->
     assert not clock.wait(0.001, interrupt)
     assert clock.now() > before
     interrupt.set()
-    assert clock.wait(60.0, interrupt)
-    assert clock.now() - before < 10.0
+    # one that did not end would end the suite by its limit for a test
+    assert clock.wait(3600.0, interrupt)

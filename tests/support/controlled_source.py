@@ -36,6 +36,9 @@ def codes(count: int, n_channels: int = 6, seed: int = 1, *, moving: slice = sli
 class ControlledSource:
     """Gives blocks as a test pushes them; counts what is done to it."""
 
+    is_waiting = False
+    restarts = 0
+
     def __init__(self, as_opened: Digitisation | None = None, *, opening_error: RadarGuiError | None = None) -> None:
         self.digitisation = as_opened or digitisation()
         self.opening_error = opening_error

@@ -49,6 +49,14 @@ class Miswired:
         out[self._dead] = 3
         return out if self._spoil is None else self._spoil(out)
 
+    @property
+    def is_waiting(self) -> bool:
+        return self._inside.is_waiting
+
+    @property
+    def restarts(self) -> int:
+        return self._inside.restarts
+
     def open(self) -> Digitisation:
         return self._inside.open()
 

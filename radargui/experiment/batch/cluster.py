@@ -44,7 +44,7 @@ def run_on_cluster(tasks: Sequence[BatchTask], scheduler: str) -> Generator[Batc
 def _outcomes(client: Any, tasks: Sequence[BatchTask]) -> Generator[BatchOutcome, None, None]:
     from distributed import as_completed
 
-    # Not pure: what a task gives depends on the file, which the name of the task does not tell.
+    # Not pure: what a task gives depends on the file, which the name of the task does not say.
     futures = client.map(work_on, tasks, pure=False)
     runs = {future.key: task.run for future, task in zip(futures, tasks, strict=True)}
     try:

@@ -29,7 +29,7 @@ class FoundRun:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FoundRuns:
     """What there is to work on.
 
     Attributes
@@ -44,7 +44,7 @@ class Found:
     errors: tuple[RadarGuiError, ...]
 
 
-def find_runs(paths: Sequence[Path]) -> Found:
+def find_runs(paths: Sequence[Path]) -> FoundRuns:
     """Return all runs in sessions, folders of sessions at any depth, and run files; links to folders are not followed.
 
     Parameters
@@ -60,7 +60,7 @@ def find_runs(paths: Sequence[Path]) -> Found:
             runs.setdefault(Path(os.path.realpath(one.path)), one)
         if not found:
             errors.append(_nothing(path))
-    return Found(tuple(runs.values()), tuple(errors))
+    return FoundRuns(tuple(runs.values()), tuple(errors))
 
 
 def _below(path: Path) -> Iterator[FoundRun]:

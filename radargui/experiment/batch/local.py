@@ -12,7 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.synchronize import Event
 
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, work_on
-from radargui.experiment.spawning import unheard_children
+from radargui.experiment.spawning import workers_ignoring_interrupts
 from radargui.model.errors import CancelledError, ProcessingError
 
 _AHEAD = 2
@@ -71,7 +71,7 @@ def _run_pool(waiting: deque[BatchTask], count: int, suspects: list[BatchTask]) 
             while waiting and len(running) < _AHEAD * count:
                 task = waiting.popleft()
                 try:
-                    with unheard_children():
+                    with workers_ignoring_interrupts():
                         running[pool.submit(_work, task)] = task
                 except BrokenProcessPool:
                     suspects.append(task)

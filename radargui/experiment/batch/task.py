@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -13,13 +14,14 @@ from radargui.experiment.reprocess import own_setup
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_front_ends import read_prior
 from radargui.files.summary import summarise
-from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_change import changed
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 
+_logger = logging.getLogger(__name__)
 State = Literal["done", "skipped", "failed", "stopped"]
 
 
@@ -93,7 +95,7 @@ class BatchOutcome:
 
 
 def work_on(task: BatchTask, progress: Callable[[float], None] | None = None) -> BatchOutcome:
-    """Process one run; whatever goes wrong is told in the outcome.
+    """Process one run; whatever goes wrong is in the outcome.
 
     What is known about the front ends is what the stored result had as prior: the order in which workers end must not
     show in the results.
@@ -111,12 +113,9 @@ def work_on(task: BatchTask, progress: Callable[[float], None] | None = None) ->
         return BatchOutcome(task.run, "stopped")
     except RadarGuiError as error:
         return BatchOutcome(task.run, "failed", error)
-    except MemoryError:
-        return BatchOutcome(
-            task.run, "failed", ProcessingError("the memory does not suffice", remedy="Use fewer --workers.")
-        )
-    except Exception as error:  # noqa: BLE001  one run must not take the others with it
-        return BatchOutcome(task.run, "failed", ProcessingError(f"unexpected {type(error).__name__}: {error}"))
+    except Exception as error:
+        _logger.exception("%s failed", task.run)
+        return BatchOutcome(task.run, "failed", fault_of(error, "processing"))
 
 
 def _work_on(task: BatchTask, progress: Callable[[float], None] | None) -> BatchOutcome:

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 from radargui.acquisition.health import Health
 from radargui.acquisition.state import AcquisitionState
 from radargui.gui.theme import Theme
-from radargui.report.rounding import UNKNOWN
+from radargui.model.rounding import UNKNOWN
 
 _LAG_ALARM_S = 0.5
 _DISK_ALARM_S = 600.0

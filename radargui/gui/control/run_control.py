@@ -12,24 +12,22 @@ from PySide6.QtCore import QObject, Signal
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
-from radargui.acquisition.state import RecorderState
-from radargui.experiment.event import Event, EventKind
+from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.experiment.recorded_run import RecordedRun
-from radargui.experiment.state import ExperimentState
+from radargui.files.run_card import RunCard, origin_attributes
 from radargui.gui.control.app_state import AppState
+from radargui.gui.control.backlog import Backlog, card_of
 from radargui.gui.control.feed import Feed
 from radargui.gui.control.run_request import MakeSource, RunRequest, at_once
-from radargui.gui.control.source_watch import SourceWatch
+from radargui.gui.control.worker_state import RestartNews, WorkerState, edge_words
 from radargui.gui.mailbox import Mailbox
+from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
 from radargui.processing.live_memory import LiveMemory
 from radargui.session.info import calibration_of_file
-from radargui.session.session import Session
+from radargui.session.session import BY_OPERATOR, Session
 from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind
-
-__all__ = ["MakeSource", "RunControl", "RunRequest"]
 
 _HEALTH_S = 0.2
 
@@ -37,43 +35,42 @@ _HEALTH_S = 0.2
 class RunControl(QObject):
     """The window's hand on acquisition and experiment.
 
-    Workers never touch a widget: what they have to say waits in a mailbox; `poll`, called by the window's timer,
-    looks after everything that changes often.
+    Workers never touch a widget, nor this object: what they have reached stands in a `WorkerState`, what they have to
+    say waits in a mailbox; `poll`, called by the window's timer, looks after everything that changes often.
     """
 
     state_changed = Signal()
     feed_changed = Signal(object)
+    run_taken = Signal(object, object)
     run_preliminary = Signal(object)
     run_recorded = Signal(object)
     session_changed = Signal()
     failed = Signal(object)
-    warned = Signal(str)
+    warned = Signal(str, str)
 
     def __init__(self, make_source: MakeSource, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._make = make_source
         self._state = AppState.IDLE
-        self._acquisition: Acquisition | None = None
-        self._experiment: Experiment | None = None
+        self._of_worker = WorkerState()
         self._worker: threading.Thread | None = None
-        self._stopping = threading.Event()
-        self._next: RunRequest | None = None
-        self._ticket = 0
-        self._pulled: Acquisition | None = None
-        self._setup: Setup | None = None
-        self._health: Health | None = None
         self._stopper: threading.Thread | None = None
-        self._cancel = False
+        self._setup: Setup | None = None
+        self._pulled: Acquisition | None = None
+        self._next: RunRequest | None = None
+        self._restarts = RestartNews()
+        self._memory = LiveMemory()
+        self._continuous = False
         self.session: Session | None = None
         self.feed: Feed | None = None
-        self.run_number = 0
-        self.n_runs = 0
+        self.run_number = self.n_runs = 0
+        self.backlog = Backlog()
+        self.kind: SourceKind | None = None
+        self.is_reviewed = False
+        """Whether the session was opened and not made here: nobody has said yet that runs are to be added to it."""
         self.waits_for = ""
-        self._kept = 0
-        self._memory = LiveMemory()
-        self._watch: SourceWatch | None = None
-        self._continuous = False
-        self.progress = 0.0
+        self.kept = 0
+        """Runs recorded since Record was asked for, without those that were set aside."""
         self.has_preliminary = False
         self._mailbox = Mailbox(self)
 
@@ -85,18 +82,37 @@ class RunControl(QObject):
     @property
     def health(self) -> Health | None:
         """The newest snapshot of the running acquisition; None where none runs. Taken by its worker, not here."""
-        return self._health if self._state.running else None
+        return self._of_worker.reached.health if self._state.running else None
 
     @property
-    def kept(self) -> int:
-        """Runs recorded since Record was asked for, without those that were set aside."""
-        return self._kept
+    def progress(self) -> float:
+        """Share of the present run's processing that is done."""
+        return self._of_worker.reached.progress
 
     @property
     def recorded_s(self) -> float:
         """Length of the run so far."""
         recorder = self._pulled.recorder if self._pulled is not None else None
         return recorder.count / self.feed.rate_hz if recorder is not None and self.feed is not None else 0.0
+
+    @property
+    def unfinished(self) -> str:
+        """What has still to end before the program can, in words; empty where nothing runs."""
+        threads = (self._worker, self._stopper)
+        if not any(thread is not None and thread.is_alive() for thread in threads):
+            return ""
+        reached = self._of_worker.reached
+        if reached.experiment is None:
+            return "the source to stop"
+        if not (reached.only_processes or reached.records is AppState.PROCESSING):
+            return "the end of the recording"
+        runs = "the result of the last run" if len(self.backlog) < 2 else f"the results of {len(self.backlog)} runs"
+        return f"{runs} ({reached.progress:.0%} of one computed)"
+
+    @property
+    def leaves(self) -> bool:
+        """Whether results that are still to come are left for later."""
+        return self._of_worker.leaves
 
     def start_live(
         self,
@@ -111,18 +127,18 @@ class RunControl(QObject):
             return
         self._begin(setup)
 
-        def work(_ticket: int) -> None:
+        def work(state: WorkerState) -> None:
             # to look at the signal nobody waits for an edge
             looked = at_once(setup)
-            source = make(looked) if make else self._source(kind, looked, repeat=True, file=file)
+            source = make(looked) if make else self._make(kind, looked, repeat=True, file=file)
             acquisition = Acquisition(source, looked)
-            self._acquisition = acquisition
-            if self._stopping.is_set():
+            state.put(source=source, live=acquisition)
+            if state.stops:
                 acquisition.request_stop()
             acquisition.start()
             while not acquisition.wait(_HEALTH_S):
                 # a disk or device that does not answer must not hold up the window: the window never asks them
-                self._health = acquisition.health
+                state.put(health=acquisition.health)
             acquisition.stop()
             if acquisition.error is not None:
                 raise acquisition.error
@@ -139,13 +155,17 @@ class RunControl(QObject):
             return
         setup = request.setup
         self._begin(setup)
-        self.run_number, self.n_runs = 1, request.n_runs
-        self._continuous = request.continuous
+        self.run_number, self.n_runs, self.kind = 1, request.n_runs, request.kind
+        self._continuous = continuous = request.continuous
         session = self.session
         if session is not None and (session.setup != setup or session.read_only):
             session = None
+        if session is None:
+            # what the live track learned belongs to one set of antennas and wires
+            self._memory = LiveMemory()
+        memory, n_runs = self._memory, self.n_runs
 
-        def work(ticket: int) -> None:
+        def work(state: WorkerState) -> None:
             here = session or Session.create(
                 request.data_folder,
                 setup,
@@ -158,26 +178,34 @@ class RunControl(QObject):
                 now=datetime.now().astimezone(),
             )
             if session is None:
-                # what the live track learned belongs to one set of antennas and wires
-                self._memory = LiveMemory()
-                self._mailbox.post(self._on_told, self._set_session, here, ticket)
+                self._post(state, self._set_session, here)
             done = len(here.run_paths(with_rejected=True))
+
+            def source_of(run: int) -> Source:
+                source = self._make(request.kind, setup, run=done + run, repeat=continuous, file=request.file)
+                state.put(source=source)
+                return source
+
             experiment = Experiment(
                 setup,
-                lambda run: self._source(
-                    request.kind, setup, run=done + run, repeat=request.continuous, file=request.file
-                ),
+                source_of,
                 here,
-                listener=self._hear,
-                continuous=request.continuous,
-                attributes={"source": request.kind},
-                memory=self._memory,
+                listener=lambda event: self._hear(event, state, 0 if continuous else n_runs),
+                continuous=continuous,
+                attributes=origin_attributes(request.kind, request.file if request.kind == "replay" else None),
+                memory=memory,
             )
-            self._experiment = experiment
-            if self._stopping.is_set():
+            state.put(experiment=experiment)
+            if state.stops:
                 return
-            for recorded in experiment.record(request.n_runs):
-                self._mailbox.post(self._on_told, self._recorded, recorded, ticket)
+            try:
+                for recorded in experiment.record(n_runs):
+                    self._post(state, self._recorded, recorded)
+            except SourceError:
+                # a device that does not start leaves no empty session behind
+                if session is None and here.discard_empty():
+                    self._post(state, self._set_session, None)
+                raise
 
         self._launch(work, "recording")
 
@@ -189,183 +217,179 @@ class RunControl(QObject):
         SessionError
             No such run, or the session cannot be written.
         """
-        session, experiment = self.session, self._experiment
+        session, state = self.session, self._of_worker
+        experiment = state.reached.experiment
         if session is None:
             return
         if back:
             session.restore(run)
-        elif experiment is not None and self._continuous and self._state.running:
+        elif experiment is not None and self._continuous:
             known = run.name in session.rejected
             experiment.reject(run)
-            # another one is recorded in its place, unless that was the last and all is over
-            self.n_runs += not known and self._state is not AppState.PROCESSING
+            if not known:
+                self._post(state, self._one_more, None)
         else:
-            session.reject(run, "rejected by the operator")
+            session.reject(run, BY_OPERATOR)
 
     def stop(self) -> None:
         """End what runs, without waiting: a run under way is kept and processed.
 
         Asked again, or while there is nothing but processing, that ends too: what stands already is kept.
         """
-        if not self._state.running:
-            return
-        self._next = None
-        experiment = self._experiment
-        only_processes = experiment is not None and experiment.state is ExperimentState.PROCESSING
-        self._cancel = self._stopping.is_set() or only_processes
-        self._stopping.set()
-        self._enter(AppState.STOPPING)
-        self._end_from_aside()
+        if self._state.running:
+            self._stop(cancel=self._of_worker.stops or self._of_worker.reached.only_processes)
 
-    def stop_and_wait(self, timeout_s: float = 60.0) -> bool:
-        """End what runs now, keep what was recorded, and wait until all threads are gone; False where one hangs."""
-        self._next = None
-        self._cancel = True
-        self._stopping.set()
-        self._end_from_aside()
-        for thread in (self._worker, self._stopper):
-            if thread is not None:
-                thread.join(timeout_s)
-                if thread.is_alive():
-                    return False
-        self._ticket += 1
-        self._finish(AppState.IDLE)
-        return True
+    def finish(self) -> None:
+        """End what runs, without waiting: a run under way is kept and processed, whatever is asked again."""
+        if self._state.running:
+            self._stop(cancel=False)
+
+    def cancel(self) -> None:
+        """End what runs now, without waiting; what was recorded is kept, with the preliminary results."""
+        if self._state.running:
+            self._stop(cancel=True)
+
+    def leave(self) -> None:
+        """End what runs now, without waiting; what was recorded is kept, results still to come are left for later."""
+        if self._state.running:
+            self._stop(cancel=True, leave=True)
 
     def poll(self) -> None:
         """Look what changed; called by the window's timer."""
         if not self._state.running:
             return
-        experiment = self._experiment
-        acquisition = experiment.acquisition if experiment is not None else self._acquisition
+        reached = self._of_worker.reached
+        acquisition = reached.acquisition
         if acquisition is not None and acquisition is not self._pulled and acquisition.digitisation is not None:
             self._pulled = acquisition
             if self._setup is not None:
                 self.feed = Feed(acquisition, self._setup)
                 self.feed_changed.emit(self.feed)
-        if self._stopping.is_set():
+        if self._of_worker.stops:
             return
-        if self._watch is not None:
-            self.waits_for = self._watch.waits_for(self._health)
-            if news := self._watch.news():
-                self.warned.emit(news)
-        if experiment is not None:
+        if reached.source is not None and self._setup is not None:
+            self.waits_for = edge_words(self._setup.daq) if reached.source.is_waiting else ""
+            if news := self._restarts.of(reached.source):
+                self.warned.emit(news, "restart")
+        if reached.experiment is not None:
+            self.run_number = reached.run_number
             if self._continuous and acquisition is not None and acquisition.recorder is not None:
                 self.run_number = min(acquisition.recorder.n_wanted + 1, self.n_runs)
-            self._enter(_state_of(acquisition))
+            self._enter(reached.records)
         elif self._pulled is not None:
             self._enter(AppState.LIVE)
 
-    def use_session(self, session: Session | None) -> None:
-        """Let the next Record add to a session that is there, or make a new one (None)."""
+    def use_session(self, session: Session | None, *, reviewed: bool = False) -> None:
+        """Let the next Record add to a session that is there, or make a new one (None); what was before is over."""
         if not self._state.running:
             self._memory = LiveMemory()
+            self.is_reviewed = reviewed and session is not None
+            self.kept = self.run_number = self.n_runs = 0
+            self.backlog = Backlog()
             self._set_session(session)
+            self._enter(AppState.IDLE)
 
-    def _end_from_aside(self) -> None:
-        """Ask the worker to end, from a thread of its own: a device may take its time to stop."""
-        worker = self._worker
+    def _stop(self, *, cancel: bool, leave: bool = False) -> None:
+        self._next = None
+        state, worker = self._of_worker, self._worker
+        state.ask_to_stop(cancel=cancel, leave=leave)
+        self._enter(AppState.STOPPING)
         if worker is None or (self._stopper is not None and self._stopper.is_alive()):
             return
-
-        def end() -> None:
-            # said again and again: there may have been nothing to end the first time
-            while worker.is_alive():
-                experiment, acquisition = self._experiment, self._acquisition
-                if experiment is not None:
-                    experiment.cancel() if self._cancel else experiment.finish()
-                if acquisition is not None:
-                    acquisition.request_stop()
-                worker.join(0.05)
-
-        self._stopper = threading.Thread(target=end, name="gui stop", daemon=True)
+        self._stopper = threading.Thread(target=state.end_soon, args=(worker,), name="gui stop", daemon=True)
         self._stopper.start()
 
     def _begin(self, setup: Setup) -> None:
         self._setup = setup
-        self._stopping.clear()
-        self._acquisition = self._experiment = self._pulled = self._watch = None
-        self._continuous = False
-        self.waits_for = ""
-        self._next = None
-        self._kept = 0
-        self._cancel = False
-        self._health = None
-        self.progress = 0.0
+        self._of_worker = WorkerState()
+        self._restarts = RestartNews()
+        self._pulled = self._next = None
+        self.waits_for, self.kept, self._continuous = "", 0, False
+        self.backlog = Backlog()
         self.has_preliminary = False
-        self._ticket += 1
         self._enter(AppState.STARTING)
 
-    def _source(self, kind: SourceKind, setup: Setup, **options: Any) -> Source:
-        source = self._make(kind, setup, **options)
-        self._watch = SourceWatch(source, setup.daq, is_device=kind == "ni")
-        return source
-
-    def _launch(self, work: Callable[[int], None], what: str) -> None:
-        ticket = self._ticket
+    def _launch(self, work: Callable[[WorkerState], None], what: str) -> None:
+        state = self._of_worker
 
         def run() -> None:
             try:
-                work(ticket)
+                work(state)
             except Exception as error:  # noqa: BLE001 - shown to the operator
-                self._mailbox.post(self._on_told, self._ended, error, ticket)
+                self._post(state, self._ended, error)
             else:
-                self._mailbox.post(self._on_told, self._ended, None, ticket)
+                self._post(state, self._ended, None)
 
         self._worker = threading.Thread(target=run, name=f"gui {what}", daemon=True)
         self._worker.start()
 
-    def _hear(self, event: Event) -> None:
-        """Take an event of the experiment; in its thread."""
+    def _hear(self, event: Event, state: WorkerState, n_runs: int) -> None:
+        """Take an event of the experiment, in its thread; `n_runs` is 0 where its events do not number the runs."""
         if event.kind is EventKind.PROGRESS and event.fraction is not None:
-            self.progress = event.fraction
+            state.put(progress=event.fraction)
         elif event.kind is EventKind.HEALTH:
-            self._health = event.health
-        elif event.kind is EventKind.STATE and not self._continuous:
-            self.run_number = min(event.number, self.n_runs)
+            state.put(health=event.health)
+        elif event.kind is EventKind.STATE and n_runs:
+            state.put(run_number=min(event.number, n_runs))
         elif event.kind is EventKind.PRELIMINARY:
-            self._mailbox.post(self._on_told, self._preliminary, event.run, self._ticket)
+            self._post(state, self._preliminary, event.run)
+        elif event.kind is EventKind.RECORDED and event.run is not None:
+            self._post(state, self._taken, (event.run, card_of(event.run)))
         elif event.kind is EventKind.WARNING and event.state is not ExperimentState.PROCESSING:
             # what processing warns of stands with the run's result
-            self._mailbox.post(self.warned.emit, event.message)
+            self._post(state, lambda said: self.warned.emit(*said), (event.message, event.topic))
 
-    def _on_told(self, what: Callable[[Any], None], value: object, ticket: int) -> None:
-        if ticket == self._ticket:
-            what(value)
+    def _post(self, state: WorkerState, call: Callable[[Any], None], value: object) -> None:
+        """Let a call be made in the window's thread, unless another worker runs by then; from any thread."""
 
-    def _set_session(self, session: object) -> None:
-        self.session = session if isinstance(session, Session) else None
+        def deliver() -> None:
+            if state is self._of_worker:
+                call(value)
+
+        self._mailbox.post(deliver)
+
+    def _set_session(self, session: Session | None) -> None:
+        if session is not self.session and self._state.running:
+            self.is_reviewed = False
+        self.session = session
         self.session_changed.emit()
+
+    def _one_more(self, _nothing: None) -> None:
+        # another one is recorded in place of a rejected one, unless that was the last and all is over
+        self.n_runs += self._state.running and self._state is not AppState.PROCESSING
 
     def _preliminary(self, recorded: RecordedRun) -> None:
         self.has_preliminary = True
         self.run_preliminary.emit(recorded)
 
+    def _taken(self, taken: tuple[RecordedRun, RunCard]) -> None:
+        self.backlog.take(taken[0])
+        self.run_taken.emit(*taken)
+
     def _recorded(self, recorded: RecordedRun) -> None:
         self.has_preliminary = False
-        counts = recorded.path is not None and not recorded.set_aside
-        self._kept += counts
+        self.backlog.drop(recorded)
+        self.kept += recorded.path is not None and not recorded.set_aside
         self.run_recorded.emit(recorded)
-        self.progress = 0.0
+        self._of_worker.put(progress=0.0)
 
-    def _ended(self, error: object) -> None:
+    def _ended(self, error: BaseException | None) -> None:
         if self._worker is not None:
             self._worker.join()
         request = self._next
         if error is not None:
-            self._finish(AppState.IDLE if self._stopping.is_set() else AppState.FAILED)
+            self._finish(AppState.IDLE if self._of_worker.stops else AppState.FAILED)
             self.failed.emit(error)
         elif request is not None:
             self._finish(AppState.IDLE)
             self.record(request)
         else:
-            self._finish(AppState.DONE if self._kept else AppState.IDLE)
+            self._finish(AppState.DONE if self.kept else AppState.IDLE)
 
     def _finish(self, state: AppState) -> None:
-        self._worker = None
-        self._acquisition = self._experiment = self._pulled = self._watch = None
-        self.waits_for = ""
-        self.feed = None
+        self._worker = self._pulled = None
+        self.waits_for, self.feed = "", None
+        self._of_worker.put(source=None, live=None, experiment=None)
         self.feed_changed.emit(None)
         self._enter(state)
 
@@ -373,20 +397,3 @@ class RunControl(QObject):
         if state is not self._state:
             self._state = state
             self.state_changed.emit()
-
-
-def _state_of(acquisition: Acquisition | None) -> AppState:
-    recorder = acquisition.recorder if acquisition is not None else None
-    if recorder is None:
-        return AppState.STARTING
-    match recorder.state:
-        case RecorderState.IDLE:
-            return AppState.STARTING
-        case RecorderState.ARMED:
-            return AppState.ARMED
-        case RecorderState.RECORDING:
-            return AppState.RECORDING
-        case RecorderState.SETTLING:
-            return AppState.SETTLING
-        case _:
-            return AppState.PROCESSING

@@ -1,4 +1,4 @@
-"""The state in letters that are read across the room."""
+"""The state in letters that are read across the room, and what stands beside it."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.decimation import lowest_and_highest
 
 
 class Envelope:
@@ -45,10 +46,8 @@ class Envelope:
             samples = samples[:, self.end - first_index :]
             first_index = self.end
         bins = np.arange(first_index // self.bin, (last_index - 1) // self.bin + 1)
-        edges = np.maximum(bins * self.bin - first_index, 0)
-        low = np.fmin.reduceat(samples, edges, axis=1)
-        high = np.fmax.reduceat(samples, edges, axis=1)
-        lost = np.bitwise_or.reduceat(np.isnan(samples[0]), edges)
+        low, high = lowest_and_highest(samples, self.bin, first_index)
+        lost = lowest_and_highest(np.isnan(samples[0]), self.bin, first_index)[1]
         if bins.size > self._capacity:
             bins, low, high, lost = (a[..., -self._capacity :] for a in (bins, low, high, lost))
         slot = bins % self._capacity
@@ -84,22 +83,3 @@ def thin(samples: FloatArray, most: int) -> FloatArray:
     """Return at most `most` evenly spaced columns of samples (n, n_samples), the last one among them."""
     step = -(-samples.shape[1] // most) if samples.shape[1] else 1
     return samples[:, (samples.shape[1] - 1) % step :: step] if samples.shape[1] else samples
-
-
-def peaks_of(x: FloatArray, y: FloatArray, n_bins: int) -> tuple[FloatArray, FloatArray]:
-    """Return a curve drawn with at most 2 n_bins points, minimum and maximum of each stretch.
-
-    Parameters
-    ----------
-    x, y
-        Shape (n,); NaN of y stay where a whole stretch is unknown.
-    """
-    if x.size <= 2 * n_bins:
-        return x, y
-    step = -(-x.size // n_bins)
-    edges = np.arange(0, x.size, step)
-    out = np.empty(2 * edges.size)
-    out[0::2] = np.fmin.reduceat(y, edges)
-    out[1::2] = np.fmax.reduceat(y, edges)
-    middle = np.minimum(edges + step // 2, x.size - 1)
-    return np.repeat(x[middle], 2), out

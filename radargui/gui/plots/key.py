@@ -31,14 +31,13 @@ class Key(QLabel):
 
     def show_entries(self, *entries: tuple[str, str, str]) -> None:
         """Show another key."""
-        self._entries = entries
-        self._write()
+        if entries != self._entries:
+            self._entries = entries
+            self._write()
 
     def _write(self) -> None:
         parts = []
         for sign, role, words in self._entries:
-            name, _, index = role.partition(".")
-            colour = getattr(self._theme.colours, name)
-            colour = colour[int(index)] if index else colour
+            colour = self._theme.colours.role(role)
             parts.append(f'<span style="color:{colour}"><b>{escape(sign)}</b></span>&nbsp;{escape(words)}')
         self.setText("&emsp;".join(parts))

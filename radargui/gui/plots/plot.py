@@ -10,7 +10,12 @@ from radargui.gui.theme import Theme
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
 
 
-class Plot(pg.PlotWidget):
+NOW = "time before now [s]"
+LAST = "time before the last sample shown [s]"
+"""While the picture is held, or nothing comes in any more, the right edge is not now."""
+
+
+class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     """A `PlotWidget` that follows the theme.
 
     Parameters
@@ -56,8 +61,16 @@ class Plot(pg.PlotWidget):
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
         self.setMinimumSize(80, 60)
+        # no key does anything here
+        self.setFocusPolicy(pg.QtCore.Qt.FocusPolicy.NoFocus)
         theme.changed.connect(self.retheme)
         self.retheme()
+
+    def relabel(self, bottom: str) -> None:
+        """Write other words to the lower axis."""
+        if bottom != self._labels["bottom"]:
+            self._labels["bottom"] = bottom
+            self.getPlotItem().getAxis("bottom").setLabel(bottom)
 
     def write_inside(self, text: str) -> None:
         """Write a line into the upper left corner of the plot."""
@@ -103,9 +116,7 @@ class Plot(pg.PlotWidget):
 
     def colour(self, role: str) -> str:
         """Return the colour of a role now."""
-        name, _, index = role.partition(".")
-        value = getattr(self._theme.colours, name)
-        return str(value[int(index)]) if index else str(value)
+        return self._theme.colours.role(role)
 
     def retheme(self) -> None:
         """Take over the colours of the theme."""

@@ -7,10 +7,9 @@ from html import escape
 from PySide6.QtWidgets import QTextBrowser
 
 from radargui.gui.theme import Theme
-from radargui.gui.track.shown_track import start_time_s
 from radargui.model.quality import ChannelQuality
 from radargui.model.result import RunResult
-from radargui.report.rounding import UNKNOWN, plain, quantity
+from radargui.model.rounding import UNKNOWN, plain, quantity
 
 _STATUS = {"ok": "ok", "no_motion": "no motion", "rejected": "rejected"}
 
@@ -29,6 +28,11 @@ class FiguresView(QTextBrowser):
         """Write the figures of a result."""
         self._result = result
         self._write()
+
+    def clear(self) -> None:
+        """Forget the result."""
+        self._result = None
+        super().clear()
 
     def _write(self) -> None:
         if self._result is not None:
@@ -76,7 +80,7 @@ def _bounces(result: RunResult) -> list[str]:
     impacts = result.bounces.impacts
     if not impacts:
         return ["<p>No bounce.</p>"] if result.status == "ok" else []
-    zero = start_time_s(result)
+    zero, since = result.zero
     rows = "".join(
         f"<tr><td align='right'>{number}</td>"
         f"<td align='right'>&nbsp;{bounce.time_s - zero:.4f}</td>"
@@ -88,7 +92,7 @@ def _bounces(result: RunResult) -> list[str]:
     )
     head = _head("Bounce", "t [s]", "Before [m/s]", "After [m/s]", "e", "")
     methods = ", ".join(sorted({bounce.method for bounce in impacts}))
-    words = f"<p>t counts from the trigger; speeds by {escape(methods)}</p>"
+    words = f"<p>t counts from {since}; speeds by {escape(methods)}</p>"
     return ["<h4>Bounces</h4>", words, f"<table cellspacing='0' cellpadding='2'>{head}{rows}</table>"]
 
 

@@ -1,4 +1,4 @@
-"""Phase and change of path length of all receivers against time."""
+"""Phase and change of path length of all receivers against time, broken where a path was lost."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme
-from radargui.gui.track.shown_track import start_time_s
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 
@@ -22,7 +21,7 @@ class PhaseView(QWidget):
         super().__init__()
         self._theme = theme
         self.phase = Plot(theme, "", "phase [turns]")
-        self.path = Plot(theme, "time after the trigger [s]", "change of L [mm]")
+        self.path = Plot(theme, "time [s]", "change of L [mm]")
         self.phase.setXLink(self.path)
         self.phase.getPlotItem().getAxis("bottom").setStyle(showValues=False)
         self._key = Key(theme)
@@ -35,25 +34,37 @@ class PhaseView(QWidget):
             plot.getPlotItem().getAxis("left").setWidth(58)
             column.addWidget(plot, 1)
 
-    def show_result(self, result: RunResult) -> None:
-        """Draw a result."""
+    def clear(self) -> None:
+        """Forget the result."""
         for plot, curve in self._drawn:
             plot.drop(curve)
         self._drawn = []
+
+    def show_result(self, result: RunResult) -> None:
+        """Draw a result."""
+        self.clear()
         paths = result.paths
         if paths is None:
             return
-        time_s = paths.time_s - start_time_s(result)
+        zero_s, zero = result.zero
+        self.path.relabel(f"time after {zero} [s]")
+        time_s = paths.time_s - zero_s
         volts = result.recording.volts()
+        restarts = paths.restarts()
+        pieces_s = np.insert(time_s, restarts, time_s[restarts])
+        lost = [("│", "gap", "path lost, L has another zero from here on")] if restarts.size else []
+        for plot in (self.phase, self.path):
+            for restart in restarts:
+                self._drawn.append((plot, plot.rule("gap", float(time_s[restart]), dashed=False)))
         for number in range(paths.phase_rad.shape[0]):
             role = f"receivers.{number}"
             corrected = paths.phase_rad[number] / _TURN
             raw = _raw_turns(volts[2 * number], volts[2 * number + 1], corrected, result.setup.radar.phase_sign)
             self._add(self.phase, role, time_s, raw, dashed=True)
-            self._add(self.phase, role, time_s, corrected)
-            self._add(self.path, role, time_s, 1000.0 * paths.change_m[number])
+            self._add(self.phase, role, pieces_s, np.insert(corrected, restarts, np.nan))
+            self._add(self.path, role, pieces_s, np.insert(1000.0 * paths.change_m[number], restarts, np.nan))
         receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(paths.phase_rad.shape[0]))
-        self._key.show_entries(*receivers, ("╌", "text", "phase as recorded"))
+        self._key.show_entries(*receivers, ("╌", "text", "phase as recorded"), *lost)
         self.path.enableAutoRange()
         self.phase.enableAutoRange(axis="y")
 

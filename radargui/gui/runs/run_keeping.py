@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QTimer
+from PySide6.QtWidgets import QApplication
 
-from radargui.experiment.recorded_run import RecordedRun
-from radargui.gui.control.sounds import Sounds
+from radargui.experiment.event import RecordedRun
+from radargui.gui.control.banner import RunWords
+from radargui.gui.control.health_line import HealthLine
+from radargui.gui.control.run_control import RunControl
+from radargui.gui.menus import Actions
+from radargui.gui.runs.run_controller import RunController
+from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.services import Services
+from radargui.session.session import BY_OPERATOR
 
-if TYPE_CHECKING:
-    from radargui.gui.main_window import MainWindow
+_BETWEEN_SOUNDS_MS = 220
 
 
 class RunKeeping(QObject):
@@ -20,68 +26,106 @@ class RunKeeping(QObject):
 
     Attributes
     ----------
-    last_run
-        What the last run gave, in a few words.
+    last_result
+        The newest result as the banner says it: which run, what it gave; empty where there is none yet.
     """
 
-    def __init__(self, window: MainWindow) -> None:
-        super().__init__(window)
-        self._window = window
-        self.last_run = ""
+    def __init__(
+        self,
+        control: RunControl,
+        runs: RunListPanel,
+        controller: RunController,
+        health: HealthLine,
+        does: Actions,
+        services: Services,
+    ) -> None:
+        super().__init__(services.parent)
+        self._control, self._runs, self._controller, self._health = control, runs, controller, health
+        self._settings, self._board, self._jobs = services.settings, services.board, services.jobs
+        self.last_result = ""
+        self._of_result: Path | None = None
         self._heard: set[Path] = set()
         self.sounds = Sounds(self)
-        does, settings = window.actions_, window.settings
-        self.sounds.on = settings.text("sound", "on") == "on"
+        self.sounds.on = self._settings.text("sound", "on") == "on"
         does.sound.setChecked(self.sounds.on)
         does.sound.toggled.connect(self._switch_sound)
         does.reject.triggered.connect(self.toggle)
-        does.show_rejected.setChecked(settings.text("show_rejected", "no") == "yes")
-        window.runs.set_show_rejected(does.show_rejected.isChecked())
+        does.show_rejected.setChecked(self._settings.text("show_rejected", "no") == "yes")
+        runs.set_show_rejected(does.show_rejected.isChecked())
         does.show_rejected.toggled.connect(self._switch_rejected)
-        window.runs.show_rejected_toggled.connect(does.show_rejected.setChecked)
-        window.control.run_preliminary.connect(self._preliminary)
-        window.control.run_recorded.connect(self._recorded)
-        window.control.session_changed.connect(lambda: window.health.show_run(""))
+        runs.show_rejected_toggled.connect(does.show_rejected.setChecked)
+        control.run_preliminary.connect(self._preliminary)
+        control.run_recorded.connect(self._recorded)
+        control.run_taken.connect(controller.take)
+        control.session_changed.connect(self._forget)
+
+    @property
+    def words(self) -> RunWords:
+        """What the banner calls the runs."""
+        return RunWords(self._coming, self._computed, self._news)
+
+    @property
+    def _news(self) -> str:
+        """What is known of the runs so far: a number and what belongs to it, never of two runs as if of one."""
+        last = self._control.backlog.last_recorded
+        entry = None if last is None else self._runs.model.entry_of(last)
+        if entry is None or last == self._of_result:
+            return self.last_result
+        return "; ".join(filter(None, (f"{entry.called} recorded", self.last_result)))
+
+    @property
+    def _coming(self) -> str:
+        model = self._runs.model
+        if self._control.kind == "replay":
+            return f"replay {model.n_replays + 1}"
+        return f"drop {model.n_drops + 1}"
+
+    @property
+    def _computed(self) -> str:
+        path = self._control.backlog.computed
+        entry = None if path is None else self._runs.model.entry_of(path)
+        return entry.called if entry is not None else ""
+
+    def _forget(self) -> None:
+        self._health.show_run("")
+        self.last_result = ""
+        self._of_result = None
 
     def toggle(self) -> None:
         """Reject the chosen run, or the last one; take it back where it was rejected already."""
-        window = self._window
-        entry = window.runs.chosen or window.runs.model.last_kept
+        entry = self._runs.chosen or self._runs.model.last_kept
         if entry is None:
-            window.board.post("warning", "There is no run to reject.")
+            self._board.post("warning", "There is no run to reject.")
             return
         back = bool(entry.rejected)
-        window.jobs.start(
+        self._jobs.start(
             "taking a run back" if back else "rejecting a run",
-            lambda: window.control.reject(entry.path, back=back),
+            lambda: self._control.reject(entry.path, back=back),
             lambda _done: self._toggled(entry, back),
-            window.board.post_error,
+            self._board.post_error,
         )
 
     def _toggled(self, entry: RunEntry, back: bool) -> None:
-        runs, board = self._window.runs, self._window.board
-        runs.reject(entry.path, "" if back else "by the operator")
+        self._runs.reject(entry.path, "" if back else BY_OPERATOR)
         if back:
-            board.post("info", f"{entry.name} counts again.")
+            self._board.post("info", f"{entry.name} counts again.")
         else:
             self.sounds.rejected()
-            board.post("info", f"{entry.name} is rejected: kept, but not counted. The same key (Del) takes it back.")
+            self._board.post("info", f"{entry.name} is rejected: kept, not counted. The same key (Del) takes it back.")
 
     def _preliminary(self, recorded: RecordedRun) -> None:
         """Show what stands while the joint correction is computed; the operator can go on, and hears so."""
-        window = self._window
-        window.run_desk.add(recorded)
+        self._controller.add(recorded)
         if recorded.path is not None:
             self._heard.add(recorded.path)
         self.sounds.done()
         self._say(recorded)
 
     def _recorded(self, recorded: RecordedRun) -> None:
-        window = self._window
-        window.run_desk.add(recorded)
+        self._controller.add(recorded)
         if recorded.path is None:
             return
-        window.health.show_run(f"{recorded.path.stem}: {recorded.health_line}" if recorded.health_line else "")
+        self._health.show_run(f"{recorded.path.stem}: {recorded.health_line}" if recorded.health_line else "")
         if recorded.set_aside:
             self.sounds.rejected()
             return
@@ -91,19 +135,40 @@ class RunKeeping(QObject):
         self._say(recorded)
 
     def _say(self, recorded: RecordedRun) -> None:
-        if recorded.path is None or recorded.result is None:
-            self.last_run = "not processed"
+        if recorded.path is None:
             return
-        entry = self._window.runs.model.entry_of(recorded.path)
-        if entry is not None:
-            known = (entry.summary or {}).get("e") is not None
-            preliminary = ", preliminary" if recorded.result.preliminary else ""
-            self.last_run = f"e = {entry.restitution()}{preliminary}" if known else entry.verdict
+        entry = self._runs.model.entry_of(recorded.path)
+        if entry is None:
+            return
+        self._of_result = recorded.path
+        known = (entry.summary or {}).get("e") is not None
+        preliminary = ", preliminary" if recorded.result is not None and recorded.result.preliminary else ""
+        said = f"e = {entry.restitution()}{preliminary}" if known else f"no e, {entry.verdict}"
+        self.last_result = f"{entry.called}: {said}"
 
     def _switch_sound(self, on: bool) -> None:
         self.sounds.on = on
-        self._window.settings.put("sound", "on" if on else "off")
+        self._settings.put("sound", "on" if on else "off")
 
     def _switch_rejected(self, shown: bool) -> None:
-        self._window.runs.set_show_rejected(shown)
-        self._window.settings.put("show_rejected", "yes" if shown else "no")
+        self._runs.set_show_rejected(shown)
+        self._settings.put("show_rejected", "yes" if shown else "no")
+
+
+class Sounds(QObject):
+    """The system's own sound, for who stands at the tracer: once for a run that is done, twice for a rejected one."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.on = True
+
+    def done(self) -> None:
+        """Tell that a run is done."""
+        if self.on:
+            QApplication.beep()
+
+    def rejected(self) -> None:
+        """Tell that a run was rejected or set aside."""
+        if self.on:
+            QApplication.beep()
+            QTimer.singleShot(_BETWEEN_SOUNDS_MS, self, QApplication.beep)

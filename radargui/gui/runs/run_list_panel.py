@@ -5,20 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QItemSelection, Qt, QUrl, Signal
+from PySide6.QtCore import QItemSelection, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QCheckBox,
     QHBoxLayout,
-    QHeaderView,
     QPushButton,
-    QTableView,
     QVBoxLayout,
     QWidget,
 )
 
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
+from radargui.gui.setup.form import plain_label
+from radargui.gui.table import RowTable
 
 
 class RunListPanel(QWidget):
@@ -32,21 +31,7 @@ class RunListPanel(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.model = RunModel()
-        self.table = QTableView()
-        self.table.setModel(self.model)
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.table.setAlternatingRowColors(True)
-        self.table.setShowGrid(False)
-        self.table.setWordWrap(False)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(self.table.fontMetrics().height() + 8)
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
-        header.setStretchLastSection(True)
-        header.setHighlightSections(False)
-        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        self.table = RowTable(self.model, "runs")
         self.table.selectionModel().selectionChanged.connect(self._chosen)
 
         self.report = QPushButton("Make report")
@@ -72,6 +57,10 @@ class RunListPanel(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         column.addWidget(self.table, 1)
+        self.series = plain_label()
+        self.series.setContentsMargins(6, 0, 6, 0)
+        self.series.setToolTip("Mean and standard error of e over the drops that count, each once")
+        column.addWidget(self.series)
         column.addLayout(row)
 
         self._folder: Path | None = None
@@ -87,7 +76,7 @@ class RunListPanel(QWidget):
         return self.model.entries[rows[0].row()] if rows else None
 
     def show_session(self, folder: Path | None, entries: list[RunEntry]) -> None:
-        """Show the runs of a session."""
+        """Show the runs of a session; its report, where it has one, is told by `report_ended`."""
         self._folder, self._report_file = folder, None
         self.model.replace_all(entries)
         self._hide_rows()
@@ -147,12 +136,16 @@ class RunListPanel(QWidget):
         metrics = self.table.fontMetrics()
         for column in range(len(COLUMNS) - 1):
             words = (COLUMNS[column], *(entry.cells()[column] for entry in self.model.entries[-50:]))
-            wanted = max(metrics.horizontalAdvance(text) for text in words) + 13
+            wanted = max(metrics.horizontalAdvance(text) for text in words) + 10
             if self.table.columnWidth(column) < wanted or not self.model.entries:
-                self.table.setColumnWidth(column, wanted)
-        self.table.setColumnWidth(len(COLUMNS) - 1, 60)
+                self.table.fit(column, wanted)
+        self.table.fit(len(COLUMNS) - 1, 60)
 
     def _refresh_buttons(self) -> None:
+        series = self.model.series
+        said = f"e = {series.words}" if series.e.n else series.words
+        self.series.setText(said)
+        self.series.setVisible(bool(said))
         self.report.setText("Making report …" if self._report_busy else "Make report")
         self.report.setEnabled(bool(self.model.entries) and not self._report_busy)
         self.open_report.setEnabled(self._report_file is not None)

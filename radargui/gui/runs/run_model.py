@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -12,10 +13,16 @@ from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelInd
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication
 
-from radargui.report.rounding import UNKNOWN, plain, quantity
+from radargui.experiment.event import RecordedRun
+from radargui.files.run_health import read_health
+from radargui.model.drop import Drop, RunOrigin, drop_of
+from radargui.model.errors import RadarGuiError
+from radargui.model.rounding import UNKNOWN, plain, quantity
+from radargui.restitution.series import Series, drop_labels, series_of
+from radargui.session.session import BY_OPERATOR
 
 Index = QModelIndex | QPersistentModelIndex
-COLUMNS = ("Run", "Time", "Drop [mm]", "Impact [m/s]", "e", "g [m/s²]", "Verdict")
+COLUMNS = ("Drop", "Time", "Drop [mm]", "Impact [m/s]", "e", "g [m/s²]", "Verdict")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +43,14 @@ class RunEntry:
         Why the run does not count; empty where it does. None: as it was known before.
     agreement, health
         How far live was from offline, how the recording went; empty where unknown, or as it was known before.
+    origin
+        Where the samples come from; None where unknown, or as it was known before.
+    label
+        What the drop is called, see `restitution.series.drop_labels`; the list knows.
+    left_out
+        Why it is not in the statistics of the series, though nobody set it aside; empty where it is.
+    waits
+        Whether its result is still to come.
     """
 
     path: Path
@@ -45,11 +60,38 @@ class RunEntry:
     rejected: str | None = None
     agreement: str = ""
     health: str = ""
+    origin: RunOrigin | None = None
+    label: str = UNKNOWN
+    left_out: str = ""
+    waits: bool = False
 
     @property
     def name(self) -> str:
         """Name for people: the stem of the file."""
         return self.path.stem
+
+    @property
+    def is_drop(self) -> bool:
+        """Whether it is numbered as a drop: it counts, or was one before the operator rejected it."""
+        return not self.rejected or self.rejected == BY_OPERATOR
+
+    @property
+    def called(self) -> str:
+        """What the banner calls it: `drop 4`, `replay 1`."""
+        if self.label == UNKNOWN:
+            return self.name
+        return f"replay {self.label[1:]}" if self.label.startswith("R") else f"drop {self.label}"
+
+    @property
+    def title(self) -> str:
+        """What stands above what is shown of it: `drop 4 (run-0007, simulated)`."""
+        facts = ", ".join(filter(None, (self.name, self.origin.mark if self.origin else "")))
+        return facts if self.label == UNKNOWN else f"{self.called} ({facts})"
+
+    @property
+    def drop(self) -> Drop:
+        """What a series knows of it."""
+        return drop_of(self.name, self.origin or RunOrigin(), self.summary)
 
     @property
     def clock(self) -> str:
@@ -61,13 +103,18 @@ class RunEntry:
 
     @property
     def verdict(self) -> str:
-        """How good the run is, in words."""
+        """How good the run is, in words; and that it is no measurement, where it is none."""
+        mark = self.origin.mark if self.origin and not self.rejected else ""
+        return ", ".join(filter(None, (self._quality, mark)))
+
+    @property
+    def _quality(self) -> str:
         if self.problem:
             return self.problem
         if self.rejected:
             return f"set aside: {self.rejected.removeprefix('rejected ')}"
         if self.summary is None:
-            return "not processed"
+            return "recorded, result to come" if self.waits else "not processed"
         if self.summary.get("status") == "no_motion":
             return "no motion"
         if self.summary.get("status") == "rejected":
@@ -84,7 +131,7 @@ class RunEntry:
         """Return the texts of the columns."""
         summary = self.summary or {}
         return (
-            self.name.removeprefix("run-").lstrip("0") or self.name,
+            self.label,
             self.clock,
             plain(summary.get("drop_height_m"), scale=1000.0),
             plain(summary.get("impact_speed_m_s")),
@@ -104,7 +151,8 @@ class RunModel(QAbstractTableModel):
     def replace_all(self, entries: list[RunEntry]) -> None:
         """Show another session."""
         self.beginResetModel()
-        self.entries = list(entries)
+        self.entries = sorted(entries, key=_place)
+        self._count()
         self.endResetModel()
 
     def put(self, entry: RunEntry) -> int:
@@ -117,14 +165,49 @@ class RunModel(QAbstractTableModel):
                     rejected=old.rejected if entry.rejected is None else entry.rejected,
                     agreement=entry.agreement or old.agreement,
                     health=entry.health or old.health,
+                    origin=entry.origin or old.origin,
                 )
-                self.dataChanged.emit(self.index(row, 0), self.index(row, len(COLUMNS) - 1))
+                self._recount()
                 return row
-        row = len(self.entries)
+        row = bisect_left([_place(one) for one in self.entries], _place(entry))
         self.beginInsertRows(QModelIndex(), row, row)
-        self.entries.append(entry)
+        self.entries.insert(row, entry)
         self.endInsertRows()
+        self._recount()
         return row
+
+    @property
+    def series(self) -> Series:
+        """The statistics of the drops that count."""
+        return series_of([entry.drop for entry in self.entries if not entry.rejected])
+
+    @property
+    def n_drops(self) -> int:
+        """How many drops there are, those that the operator rejected among them, replays not."""
+        return sum(entry.label.isdecimal() for entry in self.entries)
+
+    @property
+    def n_replays(self) -> int:
+        """How many replays there are."""
+        return sum(entry.label.startswith("R") for entry in self.entries)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether there are runs, and all of them are simulated."""
+        return bool(self.entries) and all(one.origin and one.origin.kind == "simulated" for one in self.entries)
+
+    def _recount(self) -> None:
+        self._count()
+        if self.entries:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, len(COLUMNS) - 1))
+
+    def _count(self) -> None:
+        """Number the drops, and tell of each whether it is in the statistics."""
+        labels = drop_labels((one.name, one.origin, one.is_drop) for one in self.entries)
+        left_out = self.series.left_out
+        self.entries[:] = [
+            replace(one, label=labels[one.name], left_out=left_out.get(one.name, "")) for one in self.entries
+        ]
 
     @property
     def n_rejected(self) -> int:
@@ -158,8 +241,9 @@ class RunModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ToolTipRole:
             if index.column() < len(COLUMNS) - 1:
                 return str(entry.path)
-            return "\n".join(filter(None, (entry.verdict, entry.agreement, entry.health)))
-        if role == Qt.ItemDataRole.ForegroundRole and entry.rejected:
+            out = f"not in the statistics: {entry.left_out}" if entry.left_out else ""
+            return "\n".join(filter(None, (entry.verdict, out, entry.agreement, entry.health)))
+        if role == Qt.ItemDataRole.ForegroundRole and (entry.rejected or entry.left_out):
             return QApplication.palette().brush(QPalette.ColorGroup.Disabled, QPalette.ColorRole.Text)
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -172,3 +256,32 @@ class RunModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole and orientation == Qt.Orientation.Horizontal:
             return COLUMNS[section]
         return None
+
+
+def _place(entry: RunEntry) -> tuple[int, str]:
+    """Return what runs are put in order by: the number in the name, whatever its length."""
+    return len(entry.name), entry.name
+
+
+def notes_of_run(recorded: RecordedRun) -> tuple[str, str]:
+    """Return the agreement of live and offline, and the health line, of a run just recorded; empty where unknown."""
+    agreement = recorded.agreement
+    return ("" if agreement is None else agreement_words(agreement.record())), recorded.health_line
+
+
+def notes_of_file(path: Path) -> tuple[str, str]:
+    """Return the same from the run's file."""
+    try:
+        health = read_health(path)
+    except RadarGuiError:
+        return "", ""
+    return ("", "") if health is None else (agreement_words(health), str(health.get("line", "")))
+
+
+def agreement_words(health: Mapping[str, object]) -> str:
+    """Return how far the live track was from the result; empty where nobody compared."""
+    rms, most, known = (health.get(f"live_{key}") for key in ("rms_m", "max_m", "share_known"))
+    if not isinstance(rms, float) or not isinstance(most, float):
+        return ""
+    share = f", known for {100.0 * known:.0f} % of the motion" if isinstance(known, float) else ""
+    return f"live within {1e3 * rms:.2f} mm rms of offline, {1e3 * most:.2f} mm at most{share}"

@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from radargui.correction.ellipse import Ellipse
+from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme
-from radargui.gui.track.shown_track import start_time_s
+from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 
-_TIME = "time after the trigger [s]"
-
-
-_KEY = (
-    ("▬", "i", "I"),
-    ("▬", "q", "Q"),
+_KEY = (("▬", "i", "I"), ("▬", "q", "Q"))
+_PUBLISHED = (
     ("▲", "receivers.2", "peaks"),
     ("▼", "receivers.3", "valleys"),
     ("▬", "fit", "splines"),
     ("╌", "text", "bias"),
     ("+", "faint", "zero crossings"),
 )
+
+
+_NOTHING: FloatArray = np.empty(0)
 
 
 class StepsView(QWidget):
@@ -47,8 +49,9 @@ class StepsView(QWidget):
         column.setSpacing(1)
         column.addLayout(top)
         self.raw = tuple(_RawPlot(theme, part) for part in "IQ")
-        self.corrected = Plot(theme, _TIME, "I, Q [amplitudes]")
-        column.addWidget(Key(theme, *_KEY))
+        self.corrected = Plot(theme, "time [s]", "I, Q [amplitudes]")
+        self.key = Key(theme)
+        column.addWidget(self.key)
         self._curves = tuple(_static(self.corrected, role) for role in ("i", "q"))
         for plot in (*self.raw, self.corrected):
             plot.getPlotItem().getAxis("left").setWidth(52)
@@ -68,17 +71,31 @@ class StepsView(QWidget):
         self.receiver.blockSignals(False)
         self._draw()
 
+    def clear(self) -> None:
+        """Forget the result."""
+        self._result = None
+        self._words.setText("")
+        self.key.show_entries()
+        for plot in self.raw:
+            plot.show_steps(_NOTHING, _NOTHING, None)
+        for curve in self._curves:
+            curve.setData(_NOTHING, _NOTHING)
+
     def _draw(self, _index: int = 0) -> None:
         result, number = self._result, self.receiver.currentData()
         if result is None or number is None:
             return
         recording, corrected = result.recording, result.corrected
-        time_s = recording.time_s() - start_time_s(result)
+        zero_s, zero = result.zero
+        self.corrected.relabel(f"time after {zero} [s]")
+        time_s = recording.time_s() - zero_s
         channels = slice(2 * number, 2 * number + 2)
         volts = recording.digitisation.volts(recording.raw)[channels]
-        found: Any = corrected.steps[number] if corrected and number < len(corrected.steps) else None
-        for part, plot, values in zip("iq", self.raw, volts, strict=True):
-            plot.show_steps(time_s, values, getattr(found, part, None))
+        found = corrected.steps[number] if corrected and number < len(corrected.steps) else None
+        both = (found.i, found.q) if isinstance(found, PublishedSteps) else (None, None)
+        self.key.show_entries(*_KEY, *(_PUBLISHED if isinstance(found, PublishedSteps) else ()))
+        for plot, values, steps in zip(self.raw, volts, both, strict=True):
+            plot.show_steps(time_s, values, steps)
         pairs = (corrected.i[number], corrected.q[number]) if corrected else (np.full_like(time_s, np.nan),) * 2
         for curve, values in zip(self._curves, pairs, strict=True):
             curve.setData(time_s, values)
@@ -105,10 +122,10 @@ class _RawPlot(Plot):
         self._valleys = self.marker("receivers.3", "t", 7)
         self._crossings = self.marker("faint", "+", 6)
 
-    def show_steps(self, time_s: Any, volts: Any, steps: Any) -> None:
+    def show_steps(self, time_s: FloatArray, volts: FloatArray, steps: ChannelSteps | None) -> None:
         """Draw a channel; `steps` is None where the correction kept none."""
         self._raw.setData(time_s, volts)
-        if not hasattr(steps, "peaks"):
+        if steps is None:
             for item in (self._upper, self._lower, self._bias, self._peaks, self._valleys, self._crossings):
                 item.setData([], [])
             return
@@ -129,18 +146,10 @@ def _static(plot: Plot, role: str, *, dashed: bool = False) -> Any:
     return curve
 
 
-def _words(result: RunResult, found: Any) -> str:
+def _words(result: RunResult, found: object) -> str:
     if result.corrected is None:
         return "  nothing was corrected"
-    method = result.corrected.method
-    return (
-        f"  correction: {method}"
-        if found is None or hasattr(found, "i")
-        else f"  correction: {method}   {_short(found)}"
+    values = asdict(found) if isinstance(found, Ellipse) else {}
+    return "   ".join(
+        (f"  correction: {result.corrected.method}", *(f"{key} {value:.4g}" for key, value in values.items()))
     )
-
-
-def _short(found: Any) -> str:
-    names = getattr(type(found), "__dataclass_fields__", {})
-    values = ((name, getattr(found, name)) for name in names)
-    return "   ".join(f"{name} {value:.4g}" for name, value in values if isinstance(value, float))

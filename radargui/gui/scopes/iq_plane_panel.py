@@ -1,4 +1,4 @@
-"""The panel of the IQ planes: raw above, corrected below, one column a receiver."""
+"""The IQ planes, one column a receiver: as the converter gave it above, corrected onto the unit circle below."""
 
 from __future__ import annotations
 
@@ -7,12 +7,63 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 
 from radargui.gui.control.feed import Feed
 from radargui.gui.plots.envelope import thin
-from radargui.gui.scopes.iq_plane import IQPlane
+from radargui.gui.plots.plot import Plot
+from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme
+from radargui.model.arrays import FloatArray
 
 SPAN_S = 1.5
 _POINTS = 1200
 _EVERY = 2
+
+
+class IQPlane(Plot):
+    """Q upwards against I, equal units on both axes."""
+
+    def __init__(self, theme: Theme, number: int, *, corrected: bool) -> None:
+        super().__init__(theme, equal=True, live=True)
+        # axis words or a title would take half of so small a plot
+        self.write_inside(f"Rx {number} / A" if corrected else f"Rx {number} [V]")
+        self._corrected = corrected
+        self._range = SteadyRange()
+        if corrected:
+            turn = np.linspace(0.0, 2.0 * np.pi, 181)
+            self.fast_line("faint", dashed=True).setData(np.cos(turn), np.sin(turn))
+        self._curve = self.fast_line(f"receivers.{number - 1}")
+        self._now = self.marker("text", size=7)
+        self.setToolTip(
+            "Corrected, in units of its amplitude A: the unit circle (dashed)"
+            if corrected
+            else "As the converter gave it, in volts"
+        )
+        self._show(1.3)
+
+    @property
+    def points(self) -> int:
+        """How many points are drawn."""
+        data = self._curve.getData()[0]
+        return 0 if data is None else len(data)
+
+    def draw(self, i: FloatArray, q: FloatArray) -> None:
+        """Draw points in time order, shape (n,) each; NaN is left out."""
+        self._curve.setData(i, q)
+        known = np.isfinite(i) & np.isfinite(q)
+        last = np.flatnonzero(known)[-1:]
+        self._now.setData(i[last], q[last])
+        if self._corrected or not last.size:
+            return
+        reach = float(np.hypot(i[known], q[known]).max())
+        if self._range.fit(-reach, reach):
+            self._show(self._range.half)
+
+    def _show(self, half: float) -> None:
+        """Show a square of that half width, with room for the words above."""
+        self.setRange(xRange=(-half, half), yRange=(-half, 1.3 * half), padding=0)
+
+    def clear_data(self) -> None:
+        """Show nothing."""
+        self._curve.setData([], [])
+        self._now.setData([], [])
 
 
 class IQPlanePanel(QWidget):

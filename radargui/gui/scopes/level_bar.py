@@ -68,6 +68,6 @@ class LevelBar(QWidget):
         share = 0.0 if self._peak_v is None else min(1.0, self._peak_v / self._full_scale_v)
         if share > 0.0:
             bar.setWidth(max(4.0, bar.width() * share))
-            painter.setBrush(QColor(colours.alarm if self.clipping else getattr(colours, self._role)))
+            painter.setBrush(QColor(colours.alarm if self.clipping else colours.role(self._role)))
             painter.drawRoundedRect(bar, 3, 3)
         painter.end()

@@ -6,7 +6,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtGui import QColor
 
-from radargui.gui.plots.plot import Plot
+from radargui.gui.plots.plot import LAST, NOW, Plot
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme
 from radargui.model.arrays import BoolArray, FloatArray
@@ -15,17 +15,26 @@ _MOST_BANDS = 12
 
 
 class Scope(Plot):
-    """Rolling view; the newest sample is at 0, the past to the left."""
+    """Rolling view; the newest sample shown is at 0, the past to the left."""
 
     def __init__(self, theme: Theme, number: int, *, with_time: bool) -> None:
         self._bands: list[pg.LinearRegionItem] = []
-        super().__init__(theme, "time before now [s]" if with_time else "", f"Rx {number} [V]", live=True)
+        super().__init__(theme, LAST if with_time else "", f"Rx {number} [V]", live=True)
         # the same for all, so that one instant stands above the other
-        self.getPlotItem().getAxis("left").setWidth(50)
+        left = self.getPlotItem().getAxis("left")
+        left.setWidth(50)
+        # on a small screen three of them share a hand's breadth: fewer figures, none upon another
+        left.setTickDensity(0.6)
+        self._with_time = with_time
         self._range = SteadyRange()
         self._curves = (self.fast_line("i"), self.fast_line("q"))
         self.setYRange(-1.0, 1.0, padding=0)
         self.set_window(3.0)
+
+    def follow(self, now: bool) -> None:
+        """Say on the axis whether its right edge is now."""
+        if self._with_time:
+            self.relabel(NOW if now else LAST)
 
     def set_window(self, seconds: float) -> None:
         """Show so many seconds."""

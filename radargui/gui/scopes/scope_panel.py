@@ -14,6 +14,8 @@ from radargui.gui.scopes.scope import Scope
 from radargui.gui.theme import Theme
 
 WINDOWS_S = (0.5, 1.0, 2.0, 3.0, 5.0, 9.0)
+_KEY = (("▬", "i", "I"), ("▬", "q", "Q"))
+_LOST = ("■", "gap", "samples lost")
 
 
 class ScopePanel(QWidget):
@@ -29,22 +31,23 @@ class ScopePanel(QWidget):
         self.scopes: list[Scope] = []
         self.levels: list[LevelBar] = []
 
-        self.window = QComboBox()
-        self.window.setObjectName("scope.window")
+        self.span = QComboBox()
+        self.span.setObjectName("scope.window")
         for seconds in WINDOWS_S:
-            self.window.addItem(f"{seconds:g} s", seconds)
-        self.window.setCurrentIndex(max(0, self.window.findData(window_s)))
-        self.window.currentIndexChanged.connect(self._new_window)
+            self.span.addItem(f"{seconds:g} s", seconds)
+        self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
+        self.span.currentIndexChanged.connect(self._new_window)
         self.pause = QCheckBox("Pause display")
         self.pause.setToolTip("Holds the picture; recording goes on")
         self.pause.toggled.connect(self._pause)
         top = QHBoxLayout()
         top.setContentsMargins(6, 4, 6, 0)
         top.addWidget(QLabel("Window"))
-        top.addWidget(self.window)
+        top.addWidget(self.span)
         top.addWidget(self.pause)
         top.addStretch(1)
-        top.addWidget(Key(theme, ("▬", "i", "I"), ("▬", "q", "Q"), ("■", "gap", "samples lost")))
+        self.key = Key(theme, *_KEY)
+        top.addWidget(self.key)
 
         self._grid = QGridLayout()
         self._grid.setSpacing(2)
@@ -57,13 +60,14 @@ class ScopePanel(QWidget):
     @property
     def window_s(self) -> float:
         """Seconds shown."""
-        return float(self.window.currentData())
+        return float(self.span.currentData())
 
     def set_receivers(self, count: int, full_scale_v: float) -> None:
         """Show so many receivers."""
         if count == len(self.scopes):
             return
-        for widget in (*self.scopes, *self.levels):
+        shown: tuple[QWidget, ...] = (*self.scopes, *self.levels)
+        for widget in shown:
             self._grid.removeWidget(widget)
             widget.hide()
             widget.deleteLater()
@@ -82,6 +86,10 @@ class ScopePanel(QWidget):
                 bars.addWidget(bar)
             bars.addStretch(1)
             self._grid.addLayout(bars, index, 1)
+            # the last one holds the time axis as well
+            self._grid.setRowStretch(index, 5 if index == count - 1 else 4)
+        for index in range(count, self._grid.rowCount()):
+            self._grid.setRowStretch(index, 0)
         self._grid.setColumnStretch(0, 1)
 
     def show_feed(self, feed: Feed | None) -> None:
@@ -92,6 +100,7 @@ class ScopePanel(QWidget):
             self.set_receivers(feed.n_receivers, feed.range_v)
             for scope in self.scopes:
                 scope.clear_data()
+        self._follow()
 
     def refresh(self, health: Health | None) -> None:
         """Draw what is new; called by the window's timer."""
@@ -111,6 +120,7 @@ class ScopePanel(QWidget):
         time_s = (index - envelope.end) / feed.rate_hz
         for number, scope in enumerate(self.scopes):
             scope.draw(time_s, pairs[2 * number : 2 * number + 2], lost)
+        self.key.show_entries(*_KEY, *([_LOST] if lost.any() else []))
 
     def idle(self) -> None:
         """Nothing comes in any more: levels are unknown, the last picture stays."""
@@ -133,4 +143,9 @@ class ScopePanel(QWidget):
 
     def _pause(self, paused: bool) -> None:
         self._envelope = None
+        self._follow()
         self.paused_changed.emit(paused)
+
+    def _follow(self) -> None:
+        for scope in self.scopes:
+            scope.follow(self._feed is not None and not self.pause.isChecked())

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Qt, QTimer, Signal, SignalInstance
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QDialog,
     QHBoxLayout,
-    QHeaderView,
     QPushButton,
     QSplitter,
-    QTableView,
     QVBoxLayout,
     QWidget,
 )
@@ -24,15 +21,16 @@ from radargui.gui.sessions.search_form import SearchForm
 from radargui.gui.sessions.session_look import SessionLook, look_at
 from radargui.gui.sessions.session_model import COLUMNS, SessionModel
 from radargui.gui.sessions.thumbnail_view import ThumbnailView
-from radargui.gui.sessions.work_strip import Task, WorkStrip
 from radargui.gui.setup.form import plain_label
+from radargui.gui.table import RowTable
 from radargui.gui.theme import Theme
+from radargui.gui.work_strip import Task, WorkStrip
 from radargui.session.catalogue import Catalogue, SessionSummary
 from radargui.session.query import Query
 
-_WIDTHS = {"Date": 130, "Operator": 90, "Sample": 140, "Target": 120, "Runs": 120, "e": 180, "Setup": 90}
+_WIDTHS = {"Date": 130, "Operator": 90, "Sample": 140, "Target": 120, "Runs": 120, "e": 260, "Setup": 90}
 
-_TELL_MS = 200
+_SHARE_MS = 200
 
 
 class SessionBrowser(QDialog):
@@ -52,32 +50,33 @@ class SessionBrowser(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Sessions")
+        self.setObjectName("sessions")
         self.resize(1040, 620)
         self._jobs, self._work = jobs, work
         self._task = Task()
         self._data_folder = data_folder
-        self._looking = self._again = False
+        self._looking = self._look_later = False
         self._wanted: Path | None = None
         self._folder_words = ""
         # the first look at a large folder takes its time
         self._timer = QTimer(self)
-        self._timer.setInterval(_TELL_MS)
-        self._timer.timeout.connect(self._tell_share)
+        self._timer.setInterval(_SHARE_MS)
+        self._timer.timeout.connect(self._show_share)
         self.search = SearchForm(theme)
         self.model = SessionModel()
         self.table = self._table()
         self.words = plain_label()
         self.details = plain_label()
         self.thumbnails = ThumbnailView(theme)
-        self.open = QPushButton("Open for review")
-        self.open.setDefault(True)
+        self.review = QPushButton("Open for review")
+        self.review.setDefault(True)
         self.take_setup = QPushButton("Set up as in this session")
         self.elsewhere = QPushButton("Open another folder…")
         self._lay_out()
         self.search.changed.connect(self.refresh)
         self.table.selectionModel().selectionChanged.connect(self._chosen)
         self.table.doubleClicked.connect(lambda _index: self._ask(self.open_asked))
-        self.open.clicked.connect(lambda: self._ask(self.open_asked))
+        self.review.clicked.connect(lambda: self._ask(self.open_asked))
         self.take_setup.clicked.connect(lambda: self._ask(self.setup_asked))
         self.elsewhere.clicked.connect(self.elsewhere_asked)
         self._show_buttons()
@@ -96,13 +95,13 @@ class SessionBrowser(QDialog):
     def refresh(self) -> None:
         """Look at the folders again, in the background."""
         if self._looking:
-            self._again = True
+            self._look_later = True
             return
-        self._looking, self._again = True, False
+        self._looking, self._look_later = True, False
         folder, query = self._data_folder(), self.search.query
         self._task = task = self._work.quiet()
         self._folder_words = f"Looking at {folder} …"
-        self._tell_share()
+        self._show_share()
         self._timer.start()
         self._jobs.start("the list of sessions", lambda: _find(folder, query, task), self._show_found, self._failed)
 
@@ -114,7 +113,7 @@ class SessionBrowser(QDialog):
     def _show_found(self, found: tuple[SessionSummary, ...]) -> None:
         self._looking = False
         self._timer.stop()
-        if self._again:
+        if self._look_later:
             self.refresh()
             return
         before = self.chosen
@@ -128,7 +127,7 @@ class SessionBrowser(QDialog):
         else:
             self._chosen()
 
-    def _tell_share(self) -> None:
+    def _show_share(self) -> None:
         share = self._task.share
         self.words.setText(self._folder_words + (f" {100 * share:.0f} %" if share else ""))
 
@@ -159,34 +158,22 @@ class SessionBrowser(QDialog):
     def _not_read(self, error: BaseException) -> None:
         self.details.setText(str(error))
 
-    def _ask(self, signal: object) -> None:
+    def _ask(self, signal: SignalInstance) -> None:
         chosen = self.chosen
         if chosen is not None and not chosen.problem:
             signal.emit(chosen.path)
 
     def _show_buttons(self) -> None:
-        usable = self.chosen is not None and not self.chosen.problem
-        self.open.setEnabled(usable)
+        chosen = self.chosen
+        usable = chosen is not None and not chosen.problem
+        self.review.setEnabled(usable)
         self.take_setup.setEnabled(usable)
 
-    def _table(self) -> QTableView:
-        table = QTableView()
-        table.setModel(self.model)
-        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        table.setAlternatingRowColors(True)
-        table.setShowGrid(False)
-        table.setWordWrap(False)
-        table.verticalHeader().hide()
-        table.verticalHeader().setDefaultSectionSize(table.fontMetrics().height() + 8)
-        header = table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
-        header.setStretchLastSection(True)
-        header.setHighlightSections(False)
+    def _table(self) -> RowTable:
+        table = RowTable(self.model, "sessions.list")
         for column, name in enumerate(COLUMNS):
             if name in _WIDTHS:
-                table.setColumnWidth(column, _WIDTHS[name])
+                table.fit(column, _WIDTHS[name])
         return table
 
     def _lay_out(self) -> None:
@@ -195,13 +182,13 @@ class SessionBrowser(QDialog):
         below.setContentsMargins(0, 0, 0, 0)
         below.addWidget(self.details)
         below.addWidget(self.thumbnails, 1)
-        parts = QSplitter()
-        parts.setOrientation(parts.orientation().Vertical)
+        parts = QSplitter(Qt.Orientation.Vertical)
+        parts.setObjectName("sessions.parts")
         parts.addWidget(self.table)
         parts.addWidget(lower)
         parts.setSizes([360, 240])
         buttons = QHBoxLayout()
-        for button in (self.open, self.take_setup):
+        for button in (self.review, self.take_setup):
             button.setAutoDefault(False)
             buttons.addWidget(button)
         buttons.addStretch(1)
@@ -216,7 +203,7 @@ class SessionBrowser(QDialog):
 
 def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:
     with Catalogue(folder) as catalogue:
-        catalogue.refresh(task.tell)
+        catalogue.refresh(task.report)
         return catalogue.find(query, refresh=False)
 
 

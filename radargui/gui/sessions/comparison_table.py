@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
 from radargui.experiment.compare import ComparedFigure, Comparison, Side
+from radargui.experiment.reprocess import Outcome
 from radargui.gui.runs.run_model import RunEntry
-from radargui.gui.sessions.reprocess_work import Outcome
-from radargui.report.rounding import plain, quantity
+from radargui.model.rounding import alone, plain, quantity
 
 HEADS = ("Run", "Quantity", "Stored", "New", "New − stored")
 _NAMES = {
@@ -25,6 +25,7 @@ class ComparisonTable(QTableWidget):
 
     def __init__(self) -> None:
         super().__init__(0, len(HEADS))
+        self._lines: tuple[tuple[str, ...], ...] = ()
         self.setHorizontalHeaderLabels(list(HEADS))
         self.verticalHeader().hide()
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
@@ -35,24 +36,23 @@ class ComparisonTable(QTableWidget):
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.horizontalHeader().setStretchLastSection(True)
 
-    def show_outcomes(self, outcomes: tuple[Outcome, ...]) -> None:
+    def show_outcomes(self, outcomes: tuple[Outcome[Comparison], ...]) -> None:
         """Show what came out."""
-        lines = [line for outcome in outcomes for line in lines_of(outcome)]
-        self.setRowCount(len(lines))
-        for row, line in enumerate(lines):
+        self._lines = tuple(line for outcome in outcomes for line in lines_of(outcome))
+        self.setRowCount(len(self._lines))
+        for row, line in enumerate(self._lines):
             for column, text in enumerate(line):
                 self.setItem(row, column, QTableWidgetItem(text))
 
     def texts(self) -> tuple[tuple[str, ...], ...]:
         """Return what is shown, row by row."""
-        columns = range(self.columnCount())
-        return tuple(tuple(self.item(row, column).text() for column in columns) for row in range(self.rowCount()))
+        return self._lines
 
 
-def lines_of(outcome: Outcome) -> Iterator[tuple[str, str, str, str, str]]:
+def lines_of(outcome: Outcome[Comparison]) -> Iterator[tuple[str, str, str, str, str]]:
     """Yield the lines of a run."""
     name = outcome.run.stem
-    comparison = outcome.comparison
+    comparison = outcome.value
     if comparison is None:
         yield name, "failed", "", "", str(outcome.error)
         return
@@ -69,12 +69,11 @@ def settings_words(comparison: Comparison) -> str:
 
 def _line(figure: ComparedFigure) -> tuple[str, str, str, str]:
     words, unit, scale = _NAMES.get(figure.name, (figure.name, figure.unit, 1.0))
-    difference = plain(figure.difference, 2, scale=scale)
     return (
         f"{words} [{unit}]" if unit else words,
         _value(figure.before, figure.u_before, scale),
         _value(figure.after, figure.u_after, scale),
-        difference if (figure.difference or 0.0) <= 0.0 else f"+{difference}",
+        alone(figure.difference, figure.u_difference, scale, signed=True),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from PySide6.QtCore import Signal
@@ -12,24 +13,40 @@ from PySide6.QtWidgets import (
     QDialog,
     QDoubleSpinBox,
     QFileDialog,
+    QHBoxLayout,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
+from radargui.experiment.importing import FilesLook, ImportOrder, inputs_of, look_into
 from radargui.files.formats import SUFFIXES
+from radargui.files.raw_file import first_seconds
 from radargui.gui.background import Jobs
-from radargui.gui.sessions.import_look import FilesLook, inputs_of, look_into
-from radargui.gui.sessions.import_work import ImportOrder
 from radargui.gui.sessions.mapping_table import MappingTable
+from radargui.gui.sessions.raw_form import PREVIEW_S, PREVIEW_SAMPLES, RawForm
 from radargui.gui.setup.form import Group, plain_label, side_by_side
-from radargui.model.errors import RadarGuiError
+from radargui.gui.theme import Theme
+from radargui.model.arrays import FloatArray
+from radargui.model.digitisation import iq_names
+from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
 
-_FILTER = f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;All files (*)"
+_FILTER = (
+    f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;Plain binary (*.bin *.dat *.raw);;All files (*)"
+)
 _FASTEST_HZ = 1e9
-SetupNow = Callable[[], tuple[Setup, Path | None]]
+
+
+@dataclass(frozen=True, slots=True)
+class ImportDefaults:
+    """What the window says where the dialog says nothing: setup and its file, data folder, operator."""
+
+    setup: Setup
+    setup_file: Path | None
+    data_folder: Path
+    operator: str
 
 
 class ImportDialog(QDialog):
@@ -37,14 +54,18 @@ class ImportDialog(QDialog):
 
     ordered = Signal(object)
 
-    def __init__(self, jobs: Jobs, setup_now: SetupNow, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, jobs: Jobs, theme: Theme, defaults: Callable[[], ImportDefaults], parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Import recordings")
         self.resize(720, 620)
         self._jobs = jobs
-        self._setup_now = setup_now
+        self._defaults = defaults
         self._files: tuple[Path, ...] = ()
         self._look: FilesLook | None = None
+        self._n_looks = 0
+        self._chosen: tuple[str, ...] = ()
         self._other: tuple[Setup, Path] | None = None
         self._named = plain_label("none")
         choose = QPushButton("Choose files…")
@@ -52,7 +73,12 @@ class ImportDialog(QDialog):
         choose.clicked.connect(self._choose)
         self.together = QCheckBox("The files together are one run: each holds some of its channels")
         self.together.setEnabled(False)
-        self.together.toggled.connect(lambda _on: self._look_again())
+        self.together.toggled.connect(lambda _on: self._renew_look())
+        self.binary = QCheckBox("Plain binary: its layout is told beside")
+        self.raw = RawForm(theme)
+        self.raw.setVisible(False)
+        self.binary.toggled.connect(self._show_raw)
+        self.raw.changed.connect(self._renew_look)
         self.mapping = MappingTable()
         self.rate = QDoubleSpinBox()
         self.rate.setRange(0.0, _FASTEST_HZ)
@@ -73,15 +99,20 @@ class ImportDialog(QDialog):
         cancel.setAutoDefault(False)
         cancel.clicked.connect(self.reject)
         self.mapping.changed.connect(self._show_fault)
+        self.rate.editingFinished.connect(self._preview)
 
         files, columns, how = Group("Files"), Group("Which channel is which"), Group("Session")
         files.row("Chosen", side_by_side(self._named, choose))
         files.whole(self.together)
+        files.whole(self.binary)
         columns.whole(self.mapping)
         how.row("Sample rate [Hz]", self.rate, "Where the file does not say it, or says it wrong")
         how.row("Setup", side_by_side(self.setup, other), "Antennas and processing")
         how.whole(self.process)
-        column = QVBoxLayout(self)
+        column = QVBoxLayout()
+        sides = QHBoxLayout(self)
+        sides.addLayout(column)
+        sides.addWidget(self.raw, 1)
         for part in (files, columns, how):
             column.addWidget(part)
         column.addWidget(self.fault)
@@ -91,10 +122,21 @@ class ImportDialog(QDialog):
 
     def choose(self, files: list[Path]) -> None:
         """Look into files."""
+        self._look, self._chosen = None, ()
         self._files = tuple(files)
         self._named.setText(", ".join(file.name for file in files))
         self.together.setEnabled(len(files) > 1)
-        self._look_again()
+        self.binary.blockSignals(True)
+        self.binary.setChecked(bool(files) and files[0].suffix.lower() not in SUFFIXES)
+        self.binary.blockSignals(False)
+        self._show_raw()
+
+    def _show_raw(self) -> None:
+        shown = self.binary.isChecked()
+        if shown != self.raw.isVisibleTo(self):
+            self.raw.setVisible(shown)
+            self.resize(self.width() + (1 if shown else -1) * (self.raw.sizeHint().width() + 12), self.height())
+        self._renew_look()
 
     def _choose(self) -> None:
         start = str(self._files[0].parent) if self._files else ""
@@ -116,28 +158,67 @@ class ImportDialog(QDialog):
             return
         self._show_setups("other")
 
-    def _look_again(self) -> None:
+    def _renew_look(self) -> None:
         if not self._files:
             return
         files, together = self._files, self.together.isChecked()
+        if self._look is not None and self.mapping.names != self._look.names:
+            self._chosen = self.mapping.names
         self._look = None
         self.mapping.clear("Looking into the files …")
+        self._n_looks += 1
+        number = self._n_looks
+        try:
+            raw = self.raw.layout_told() if self.binary.isChecked() else None
+        except RadarGuiError as error:
+            self._not_read(UsageError(error.message.removeprefix("--raw: ")), number)
+            return
         self._jobs.start(
             "looking into files",
-            lambda: look_into(files, together=together),
-            lambda look: self._show_look(look, together),
-            self._not_read,
+            lambda: look_into(files, together=together, raw=raw),
+            lambda look: self._show_look(look, number),
+            lambda error: self._not_read(error, number),
         )
 
-    def _show_look(self, look: FilesLook, together: bool) -> None:
-        if look.files != self._files or together != self.together.isChecked():
+    def _preview(self) -> None:
+        """Show the first seconds of the first file as its layout makes them."""
+        look, number = self._look, self._n_looks
+        if look is None or look.raw is None:
             return
+        rate_hz = self.rate.value() or None
+        file, layout = look.files[0], replace(look.raw, rate_hz=rate_hz)
+
+        def show(columns: FloatArray) -> None:
+            if number == self._n_looks:
+                self.raw.show_preview(columns, rate_hz)
+                self._show_fault()
+
+        self._jobs.start(
+            "looking into files",
+            lambda: first_seconds(file, layout, PREVIEW_S, PREVIEW_SAMPLES),
+            show,
+            lambda error: self._not_read(error, number),
+        )
+
+    def _show_look(self, look: FilesLook, number: int) -> None:
+        # what was looked at before something else was chosen does not count
+        if number != self._n_looks:
+            return
+        if self._chosen and look.raw is not None and {info.name for info in look.infos}.issuperset(self._chosen):
+            # what was chosen for this layout stays while another field of it is corrected
+            look = replace(look, names=self._chosen, basis="remembered")
+        else:
+            self._chosen = ()
         self._look = look
         self.mapping.show_look(look)
         self._show_rate()
         self._show_setups("own" if look.setup is not None else "window")
+        self._preview()
 
-    def _not_read(self, error: BaseException) -> None:
+    def _not_read(self, error: BaseException, number: int) -> None:
+        if number != self._n_looks:
+            return
+        self.raw.clear_preview()
         self.mapping.clear("The files cannot be read.")
         self.fault.setText(str(error))
 
@@ -163,7 +244,8 @@ class ImportDialog(QDialog):
             return self._other
         if kind == "own" and self._look is not None and self._look.setup is not None:
             return self._look.setup, None
-        return self._setup_now()
+        now = self._defaults()
+        return now.setup, now.setup_file
 
     def _show_fault(self) -> None:
         words = ""
@@ -172,6 +254,8 @@ class ImportDialog(QDialog):
             words = "Choose one channel of the file for each of I1, Q1, ...; none twice."
         elif self._look is not None and wanted != there:
             words = f"The setup has {wanted} receivers, {there} are chosen: choose as many, or another setup."
+        targets = iq_names(len(self.mapping.names) // 2)
+        self.raw.name_columns(dict(zip(self.mapping.names, targets, strict=False)))
         self.fault.setText(words)
         self.go.setEnabled(self._look is not None and not words)
 
@@ -180,8 +264,15 @@ class ImportDialog(QDialog):
         if look is None:
             return
         setup, file = self._chosen_setup()
-        names, rate_hz = self.mapping.names, self.rate.value() or None
+        names, rate_hz, now = self.mapping.names, self.rate.value() or None, self._defaults()
         self.ordered.emit(
-            ImportOrder(lambda: inputs_of(look, names, rate_hz), setup, file, process=self.process.isChecked())
+            ImportOrder(
+                lambda: inputs_of(look, names, rate_hz),
+                setup,
+                file,
+                now.data_folder,
+                now.operator,
+                process=self.process.isChecked(),
+            )
         )
         self.accept()

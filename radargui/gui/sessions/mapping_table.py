@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHeaderView, QSpinBox, QTableWidget, QTableWidgetItem, QVBoxLayout, QWidget
 
+from radargui.experiment.importing import FilesLook
 from radargui.files.channel_map import LARGEST
 from radargui.files.signals import ChannelInfo
-from radargui.gui.sessions.import_look import FilesLook
 from radargui.gui.setup.form import plain_label, side_by_side
 from radargui.model.digitisation import iq_names
 
@@ -29,12 +29,13 @@ class MappingTable(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._infos: tuple[ChannelInfo, ...] = ()
+        self._boxes: list[QComboBox] = []
         self.words = plain_label("Choose files first.")
-        self.receivers = QSpinBox()
-        self.receivers.setRange(1, LARGEST)
-        self.receivers.setAccessibleName("Receivers")
-        self.receivers.setMaximumWidth(70)
-        self.receivers.valueChanged.connect(lambda _count: self._fill(self.names))
+        self.count = QSpinBox()
+        self.count.setRange(1, LARGEST)
+        self.count.setAccessibleName("Receivers")
+        self.count.setMaximumWidth(70)
+        self.count.valueChanged.connect(lambda _count: self._fill(self.names))
         self.table = QTableWidget(0, 2)
         self.table.setHorizontalHeaderLabels(["Channel", "Column or variable of the file"])
         self.table.verticalHeader().hide()
@@ -42,13 +43,13 @@ class MappingTable(QWidget):
         self.table.setMinimumHeight(200)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(side_by_side(plain_label("Receivers"), self.receivers, self.words))
+        column.addWidget(side_by_side(plain_label("Receivers"), self.count, self.words))
         column.addWidget(self.table, 1)
 
     @property
     def names(self) -> tuple[str, ...]:
         """The chosen channels as I1, Q1, ...; empty texts where none is chosen."""
-        return tuple(self.box(row).currentData() or "" for row in range(self.table.rowCount()))
+        return tuple(box.currentData() or "" for box in self._boxes)
 
     @property
     def complete(self) -> bool:
@@ -58,15 +59,15 @@ class MappingTable(QWidget):
 
     def box(self, row: int) -> QComboBox:
         """Return the choice of a row."""
-        return self.table.cellWidget(row, 1)
+        return self._boxes[row]
 
     def show_look(self, look: FilesLook) -> None:
         """Show other files with what was guessed for them."""
         self._infos = look.infos
         self.words.setText(_BASIS[look.basis])
-        self.receivers.blockSignals(True)
-        self.receivers.setValue(max(len(look.names) // 2, 1))
-        self.receivers.blockSignals(False)
+        self.count.blockSignals(True)
+        self.count.setValue(max(len(look.names) // 2, 1))
+        self.count.blockSignals(False)
         self._fill(look.names)
 
     def clear(self, words: str) -> None:
@@ -74,11 +75,13 @@ class MappingTable(QWidget):
         self._infos = ()
         self.words.setText(words)
         self.table.setRowCount(0)
+        self._boxes.clear()
         self.changed.emit()
 
     def _fill(self, names: Sequence[str]) -> None:
-        targets = iq_names(self.receivers.value()) if self._infos else []
+        targets = iq_names(self.count.value()) if self._infos else []
         self.table.setRowCount(len(targets))
+        self._boxes.clear()
         for row, target in enumerate(targets):
             self.table.setItem(row, 0, QTableWidgetItem(target))
             box = QComboBox()
@@ -89,4 +92,5 @@ class MappingTable(QWidget):
             box.setCurrentIndex(max(box.findData(names[row]) if row < len(names) else 0, 0))
             box.currentIndexChanged.connect(lambda _index: self.changed.emit())
             self.table.setCellWidget(row, 1, box)
+            self._boxes.append(box)
         self.changed.emit()

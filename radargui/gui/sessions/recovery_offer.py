@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
 
-from radargui.experiment.recovery import RecoveredRun, recover_run
-from radargui.gui.sessions.work_strip import Task
+from radargui.experiment.reprocess import Outcome, RecoveredRun, each_run, recover_run
+from radargui.files.progress import Progress
+from radargui.gui.control.run_control import RunControl
+from radargui.gui.services import Services
 from radargui.gui.setup.form import plain_label
-from radargui.model.errors import CancelledError, RadarGuiError
-from radargui.session.catalogue import Catalogue
-from radargui.session.recovery import UnfinishedRun, unfinished_runs
-
-if TYPE_CHECKING:
-    from radargui.gui.main_window import MainWindow
+from radargui.gui.setup.session_panel import SessionPanel
+from radargui.gui.work_strip import Task
+from radargui.model.errors import CancelledError
+from radargui.session.catalogue import Catalogue, RunLine
+from radargui.session.recovery import unfinished_runs
 
 _NAMED = 3
 _LOOK_AFTER_MS = 300
@@ -28,10 +28,10 @@ class RecoveryOffer(QFrame):
 
     recovered = Signal(object)
 
-    def __init__(self, window: MainWindow) -> None:
+    def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
         super().__init__()
-        self._window = window
-        self.runs: tuple[UnfinishedRun, ...] = ()
+        self._control, self._panel, self._services = control, panel, services
+        self.runs: tuple[RunLine, ...] = ()
         self.setObjectName("recovery")
         self._words = plain_label()
         self.recover = QPushButton("Recover")
@@ -45,7 +45,7 @@ class RecoveryOffer(QFrame):
         row.addWidget(self._words, 1)
         row.addWidget(self.recover)
         row.addWidget(self.later)
-        window.theme.changed.connect(self._paint)
+        services.theme.changed.connect(self._paint)
         self._paint()
         self.hide()
         self._soon = QTimer(self)
@@ -60,11 +60,11 @@ class RecoveryOffer(QFrame):
 
     def look(self) -> None:
         """Look for unfinished runs, in the background."""
-        folder = self._window.session_panel.data_folder
+        folder = self._panel.data_folder
         if not folder.is_dir():
             return
-        task = self._window.work.quiet()
-        self._window.jobs.start(
+        task = self._services.work.quiet()
+        self._services.jobs.start(
             "looking for unfinished runs",
             lambda: _unfinished(folder, task),
             self._offer,
@@ -73,10 +73,10 @@ class RecoveryOffer(QFrame):
 
     def _failed(self, error: BaseException) -> None:
         if not isinstance(error, CancelledError):
-            self._window.board.post_error(error)
+            self._services.board.post_error(error)
 
-    def _offer(self, runs: tuple[UnfinishedRun, ...]) -> None:
-        recording = self._window.control.session
+    def _offer(self, runs: tuple[RunLine, ...]) -> None:
+        recording = self._control.session
         own = None if recording is None else recording.recording
         self.runs = tuple(run for run in runs if run.path != own)
         names = [f"{run.path.parent.name}/{run.path.name} ({run.duration_s:.1f} s)" for run in self.runs[:_NAMED]]
@@ -91,22 +91,22 @@ class RecoveryOffer(QFrame):
     def _recover(self) -> None:
         paths = [run.path for run in self.runs]
         self.hide()
-        self._window.work.start(
+        self._services.work.start(
             "recovering runs",
             lambda task: _recovered(paths, task),
             self._done,
-            self._window.board.post_error,
+            self._services.board.post_error,
             self.look,
         )
 
-    def _done(self, outcome: list[RecoveredRun | RadarGuiError]) -> None:
-        board = self._window.board
-        good = [one for one in outcome if isinstance(one, RecoveredRun)]
-        for one in outcome:
-            if isinstance(one, RadarGuiError):
-                board.post_error(one)
-            elif one.error is not None:
-                board.post("warning", f"{one.path.name} is recovered, but not processed: {one.error}")
+    def _done(self, outcomes: tuple[Outcome[RecoveredRun], ...]) -> None:
+        board = self._services.board
+        good = [one.value for one in outcomes if one.value is not None]
+        for outcome in outcomes:
+            if outcome.error is not None:
+                board.post_error(outcome.error)
+            elif outcome.value is not None and outcome.value.error is not None:
+                board.post("warning", f"{outcome.run.name} is recovered, but not processed: {outcome.value.error}")
         if good:
             count = "1 run is" if len(good) == 1 else f"{len(good)} runs are"
             folders = ", ".join(sorted({one.path.parent.name for one in good}))
@@ -114,29 +114,21 @@ class RecoveryOffer(QFrame):
         self.recovered.emit(good)
 
     def _paint(self) -> None:
-        colours = self._window.theme.colours
+        colours = self._services.theme.colours
         self.setStyleSheet(
             f"QFrame#recovery {{ background: {colours.raised}; border: none; border-left: 6px solid {colours.mark}; }}"
         )
 
 
-def _unfinished(folder: Path, task: Task) -> tuple[UnfinishedRun, ...]:
+def _unfinished(folder: Path, task: Task) -> tuple[RunLine, ...]:
     # the first look at a large folder takes its time: it can be cancelled, and is kept in the index
     with Catalogue(folder) as catalogue:
-        catalogue.refresh(task.tell)
+        catalogue.refresh(task.report)
     return unfinished_runs(folder)
 
 
-def _recovered(paths: list[Path], task: Task) -> list[RecoveredRun | RadarGuiError]:
-    outcome: list[RecoveredRun | RadarGuiError] = []
-    for done, path in enumerate(paths):
+def _recovered(paths: list[Path], task: Task) -> tuple[Outcome[RecoveredRun], ...]:
+    def recover(path: Path, report: Progress) -> RecoveredRun:
+        return recover_run(path, now=datetime.now().astimezone(), progress=report)
 
-        def tell(share: float, done: int = done) -> None:
-            task.tell((done + share) / len(paths))
-
-        tell(0.0)
-        try:
-            outcome.append(recover_run(path, now=datetime.now().astimezone(), progress=tell))
-        except RadarGuiError as error:
-            outcome.append(error)
-    return outcome
+    return tuple(each_run(paths, recover, task.report))

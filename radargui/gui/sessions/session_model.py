@@ -7,7 +7,7 @@ from typing import Any
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
 
-from radargui.report.rounding import UNKNOWN
+from radargui.restitution.series import series_of
 from radargui.session.catalogue import SessionSummary
 
 Index = QModelIndex | QPersistentModelIndex
@@ -42,11 +42,10 @@ def _runs(found: SessionSummary) -> str:
 
 
 def _restitution(found: SessionSummary) -> str:
-    if found.e_mean is None or found.e_min is None or found.e_max is None:
-        return UNKNOWN
-    if found.n_e == 1:
-        return f"{found.e_mean:.3f}"
-    return f"{found.e_mean:.3f} ({found.e_min:.3f} to {found.e_max:.3f})"
+    series = series_of(found.drops)
+    many = f" (n = {series.e.n})" if series.e.n > 1 else ""
+    mark = "" if series.kind in (None, "measured") else f", {series.kind}"
+    return f"{series.e.words()}{many}{mark}"
 
 
 class SessionModel(QAbstractTableModel):

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QListView, QStyledItemDelegate, QStyleOptionViewIt
 from radargui.files.thumbnail import Thumbnail
 from radargui.gui.sessions.session_look import RunLook
 from radargui.gui.theme import Theme
+from radargui.model.rounding import alone
 
 Index = QModelIndex | QPersistentModelIndex
 _WIDTH, _HEIGHT, _GAP = 148, 96, 5
@@ -24,7 +25,7 @@ class ThumbnailView(QListView):
         super().__init__()
         self.runs = _RunsModel()
         self.setModel(self.runs)
-        self.setItemDelegate(_Painter(theme, self))
+        self.setItemDelegate(_Painter(theme, self.runs, self))
         self.setViewMode(QListView.ViewMode.IconMode)
         self.setMovement(QListView.Movement.Static)
         self.setResizeMode(QListView.ResizeMode.Adjust)
@@ -71,9 +72,10 @@ class _RunsModel(QAbstractListModel):
 class _Painter(QStyledItemDelegate):
     """Draws number, e and the curve."""
 
-    def __init__(self, theme: Theme, parent: QWidget) -> None:
+    def __init__(self, theme: Theme, runs: _RunsModel, parent: QWidget) -> None:
         super().__init__(parent)
         self._theme = theme
+        self._runs = runs
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: Index) -> QSize:  # noqa: N802 - Qt's name
         """Return the size of one picture."""
@@ -81,7 +83,7 @@ class _Painter(QStyledItemDelegate):
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw one picture."""
-        look = index.model().looks[index.row()]
+        look = self._runs.looks[index.row()]
         colours = self._theme.colours
         box = QRectF(option.rect).adjusted(_GAP, _GAP, -_GAP, -_GAP)
         painter.save()
@@ -93,7 +95,7 @@ class _Painter(QStyledItemDelegate):
         painter.setPen(QColor(colours.text))
         painter.drawText(head, Qt.AlignmentFlag.AlignLeft, look.entry.cells()[0])
         summary = look.entry.summary or {}
-        e = f"e = {summary['e']:.3f}" if isinstance(summary.get("e"), float) else ""
+        e = f"e = {alone(summary['e'], summary.get('u_e'))}" if isinstance(summary.get("e"), float) else ""
         painter.drawText(head, Qt.AlignmentFlag.AlignRight, e)
         body = box.adjusted(4, line + 4, -4, -4)
         if look.thumbnail is None:

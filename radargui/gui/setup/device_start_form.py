@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QCheckBox
 
-from radargui.gui.setup.fields import ChoiceField, NumberField, TextField
+from radargui.gui.setup.fields import Changed, ChoiceField, NumberField, TextField
 from radargui.gui.setup.form import Group
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
@@ -16,7 +16,7 @@ EDGES = {"rising": "Rising", "falling": "Falling"}
 class CheckField(QCheckBox):
     """Yes or no."""
 
-    def __init__(self, model: SetupModel, key: str, words: str, tip: str) -> None:
+    def __init__(self, model: SetupModel, theme: Theme, key: str, words: str, tip: str) -> None:
         super().__init__(words)
         self._model = model
         self.key = key
@@ -25,6 +25,7 @@ class CheckField(QCheckBox):
         self.clicked.connect(lambda checked: model.assign(key, checked))
         model.changed.connect(self.refresh)
         self.refresh()
+        self.changed = Changed(self, model, theme, key, lambda value: "yes" if value else "no")
 
     def refresh(self) -> None:
         """Show what the draft says."""
@@ -37,16 +38,17 @@ class DeviceStartForm:
     def __init__(self, group: Group, model: SetupModel, theme: Theme) -> None:
         self._group = group
         self._model = model
-        start = ChoiceField(model, "daq.start", STARTS)
+        start = ChoiceField(model, theme, "daq.start", STARTS)
         group.row("Sampling starts", start, "At once: a run begins with the motion. At an edge: the edge is t = 0")
         self._source = TextField(model, theme, "daq.start_source", optional=True, hint="PFI0, or I1 where analogue")
         group.row("Edge of", self._source, "Digital: a terminal, PFI0. Analogue: APFI0, or a channel, I1 or ai0")
-        self._edge = ChoiceField(model, "daq.start_edge", EDGES)
+        self._edge = ChoiceField(model, theme, "daq.start_edge", EDGES)
         group.row("Edge", self._edge)
         self._level = NumberField(model, theme, "daq.start_level_v")
         group.row("Level [V]", self._level)
         self._pretrigger = CheckField(
             model,
+            theme,
             "daq.start_pretrigger",
             "Samples from before the edge",
             "A reference trigger: the device keeps what came before the edge. Not every device can",
@@ -55,6 +57,7 @@ class DeviceStartForm:
         group.whole(
             CheckField(
                 model,
+                theme,
                 "recording.restart_after_error",
                 "Start again after an error",
                 "A device that failed is started again within the run; what was lost meanwhile is a gap",

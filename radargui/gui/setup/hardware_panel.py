@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
-from radargui.gui.setup.error_line import ErrorLine
-from radargui.gui.setup.form import FormScroll, Group, hint, plain_label, side_by_side
+from radargui.gui.setup.error_line import ChangeLine, ErrorLine
+from radargui.gui.setup.form import Choice, FormScroll, Group, hint, plain_label, side_by_side
 from radargui.gui.setup.ni_form import FindDevices, NiForm, find_ni_devices
 from radargui.gui.setup.processing_form import ProcessingForm, RecordingForm
-from radargui.gui.setup.replay_form import ReplayForm
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.simulated_form import SimulatedForm
+from radargui.gui.setup.source_forms import ReplayForm, SimulatedForm
 from radargui.gui.theme import Theme
+from radargui.sources.factory import SourceKind
 
-SourceKind = Literal["simulated", "ni", "replay"]
 SOURCES: dict[SourceKind, str] = {"simulated": "Simulated", "ni": "NI device", "replay": "Replay file"}
 
 
@@ -46,7 +44,7 @@ class HardwarePanel(QWidget):
         column.setContentsMargins(6, 6, 6, 6)
         column.addWidget(self._file_group())
 
-        self.source = QComboBox()
+        self.source = Choice()
         self.source.setObjectName("source")
         for kind, words in SOURCES.items():
             self.source.addItem(words, kind)
@@ -64,7 +62,7 @@ class HardwarePanel(QWidget):
         for form in self._forms.values():
             column.addWidget(form)
         column.addWidget(RecordingForm(model, theme))
-        column.addWidget(ProcessingForm(model))
+        column.addWidget(ProcessingForm(model, theme))
         column.addStretch(1)
 
         outer = QVBoxLayout(self)
@@ -72,6 +70,7 @@ class HardwarePanel(QWidget):
         outer.addWidget(FormScroll(self._content), 1)
         self._hint = hint("Stop to change the setup.")
         outer.addWidget(self._hint)
+        outer.addWidget(ChangeLine(model))
         outer.addWidget(ErrorLine(model, theme))
 
         self.source.setCurrentIndex(self.source.findData(source))
@@ -110,14 +109,21 @@ class HardwarePanel(QWidget):
             buttons.append(button)
         self._save_buttons: list[QPushButton] = buttons[1:]
         group.whole(side_by_side(*buttons))
+        self.undo_all = QPushButton("Undo all changes")
+        self.undo_all.clicked.connect(lambda: self._model.undo())
+        group.whole(self.undo_all)
         return group
 
     def _name_file(self) -> None:
         path = self._model.path
         name = path.name if path else "not saved yet"
         kind = " (shipped)" if self._model.shipped else ""
-        self._name.setText(f"{name}{kind}{', changed' if self._model.modified else ''}")
+        changed = self._model.unsaved
+        counted = f", {len(changed)} value{'s' if len(changed) > 1 else ''} changed" if changed else ""
+        self._name.setText(f"{name}{kind}{counted}")
         self._name.setToolTip(str(path or ""))
+        self.undo_all.setEnabled(self._model.modified)
+        self.undo_all.setToolTip("\n".join(("Back to what the file says:", *changed)))
         for button in self._save_buttons:
             button.setEnabled(self._model.valid)
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from PySide6.QtWidgets import QComboBox, QFileDialog, QPushButton
+from PySide6.QtWidgets import QFileDialog, QPushButton
 
 from radargui.gui.background import Jobs
 from radargui.gui.setup.device_start_form import DeviceStartForm
 from radargui.gui.setup.fields import ChoiceField, ListField, NumberField, TextField
-from radargui.gui.setup.form import Group, plain_label, side_by_side
+from radargui.gui.setup.form import Choice, Group, plain_label, side_by_side
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
 from radargui.model.setup import Setup
@@ -70,7 +70,7 @@ class NiForm(Group):
             side_by_side(self._certificate, browse),
             "File (PEM) that a device server with encryption (TLS) is known by; empty: no encryption",
         )
-        self.found = QComboBox()
+        self.found = Choice()
         self.found.setVisible(False)
         self.found.activated.connect(self._take)
         self.button = QPushButton("Find devices")
@@ -85,7 +85,7 @@ class NiForm(Group):
             ListField(model, theme, "daq.channels", optional=True, hint="ai0, ai1, …"),
             "In the order I1, Q1, I2, Q2, …; empty: ai0, ai1, …",
         )
-        self.row("Terminal", ChoiceField(model, "daq.terminal", TERMINALS))
+        self.row("Terminal", ChoiceField(model, theme, "daq.terminal", TERMINALS))
         self.row("Range [± V]", NumberField(model, theme, "daq.range_v"))
         self.row(
             "Channel skew [µs]",
@@ -114,16 +114,16 @@ class NiForm(Group):
         """Try the setup on its device without holding up the window."""
         setup, check = self._model.setup, self.check
         self.check_button.setEnabled(False)
-        self._tell("Asking the device …")
+        self._show_check("Asking the device …")
         self._jobs.start("the check of the setup", lambda: check(setup), self._passed, self._refused)
 
     def _passed(self, found: Any) -> None:
         lines = (f"{what.capitalize()}: {how}" for what, how in found.lines)
-        self._tell("\n".join((f"The setup works on {found.device.title}.", *lines)))
+        self._show_check("\n".join((f"The setup works on {found.device.title}.", *lines)))
         self.check_button.setEnabled(self._model.valid)
 
     def _refused(self, error: BaseException) -> None:
-        self._tell(str(error) or type(error).__name__)
+        self._show_check(str(error) or type(error).__name__)
         self.check_button.setEnabled(self._model.valid)
 
     def _setup_changed(self) -> None:
@@ -131,7 +131,7 @@ class NiForm(Group):
         self.checked.setVisible(False)
         self.check_button.setEnabled(self._model.valid)
 
-    def _tell(self, text: str) -> None:
+    def _show_check(self, text: str) -> None:
         self.checked.setText(text)
         self.checked.setVisible(True)
 

@@ -28,13 +28,13 @@ def offered(words: dict[str, str], values: tuple[str, ...]) -> dict[str, str]:
 class ProcessingForm(Group):
     """Correction and geometry."""
 
-    def __init__(self, model: SetupModel) -> None:
+    def __init__(self, model: SetupModel, theme: Theme) -> None:
         super().__init__("Processing")
         self.row(
             "IQ correction",
-            ChoiceField(model, "processing.correction", offered(CORRECTIONS, get_args(Correction))),
+            ChoiceField(model, theme, "processing.correction", offered(CORRECTIONS, get_args(Correction))),
         )
-        self.row("Geometry", ChoiceField(model, "processing.geometry", offered(GEOMETRIES, get_args(Geometry))))
+        self.row("Geometry", ChoiceField(model, theme, "processing.geometry", offered(GEOMETRIES, get_args(Geometry))))
 
 
 class RecordingForm(Group):

@@ -10,6 +10,9 @@ from PySide6.QtWidgets import QFileDialog, QLineEdit, QPlainTextEdit, QPushButto
 from radargui.gui.setup.form import FormScroll, Group, plain_label, side_by_side
 from radargui.session.info import JournalEntry
 
+Details = tuple[str, str, str, str]
+"""Operator, notes, sample, target, as `set_details` takes them."""
+
 
 class SessionPanel(QWidget):
     """Data folder, operator, sample, target, notes, and the folder of the session that is open."""
@@ -97,6 +100,11 @@ class SessionPanel(QWidget):
     def target(self) -> str:
         """What it falls on."""
         return self._target.text().strip()
+
+    @property
+    def details(self) -> Details:
+        """What was typed."""
+        return self.operator, self.notes, self.sample, self.target
 
     def set_details(self, operator: str, notes: str, sample: str = "", target: str = "") -> None:
         """Show what a session that was opened says of itself."""

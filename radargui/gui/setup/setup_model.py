@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from PySide6.QtCore import QObject, Signal
 
 from radargui.model.resources import shipped_setups
@@ -32,6 +32,7 @@ class SetupModel(QObject):
         self.faulty: frozenset[str] = frozenset()
         self._draft: dict[str, Any] = plain(setup)
         self._saved = setup
+        self._of_last_run: Setup | None = None
 
     @property
     def valid(self) -> bool:
@@ -52,6 +53,51 @@ class SetupModel(QObject):
     def shipped(self) -> bool:
         """Whether the file is one that came with the program, not to be written over."""
         return self.path is not None and self.path.resolve() in {path.resolve() for path in shipped_setups()}
+
+    def note_run(self) -> None:
+        """Remember the setup as that of a run, for `since_last_run`."""
+        self._of_last_run = self.setup
+        self.changed.emit()
+
+    @property
+    def since_last_run(self) -> tuple[str, ...]:
+        """What is another now than at the last run, one `key (was value)` each; empty before the first run."""
+        if self._of_last_run is None or not self.valid:
+            return ()
+        before, now = _flat(self._of_last_run.model_dump()), _flat(self.setup.model_dump())
+        keys = [key for key in (before | now) if before.get(key) != now.get(key)]
+        return tuple(f"{key} (was {'not set' if before.get(key) is None else before[key]})" for key in keys)
+
+    @property
+    def unsaved(self) -> tuple[str, ...]:
+        """Keys whose values are not those of the file."""
+        before, now = _flat(plain(self._saved)), _flat(self._draft)
+        return tuple(key for key in (before | now) if before.get(key) != now.get(key))
+
+    def saved_value(self, key: str) -> Any:
+        """Return what the file says, None where it has no such value."""
+        return _value(self._saved, key)
+
+    def differs(self, key: str) -> bool:
+        """Return whether a value is not the file's; those of a receiver that the file does not have are no change."""
+        if _receiver(key) >= min(self.n_receivers, self._saved.n_receivers):
+            return False
+        return _flat(self.value(key)) != _flat(self.saved_value(key))
+
+    def undo(self, key: str = "") -> None:
+        """Take back what was changed since the file was read or saved; without a key everything."""
+        if not key:
+            self.replace(self._saved)
+            return
+        table: Any = plain(self._saved)
+        for part in _parts(key):
+            table = table[part] if isinstance(part, int) else table.get(part, {})
+        self.assign(key, None if table == {} else table)
+
+    def take(self, setup: Setup) -> None:
+        """Begin with a setup that belongs to no file."""
+        self.path, self._saved = None, setup
+        self.replace(setup)
 
     def load(self, path: Path) -> None:
         """Read a setup file.
@@ -86,24 +132,29 @@ class SetupModel(QObject):
 
     def value(self, key: str) -> Any:
         """Return what the draft says, else the value in force, None where there is none (or no such receiver)."""
-        number = next((part for part in _parts(key) if isinstance(part, int)), 0)
-        if number >= self.n_receivers:
+        if _receiver(key) >= self.n_receivers:
             return None
-        table, name = self._table(key)
-        if name in table:
-            return table[name]
-        current: Any = self.setup
-        for part in _parts(key):
-            current = _step(current, part)
-        return current
+        found: Any = self._draft
+        try:
+            for part in _parts(key):
+                found = found[part]
+        except (KeyError, IndexError, TypeError):
+            return _value(self.setup, key)
+        return found
 
     def assign(self, key: str, value: object) -> None:
         """Set a value of the draft; None takes the key out, so that the default holds."""
-        table, name = self._table(key)
-        if value is None:
-            table.pop(name, None)
-        else:
+        *way, name = _parts(key)
+        table: Any = self._draft
+        for number, part in enumerate(way):
+            if not isinstance(part, int) and part not in table:
+                whole = ".".join(str(one) for one in way)
+                table[part] = list(self.value(whole)) if isinstance(name, int) and number + 1 == len(way) else {}
+            table = table[part]
+        if value is not None:
             table[name] = value
+        elif isinstance(table, dict):
+            table.pop(name, None)
         self._validate()
 
     def add_receiver(self) -> None:
@@ -134,27 +185,20 @@ class SetupModel(QObject):
                 channels.append(next(free))
         self._validate()
 
-    def _table(self, key: str) -> tuple[dict[str, Any], str]:
-        *way, name = _parts(key)
-        table: Any = self._draft
-        for part in way:
-            table = table[part] if isinstance(part, int) else table.setdefault(part, {})
-        return table, str(name)
-
     def _validate(self) -> None:
         try:
             self.setup = Setup.model_validate(self._draft)
             self.error, self.faulty = "", frozenset()
         except ValidationError as fault:
             self.error = describe(fault, Setup)
-            self.faulty = frozenset(dotted(_named(one["loc"])) for one in fault.errors(include_url=False))
+            places = [one["loc"] for one in fault.errors(include_url=False)]
+            self.faulty = frozenset(dotted(place[:deep]) for place in places for deep in (2, 3))
         self.changed.emit()
 
 
-def _named(loc: tuple[int | str, ...]) -> tuple[int | str, ...]:
-    """Keep the parts of a place up to the key that a form shows."""
-    keep = 3 if loc and loc[0] == "receiver" else 2
-    return loc[:keep]
+def _receiver(key: str) -> int:
+    """Return the index of the receiver that a key belongs to, 0 for other keys."""
+    return next((part for part in _parts(key) if isinstance(part, int)), 0) if key.startswith("receiver") else 0
 
 
 def _parts(key: str) -> list[str | int]:
@@ -168,7 +212,25 @@ def _parts(key: str) -> list[str | int]:
     return parts
 
 
+def _value(setup: Setup, key: str) -> Any:
+    current: Any = setup
+    for part in _parts(key):
+        current = _step(current, part)
+    return current
+
+
+def _flat(value: Any, name: str = "") -> dict[str, Any]:
+    """Return every single value below a table by its dotted name, lists counted from 1."""
+    if isinstance(value, dict):
+        parts = [(f"{name}.{key}".lstrip("."), one) for key, one in value.items()]
+    elif isinstance(value, (list, tuple)):
+        parts = [(f"{name}[{number}]", one) for number, one in enumerate(value, start=1)]
+    else:
+        return {name: value}
+    return {key: one for part, below in parts for key, one in _flat(below, part).items()}
+
+
 def _step(current: Any, part: str | int) -> Any:
     if isinstance(part, int):
         return current[part] if part < len(current) else None
-    return getattr(current, part, None)
+    return dict(current).get(part) if isinstance(current, BaseModel) else None

@@ -6,11 +6,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from radargui.gui.control.feed import Feed
+from radargui.gui.plots.envelope import thin
 from radargui.gui.track.space import MM
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 
 _MOST_POINTS = 6000
+_MOST_LIVE_POINTS = 1500
+_BREAK_POINTS = 8
+"""Unknown points where a path was lost: the height's plot draws two of four points, and fewer could vanish in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +32,8 @@ class ShownTrack:
         Shape (n_impacts,) and (3, n_impacts).
     fit_time_s, fit_mm
         Parabola of the first fall in z, shape (n_fit,).
+    zero
+        What the times of a result count from.
     """
 
     time_s: FloatArray
@@ -35,6 +42,33 @@ class ShownTrack:
     impact_mm: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
     fit_time_s: FloatArray = field(default_factory=lambda: np.empty(0))
     fit_mm: FloatArray = field(default_factory=lambda: np.empty(0))
+    zero: str = ""
+
+
+class LiveTrail:
+    """Pulls the newest positions of one acquisition."""
+
+    def __init__(self, feed: Feed, seconds: float) -> None:
+        self._feed = feed
+        self._seconds = seconds
+        self._drawn = -1
+        self.moving = self.began_anew = False
+
+    def pull(self) -> ShownTrack | None:
+        """Return the trail, its newest point last; None where there is nothing new."""
+        live = self._feed.live
+        if live is None:
+            return None
+        self.moving, self.began_anew = live.moving, live.began_anew
+        latest = live.latest
+        if latest == self._drawn:
+            return None
+        self._drawn = latest
+        span = live.since(max(0, latest - self._feed.samples(self._seconds)))
+        if span.index.size == 0:
+            return None
+        rows: FloatArray = thin(np.vstack([span.index[None], span.position_m]), _MOST_LIVE_POINTS)
+        return ShownTrack((rows[0] - latest) / self._feed.rate_hz, rows[1:] * MM)
 
 
 def result_track(result: RunResult) -> ShownTrack | None:
@@ -42,39 +76,31 @@ def result_track(result: RunResult) -> ShownTrack | None:
     track = result.track
     if track is None:
         return None
-    zero = start_time_s(result)
+    zero, zero_words = result.zero
     known = np.flatnonzero(track.valid & np.isfinite(track.position_m).all(axis=0))
     if known.size == 0:
         return None
     step = max(1, -(-(known[-1] - known[0]) // _MOST_POINTS))
     chosen = np.arange(known[0], known[-1] + 1, step)
     position = np.where(track.valid[chosen], track.position_m[:, chosen], np.nan) * MM
+    restarts = np.empty(0, dtype=np.intp) if result.paths is None else result.paths.restarts()
+    inside = restarts[(restarts > known[0]) & (restarts <= known[-1])].repeat(_BREAK_POINTS)
+    places = np.searchsorted(chosen, inside)
     impacts = np.array([bounce.time_s for bounce in result.bounces.impacts])
     at = np.clip(np.searchsorted(track.time_s, impacts), 0, track.time_s.size - 1)
     fall = result.bounces.free_fall
-    fit_time, fit = np.empty(0), np.empty(0)
+    fit_time: FloatArray = np.empty(0)
+    fit: FloatArray = np.empty(0)
     if fall is not None:
         since = np.linspace(0.0, fall.last_time_s - fall.first_time_s, 120)
         fit_time = fall.first_time_s + since - zero
-        fit = np.polynomial.polynomial.polyval(since, fall.parabola) * MM
+        fit = np.asarray(np.polynomial.polynomial.polyval(since, fall.parabola) * MM, dtype=np.float64)
     return ShownTrack(
-        time_s=track.time_s[chosen] - zero,
-        position_mm=position,
+        time_s=np.insert(track.time_s[chosen], places, track.time_s[inside]) - zero,
+        position_mm=np.insert(position, places, np.nan, axis=1),
         impact_time_s=impacts - zero,
         impact_mm=track.position_m[:, at] * MM,
         fit_time_s=fit_time,
         fit_mm=fit,
+        zero=zero_words,
     )
-
-
-def start_time_s(result: RunResult) -> float:
-    """Return the instant that counts as t = 0: the trigger, else the first motion, else the first sample."""
-    recording = result.recording
-    time_s = recording.time_s()
-    if time_s.size == 0:
-        return 0.0
-    if recording.trigger_index is not None:
-        return float(recording.trigger_index / recording.digitisation.sample_rate_hz)
-    if result.segment is not None:
-        return float(time_s[min(result.segment.first, time_s.size - 1)])
-    return float(time_s[0])

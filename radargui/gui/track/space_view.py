@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph.opengl as gl
+from numpy.typing import NDArray
 from PySide6.QtGui import QColor, QFont, QResizeEvent, QVector3D, QWheelEvent
 
 from radargui.gui.theme import Theme
@@ -14,11 +15,13 @@ from radargui.gui.track.shown_track import ShownTrack
 from radargui.gui.track.space import Space
 from radargui.model.arrays import FloatArray
 
+Points = NDArray[np.float32]
+"""Shape (n, 3) in mm, as OpenGL takes them."""
 _GRID_MM = 50.0
 _STEP_MM = 4.0
 
 
-class SpaceView(gl.GLViewWidget):
+class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
     """Box with floor, axes and directions to the antennas; trail, sphere and impacts in it."""
 
     def __init__(self, theme: Theme) -> None:
@@ -99,7 +102,7 @@ class SpaceView(gl.GLViewWidget):
         self._impacts.setData(pos=impacts[np.isfinite(impacts).all(axis=1)], color=self._rgba("mark"))
 
     @staticmethod
-    def _draw_line(item: Any, points: FloatArray, colour: tuple[float, float, float, float]) -> None:
+    def _draw_line(item: Any, points: Points, colour: tuple[float, float, float, float]) -> None:
         if np.isfinite(points).all() and len(points) > 1:
             # drawn in one piece: joints of single pieces show as dots
             item.setData(pos=points, color=colour, mode="line_strip")
@@ -113,7 +116,7 @@ class SpaceView(gl.GLViewWidget):
         self.show_track(self._track)
 
     def _rgba(self, role: str, alpha: float = 1.0) -> tuple[float, float, float, float]:
-        colour = QColor(getattr(self._theme.colours, role))
+        colour = QColor(self._theme.colours.role(role))
         return (colour.redF(), colour.greenF(), colour.blueF(), alpha)
 
     def _build(self) -> None:
@@ -164,7 +167,7 @@ class SpaceView(gl.GLViewWidget):
         return gl.GLTextItem(pos=place, text=text, color=QColor(self._theme.colours.faint), font=font)
 
 
-def _spaced(points: FloatArray) -> FloatArray:
+def _spaced(points: Points) -> Points:
     """Return points (n, 3) at least `_STEP_MM` apart along the line: shorter pieces are drawn as dots."""
     if len(points) < 3:
         return points
@@ -173,13 +176,15 @@ def _spaced(points: FloatArray) -> FloatArray:
     along = np.concatenate([[0.0], np.cumsum(np.where(unknown, _STEP_MM, step))]) // _STEP_MM
     kept = np.concatenate([[True], np.diff(along) > 0])
     kept[-1] = True
-    return points[kept]
+    chosen: Points = points[kept]
+    return chosen
 
 
-def _segments(points: FloatArray) -> FloatArray:
+def _segments(points: Points) -> Points:
     """Return the line through points (n, 3) as pairs, shape (2 m, 3), without pairs that touch NaN."""
     if len(points) < 2:
         return np.empty((0, 3), dtype=np.float32)
     pairs = np.stack([points[:-1], points[1:]], axis=1)
     kept = np.isfinite(pairs).all(axis=(1, 2))
-    return np.ascontiguousarray(pairs[kept].reshape(-1, 3))
+    joined: Points = np.ascontiguousarray(pairs[kept].reshape(-1, 3))
+    return joined

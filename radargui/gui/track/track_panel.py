@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import Qt
@@ -13,12 +14,14 @@ from radargui.gui.control.feed import Feed
 from radargui.gui.plots.key import Key
 from radargui.gui.theme import Theme
 from radargui.gui.track.height_plot import HeightPlot
-from radargui.gui.track.live_trail import LiveTrail
 from radargui.gui.track.projections import Projections
-from radargui.gui.track.shown_track import ShownTrack, result_track
+from radargui.gui.track.shown_track import LiveTrail, ShownTrack, result_track
 from radargui.gui.track.space import Space, space_of
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+
+if TYPE_CHECKING:
+    from radargui.gui.track.space_view import SpaceView
 
 LIVE_S = 4.0
 HOLD_S = 0.8
@@ -40,13 +43,13 @@ class TrackPanel(QWidget):
         self._stack = QStackedWidget()
         self.projections = Projections(theme)
         self._stack.addWidget(self.projections)
-        self.view: QWidget = self.projections
+        self._space_view: SpaceView | None = None
         self.height_plot = HeightPlot(theme, LIVE_S)
         self.where = QLabel()
         self.where.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         self.where.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.key = Key(theme, ("▬", "track", "z"), ("╌", "fit", "parabola of the first fall"), ("×", "mark", "impacts"))
+        self.key = Key(theme)
         for label in (self.where, self.key):
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self._title = QLabel()
@@ -60,6 +63,7 @@ class TrackPanel(QWidget):
         column.addWidget(self.key)
         column.addWidget(self.height_plot, 1)
         splitter = QSplitter(Qt.Orientation.Vertical)
+        splitter.setObjectName("track.parts")
         splitter.addWidget(self._stack)
         splitter.addWidget(lower)
         splitter.setStretchFactor(0, 3)
@@ -70,7 +74,7 @@ class TrackPanel(QWidget):
         outer.setSpacing(0)
         outer.addWidget(self._title)
         outer.addWidget(splitter, 1)
-        self._tell("Live track: nothing yet")
+        self._entitle("Live track: nothing yet")
         self._show_words(result=False)
         self._show_where(None)
         self.show_setup(setup)
@@ -78,7 +82,12 @@ class TrackPanel(QWidget):
     @property
     def in_space(self) -> bool:
         """Whether the OpenGL view is shown."""
-        return self._stack.currentWidget() is not self.projections
+        return self._space_view is not None
+
+    @property
+    def view(self) -> SpaceView | Projections:
+        """The view in space, or the projections."""
+        return self._space_view or self.projections
 
     @property
     def shown(self) -> ShownTrack | None:
@@ -92,25 +101,25 @@ class TrackPanel(QWidget):
         if wanted:
             from radargui.gui.track.space_view import SpaceView
 
-            self._stack.addWidget(SpaceView(self._theme))
+            self._space_view = SpaceView(self._theme)
+            self._stack.addWidget(self._space_view)
             self._stack.setCurrentIndex(1)
-        else:
+        elif self._space_view is not None:
             # not kept: as long as it exists the whole window is put together by OpenGL
-            old = self._stack.widget(1)
             self._stack.setCurrentIndex(0)
-            self._stack.removeWidget(old)
-            old.deleteLater()
-        self.view = self._stack.currentWidget()
+            self._stack.removeWidget(self._space_view)
+            self._space_view.deleteLater()
+            self._space_view = None
         self.view.show_space(self._space)
         self._draw(self._shown)
 
     def renew_space_view(self) -> None:
         """Make the view in space anew: torn off or put back, its old surface stays black."""
-        if self.in_space:
-            camera = self.view.camera()
+        if self._space_view is not None:
+            camera = self._space_view.camera()
             self.use_space_view(False)
             self.use_space_view(True)
-            self.view.take_camera(camera)
+            self._space_view.take_camera(camera)
 
     def show_setup(self, setup: Setup) -> None:
         """Show the field of view of another setup."""
@@ -125,6 +134,7 @@ class TrackPanel(QWidget):
             self._space = space_of(feed.setup)
             self.view.show_space(self._space)
             self.height_plot.show_space(self._space)
+        self._follow()
 
     def show_result(self, result: RunResult, name: str) -> None:
         """Show what a run gave instead of the live track."""
@@ -135,8 +145,21 @@ class TrackPanel(QWidget):
         self._draw(track)
         self.height_plot.show_result(track)
         words = "preliminary result" if result.preliminary else "result"
-        self._tell(f"{name}: {words if track else 'no track'}")
+        self._entitle(f"{name}: {words if track else 'no track'}")
+        if track is not None:
+            fit = [("╌", "fit", "parabola of the first fall")] if track.fit_time_s.size else []
+            impacts = [("×", "mark", "impacts")] if track.impact_time_s.size else []
+            self.key.show_entries(("▬", "track", "z"), *fit, *impacts)
         self._show_words(result=track is not None)
+
+    def clear(self) -> None:
+        """Forget the result that was shown, and the last moments of the live track."""
+        self.show_live()
+        self._draw(None)
+        self.height_plot.show_live(None)
+        self._entitle("Live track: nothing yet")
+        self._show_words(result=False)
+        self._show_where(None)
 
     def show_live(self) -> None:
         """Go back to the live track."""
@@ -146,6 +169,7 @@ class TrackPanel(QWidget):
     def set_paused(self, paused: bool) -> None:
         """Hold the picture, or let it go on."""
         self.paused = paused
+        self._follow()
 
     def refresh(self) -> None:
         """Draw the newest of the trail; called by the window's timer."""
@@ -158,18 +182,23 @@ class TrackPanel(QWidget):
             return
         self.result_shown = False
         self._show_words(result=False)
-        self._tell("Live track" if self._trail.moving else "Live track: at rest")
+        anew = "starts anew after lost samples, as if from the release" if self._trail.began_anew else ""
+        rest = "" if self._trail.moving else "at rest"
+        self._entitle(": ".join(filter(None, ("Live track", ", ".join(filter(None, (rest, anew)))))))
         if not self.isVisible():
             return
         self._draw(track)
         self.height_plot.show_live(track)
         self._show_where(track)
 
+    def _follow(self) -> None:
+        self.height_plot.follow(self._trail is not None and not self.paused)
+
     def _draw(self, track: ShownTrack | None) -> None:
         self._shown = track
         self.view.show_track(track)
 
-    def _tell(self, words: str) -> None:
+    def _entitle(self, words: str) -> None:
         if self._title.text() != words:
             self._title.setText(words)
 

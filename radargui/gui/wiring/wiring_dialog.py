@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QDialog, QHBoxLayout, QProgressBar, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QProgressBar, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from radargui.experiment.wiring import GuideState
 from radargui.gui.setup.form import plain_label
@@ -27,6 +27,7 @@ class WiringDialog(QDialog):
         super().__init__(parent)
         self._theme = theme
         self._report: WiringReport | None = None
+        self._found: list[QLabel] = []
         self._measuring = False
         self.setWindowTitle("Wiring check")
         self.resize(900, 560)
@@ -73,7 +74,7 @@ class WiringDialog(QDialog):
 
     def finding_texts(self) -> tuple[str, ...]:
         """Return the findings shown."""
-        return tuple(self._lines.itemAt(place).widget().text() for place in range(self._lines.count()))
+        return tuple(line.text() for line in self._found)
 
     def show_waiting(self, words: str = "Waiting for the samples …") -> None:
         """Say that nothing is to be done now."""
@@ -98,29 +99,30 @@ class WiringDialog(QDialog):
         self._clear()
         wrong = sum(finding.kind != "good" for finding in report.findings)
         title = "The wiring is right." if report.is_good else f"{wrong} finding{'s'[: wrong > 1]}"
-        proposed = f"Proposed: {'; '.join(report.settings())}" if report.mends else ""
+        proposed = f"Proposed: {'; '.join(report.settings())}" if report.corrects else ""
         self._show(title, proposed)
         for finding in report.findings:
             line = plain_label(_said(finding))
             line.setFont(scaled_font(line.font(), _MEDIUM))
             self._lines.addWidget(line)
+            self._found.append(line)
         self._report = report
-        self._again()
-        self.take.setVisible(report.mends)
+        self._offer_repeat()
+        self.take.setVisible(report.corrects)
         self._colour()
 
     def show_failure(self, words: str) -> None:
         """Say why there is nothing to show."""
         self._clear()
         self._show("Not checked", words)
-        self._again()
+        self._offer_repeat()
 
     def show_taken(self) -> None:
         """Say that the proposals stand in the setup."""
         self.take.setVisible(False)
         self.step.setText("The proposals stand in the setup: check again, then save it.")
 
-    def _again(self) -> None:
+    def _offer_repeat(self) -> None:
         self.begin.setEnabled(True)
         self.begin.setText("Check again")
 
@@ -139,10 +141,10 @@ class WiringDialog(QDialog):
 
     def _clear(self) -> None:
         self._report = None
-        while self._lines.count():
-            widget = self._lines.takeAt(0).widget()
-            if widget is not None:
-                widget.deleteLater()
+        for line in self._found:
+            self._lines.removeWidget(line)
+            line.deleteLater()
+        self._found.clear()
 
     def _colour(self) -> None:
         colours = self._theme.colours
@@ -153,9 +155,9 @@ class WiringDialog(QDialog):
         if self.when.styleSheet() != style:
             self.when.setStyleSheet(style)
         if self._report is not None:
-            for place, finding in enumerate(self._report.findings):
+            for line, finding in zip(self._found, self._report.findings, strict=True):
                 colour = colours.good if finding.kind == "good" else colours.alarm
-                self._lines.itemAt(place).widget().setStyleSheet(f"color: {colour};")
+                line.setStyleSheet(f"color: {colour};")
 
 
 def _said(finding: WiringFinding) -> str:

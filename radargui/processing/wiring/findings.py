@@ -1,4 +1,4 @@
-"""What the wiring check says: a sentence for each finding, and the settings that mend it."""
+"""What the wiring check says: a sentence for each finding, and the settings that correct it."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class WiringReport:
         return all(finding.kind == "good" for finding in self.findings)
 
     @property
-    def mends(self) -> bool:
+    def corrects(self) -> bool:
         """Whether other settings are proposed."""
         return self.channels is not None or self.phase_sign is not None
 
@@ -76,7 +76,7 @@ class WiringReport:
             lines.append(f"radar.phase_sign = {self.phase_sign}")
         return tuple(lines)
 
-    def mended(self, setup: Setup) -> Setup:
+    def corrected(self, setup: Setup) -> Setup:
         """Return the setup with the proposed settings."""
         if self.channels is not None:
             setup = setup.model_copy(update={"daq": setup.daq.model_copy(update={"channels": self.channels})})

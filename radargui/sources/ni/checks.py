@@ -94,7 +94,7 @@ def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
 
 
 def rate_limit_hz(device: NiDevice, n_channels: int) -> float | None:
-    """Return the highest rate of each of `n_channels` channels in S/s; None where the device does not tell."""
+    """Return the highest rate of each of `n_channels` channels in S/s; None where the device does not say."""
     single, multi = device.max_rate_single_hz, device.max_rate_multi_hz
     if n_channels == 1:
         return single
@@ -107,10 +107,10 @@ def rate_sentence(device: NiDevice, n_channels: int, rate_hz: float) -> str:
     """Return how much of the device's rate is used: "6 channels x 33.3 kS/s = 200 kS/s of 200 kS/s"."""
     limit_hz = rate_limit_hz(device, n_channels)
     if device.simultaneous:
-        told = f" of {format_rate(limit_hz)} each" if limit_hz else ""
-        return f"{n_channels} channels at {format_rate(rate_hz)}{told}"
-    told = f" of {format_rate(n_channels * limit_hz)}" if limit_hz else ""
-    return f"{n_channels} channels x {format_rate(rate_hz)} = {format_rate(n_channels * rate_hz)}{told}"
+        limit = f" of {format_rate(limit_hz)} each" if limit_hz else ""
+        return f"{n_channels} channels at {format_rate(rate_hz)}{limit}"
+    limit = f" of {format_rate(n_channels * limit_hz)}" if limit_hz else ""
+    return f"{n_channels} channels x {format_rate(rate_hz)} = {format_rate(n_channels * rate_hz)}{limit}"
 
 
 def format_rate(rate_hz: float) -> str:

@@ -17,7 +17,7 @@ class NiDevice:
     name
         Name in NI-DAQmx: Dev1.
     product_type
-        Product: DAQPad-6015; empty where the driver does not tell.
+        Product: DAQPad-6015; empty where the driver does not say.
     serial_number
         Hexadecimal, as printed on the device; empty where there is none.
     channels
@@ -27,12 +27,12 @@ class NiDevice:
     ranges_v
         Input ranges, (lowest, highest) in V.
     max_rate_single_hz
-        Highest rate of a single channel in S/s; None where not told.
+        Highest rate of a single channel in S/s; None where not known.
     max_rate_multi_hz
         Highest rate with several channels in S/s: of all channels together on a multiplexed device, of each channel on
-        a simultaneous one; None where not told.
+        a simultaneous one; None where not known.
     min_rate_hz
-        Lowest rate in S/s; None where not told.
+        Lowest rate in S/s; None where not known.
     simultaneous
         True: all channels are sampled at the same instant. False: one after another.
     digital_trigger, analog_trigger

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from contextlib import closing
+from typing import Any
 
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.device import NiDevice, TerminalChoice
 from radargui.sources.ni.driver import Driver, load_nidaqmx
 from radargui.sources.ni.explain import error_code, not_connected, told_plainly
-
-_T = TypeVar("_T")
 
 _UNREACHABLE = (-201003, -200324, -200045, -201250, -201251, -201252, -201253, -201390)
 """NI-DAQmx: the device is configured, but it cannot be accessed."""
@@ -28,12 +27,11 @@ def find_devices(remote: str | None = None, certificate: str | None = None) -> t
     DeviceError
         The package or the driver is missing, or the device server cannot be reached.
     """
-    driver = Driver(remote, certificate)
-    try:
-        with told_plainly("the devices", driver.place, "looking for"):
-            return tuple(_describe(device) for device in driver.system().devices)
-    finally:
-        driver.close()
+    with (
+        closing(Driver(remote, certificate)) as driver,
+        told_plainly("the devices", driver.place, "looking for"),
+    ):
+        return tuple(_describe(device) for device in driver.system().devices)
 
 
 def driver_version(remote: str | None = None, certificate: str | None = None) -> str | None:
@@ -50,16 +48,14 @@ def driver_version(remote: str | None = None, certificate: str | None = None) ->
         nidaqmx = load_nidaqmx()
     except DeviceError:
         return None
-    driver = Driver(remote, certificate)
-    try:
-        with told_plainly("the driver", driver.place, "asking the version of"):
-            version = driver.system().driver_version
-    except DeviceError as error:
-        if isinstance(error.__cause__, (nidaqmx.errors.DaqNotFoundError, nidaqmx.errors.DaqNotSupportedError)):
-            return None
-        raise
-    finally:
-        driver.close()
+    with closing(Driver(remote, certificate)) as driver:
+        try:
+            with told_plainly("the driver", driver.place, "asking the version of"):
+                version = driver.system().driver_version
+        except DeviceError as error:
+            if isinstance(error.__cause__, (nidaqmx.errors.DaqNotFoundError, nidaqmx.errors.DaqNotSupportedError)):
+                return None
+            raise
     return f"{version.major_version}.{version.minor_version}.{version.update_version}"
 
 
@@ -97,10 +93,9 @@ def _describe_shortly(device: Any) -> str:
 
 
 def _describe(device: Any) -> NiDevice:
-    none: list[Any] = []
-    limits = _ask(lambda: list(device.ai_voltage_rngs), none)
-    channels = _ask(lambda: list(device.ai_physical_chans), none)
-    lines = _ask(lambda: list(device.terminals), none)
+    limits = _ask(lambda: list(device.ai_voltage_rngs), ())
+    channels = _ask(lambda: list(device.ai_physical_chans), ())
+    lines = _ask(lambda: list(device.terminals), ())
     serial = _ask(lambda: device.serial_num, 0)
     return NiDevice(
         name=device.name,
@@ -109,9 +104,9 @@ def _describe(device: Any) -> NiDevice:
         channels=tuple(_bare(channel.name) for channel in channels),
         terminals=tuple(_terminals(channel) for channel in channels),
         ranges_v=tuple(zip(limits[0::2], limits[1::2], strict=False)),
-        max_rate_single_hz=_ask(lambda: device.ai_max_single_chan_rate, None),
-        max_rate_multi_hz=_ask(lambda: device.ai_max_multi_chan_rate, None),
-        min_rate_hz=_ask(lambda: device.ai_min_rate, None),
+        max_rate_single_hz=_ask(lambda: device.ai_max_single_chan_rate),
+        max_rate_multi_hz=_ask(lambda: device.ai_max_multi_chan_rate),
+        min_rate_hz=_ask(lambda: device.ai_min_rate),
         simultaneous=_ask(lambda: device.ai_simultaneous_sampling_supported, default=False),
         digital_trigger=_ask(lambda: device.dig_trig_supported, default=False),
         analog_trigger=_ask(lambda: device.anlg_trig_supported, default=False),
@@ -134,27 +129,24 @@ def _terminals(channel: Any) -> tuple[TerminalChoice, ...]:
         "NRSE": "nrse",
         "PSEUDO_DIFF": "pseudodifferential",
     }
-    none: list[Any] = []
-    offered = {configuration.name for configuration in _ask(lambda: list(channel.ai_term_cfgs), none)}
+    offered = {configuration.name for configuration in _ask(lambda: list(channel.ai_term_cfgs), ())}
     return tuple(ours for theirs, ours in names.items() if theirs in offered)
 
 
 def _has_reference_trigger(device: Any) -> bool:
-    none: list[Any] = []
-    return "REFERENCE" in {usage.name for usage in _ask(lambda: list(device.ai_trig_usage), none)}
+    return "REFERENCE" in {usage.name for usage in _ask(lambda: list(device.ai_trig_usage), ())}
 
 
 def _is_connected(device: Any) -> bool:
-    errors = load_nidaqmx().errors
     try:
         _ = device.ai_physical_chans.channel_names
         _ = device.product_type
-    except errors.DaqError as error:
+    except load_nidaqmx().errors.DaqError as error:
         return error_code(error) not in _UNREACHABLE
     return True
 
 
-def _ask(question: Callable[[], _T], default: _T) -> _T:
+def _ask(question: Callable[[], Any], default: Any = None) -> Any:
     """Return the answer of the driver, or the default where this device does not have that property."""
     try:
         return question()

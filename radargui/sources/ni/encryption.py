@@ -27,8 +27,8 @@ def read_certificate(path: str) -> bytes:
         with Path(path).expanduser().open("rb") as file:
             content = file.read(_LARGEST)
     except (OSError, ValueError, RuntimeError) as error:
-        told = getattr(error, "strerror", None) or error
-        raise DeviceError(f"The certificate file {path} cannot be read: {told}.", remedy=remedy) from error
+        reason = getattr(error, "strerror", None) or error
+        raise DeviceError(f"The certificate file {path} cannot be read: {reason}.", remedy=remedy) from error
     try:
         _trusting(content)
     except (ssl.SSLError, ValueError) as error:
@@ -53,14 +53,8 @@ def check_encryption(host: str, port: int, certificate: bytes, timeout_s: float)
         Longest wait.
     """
     address = f"{host}:{port}"
-    context = _trusting(certificate)
-    context.set_alpn_protocols(["h2"])
     try:
-        with (
-            socket.create_connection((host.strip("[]"), port), timeout=timeout_s) as plain,
-            context.wrap_socket(plain, server_hostname=host.strip("[]")),
-        ):
-            return None
+        _shake_hands(_trusting(certificate), host, port, timeout_s)
     except ssl.SSLCertVerificationError as error:
         if error.verify_code in _HOSTNAME_MISMATCH:
             return DeviceError(
@@ -74,13 +68,14 @@ def check_encryption(host: str, port: int, certificate: bytes, timeout_s: float)
             reasons=("the certificate of another server was given", "it has run out or was replaced on the server"),
             remedy="Copy the server's present certificate (server_cert in its configuration) to this computer.",
         )
-    except (ssl.SSLError, OSError) as error:
+    except OSError as error:
         return DeviceError(
             f"The NI gRPC device server at {address} does not answer encrypted: {_short(error)}.",
             reasons=("it runs without encryption", "it wants a certificate of this computer too (root_cert)"),
             remedy="Leave out daq.remote_certificate, or set server_cert and server_key in the server's configuration "
             "and leave root_cert empty.",
         )
+    return None
 
 
 def answers_encrypted(host: str, port: int, timeout_s: float) -> bool:
@@ -88,15 +83,22 @@ def answers_encrypted(host: str, port: int, timeout_s: float) -> bool:
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE
-    context.set_alpn_protocols(["h2"])
     try:
-        with (
-            socket.create_connection((host.strip("[]"), port), timeout=timeout_s) as plain,
-            context.wrap_socket(plain),
-        ):
-            return True
-    except (ssl.SSLError, OSError):
+        _shake_hands(context, host, port, timeout_s)
+    except OSError:
         return False
+    return True
+
+
+def _shake_hands(context: ssl.SSLContext, host: str, port: int, timeout_s: float) -> None:
+    """Connect, encrypted as gRPC does it, and leave; an OSError (an SSLError is one) where that fails."""
+    context.set_alpn_protocols(["h2"])
+    name = host.strip("[]")
+    with (
+        socket.create_connection((name, port), timeout=timeout_s) as plain,
+        context.wrap_socket(plain, server_hostname=name),
+    ):
+        pass
 
 
 def _trusting(certificate: bytes) -> ssl.SSLContext:

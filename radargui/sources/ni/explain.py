@@ -1,4 +1,4 @@
-"""Errors of NI-DAQmx and of the way to it, told as what happened, likely why, and what to do."""
+"""Errors of NI-DAQmx and of the way to it: what happened, likely why, and what to do."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ def _of_connection(error: Exception, device: str, place: str, doing: str) -> Dev
     if status not in ("UNAVAILABLE", "DEADLINE_EXCEEDED", "CANCELLED"):
         return DeviceError(
             f"The NI gRPC device server at {place} failed while {doing} {device}: {_text(error)}",
-            remedy="Start the server again (ni_grpc_device_server); its log may tell more.",
+            remedy="Start the server again (ni_grpc_device_server); its log may say more.",
         )
     return DeviceError(
         f"The connection to the NI gRPC device server at {place} was lost while {doing} {device} ({status}).",

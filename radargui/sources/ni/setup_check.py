@@ -1,10 +1,11 @@
-"""A setup tried on its device without sampling: what the device will do, told line by line."""
+"""A setup tried on its device without sampling: what the device will do, line by line."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from radargui.model.digitisation import Digitisation
+from radargui.model.daq import Daq
+from radargui.model.digitisation import Digitisation, channel_skew
 from radargui.model.setup import Setup
 from radargui.sources.ni.checks import rate_sentence
 from radargui.sources.ni.device import NiDevice
@@ -60,7 +61,7 @@ def _lines(setup: Setup, device: NiDevice, task: InputTask, digitisation: Digiti
         ("terminal", settings.terminal),
         ("range", f"{settings.low_v:g} to {settings.high_v:g} V"),
         ("rate", rate_sentence(device, len(settings.names), task.rate_hz)),
-        ("skew", _skew(device, task, digitisation)),
+        ("skew", _skew(device, task, digitisation, setup.daq)),
         ("samples", "16 bit codes with the device's scaling" if task.scaling else "volts"),
         ("buffer", f"{buffer} samples a channel, {buffer / task.rate_hz:.3g} s"),
         ("start", "at once" if start is None else f"at {start.title()}"),
@@ -73,8 +74,8 @@ def _lines(setup: Setup, device: NiDevice, task: InputTask, digitisation: Digiti
     return tuple(lines)
 
 
-def _skew(device: NiDevice, task: InputTask, digitisation: Digitisation) -> str:
+def _skew(device: NiDevice, task: InputTask, digitisation: Digitisation, daq: Daq) -> str:
     if device.simultaneous:
         return "none: all channels are sampled at the same instant"
-    skew = f"{digitisation.channel_skew_s * 1e6:.3g} us from channel to channel"
-    return skew if task.convert_rate_hz else f"{skew}, from the setup: the device does not tell"
+    skew = f"{channel_skew(digitisation, daq).delay_s * 1e6:.3g} us from channel to channel"
+    return skew if task.convert_rate_hz else f"{skew}, from the setup: the device does not say"

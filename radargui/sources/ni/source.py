@@ -40,33 +40,32 @@ class NiSource:
         `daq` says which device, channels, range, rate and start.
     clock
         For the longest wait for the edge that sampling starts at.
+
+    Attributes
+    ----------
+    device, task
+        The device in use, and the task as configured; None before `open`.
+    is_waiting
+        Whether sampling was started and the edge it begins at has not come yet.
     """
+
+    restarts = 0
 
     def __init__(self, setup: Setup, *, clock: Clock = SYSTEM_CLOCK) -> None:
         self._setup = setup
         self._clock = clock
         self._start: StartEdge | None = None
         self._driver: Driver | None = None
-        self._device: NiDevice | None = None
-        self._task: InputTask | None = None
+        self.device: NiDevice | None = None
+        self.task: InputTask | None = None
         self._stopping = threading.Event()
         self._reading = threading.Lock()
         self._using = threading.RLock()
         self._index = 0
         self._backlog = 0
         self._error: DeviceError | None = None
-        self._waiting = False
+        self.is_waiting = False
         self._started_s = 0.0
-
-    @property
-    def device(self) -> NiDevice | None:
-        """The device in use, None before `open`."""
-        return self._device
-
-    @property
-    def task(self) -> InputTask | None:
-        """The task as configured, None before `open`."""
-        return self._task
 
     def open(self) -> Digitisation:
         """Reserve and configure the device; return how samples will be digitised, rate and skew as in force.
@@ -81,10 +80,10 @@ class NiSource:
             daq = self._setup.daq
             self._driver = driver = Driver(daq.remote, daq.remote_certificate)
             try:
-                self._device = device = find_device(driver, daq.device)
+                self.device = device = find_device(driver, daq.device)
                 settings = checked_settings(self._setup, device)
                 self._start = settings.start
-                self._task = task = InputTask(driver, device, settings)
+                self.task = task = InputTask(driver, device, settings)
             except DeviceError:
                 self._release()
                 raise
@@ -122,19 +121,14 @@ class NiSource:
             Not open, or the driver refuses.
         """
         with self._using:
-            if self._task is None:
+            if self.task is None:
                 raise DeviceError("The NI device was not opened before it was started.", remedy="Start again.")
             self._stopping.clear()
             self._index = 0
             self._error = None
-            self._waiting = self._start is not None
-            self._task.start()
+            self.is_waiting = self._start is not None
+            self.task.start()
             self._started_s = self._clock.now()
-
-    @property
-    def is_waiting(self) -> bool:
-        """Whether sampling was started and the edge it begins at has not come yet."""
-        return self._waiting
 
     def read(self) -> Block | None:
         """Return the next block, or None after `stop` and after the last sample of a run of a fixed length.
@@ -147,7 +141,7 @@ class NiSource:
         """
         with self._reading:
             empty = 0
-            while not self._stopping.is_set() and (task := self._task) is not None and not task.is_complete:
+            while not self._stopping.is_set() and (task := self.task) is not None and not task.is_complete:
                 if self._error is not None:
                     raise self._error
                 samples, self._error = task.read(READ_SLICE_S)
@@ -162,13 +156,13 @@ class NiSource:
         trigger = None if self._index or self._start is None else self._start.pretrigger_samples
         block = Block(samples, self._index, trigger_index=trigger)
         self._index = block.end_index
-        self._waiting = False
+        self.is_waiting = False
         return block
 
     def _silence(self, empty_reads: int) -> DeviceError | None:
         """Return what is wrong where nothing comes; None where that may be."""
-        title = self._device.title if self._device else self._setup.daq.device
-        if self._waiting and self._start is not None:
+        title = self.device.title if self.device else self._setup.daq.device
+        if self.is_waiting and self._start is not None:
             wait_s = self._setup.recording.wait_s
             return no_edge(title, self._start.title(), wait_s) if self._clock.now() > self._started_s + wait_s else None
         return no_samples(title, EMPTY_READS * READ_SLICE_S) if empty_reads >= EMPTY_READS else None
@@ -180,8 +174,8 @@ class NiSource:
         free = self._reading.acquire(timeout=_STOP_WAIT_S)
         try:
             with self._using:
-                if self._task is not None:
-                    self._task.stop()
+                if self.task is not None:
+                    self.task.stop()
         finally:
             if free:
                 self._reading.release()
@@ -193,7 +187,7 @@ class NiSource:
 
     def _release(self) -> None:
         with self._using:
-            task, self._task = self._task, None
+            task, self.task = self.task, None
             driver, self._driver = self._driver, None
             if task is not None:
                 task.close()
@@ -204,10 +198,10 @@ class NiSource:
         """Return how many samples per channel wait in the driver; the last known number while that cannot be asked."""
         if self._using.acquire(blocking=False):
             try:
-                if self._task is None or self._stopping.is_set():
+                if self.task is None or self._stopping.is_set():
                     self._backlog = 0
                 else:
-                    self._backlog = self._task.available()
+                    self._backlog = self.task.available()
             except driver_errors() as error:
                 _log.debug("backlog: %s", error)
             finally:

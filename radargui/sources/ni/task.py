@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from typing import Any
 
@@ -49,9 +50,9 @@ class InputTask:
     rate_hz
         Rate in force, in S/s.
     convert_rate_hz
-        Rate of the converter in force in conversions/s; None for simultaneous sampling and where it is not told.
+        Rate of the converter in force in conversions/s; None for simultaneous sampling and where it is not known.
     buffer_samples
-        Samples of each channel that the driver keeps; None where it does not tell.
+        Samples of each channel that the driver keeps; None where it does not say.
     scaling
         Per channel the coefficients of volts = sum c_k code^k; None where samples come as volts.
     """
@@ -132,17 +133,15 @@ class InputTask:
             triggers.start_trigger.cfg_anlg_edge_start_trig(start.source, slope, start.level_v)
 
     def _buffer(self) -> int | None:
-        try:
+        with contextlib.suppress(load_nidaqmx().errors.DaqError):
             return int(self._task.in_stream.input_buf_size)
-        except load_nidaqmx().errors.DaqError:
-            return None
+        return None
 
     def _convert_rate(self) -> float | None:
-        try:
+        with contextlib.suppress(load_nidaqmx().errors.DaqError):
             rate = float(self._task.timing.ai_conv_rate)
-        except load_nidaqmx().errors.DaqError:
-            return None
-        return rate if rate > 0.0 else None
+            return rate if rate > 0.0 else None
+        return None
 
     def _scaling(self, channels: list[Any]) -> tuple[tuple[float, ...], ...] | None:
         try:
@@ -208,17 +207,12 @@ class InputTask:
             self._left -= n_read
         return _packed(block, n_read)
 
-    @property
-    def nidaqmx_task(self) -> Any:
-        """The task of nidaqmx, None after `close`."""
-        return self._task
-
     def available(self) -> int:
         """Return how many samples per channel wait in the driver; raises the driver's own error."""
         return int(self._task.in_stream.avail_samp_per_chan) if self._running else 0
 
     def stop(self) -> None:
-        """End sampling; idempotent. A driver that repeats an old error here is not listened to: reading told it."""
+        """End sampling; idempotent. A driver that repeats an old error here is not listened to: reading reported it."""
         if not self._running:
             return
         self._running = False

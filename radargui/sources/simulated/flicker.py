@@ -7,11 +7,61 @@ from scipy.signal import lfilter
 
 from radargui.model.arrays import FloatArray
 from radargui.model.simulation import Simulation
-from radargui.sources.simulated.anchors import Anchors
-from radargui.sources.simulated.seeds import Stream, generator
+from radargui.sources.simulated.seeds import Draw, generator
+
+_BLOCK = 256
+
+
+class Anchors:
+    """Ornstein-Uhlenbeck processes of variance 1, sampled once a chunk: x -> d x + sqrt(1 - d^2) w, d = exp(-loss).
+
+    They are drawn in blocks of 256 chunks, always from the first: the same states whatever is asked for and when. A
+    skip costs some microseconds a chunk skipped, going back begins again.
+
+    Parameters
+    ----------
+    seed, run
+        Draw the states.
+    loss
+        Logarithm of the decay over a chunk, shape (n_processes,).
+    n_channels
+        Independent processes of each kind.
+    """
+
+    def __init__(self, seed: int, run: int, loss: FloatArray, n_channels: int) -> None:
+        self._seed, self._run = seed, run
+        self._decay = np.exp(-loss)[:, None]
+        self._kick = np.sqrt(-np.expm1(-2.0 * loss))[:, None]
+        self._shape = (loss.size, n_channels)
+        self._block = 0
+        self._states = self._begun()
+
+    def around(self, chunk: int) -> tuple[FloatArray, FloatArray]:
+        """Return the states at the first sample of a chunk and of the next, shape (n_processes, n_channels) each."""
+        block, offset = divmod(chunk, _BLOCK)
+        if block < self._block:
+            self._block, self._states = 0, self._begun()
+        while self._block < block:
+            self._block += 1
+            self._states = self._continued(self._states[-1], self._block)
+        return self._states[offset], self._states[offset + 1]
+
+    def _begun(self) -> FloatArray:
+        start = generator(self._seed, Draw.FLICKER_ANCHORS, self._run).standard_normal(self._shape)
+        return self._continued(start, 0)
+
+    def _continued(self, state: FloatArray, block: int) -> FloatArray:
+        """Return the states of a block and the first of the next, shape (257, n_processes, n_channels)."""
+        kicks = generator(self._seed, Draw.FLICKER_ANCHORS, self._run, block).standard_normal((_BLOCK, *self._shape))
+        states = np.empty((_BLOCK + 1, *self._shape))
+        states[0] = state
+        for step, kick in enumerate(kicks):
+            states[step + 1] = self._decay * states[step] + self._kick * kick
+        return states
+
 
 LOWEST_HZ, HIGHEST_HZ = 0.1, 1000.0
-_CORNERS_HZ = np.geomspace(0.01, 10_000.0, 9)
+CORNERS_HZ = np.geomspace(0.01, 10_000.0, 9)
 
 
 class Flicker:
@@ -43,10 +93,10 @@ class Flicker:
 
     def __init__(self, simulation: Simulation, rate_hz: float, n_channels: int, run: int, chunk_length: int) -> None:
         self._seed, self._run = simulation.seed, run
-        self._scale_v = simulation.amplitude_v * simulation.flicker * _unit_scale()
-        self._shape = (_CORNERS_HZ.size, n_channels, chunk_length)
+        self._scale_v = simulation.amplitude_v * simulation.flicker * unit_scale()
+        self._shape = (CORNERS_HZ.size, n_channels, chunk_length)
         # the decay over one sample is exp(-loss)
-        self._loss = 2.0 * np.pi * _CORNERS_HZ / rate_hz
+        self._loss = 2.0 * np.pi * CORNERS_HZ / rate_hz
         self._anchors = Anchors(simulation.seed, run, self._loss * chunk_length, n_channels)
         steps = np.arange(1, chunk_length + 1)
         loss = self._loss[:, None]
@@ -57,7 +107,7 @@ class Flicker:
     def add_to(self, volts: FloatArray, chunk: int) -> None:
         """Add the noise of a chunk to its volts (n_channels, chunk_length)."""
         start, end = self._anchors.around(chunk)
-        drawn = generator(self._seed, Stream.FLICKER, self._run, chunk).standard_normal(self._shape)
+        drawn = generator(self._seed, Draw.FLICKER, self._run, chunk).standard_normal(self._shape)
         total = np.zeros(self._shape[1:])
         for term, loss in enumerate(self._loss):
             kick = np.sqrt(-np.expm1(-2.0 * loss))
@@ -72,13 +122,7 @@ class Flicker:
         volts[:, 0] += self._scale_v * start.sum(axis=0)
 
 
-def spectral_density(frequency_hz: FloatArray) -> FloatArray:
-    """Return the one-sided density in 1/Hz, shape (n,), of noise with root mean square 1 between 0.1 Hz and 1 kHz."""
-    shape = 1.0 / (_CORNERS_HZ[:, None] * (1.0 + (frequency_hz / _CORNERS_HZ[:, None]) ** 2))
-    return np.asarray(_unit_scale() ** 2 * 2.0 / np.pi * shape.sum(axis=0))
-
-
-def _unit_scale() -> float:
-    """Return s for root mean square 1 in the band: the density of each process integrates to an arctangent."""
-    inside = np.arctan(HIGHEST_HZ / _CORNERS_HZ) - np.arctan(LOWEST_HZ / _CORNERS_HZ)
+def unit_scale() -> float:
+    """Return s of `Flicker` for root mean square 1 in its band: each density integrates to an arctangent."""
+    inside = np.arctan(HIGHEST_HZ / CORNERS_HZ) - np.arctan(LOWEST_HZ / CORNERS_HZ)
     return float(1.0 / np.sqrt(2.0 / np.pi * inside.sum()))

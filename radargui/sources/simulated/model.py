@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.geometry.antennas import place_antennas
+from radargui.geometry.antennas import Antennas, place_antennas
 from radargui.geometry.path_length import path_lengths
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.digitisation import Digitisation
+from radargui.model.errors import SetupError
+from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.truth import Truth
-from radargui.sources.simulated.arrays import ComplexArray
-from radargui.sources.simulated.checks import check_clearance
-from radargui.sources.simulated.converter import Converter
-from radargui.sources.simulated.disturbance import Disturbance
+from radargui.sources.simulated.arrays import ComplexArray, dot
 from radargui.sources.simulated.flicker import Flicker
-from radargui.sources.simulated.hardware import make_mixer
-from radargui.sources.simulated.noise import WhiteNoise
-from radargui.sources.simulated.reflection import make_waves, reflectors_of
+from radargui.sources.simulated.hardware import Converter, make_mixer
+from radargui.sources.simulated.noise import Disturbance, WhiteNoise
+from radargui.sources.simulated.reflection import Reflector, make_waves, reflectors_of
 from radargui.sources.simulated.scene import Scene
 from radargui.sources.simulated.tracer_mismatch import TracerMismatch
 
@@ -118,3 +117,56 @@ class SimulatedRadar:
         """Return the positions (3, n), or (3, 1) where the sphere rests all the time: everything is computed once."""
         position = self.scene.position_m(time_s)
         return position[:, :1] if (position == position[:, :1]).all() else position
+
+
+_N_PLACES = 2001
+_CLEARANCE_M = 0.02
+
+
+def check_clearance(setup: Setup, scene: Scene, antennas: Antennas, reflectors: tuple[Reflector, ...]) -> None:
+    """Check the whole way of the sphere.
+
+    Raises
+    ------
+    SetupError
+        It comes within 2 cm of an antenna, or passes a reflector.
+    """
+    times = setup.simulation.rest_s + np.linspace(0.0, scene.trajectory.duration_s, _N_PLACES)
+    position = scene.position_m(times)
+    names = ["transmitter", *(f"receiver {number}" for number in range(1, antennas.n_receivers + 1))]
+    for name, place in zip(names, [antennas.transmitter_m, *antennas.receivers_m], strict=True):
+        away = position - place[:, None]
+        if float(dot(away, away).min()) < (_CLEARANCE_M + 0.5 * setup.tracer.diameter_m) ** 2:
+            raise SetupError(
+                f"The simulated sphere would hit the {name}",
+                remedy="Check the antennas' distances, tracer.release_position_m and the sizes in [simulation].",
+            )
+    for reflector in reflectors:
+        if float(reflector.height_m(position).min()) >= 0.0:
+            continue
+        if reflector.wall is not None:
+            raise SetupError(
+                f"The simulated sphere would pass through wall {reflector.wall + 1}",
+                remedy="Raise simulation.wall_distance_m, make the motion smaller, or set "
+                "simulation.wall_reflection = 0.",
+            )
+        raise SetupError(
+            "The simulated sphere would pass through the bottom that reflects",
+            remedy="Lower the floor (floor.height_m or simulation.drop_height_m), make the motion smaller, or set "
+            "simulation.reflection = 0.",
+        )
+
+
+def simulate_recording(setup: Setup, *, run: int = 0, name: str = "simulated") -> tuple[Recording, Truth]:
+    """Return one run and what really happened: the very samples that `SimulatedSource` gives block by block.
+
+    Raises
+    ------
+    SetupError
+        The simulated scene is impossible.
+    """
+    radar = SimulatedRadar(setup, run=run)
+    if radar.n_samples is None:
+        raise SetupError("A scene that repeats for ever has no recording")
+    recording = Recording(name, radar.samples(0, radar.n_samples), radar.digitisation)
+    return recording, radar.truth(0, radar.n_samples)

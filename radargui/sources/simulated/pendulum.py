@@ -18,6 +18,11 @@ class Pendulum:
     The period is 4 K(m) sqrt(l / g), m = sin^2(theta_0 / 2). The angle sin(theta / 2) = sqrt(m) cd(u, m) (NIST
     Digital Library of Mathematical Functions, 22.19.2) is evaluated by its Fourier series. The release is the
     outermost point along the azimuth.
+
+    Attributes
+    ----------
+    duration_s
+        Time from the release until the sphere is caught.
     """
 
     impact_time_s: FloatArray = np.empty(0)
@@ -28,23 +33,13 @@ class Pendulum:
         self._heading = azimuth_direction(simulation.lateral_azimuth_deg)
         self._length_m = simulation.pendulum_length_m
         self._pivot_m = release_m - self._from_pivot(np.array([start]))[:, 0]
-        self._period_s = 4.0 * float(ellipk(parameter)) * float(np.sqrt(self._length_m / simulation.gravity_m_s2))
+        self.period_s = 4.0 * float(ellipk(parameter)) * float(np.sqrt(self._length_m / simulation.gravity_m_s2))
         self._series = _angle_series(parameter)
-        self._half_swings = max(round(2.0 * simulation.turns), 1)
-
-    @property
-    def period_s(self) -> float:
-        """Time of a swing to and fro."""
-        return self._period_s
-
-    @property
-    def duration_s(self) -> float:
-        """Time from the release until the sphere is caught."""
-        return 0.5 * self._half_swings * self._period_s
+        self.duration_s = 0.5 * max(round(2.0 * simulation.turns), 1) * self.period_s
 
     def angle_rad(self, time_s: FloatArray) -> FloatArray:
         """Return the angle from the vertical at times (n,): sum c_k cos((2 k + 1) 2 pi t / period)."""
-        cosine = np.cos((2.0 * np.pi / self._period_s) * np.clip(time_s, 0.0, self.duration_s))
+        cosine = np.cos((2.0 * np.pi / self.period_s) * np.clip(time_s, 0.0, self.duration_s))
         double = 4.0 * cosine**2 - 2.0
         before, now = cosine, cosine
         angle = self._series[0] * cosine

@@ -12,7 +12,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
 from radargui.sources.simulated.floor import contact_plane
-from radargui.sources.simulated.seeds import Stream, generator
+from radargui.sources.simulated.seeds import Draw, generator
 from radargui.sources.simulated.trajectory import azimuth_direction
 from radargui.sources.simulated.waves import Antenna, Lobe, Waves, aimed_antenna
 
@@ -54,7 +54,7 @@ def bottom_reflector(setup: Setup) -> Reflector:
         There is no floor below the release.
     """
     plane = contact_plane(setup)
-    phase = generator(setup.simulation.seed, Stream.REFLECTION).uniform(0.0, 2.0 * np.pi)
+    phase = generator(setup.simulation.seed, Draw.REFLECTION).uniform(0.0, 2.0 * np.pi)
     distance = plane.distance_m - 0.5 * setup.tracer.diameter_m
     if setup.simulation.scene == "bed":
         distance -= setup.simulation.bed_depth_m
@@ -143,7 +143,7 @@ def make_waves(setup: Setup, antennas: Antennas) -> Waves:
             if reflector.wall is None:
                 images.append(image_in_bottom(antenna, reflector))
             else:
-                draw = generator(setup.simulation.seed, Stream.WALL, reflector.wall, number)
+                draw = generator(setup.simulation.seed, Draw.WALL, reflector.wall, number)
                 images.append(image_in_wall(antenna, reflector, draw.uniform(0.0, 2.0 * np.pi), reference))
         return (antenna, *(image for image in images if image is not None))
 

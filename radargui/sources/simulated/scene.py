@@ -1,4 +1,4 @@
-"""The scene: rest, motion, rest; where wanted brought back and begun again."""
+"""The scene: rest, motion (among them the circle), rest; where wanted brought back and begun again."""
 
 from __future__ import annotations
 
@@ -6,13 +6,62 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
-from radargui.sources.simulated.air_fall import AirFall
-from radargui.sources.simulated.bed import Bed
-from radargui.sources.simulated.circle import Circle
-from radargui.sources.simulated.drop import Drop
+from radargui.model.simulation import Simulation
+from radargui.sources.simulated.fall import Fall
 from radargui.sources.simulated.floor import contact_plane
 from radargui.sources.simulated.pendulum import Pendulum
-from radargui.sources.simulated.trajectory import Rest, Trajectory
+from radargui.sources.simulated.trajectory import Rest, Trajectory, azimuth_direction
+
+
+class Circle:
+    """A circle that starts at the release.
+
+    Its middle lies `circle_radius_m` away along the azimuth, `circle_tilt_deg` below the horizontal: 0 degrees is a
+    horizontal circle, 90 a vertical one that starts at its top. The angular speed grows smoothly over half a period
+    (or half the way, where that is shorter), and falls so at the end.
+
+    Attributes
+    ----------
+    duration_s
+        Time from the release until the tracer stays where it is.
+    """
+
+    impact_time_s: FloatArray = np.empty(0)
+
+    def __init__(self, simulation: Simulation, release_m: FloatArray) -> None:
+        tilt = np.radians(simulation.circle_tilt_deg)
+        heading = azimuth_direction(simulation.lateral_azimuth_deg)
+        self._inward = np.cos(tilt) * heading - np.array([0.0, 0.0, np.sin(tilt)])
+        self._across = np.array([-heading[1], heading[0], 0.0])
+        self._radius_m = simulation.circle_radius_m
+        self._middle_m = release_m + self._radius_m * self._inward
+        self._rate_rad_s = 2.0 * np.pi / simulation.circle_period_s
+        even_s = simulation.turns * simulation.circle_period_s
+        self._ramp_s = min(0.5 * simulation.circle_period_s, even_s)
+        self.duration_s = even_s + self._ramp_s
+
+    def angle_rad(self, time_s: FloatArray) -> FloatArray:
+        """Return the angle turned since the release: the integral of a rate with smooth ends."""
+        ramp, duration = self._ramp_s, self.duration_s
+        starting = np.clip(time_s, 0.0, ramp)
+        steady = np.clip(time_s - ramp, 0.0, duration - 2.0 * ramp)
+        ending = ramp - np.clip(time_s - (duration - ramp), 0.0, ramp)
+        turned = _ramped(starting / ramp) + 0.5 - _ramped(ending / ramp)
+        return np.asarray(self._rate_rad_s * (ramp * turned + steady))
+
+    def position_m(self, time_s: FloatArray) -> FloatArray:
+        """Return the position, shape (3, n), at times (n,)."""
+        angle = self.angle_rad(time_s)
+        return np.asarray(
+            self._middle_m[:, None]
+            + self._radius_m * (self._across[:, None] * np.sin(angle) - self._inward[:, None] * np.cos(angle))
+        )
+
+
+def _ramped(share: FloatArray) -> FloatArray:
+    """Return the integral from 0 of s - sin(2 pi s) / (2 pi), a rise from 0 to 1 without kink."""
+    return np.asarray(0.5 * share**2 + (np.cos(2.0 * np.pi * share) - 1.0) / (4.0 * np.pi**2))
+
 
 RETURN_S = 1.5
 
@@ -27,6 +76,13 @@ class Scene:
     repeat
         After the run the sphere is carried back to the release within 1.5 s and the run begins again, for ever.
 
+    Attributes
+    ----------
+    trajectory
+        The motion after the release.
+    duration_s
+        Length of the scene; None where it repeats for ever.
+
     Raises
     ------
     SetupError
@@ -37,28 +93,19 @@ class Scene:
         simulation = setup.simulation
         self._repeat = repeat
         self._release_m = np.array(setup.tracer.release_position_m)
-        self._trajectory = _trajectory(setup, self._release_m)
+        self.trajectory = _trajectory(setup, self._release_m)
         self._rest_s = simulation.rest_s
-        self._run_s = simulation.rest_s + self._trajectory.duration_s + simulation.settle_s
-        self._end_m = self._trajectory.position_m(np.array([self._trajectory.duration_s]))[:, 0]
+        self._run_s = simulation.rest_s + self.trajectory.duration_s + simulation.settle_s
+        self._end_m = self.trajectory.position_m(np.array([self.trajectory.duration_s]))[:, 0]
         self._period_s = self._run_s + RETURN_S
-
-    @property
-    def duration_s(self) -> float | None:
-        """Length of the scene; None where it repeats for ever."""
-        return None if self._repeat else self._run_s
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """The motion after the release."""
-        return self._trajectory
+        self.duration_s = None if repeat else self._run_s
 
     def position_m(self, time_s: FloatArray) -> FloatArray:
         """Return the position, shape (3, n), at times (n,) from the start of the scene."""
         if not self._repeat:
-            return self._trajectory.position_m(time_s - self._rest_s)
+            return self.trajectory.position_m(time_s - self._rest_s)
         phase_s = np.mod(time_s, self._period_s)
-        position = self._trajectory.position_m(phase_s - self._rest_s)
+        position = self.trajectory.position_m(phase_s - self._rest_s)
         returning = phase_s > self._run_s
         if returning.any():
             share = (phase_s[returning] - self._run_s) / RETURN_S
@@ -69,7 +116,7 @@ class Scene:
 
     def impacts_s(self, first_s: float, last_s: float) -> FloatArray:
         """Return the instants of the impacts in [first_s, last_s)."""
-        impacts = self._trajectory.impact_time_s + self._rest_s
+        impacts = self.trajectory.impact_time_s + self._rest_s
         if self._repeat:
             rounds = np.arange(max(int(first_s // self._period_s), 0), int(last_s // self._period_s) + 1)
             impacts = (rounds[:, None] * self._period_s + impacts).ravel()
@@ -79,12 +126,8 @@ class Scene:
 def _trajectory(setup: Setup, release_m: FloatArray) -> Trajectory:
     simulation = setup.simulation
     match simulation.scene:
-        case "drop" | "bed" if simulation.drag_per_m > 0.0:
-            return AirFall(simulation, release_m, contact_plane(setup))
-        case "drop":
-            return Drop(simulation, release_m, contact_plane(setup))
-        case "bed":
-            return Bed(simulation, release_m, contact_plane(setup))
+        case "drop" | "bed":
+            return Fall(simulation, release_m, contact_plane(setup))
         case "circle":
             return Circle(simulation, release_m)
         case "pendulum":

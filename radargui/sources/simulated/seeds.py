@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 
 
-class Stream(IntEnum):
+class Draw(IntEnum):
     """Parts that draw random numbers; switching one off leaves the others as they are."""
 
     HARDWARE = 1
@@ -23,6 +23,6 @@ class Stream(IntEnum):
     WALL = 11
 
 
-def generator(seed: int, stream: Stream, *key: int) -> np.random.Generator:
+def generator(seed: int, purpose: Draw, *key: int) -> np.random.Generator:
     """Return the generator of a part; `key` tells run, receiver or chunk."""
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(int(stream), *key)))
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(int(purpose), *key)))

@@ -20,13 +20,8 @@ class Trajectory(Protocol):
         Instants of the impacts on the floor, shape (n_impacts,).
     """
 
-    @property
-    def duration_s(self) -> float:
-        """Time from the release until the sphere stays where it is."""
-
-    @property
-    def impact_time_s(self) -> FloatArray:
-        """Instants of the impacts, shape (n_impacts,)."""
+    duration_s: float
+    impact_time_s: FloatArray
 
     def position_m(self, time_s: FloatArray) -> FloatArray:
         """Return the position, shape (3, n), at times (n,); before 0 the release, after the duration the last place."""

@@ -10,11 +10,10 @@ from radargui.model.arrays import FloatArray
 from radargui.model.block import Block
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
-from radargui.model.truth import Truth
 from radargui.model.wiring import wiring_steps
 from radargui.sources.clock import SYSTEM_CLOCK, Clock
-from radargui.sources.pacing import Pacer
-from radargui.sources.simulated.converter import Converter
+from radargui.sources.paced import PacedSource
+from radargui.sources.simulated.hardware import Converter
 from radargui.sources.simulated.noise import WhiteNoise
 from radargui.sources.simulated.scene import minimum_jerk
 
@@ -24,7 +23,7 @@ _OWN, _OTHERS = 0.8, 0.1
 """Echo of the hand in the antenna it is in front of, and in the others, relative to the tracer's."""
 
 
-class WiringScene:
+class WiringScene(PacedSource):
     """Tracer at rest, lowered by 15 cm, then a hand that swings in front of each receiver in turn; then the end.
 
     Parameters
@@ -38,55 +37,31 @@ class WiringScene:
     """
 
     def __init__(self, setup: Setup, *, realtime: bool = True, clock: Clock = SYSTEM_CLOCK) -> None:
+        self._steps, daq = wiring_steps(setup.n_receivers), setup.daq
+        n_samples = round((self._steps[-1].end_s + 0.5) * daq.rate_hz)
+        super().__init__(
+            "The simulated operator", clock, daq.rate_hz, daq.read_interval_s, n_samples, realtime=realtime
+        )
         self._setup = setup
-        self._rate_hz = setup.daq.rate_hz
         self._antennas = place_antennas(setup)
-        self._steps = wiring_steps(setup.n_receivers)
         self._noise = WhiteNoise(setup.simulation, 0)
         self._converter = Converter(setup.simulation, setup.daq)
-        self._pacer = Pacer(clock, self._rate_hz, realtime=realtime)
-        self._block = max(round(setup.daq.read_interval_s * self._rate_hz), 1)
-        self._end = round((self._steps[-1].end_s + 0.5) * self._rate_hz)
-        self._next = 0
 
     def open(self) -> Digitisation:
         """Return how samples are digitised."""
+        self._opened = True
         names = self._setup.channel_names
         scaling = self._converter.scaling(len(names))
         return Digitisation(names, self._rate_hz, scaling, 0.0, device="simulated operator")
 
-    def start(self) -> None:
-        """Begin; index 0 is the first sample."""
-        self._next = 0
-        self._pacer.start()
-
-    def read(self) -> Block | None:
-        """Return the next block, None at the end and after `stop`."""
-        first, end = self._next, min(self._next + self._block, self._end)
-        if end <= first or not self._pacer.wait_for(end):
+    def _read(self) -> Block | None:
+        first, end = self._next, self._end_of_block()
+        if end <= first or not self._wait_for(end):
             return None
         self._next = end
         volts = self._volts(np.arange(first, end) / self._rate_hz)
         self._noise.add_to(volts, first // self._block)
         return Block(self._converter.convert(volts), first)
-
-    def stop(self) -> None:
-        """End sampling; idempotent."""
-        self._pacer.stop()
-
-    def close(self) -> None:
-        """Release everything; idempotent."""
-        self.stop()
-
-    def backlog(self) -> int:
-        """Return how many samples per channel wait."""
-        taken = self._pacer.taken()
-        return 0 if taken is None else max(min(taken, self._end) - self._next, 0)
-
-    def truth(self, first_index: int, count: int) -> Truth | None:
-        """Return None: there is nothing to be measured here."""
-        del first_index, count
-        return None
 
     def _volts(self, time_s: FloatArray) -> FloatArray:
         """Return I = A cos, Q = A sin of the tracer's phase, and the hand's on top; shape (n_channels, n)."""

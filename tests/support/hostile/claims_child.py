@@ -8,7 +8,6 @@ from __future__ import annotations
 import faulthandler
 import json
 import sys
-import time
 import traceback
 import warnings
 from pathlib import Path
@@ -16,6 +15,7 @@ from pathlib import Path
 from support.hostile.claims import CLAIMS
 from support.hostile.victims import VICTIMS
 from support.hostile.watch import Watch, limit_memory
+from support.work import python_calls
 
 from radargui.model.errors import RadarGuiError
 
@@ -24,7 +24,7 @@ _KINDS = {".h5": "run", ".toml": "setup file", ".json": "session record"}
 
 
 def main(folder: Path, only: str | None) -> None:
-    """Read them and print a line of JSON for each: name, outcome, text, seconds."""
+    """Read them and print a line of JSON for each: name, outcome, text, calls of functions it took."""
     warnings.simplefilter("ignore")
     paths = {}
     for name, make in CLAIMS.items():
@@ -38,12 +38,16 @@ def main(folder: Path, only: str | None) -> None:
     watch = Watch(folder)
     limit_memory()
     for name, path in paths.items():
-        begin = time.monotonic()
-        outcome, text = _read(name, path, Watch(folder) if watch is None else watch)
-        print(json.dumps([name, outcome, text, time.monotonic() - begin]), flush=True)
+        answer: list[str] = []
+
+        def read(path: Path = path, answer: list[str] = answer) -> None:
+            answer.extend(_read(path, watch))
+
+        calls = python_calls(read)
+        print(json.dumps([name, *answer, calls]), flush=True)
 
 
-def _read(name: str, path: Path, watch: Watch) -> tuple[str, str]:
+def _read(path: Path, watch: Watch) -> tuple[str, str]:
     faulthandler.dump_traceback_later(LONGEST_S, exit=True)
     try:
         with watch:

@@ -1,0 +1,263 @@
+"""Conditioning: from a recording to the signals that every correction starts from, each thing measured once."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.conditioning.conditioned import Conditioned
+from radargui.conditioning.doppler import Doppler, measure_doppler
+from radargui.conditioning.fading import lost_echo
+from radargui.conditioning.hum import SETTINGS as HUM
+from radargui.conditioning.hum import Hum, find_hum
+from radargui.conditioning.lines import without_standing_lines
+from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
+from radargui.conditioning.onset import find_onset
+from radargui.conditioning.receiver_check import check_receiver, same_channels
+from radargui.conditioning.segment import Motion, find_motion, held
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.digitisation import channel_skew
+from radargui.model.recording import Recording
+from radargui.model.segment import Segment
+from radargui.model.setup import Setup
+
+
+@dataclass(frozen=True, slots=True)
+class RestSettings:
+    """What of the quiet part counts as rest.
+
+    Attributes
+    ----------
+    before_onset_s
+        Kept free before the onset, which a slow beginning lets be seen late.
+    least_s
+        Rest that is left at the least where there is an onset at all; kept free before the motion while the onset is
+        not known yet.
+    hum_margin_s
+        Kept free between the rest that a hum is measured on and the onset.
+    after_motion_s
+        Kept free after the motion: the last small bounces, some 20 ms apart, look like a hum.
+    """
+
+    before_onset_s: float = 0.03
+    least_s: float = 0.02
+    hum_margin_s: float = 0.03
+    after_motion_s: float = 0.2
+
+
+SETTINGS = RestSettings()
+CLIPPED_SHARE = 0.03
+"""Of the motion at one end of the range: a full wave of a 12 bit converter has 1 % of its samples at its two crests."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoMotion:
+    """Nothing to correct in a recording, and why."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Stretch:
+    """Samples between two gaps with their motion."""
+
+    samples: slice
+    volts: FloatArray
+    usable: BoolArray
+    noise_v: FloatArray
+    motion: Motion
+
+
+def condition(recording: Recording, setup: Setup, settings: RestSettings = SETTINGS) -> Conditioned | NoMotion:
+    """Condition the signals of a recording: of the stretches between gaps the one to use.
+
+    One with a rest before the motion comes first, for there it is known where the sphere was; then the longest motion.
+    Phase cannot be followed across lost samples.
+
+    Parameters
+    ----------
+    recording
+        Two channels a receiver.
+    setup
+        Its sign of the wiring; its multiplexer skew where the recording comes without one.
+    settings
+        What counts as rest.
+
+    Returns
+    -------
+    Conditioned or NoMotion
+        NoMotion where the voltages do not move more than their noise.
+    """
+    rate_hz = recording.digitisation.sample_rate_hz
+    moving = [found for samples in stretches(recording) if (found := _motion_in(recording, samples)) is not None]
+    if not moving:
+        return NoMotion("the voltages do not move more than their noise")
+    least = settings.before_onset_s * rate_hz
+    best = max(moving, key=lambda one: (one.motion.first > least, one.motion.last - one.motion.first))
+    return _conditioned(recording, best, setup, settings)
+
+
+def stretches(recording: Recording) -> tuple[slice, ...]:
+    """Return the runs of stored samples between which nothing was lost."""
+    breaks = np.flatnonzero(np.diff(recording.index()) > 1) + 1
+    edges = [0, *breaks.tolist(), recording.n_samples]
+    return tuple(slice(begin, end) for begin, end in itertools.pairwise(edges) if end > begin)
+
+
+def _motion_in(recording: Recording, samples: slice) -> _Stretch | None:
+    if samples.stop - samples.start < LEAST_SAMPLES:
+        return None
+    volts = recording.digitisation.volts(recording.raw[:, samples])
+    usable = np.isfinite(volts) & ~recording.clipped()[:, samples]
+    volts = held(volts)
+    noise_v, rate_hz = white_noise_v(volts), recording.digitisation.sample_rate_hz
+    motion = find_motion(volts, rate_hz, noise_v)
+    if motion is None:
+        # a target below a hum or a tone
+        clean, lines = without_standing_lines(volts, rate_hz, noise_v)
+        motion = find_motion(clean, rate_hz, noise_v) if lines else None
+    return None if motion is None else _Stretch(samples, volts, usable, noise_v, motion)
+
+
+def _conditioned(
+    recording: Recording, stretch: _Stretch, setup: Setup, settings: RestSettings
+) -> Conditioned | NoMotion:
+    rate_hz, time_s = recording.digitisation.sample_rate_hz, recording.time_s()[stretch.samples]
+    volts, motion, noise_v = stretch.volts, stretch.motion, stretch.noise_v
+    hum = _hum_at_rest(volts, time_s, rate_hz, motion, noise_v, settings)
+    if hum is not None:
+        volts = volts - hum.at(np.arange(volts.shape[1]) / rate_hz)
+        # without the hum the motion is seen where it begins
+        motion = find_motion(volts, rate_hz, noise_v) or motion
+    volts, lines = without_standing_lines(volts, rate_hz, noise_v)
+    if lines:
+        found = find_motion(volts, rate_hz, noise_v)
+        if found is None:
+            tones = ", ".join(f"{frequency:.0f}" for frequency in lines[:4])
+            return NoMotion(f"nothing but a hum or tones ({tones} Hz) moves the voltages")
+        motion = found
+    rest = _rest_before(volts, time_s, motion, settings)
+    moving = slice(motion.first, motion.last)
+    phase_sign = setup.radar.phase_sign
+    if phase_sign < 0:
+        volts = volts.copy()
+        volts[1::2] *= -1.0
+        hum = _inverted(hum)
+    n_channels = volts.shape[0]
+    usable = stretch.usable & ~_plateaus(volts, moving)
+    doppler = _doppler(volts, rate_hz, noise_v, moving)
+    return Conditioned(
+        stretch.samples,
+        time_s,
+        volts,
+        usable,
+        noise_v,
+        hum,
+        Segment(motion.first, motion.last, 0, int(np.searchsorted(time_s, rest.end_s))),
+        rest.onset_s,
+        rest.end_s,
+        lines,
+        doppler,
+        _lost(doppler, volts.shape[1]),
+        _faults(volts, noise_v, usable, doppler, moving),
+        channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64),
+        rate_hz,
+        phase_sign,
+    )
+
+
+def _plateaus(volts: FloatArray, moving: slice) -> BoolArray:
+    """Return where a channel lies at its highest or lowest value, if it does so for longer than a wave's crest."""
+    inside = volts[:, moving]
+    ends = np.stack([inside.min(axis=1), inside.max(axis=1)])
+    at_end = ((volts == ends[0][:, None]) | (volts == ends[1][:, None])) & (ends[0] < ends[1])[:, None]
+    return np.asarray(at_end & (at_end[:, moving].mean(axis=1) > CLIPPED_SHARE)[:, None])
+
+
+def _doppler(volts: FloatArray, rate_hz: float, noise_v: FloatArray, moving: slice) -> tuple[Doppler, ...]:
+    pairs = [slice(first, first + 2) for first in range(0, volts.shape[0], 2)]
+    return tuple(
+        measure_doppler(volts[pair, moving], rate_hz, noise_v[pair]).counted_from(-moving.start) for pair in pairs
+    )
+
+
+def _lost(doppler: tuple[Doppler, ...], n_samples: int) -> BoolArray:
+    """Return where echoes are lost; three receivers tell a position, whose motion carries over a weak moment of one."""
+    if len(doppler) > 2:
+        return np.zeros((len(doppler), n_samples), dtype=np.bool_)
+    return np.array([lost_echo(own, n_samples) for own in doppler])
+
+
+def _faults(
+    volts: FloatArray, noise_v: FloatArray, usable: BoolArray, doppler: tuple[Doppler, ...], moving: slice
+) -> tuple[str, ...]:
+    """Return why a receiver is none, one a receiver."""
+    faults = [
+        check_receiver(
+            own, volts[2 * k : 2 * k + 2, moving], noise_v[2 * k : 2 * k + 2], usable[2 * k : 2 * k + 2, moving]
+        )
+        for k, own in enumerate(doppler)
+    ]
+    names = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"]
+    for a, b in same_channels(volts[:, moving], noise_v):
+        for one, other in ((a, b), (b, a)):
+            faults[one // 2] = faults[one // 2] or f"{names[one]} shows what {names[other]} shows: one cable on both"
+    return tuple(faults)
+
+
+def _hum_at_rest(
+    volts: FloatArray, time_s: FloatArray, rate_hz: float, motion: Motion, noise_v: FloatArray, settings: RestSettings
+) -> Hum | None:
+    """Return the hum of the rests before and after the motion."""
+
+    def measured(rest_end: int) -> Hum | None:
+        after = slice(motion.last + round(settings.after_motion_s * rate_hz), volts.shape[1])
+        least = 0.5 * HUM.least_rest_s * rate_hz
+        rests = tuple(part for part in (slice(0, rest_end), after) if part.stop - part.start >= least)
+        return find_hum(volts, rate_hz, rests, noise_v)
+
+    quiet_end = motion.first - round(settings.least_s * rate_hz)
+    hum = measured(quiet_end)
+    if hum is None:
+        return None
+    # a slow beginning of the motion, still counted as rest, can look like a weak hum: once more without it
+    onset = _rest_before(volts - hum.at(np.arange(volts.shape[1]) / rate_hz), time_s, motion, settings).onset_s
+    earlier = int(np.searchsorted(time_s, onset - settings.hum_margin_s))
+    return measured(earlier) if 0 < earlier < quiet_end else hum
+
+
+@dataclass(frozen=True, slots=True)
+class _Rest:
+    """When the tracer leaves its rest (-inf: it begins in motion), and until when it rests for sure."""
+
+    onset_s: float
+    end_s: float
+
+
+def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion, settings: RestSettings) -> _Rest:
+    """Return the rest before a motion.
+
+    Means over 5 ms do not see every motion: an onset long after the voltages are seen to shake is none.
+    """
+    begin, seen = float(time_s[0]), float(time_s[motion.first])
+    if motion.first == 0:
+        return _Rest(float("-inf"), begin)
+    pairs = volts.reshape(volts.shape[0] // 2, 2, -1)
+    scale = np.maximum(np.sqrt(2.0) * np.median(pairs.std(axis=2), axis=1), 1e-300)
+    onset = find_onset(time_s, (pairs / scale[:, None, None]).reshape(volts.shape))
+    onset = seen if onset is None or onset > seen + motion.window_s else onset
+    if not onset > begin:
+        return _Rest(float("-inf"), begin)
+    # a slow beginning is seen late: by about as much as the shaking of the voltages is seen after the onset
+    late = max(0.0, seen - onset)
+    end = max(onset - late - settings.before_onset_s, begin + settings.least_s)
+    return _Rest(onset, end)
+
+
+def _inverted(hum: Hum | None) -> Hum | None:
+    if hum is None:
+        return None
+    sign = np.where(np.arange(hum.cosine_v.shape[0]) % 2, -1.0, 1.0)[:, None]
+    return Hum(hum.frequency_hz, hum.orders, sign * hum.cosine_v, sign * hum.sine_v)

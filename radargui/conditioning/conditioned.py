@@ -1,0 +1,122 @@
+"""Conditioned signals: one gapless stretch of a recording with all that is measured before any correction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from radargui.conditioning.doppler import Doppler
+from radargui.conditioning.hum import Hum
+from radargui.conditioning.skew import remove_skew
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.segment import Segment
+
+
+@dataclass(frozen=True, slots=True)
+class Conditioned:
+    """What every correction and every estimate starts from; nobody after it measures any of this again.
+
+    The wiring's sign is applied here and nowhere else: Q is negated where `phase_sign` is -1, so that for everything
+    that follows a longer path turns the phase forward.
+
+    Attributes
+    ----------
+    samples
+        Stored samples of the recording that these are.
+    time_s
+        Of channel 0, shape (n_samples,).
+    volts
+        I1, Q1, I2, ... finite, hum taken off, wiring's sign applied, shape (2 n_receivers, n_samples).
+    usable
+        False where a channel is clipped or was not a number, shape (2 n_receivers, n_samples).
+    noise_v
+        Standard deviation of each channel's white noise, shape (2 n_receivers,), above zero.
+    hum
+        Pick-up of the mains that was taken off; None where there is none.
+    segment
+        Of these samples the motion and the rest before it: until `segment.rest_last` the tracer rests for sure.
+    onset_s
+        Last time at which the tracer still looks at rest; -inf where the stretch begins in motion.
+    rest_end_s
+        Until here the tracer rests for sure; the first sample's time where the stretch begins in motion.
+    lines_hz
+        Frequencies of standing lines (hum and tones without a rest to measure them on) that were taken off.
+    doppler
+        Lines of each receiver's frames in the motion; samples count from the first of these.
+    lost
+        Where a receiver's echo is lost in the noise, shape (n_receivers, n_samples).
+    faults
+        Why a receiver is none, one a receiver; empty where nothing speaks against it.
+    delay_s
+        Delay of each channel against channel 0 (multiplexer skew), shape (2 n_receivers,).
+    sample_rate_hz
+        Of each channel.
+    phase_sign
+        Sign that the wiring had.
+    """
+
+    samples: slice
+    time_s: FloatArray = field(repr=False)
+    volts: FloatArray = field(repr=False)
+    usable: BoolArray = field(repr=False)
+    noise_v: FloatArray
+    hum: Hum | None
+    segment: Segment
+    onset_s: float
+    rest_end_s: float
+    lines_hz: tuple[float, ...]
+    doppler: tuple[Doppler, ...] = field(repr=False)
+    lost: BoolArray = field(repr=False)
+    faults: tuple[str, ...]
+    delay_s: FloatArray
+    sample_rate_hz: float
+    phase_sign: int
+
+    @property
+    def n_receivers(self) -> int:
+        """Number of IQ pairs."""
+        return int(self.volts.shape[0]) // 2
+
+    def of_receivers(self, numbers: Sequence[int]) -> Conditioned:
+        """Return the same of some receivers, numbered from 0."""
+        channels = [2 * number + part for number in numbers for part in (0, 1)]
+        hum = self.hum
+        if hum is not None:
+            hum = replace(hum, cosine_v=hum.cosine_v[channels], sine_v=hum.sine_v[channels])
+        return replace(
+            self,
+            volts=self.volts[channels],
+            usable=self.usable[channels],
+            noise_v=self.noise_v[channels],
+            hum=hum,
+            doppler=tuple(self.doppler[number] for number in numbers),
+            lost=self.lost[list(numbers)],
+            faults=tuple(self.faults[number] for number in numbers),
+            delay_s=self.delay_s[channels],
+        )
+
+    @property
+    def valid(self) -> BoolArray:
+        """Where both channels of a receiver can be used and its echo is there, shape (n_receivers, n_samples)."""
+        return np.asarray(self.usable[0::2] & self.usable[1::2] & ~self.lost)
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples of each channel."""
+        return int(self.time_s.size)
+
+    @property
+    def has_rest(self) -> bool:
+        """Whether the tracer rests before it moves."""
+        return bool(self.onset_s > self.time_s[0])
+
+    @property
+    def unusable_share(self) -> FloatArray:
+        """Share of each receiver's samples that cannot be used, shape (n_receivers,)."""
+        return np.asarray((~self.usable).reshape(self.n_receivers, 2, -1).any(axis=1).mean(axis=1))
+
+    def at_one_time(self) -> FloatArray:
+        """Return the volts with all channels interpolated to the time of channel 0, same shape."""
+        return remove_skew(self.volts, self.sample_rate_hz, self.delay_s)

@@ -1,0 +1,182 @@
+"""The Doppler frequency moment by moment, from spectra alone: what every correction is held against."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.front_end_equations import ComplexArray
+
+
+@dataclass(frozen=True, slots=True)
+class DopplerSettings:
+    """How the Doppler frequency is measured.
+
+    Attributes
+    ----------
+    lengths_s
+        Lengths of frames that are tried.
+    frames
+        That the record should hold: a check needs several.
+    about
+        Share of the most steady lines that any length shows.
+    few
+        Share of steady lines below which the clear ones are compared.
+    strong
+        Power of a line over white noise: 15 dB, false once in some 10^12 frequencies.
+    alone
+        Share of what is above the noise that a clear line holds within three bins (a chirp is broader than a tone).
+    lowest_bin
+        Below lie the trend's leak and slow mismatch.
+    """
+
+    lengths_s: tuple[float, ...] = (0.0125, 0.025, 0.05, 0.1, 0.2, 0.5)
+    frames: float = 6.0
+    about: float = 0.9
+    few: float = 0.1
+    strong: float = 30.0
+    alone: float = 0.6
+    lowest_bin: int = 2
+
+
+SETTINGS = DopplerSettings()
+STEADY = 0.9
+"""Share of what is above the noise that the line of one speed holds."""
+_HALF_LINE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Doppler:
+    """Lines of one receiver's frames.
+
+    Attributes
+    ----------
+    centre
+        Sample in the middle of each frame, shape (n_frames,).
+    size
+        Samples of a frame; neighbours overlap by half.
+    sample_rate_hz
+        Of the samples.
+    frequency_hz
+        Of the strongest line, without sign, shape (n_frames,).
+    power
+        Of that line, at +f and -f together, over the white noise of one such bin, shape (n_frames,).
+    share
+        Of what is above the noise that the line holds, shape (n_frames,).
+    clear, mixed
+        Whether it stands out of the noise and is alone; or is not alone. Shape (n_frames,).
+    i, q
+        Spectra of I and of Q at the line, shape (n_frames,).
+    """
+
+    centre: IntArray
+    size: int
+    sample_rate_hz: float
+    frequency_hz: FloatArray
+    power: FloatArray
+    share: FloatArray
+    clear: BoolArray
+    mixed: BoolArray
+    i: ComplexArray
+    q: ComplexArray
+
+    @property
+    def steady(self) -> BoolArray:
+        """Which clear lines are so narrow that the frame holds one speed."""
+        return self.clear & (self.share > STEADY)
+
+    @property
+    def resolution_hz(self) -> float:
+        """Distance of two bins."""
+        return self.sample_rate_hz / self.size
+
+    def counted_from(self, start: int) -> Doppler:
+        """Return the same with samples counted from `start` on."""
+        return replace(self, centre=self.centre - start)
+
+    @property
+    def highest_hz(self) -> float | None:
+        """Nearly the fastest of the clear lines (19 of 20 are slower); None without any."""
+        return float(np.quantile(self.frequency_hz[self.clear], 0.95)) if self.clear.any() else None
+
+
+def measure_doppler(
+    pair_v: FloatArray, sample_rate_hz: float, noise_v: FloatArray, settings: DopplerSettings = SETTINGS
+) -> Doppler:
+    """Find the strongest line of I + jQ in overlapping frames.
+
+    The powers at +f and -f are added, so that neither gain nor quadrature error matters; a straight line is taken off
+    each frame, so that no offset is a signal.
+
+    Parameters
+    ----------
+    pair_v
+        I and Q in volts, shape (2, n_samples).
+    sample_rate_hz
+        Rate of each channel.
+    noise_v
+        White noise of both, shape (2,).
+    settings
+        How it is measured.
+    """
+    longest_s = max(pair_v.shape[1] / sample_rate_hz / settings.frames, settings.lengths_s[0])
+    lengths_s = [length_s for length_s in settings.lengths_s if length_s <= longest_s]
+    tried = [_lines_in_frames(pair_v, sample_rate_hz, noise_v, length_s, settings) for length_s in lengths_s]
+    # a long frame resolves slow motion, a short one follows a chirp: the longest that shows about as many steady lines
+    steady = [float(one.steady.mean()) for one in tried]
+    shown = steady if max(steady) > settings.few else [float(one.clear.mean()) for one in tried]
+    good = [one for one, much in zip(tried, shown, strict=True) if much >= settings.about * max(shown)]
+    return good[-1]
+
+
+def _lines_in_frames(
+    pair_v: FloatArray, sample_rate_hz: float, noise_v: FloatArray, length_s: float, settings: DopplerSettings
+) -> Doppler:
+    n = pair_v.shape[1]
+    size = max(16, min(2 * round(0.5 * length_s * sample_rate_hz), 2 * (n // 2)))
+    starts = np.arange(0, n - size + 1, max(1, size // 2))
+    frames = np.lib.stride_tricks.sliding_window_view(pair_v, size, axis=1)[:, starts]
+    along = np.linspace(-1.0, 1.0, size)
+    frames = frames - frames.mean(axis=2, keepdims=True)
+    frames = frames - (frames @ along)[..., None] / (along @ along) * along
+    window = np.hanning(size)
+    spectrum = np.fft.rfft(frames * window, axis=2)
+    power = (np.abs(spectrum) ** 2).sum(axis=0)
+    noise = float((window**2).sum() * (noise_v**2).sum())
+    power[:, : settings.lowest_bin] = 0.0
+    power[:, round(0.45 * size) :] = 0.0
+    place = np.argmax(power, axis=1)
+    rows = np.arange(starts.size)
+    strong = power[rows, place] > settings.strong * noise
+    above = np.maximum(power - 3.0 * noise, 0.0)
+    total = np.concatenate([np.zeros((starts.size, 1)), np.cumsum(above, axis=1)], axis=1)
+    first = np.maximum(place - _HALF_LINE, 0)
+    last = np.minimum(place + _HALF_LINE + 1, above.shape[1])
+    own = total[rows, last] - total[rows, first]
+    strong &= place > settings.lowest_bin
+    share = own / np.maximum(total[:, -1], 1e-300)
+    alone = share > settings.alone
+    return Doppler(
+        starts + size // 2,
+        size,
+        sample_rate_hz,
+        _interpolated(power, place) * sample_rate_hz / size,
+        power[rows, place] / noise,
+        share,
+        np.asarray(strong & alone),
+        np.asarray(strong & ~alone),
+        spectrum[0][rows, place],
+        spectrum[1][rows, place],
+    )
+
+
+def _interpolated(power: FloatArray, place: IntArray) -> FloatArray:
+    """Return the place of each peak between the bins, by a parabola through the logarithms of three."""
+    rows = np.arange(place.size)
+    inner = np.clip(place, 1, power.shape[1] - 2)
+    left, middle, right = (np.log(np.maximum(power[rows, inner + k], 1e-300)) for k in (-1, 0, 1))
+    bend = left - 2.0 * middle + right
+    shift = np.where(np.abs(bend) > 1e-12, 0.5 * (left - right) / np.where(bend == 0.0, 1.0, bend), 0.0)
+    return np.asarray(place + np.clip(shift, -0.5, 0.5))

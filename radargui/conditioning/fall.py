@@ -1,0 +1,90 @@
+"""The fall: tells from the signals alone, in a moment, whether a tracer fell freely, so that a hand is no drop."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from radargui.conditioning.averager import Averager
+from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import path_gradient
+from radargui.model.arrays import BoolArray, FloatArray, RawArray
+from radargui.model.digitisation import Digitisation
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.setup import Setup
+
+RATE_HZ = 2000.0
+WINDOW_S = 0.03
+LEAST_S = 0.045
+"""A fall of 2.5 cm is faster than the least speed for so long."""
+ACCELERATION = (0.6, 1.45)
+"""Allowed share of the acceleration expected at the release: it changes as the sphere comes nearer to the floor."""
+LEAST_SPEED = 0.3
+"""In m/s along the fall; slower, noise hides which way the phase turns."""
+LARGEST_MISFIT_RAD = 0.4
+
+
+class FallTest:
+    """Looks for a stretch in which the phases of the receivers turn with the acceleration of a free fall.
+
+    The derivative of z = I + jQ is j phase' A exp(j phase), whatever the offset: its argument turns as the phase
+    does while the tracer moves one way. In windows of 30 ms a parabola is fitted to it; in a free fall, or in any
+    flight between bounces, its second derivative is that of the path length, dL/dp (-g n), over the wavelength.
+
+    Parameters
+    ----------
+    setup
+        Antennas, release, floor's normal, wavelength.
+    digitisation
+        How the samples to be pushed are taken.
+    """
+
+    def __init__(self, setup: Setup, digitisation: Digitisation) -> None:
+        rate = digitisation.sample_rate_hz
+        self._averager = Averager(digitisation, max(1, round(rate / RATE_HZ)))
+        self._rate_hz = rate / self._averager.size
+        self._means: list[FloatArray] = []
+        release = np.array(setup.tracer.release_position_m)[:, None]
+        along = path_gradient(release, place_antennas(setup))[:, :, 0] @ -np.array(setup.floor.normal)
+        self._rad_per_m = setup.radar.phase_sign * 2.0 * np.pi / setup.radar.wavelength_m * along
+
+    def push(self, samples: RawArray) -> None:
+        """Take the next samples of the run, shape (n_channels, n)."""
+        self._means.append(self._averager.push(samples))
+
+    def refusal(self) -> str:
+        """Return why the run is no drop; empty where a fall is in it."""
+        return "" if self.has_fall() else "nothing in it falls freely"
+
+    def has_fall(self) -> bool:
+        """Whether all receivers, or all but one where there are three or more, see one free fall."""
+        means = np.concatenate(self._means, axis=1) if self._means else np.empty((0, 0))
+        window = max(6, round(WINDOW_S * self._rate_hz))
+        if means.shape[1] < 2 * window:
+            return False
+        falling = [
+            self._falling(means[2 * k : 2 * k + 2], float(rad_per_m), window)
+            for k, rad_per_m in enumerate(self._rad_per_m)
+        ]
+        wanted = len(falling) if len(falling) < 3 else len(falling) - 1
+        together = np.sum(falling, axis=0) >= wanted
+        return _longest(together) + window >= LEAST_S * self._rate_hz
+
+    def _falling(self, pair_v: FloatArray, rad_per_m: float, window: int) -> BoolArray:
+        """Return for each window whether one receiver sees a free fall in it, shape (n - window,)."""
+        slope = (pair_v[:, 2:] - pair_v[:, :-2]) * (0.5 * self._rate_hz)
+        phase = np.unwrap(np.arctan2(slope[1], slope[0]))
+        windows = np.lib.stride_tricks.sliding_window_view(phase, window)
+        time = (np.arange(window) - 0.5 * (window - 1)) / self._rate_hz
+        basis = np.stack([np.ones(window), time, time**2 - np.mean(time**2)])
+        weights = windows @ basis.T / (basis**2).sum(axis=1)
+        misfit = np.sqrt(np.maximum(np.mean(windows**2, axis=1) - weights**2 @ np.mean(basis**2, axis=1), 0.0))
+        share = 2.0 * weights[:, 2] / (rad_per_m * NOMINAL_GRAVITY_M_S2)
+        fast = np.abs(weights[:, 1] / rad_per_m) > LEAST_SPEED
+        fits = (share > ACCELERATION[0]) & (share < ACCELERATION[1]) & (misfit < LARGEST_MISFIT_RAD)
+        return np.asarray(fits & fast)
+
+
+def _longest(flags: BoolArray) -> int:
+    """Return the length of the longest stretch of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    return int((edges[1::2] - edges[0::2]).max(initial=0))

@@ -1,0 +1,134 @@
+"""The motion in a recording that is too long to be looked at as a whole: found piece by piece, in little memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.conditioning.activity import activity, block_size
+from radargui.conditioning.noise import white_noise_v
+from radargui.conditioning.segment import SETTINGS as MOTION
+from radargui.conditioning.segment import held, without_blips
+from radargui.model.arrays import BoolArray, FloatArray
+
+PAUSE_S = 2.0
+"""Two motions with at least so much rest between them are two."""
+REST_S = 2.0
+AFTER_S = 0.5
+PIECE_S = 5.0
+"""What is looked at together; its noise is its own."""
+_FEWEST = 16
+REST_SHARE = 0.2
+"""Rest before the motion that is taken along, as a share of the motion: what is quiet is told from it."""
+
+MOST_REST = 0.25
+"""Of what may be returned, at most so much is rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class LongMotion:
+    """Stored samples first:last around one motion, with rest before it where there is some.
+
+    Attributes
+    ----------
+    first, last
+        Samples of the recording.
+    n_motions
+        How many there are in the whole; one of them is this one.
+    cut
+        Whether the motion goes on after `last`.
+    """
+
+    first: int
+    last: int
+    n_motions: int
+    cut: bool
+
+
+def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_samples: int) -> LongMotion | None:
+    """Find the longest motion with rest before it, else the longest.
+
+    As `find_motion`, with the noise of each piece for itself and the quiet level of the whole. A hum of the mains
+    stays within the quiet level as long as it lasts throughout.
+
+    Parameters
+    ----------
+    pieces
+        Consecutive voltages, shape (n_channels, n), any lengths; NaN are held.
+    sample_rate_hz
+        Rate of each channel.
+    most_samples
+        What is returned is not longer.
+
+    Returns
+    -------
+    LongMotion or None
+        None where nothing moves.
+    """
+    level, count = _levels(pieces, sample_rate_hz)
+    if not level.size:
+        return None
+    size = block_size(sample_rate_hz)
+    quiet, high = max(1.0, float(np.percentile(level, 5.0))), float(level.max())
+    if quiet > MOTION.not_quiet * high:
+        if high < MOTION.threshold:
+            return None
+        quiet = 1.0
+    moving = without_blips(
+        level > MOTION.threshold * quiet, max(1, round(MOTION.least_motion_s * sample_rate_hz / size))
+    )
+    motions = _motions(moving, round(PAUSE_S * sample_rate_hz / size))
+    if not motions:
+        return None
+    begin, end = max(motions, key=lambda motion: (motion[0] > 0, motion[1] - motion[0]))
+    earlier = max((last for _, last in motions if last <= begin), default=0)
+    rest = round(max(REST_S * sample_rate_hz / size, REST_SHARE * (end - begin)))
+    rest = min(rest, begin - earlier, round(MOST_REST * most_samples / size))
+    first = (begin - rest) * size
+    wanted = min(end * size + round(AFTER_S * sample_rate_hz), count)
+    last = min(wanted, first + most_samples)
+    return LongMotion(first, last, len(motions), cut=last < end * size)
+
+
+def _levels(pieces: Iterable[FloatArray], sample_rate_hz: float) -> tuple[FloatArray, int]:
+    """Return the activity of each block of the whole, and the number of samples."""
+    size = block_size(sample_rate_hz)
+    levels, count = [np.zeros(0)], 0
+    for volts in _regular(pieces, max(1, round(PIECE_S * sample_rate_hz / size)) * size):
+        count += volts.shape[1]
+        if volts.shape[1] >= _FEWEST:
+            whole = held(volts)
+            levels.append(activity(whole, sample_rate_hz, white_noise_v(whole)))
+    return np.concatenate(levels), count
+
+
+def _regular(pieces: Iterable[FloatArray], length: int) -> Iterator[FloatArray]:
+    """Yield the same voltages in pieces of one length, the last one shorter: what is found rests on nothing else."""
+    left: list[FloatArray] = []
+    held_back = 0
+    for piece in pieces:
+        left.append(piece)
+        held_back += piece.shape[1]
+        if held_back < length:
+            continue
+        volts = np.concatenate(left, axis=1) if len(left) > 1 else piece
+        whole = held_back // length * length
+        for first in range(0, whole, length):
+            yield volts[:, first : first + length]
+        left, held_back = [volts[:, whole:].copy()], held_back - whole
+    if held_back:
+        yield np.concatenate(left, axis=1)
+
+
+def _motions(moving: BoolArray, pause: int) -> list[tuple[int, int]]:
+    """Return begin and end, in blocks, of the motions between pauses."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], moving.astype(np.int8), [0]]))).reshape(-1, 2)
+    motions: list[tuple[int, int]] = []
+    for begin, end in edges.tolist():
+        if motions and begin - motions[-1][1] < pause:
+            motions[-1] = (motions[-1][0], end)
+        else:
+            motions.append((begin, end))
+    return motions

@@ -1,0 +1,136 @@
+"""Onset: the time when the tracer leaves its rest, found from what the rest foretells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from radargui.model.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class OnsetSettings:
+    """How the end of the rest is sought; chosen on pendulums and drifting drops (`bench accuracy`).
+
+    Attributes
+    ----------
+    block_s
+        Length of the means that are compared: the noise of a 5 ms mean is what a creeping tracer must exceed.
+    window, ahead
+        Blocks that foretell, and blocks between them and the one that is foretold: a slow start must not be
+        taken into its own forecast.
+    fewest
+        Blocks of rest needed: 50 ms.
+    long_enough
+        From so many blocks on a parabola is foretold, before that a line: a short rest does not tell a curvature.
+    threshold
+        In standard deviations, root mean square over the channels, in two blocks in turn.
+    most_wander
+        Largest deviation that a rest may have, as a share of what the channels do altogether.
+    """
+
+    block_s: float = 0.005
+    window: int = 60
+    ahead: int = 3
+    fewest: int = 10
+    long_enough: int = 30
+    threshold: float = 6.0
+    most_wander: float = 0.02
+
+
+SETTINGS = OnsetSettings()
+
+
+def find_onset(time_s: FloatArray, value: FloatArray, settings: OnsetSettings = SETTINGS) -> float | None:
+    """Return the time of the last block that still looks like the rest, None where none departs from it.
+
+    Means over 5 ms are compared with what the 0.3 s that end 15 ms before them foretell: a parabola, so that offsets
+    may drift (a straight line while the rest is short). The tracer moves where two blocks in turn differ by
+    more than 6 standard deviations in the root mean square over the channels. A rest that is looked at as a whole would
+    take the slow beginning of a pendulum for drift.
+
+    A fast motion vanishes in 5 ms means where its Doppler frequency is a multiple of 200 Hz: this function refines the
+    end of a rest, it does not tell whether there is one (`find_motion` does).
+
+    Parameters
+    ----------
+    time_s
+        Shape (n_samples,).
+    value
+        I1, Q1, I2, ... of about equal size, shape (n_channels, n_samples).
+    settings
+        How it is sought.
+
+    Returns
+    -------
+    float or None
+        -inf where the record starts in motion (less than 50 ms of rest).
+    """
+    label = ((time_s - time_s[0]) / settings.block_s).astype(np.intp)
+    first = np.flatnonzero(np.diff(label, prepend=-1))
+    count = np.diff(np.append(first, label.size))
+    mean = np.add.reduceat(value, first, axis=1) / count
+    fewest = settings.fewest
+    if first.size < 2 * fewest:
+        return float("-inf")
+    early = np.diff(value[:, : first[2 * fewest - 1]], axis=1)
+    white = np.median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
+    size = np.stack([white, np.maximum(white, settings.most_wander * np.median(value.std(axis=1)))])
+    if _wanders(mean[:, :fewest], size, settings):
+        return float("-inf")
+    away = _departures(mean, size, settings) > settings.threshold
+    lasting = np.flatnonzero(away[:-1] & away[1:])
+    return float(time_s[first[fewest + settings.ahead + lasting[0]]]) if lasting.size else None
+
+
+def _wanders(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> bool:
+    """Return whether blocks (n_channels, n) differ from a straight line by more than a rest may."""
+    apart = mean - mean @ _Foresight(mean.shape[1], 1, settings).smooth
+    return bool(np.sqrt(((apart / size[1][:, None]) ** 2).mean(axis=0)).max() > settings.threshold)
+
+
+class _Foresight:
+    """A polynomial through n blocks in turn: its values there, and its value some blocks later."""
+
+    def __init__(self, count: int, degree: int, settings: OnsetSettings) -> None:
+        place = (np.arange(count) - count - settings.ahead) / settings.window
+        powers = np.vander(place, degree + 1, increasing=True)
+        solve = np.linalg.solve(powers.T @ powers, powers.T)
+        self.smooth = powers @ solve
+        self.ahead: FloatArray = solve[0]
+        self.freedom = count - degree - 1
+        self.widening = float(np.sqrt(1.0 + self.ahead @ self.ahead))
+
+    def departure(self, before: FloatArray, now: FloatArray, size: FloatArray) -> FloatArray:
+        """Return how far blocks lie from what was foretold, in deviations, root mean square over the channels.
+
+        Parameters
+        ----------
+        before
+            Shape (n_channels, n_windows, count).
+        now
+            Shape (n_channels, n_windows).
+        size
+            Smallest and largest deviation of a block, shape (2, n_channels).
+        """
+        rest = before - before @ self.smooth
+        deviation = np.sqrt((rest**2).sum(axis=2) / self.freedom)
+        deviation = np.clip(deviation, size[0][:, None], size[1][:, None]) * self.widening
+        return np.asarray(np.sqrt((((now - before @ self.ahead) / deviation) ** 2).mean(axis=0)))
+
+
+def _departures(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> FloatArray:
+    """Return the departure of each block from the first that can be foretold on."""
+    n, window, ahead = mean.shape[1], settings.window, settings.ahead
+    out = [
+        _Foresight(count, 2 if count >= settings.long_enough else 1, settings).departure(
+            mean[:, None, :count], mean[:, [count + ahead]], size
+        )
+        for count in range(settings.fewest, min(window, n - ahead))
+    ]
+    if n > window + ahead:
+        windows = sliding_window_view(mean, window, axis=1)[:, : n - window - ahead]
+        out.append(_Foresight(window, 2, settings).departure(windows, mean[:, window + ahead :], size))
+    return np.concatenate(out)

@@ -1,0 +1,154 @@
+"""Is it a receiver? I and Q of one echo show the same frequency, about as strongly, a quarter of a turn apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from radargui.conditioning.doppler import Doppler
+from radargui.model.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class PairSettings:
+    """What I and Q of a receiver are allowed.
+
+    Attributes
+    ----------
+    least_frames
+        Clear frames without which nothing is said.
+    least_clear
+        Share of clear frames below which nothing is said: single ones may be what slow noise and the floor show.
+    least_bins
+        Least Doppler frequency of a frame that counts, in bins of its spectrum.
+    gain
+        Largest ratio of I to Q, either way: mixers of 24 GHz modules have up to 1.6.
+    least_sine
+        Of the phase between I and Q: 0.6 is an error of 53 degrees, beyond what a mixer has (35 in cheap ones).
+    frames_for_odd, most_odd
+        With so many clear frames, the share of them in which gain or phase may be elsewhere: at a turn round two
+        speeds are in one frame.
+    longest_s
+        Longer frames belong to a motion so slow that what the floor reflects turns in the same bin: they are no judge.
+    odd_gain
+        A gain so many times off the typical one is elsewhere.
+    odd_deg
+        Likewise a phase.
+    most_mixed
+        Share of strong frames with more than one frequency.
+    most_clipped
+        Share of clipped samples in the motion.
+    same
+        Two channels are one where they differ by less than this share of what they show.
+    least_noise
+        Share of the variance below which noise tells nothing.
+    near
+        Mean square difference, as a share of the variance, below which I and Q of two receivers agree.
+    shared_noise
+        Two receivers are one where they differ by less than this share of their noise.
+    """
+
+    least_frames: int = 4
+    least_clear: float = 0.4
+    least_bins: float = 3.5
+    gain: float = 2.5
+    least_sine: float = 0.6
+    frames_for_odd: int = 8
+    most_odd: float = 0.4
+    longest_s: float = 0.15
+    odd_gain: float = 2.0
+    odd_deg: float = 25.0
+    most_mixed: float = 0.7
+    most_clipped: float = 0.25
+    same: float = 0.02
+    least_noise: float = 1e-8
+    near: float = 0.1
+    shared_noise: float = 0.5
+
+
+SETTINGS = PairSettings()
+
+
+def check_receiver(
+    doppler: Doppler,
+    pair_v: FloatArray,
+    noise_v: FloatArray,
+    usable: BoolArray,
+    settings: PairSettings = SETTINGS,
+) -> str:
+    """Return why a pair of channels is no receiver of one echo; empty where nothing speaks against it.
+
+    Parameters
+    ----------
+    doppler
+        Lines of its frames in the motion.
+    pair_v, noise_v, usable
+        I and Q in the motion, shapes (2, n), (2,), (2, n).
+    settings
+        What is allowed.
+    """
+    clipped = float((~usable).any(axis=0).mean())
+    if clipped > settings.most_clipped:
+        return f"{100 * clipped:.0f} % of its samples in the motion are clipped: the range is too small"
+    spread = np.sqrt(np.maximum(pair_v.var(axis=1) - noise_v**2, 0.0))
+    weak, strong = ("I", "Q") if spread[0] < spread[1] else ("Q", "I")
+    if spread.min() <= 0.02 * spread.max():
+        return f"{weak} shows nothing of the motion that {strong} shows: a cable is off, or the mixer is dead"
+    # slower than some bins of the spectrum, a turn round and the bias that turns with it fill the same frame
+    clear = doppler.clear & (doppler.frequency_hz >= settings.least_bins * doppler.resolution_hz)
+    mixed = doppler.mixed
+    if int(mixed.sum()) >= settings.least_frames and mixed.sum() > settings.most_mixed * (mixed.sum() + clear.sum()):
+        return "more than one frequency at a time: no single echo, or more than one thing moves"
+    if int(clear.sum()) < settings.least_frames or doppler.clear.mean() < settings.least_clear:
+        return ""
+    i, q = np.maximum(np.abs(doppler.i[clear]), 1e-300), np.maximum(np.abs(doppler.q[clear]), 1e-300)
+    gain = float(np.median(q / i))
+    if not 1.0 / settings.gain < gain < settings.gain:
+        if spread.min() > spread.max() / settings.gain:
+            return "I and Q show different motions: they do not belong together"
+        weak, strong = ("Q", "I") if gain < 1.0 else ("I", "Q")
+        return f"{weak} shows {100 * min(gain, 1 / gain):.0f} % of the motion that {strong} shows: the channel is dead"
+    angle = np.abs(np.degrees(np.angle(doppler.q[clear] * doppler.i[clear].conj())))
+    typical = float(np.median(angle))
+    if np.sin(np.radians(typical)) < settings.least_sine:
+        return f"I and Q are {typical:.0f} degrees apart instead of 90: one signal on both, or not a pair"
+    odd = (np.abs(np.log(q / i / gain)) > np.log(settings.odd_gain)) | (np.abs(angle - typical) > settings.odd_deg)
+    short = doppler.size < settings.longest_s * doppler.sample_rate_hz
+    if short and odd.size >= settings.frames_for_odd and odd.mean() > settings.most_odd:
+        return "I and Q keep no phase to each other: they do not belong together"
+    return ""
+
+
+def same_channels(
+    volts: FloatArray, noise_v: FloatArray, settings: PairSettings = SETTINGS
+) -> tuple[tuple[int, int], ...]:
+    """Return pairs of channels of different receivers that show one and the same voltage: one cable on two inputs.
+
+    Two echoes seldom agree in offset, amplitude and phase at once within a few hundredths; where they do in I and in Q,
+    as ideal mixers around a target on the axis do, one cable is told from two by noise that both share.
+
+    Parameters
+    ----------
+    volts
+        At one time, shape (2 n_receivers, n_samples).
+    noise_v
+        White noise of each channel.
+    settings
+        How alike is one.
+    """
+    n_receivers = volts.shape[0] // 2
+    apart = np.array([[np.mean((a - b) ** 2) for b in volts] for a in volts])
+    noise = np.add.outer(noise_v**2, noise_v**2)
+    shown = np.minimum.outer(volts.var(axis=1), volts.var(axis=1))
+    alike = (shown > 0.0) & (apart < np.minimum(settings.same**2 * shown + 2.0 * noise, 0.05 * shown))
+    found: list[tuple[int, int]] = []
+    for one, other in combinations(range(n_receivers), 2):
+        block = np.s_[2 * one : 2 * one + 2, 2 * other : 2 * other + 2]
+        same = alike[block]
+        if (apart[block] < settings.near * shown[block] + 2.0 * noise[block]).diagonal().all():
+            audible = noise[block] > settings.least_noise * shown[block]
+            same = same & audible & (apart[block] < settings.shared_noise * noise[block])
+        found.extend((2 * one + int(a), 2 * other + int(b)) for a, b in np.argwhere(same))
+    return tuple(found)

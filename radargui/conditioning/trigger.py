@@ -1,0 +1,152 @@
+"""The motion trigger: tells from samples as they arrive when the tracer starts to move and when it is quiet again."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.conditioning.activity import block_size, sliding_variance, window_blocks
+from radargui.conditioning.averager import Averager
+from radargui.conditioning.noise import white_noise_v
+from radargui.conditioning.segment import held
+from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.digitisation import Digitisation
+
+LEARNING_S = 0.1
+"""Quiet needed before the trigger can tell motion from rest."""
+MEMORY_S = 4.0
+"""Span over which the quiet level is remembered: it follows a drift, a short motion does not raise it."""
+QUIET_PERCENTILE = 20.0
+CONFIRM_S = 0.004
+"""Motion lasts at least this long; a spike does not."""
+
+
+@dataclass(frozen=True, slots=True)
+class TriggerState:
+    """What the trigger says after a block.
+
+    Attributes
+    ----------
+    ready
+        Whether the quiet level is known: before, motion cannot be told.
+    moving
+        Whether the tracer moves now.
+    since_index
+        Absolute index of the sample with which the present or last motion started; None before the first.
+    quiet_since_index
+        Absolute index since which it is quiet after a motion; None while it moves.
+    """
+
+    ready: bool
+    moving: bool
+    since_index: int | None
+    quiet_since_index: int | None
+
+
+class MotionTrigger:
+    """Causal detector of motion: the activity of the voltages against their quiet level.
+
+    Activity is the variance of 0.5 ms block means within 20 ms, pooled over channels in units of their white noise.
+    Motion starts where it exceeds `threshold` squared times its quiet level (robust to mains and drift: both are in
+    that level), and ends where it has fallen below half of the threshold.
+
+    Parameters
+    ----------
+    digitisation
+        Rate and scale of the samples that will be pushed.
+    threshold
+        How many times harder than in quiet the voltages must shake.
+    """
+
+    def __init__(self, digitisation: Digitisation, threshold: float) -> None:
+        self._digitisation = digitisation
+        rate = digitisation.sample_rate_hz
+        self._size = block_size(rate)
+        self._window = window_blocks(rate)
+        self._block_s = self._size / rate
+        self._start = threshold**2
+        self._end = (0.5 * threshold) ** 2
+        self._averager = Averager(digitisation, self._size)
+        self._means = np.empty((digitisation.n_channels, 0))
+        self._noise_v: FloatArray | None = None
+        self._early: list[FloatArray] = []
+        self._levels: deque[float] = deque(maxlen=max(4, round(MEMORY_S / self._block_s / 8)))
+        self._quiet = 1.0
+        self._blocks = 0
+        self._above = 0
+        self._state = TriggerState(ready=False, moving=False, since_index=None, quiet_since_index=None)
+
+    @property
+    def state(self) -> TriggerState:
+        """What the trigger said last."""
+        return self._state
+
+    def push(self, samples: RawArray) -> TriggerState:
+        """Take the next samples, shape (n_channels, n), and tell the state after them."""
+        self._learn_noise(samples)
+        new = self._averager.push(samples)
+        count = new.shape[1]
+        if count == 0:
+            return self._state
+        self._means = np.concatenate([self._means[:, -self._window :], new], axis=1)
+        self._blocks += count
+        if self._noise_v is None or self._means.shape[1] < self._window:
+            return self._state
+        self._judge(self._levels_of(self._means, min(count, self._means.shape[1] - self._window + 1)))
+        return self._state
+
+    def relearn(self) -> None:
+        """Take what is now for quiet: it has been restless for so long that this must be the new quiet level."""
+        self._levels.clear()
+        self._quiet = 1.0
+        self._above = 0
+        self._state = TriggerState(
+            ready=False, moving=False, since_index=self._state.since_index, quiet_since_index=self._blocks * self._size
+        )
+
+    def _learn_noise(self, samples: RawArray) -> None:
+        if self._noise_v is not None:
+            return
+        self._early.append(held(self._digitisation.volts(samples)))
+        if sum(part.shape[1] for part in self._early) >= LEARNING_S * self._digitisation.sample_rate_hz:
+            whole = np.concatenate(self._early, axis=1)
+            noise = white_noise_v(whole)
+            self._noise_v = np.maximum(noise, np.maximum(1e-6 * np.abs(whole).max(axis=1), 1e-9))
+            self._early.clear()
+
+    def _levels_of(self, means: FloatArray, count: int) -> FloatArray:
+        """Return the activity of the windows that end with each of the last `count` blocks."""
+        scaled = means[:, -(count + self._window - 1) :] * (np.sqrt(self._size) / self._noise_or_one())[:, None]
+        levels = sliding_variance(scaled, self._window).mean(axis=0)
+        before = self._window // 2
+        return np.asarray(levels[before : before + count])
+
+    def _noise_or_one(self) -> FloatArray:
+        return np.ones(self._means.shape[0]) if self._noise_v is None else self._noise_v
+
+    def _judge(self, levels: FloatArray) -> None:
+        first_block = self._blocks - levels.size
+        for offset, level in enumerate(levels):
+            block = first_block + offset
+            state = self._state
+            quiet = self._quiet
+            ready = state.ready or len(self._levels) * 8 * self._block_s >= LEARNING_S
+            if not state.moving:
+                if block % 8 == 0:
+                    self._levels.append(float(level))
+                    self._quiet = quiet = self._quiet_level()
+                self._above = self._above + 1 if ready and level > self._start * quiet else 0
+                if self._above * self._block_s >= CONFIRM_S:
+                    begin = max(0, (block - self._above + 1) * self._size)
+                    self._state = TriggerState(ready, moving=True, since_index=begin, quiet_since_index=None)
+                elif ready != state.ready:
+                    self._state = TriggerState(ready, state.moving, state.since_index, state.quiet_since_index)
+            elif level < self._end * quiet:
+                self._above = 0
+                begin = (block + 1) * self._size
+                self._state = TriggerState(ready, moving=False, since_index=state.since_index, quiet_since_index=begin)
+
+    def _quiet_level(self) -> float:
+        return max(1.0, float(np.percentile(np.fromiter(self._levels, dtype=np.float64), QUIET_PERCENTILE)))

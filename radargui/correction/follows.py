@@ -1,0 +1,90 @@
+"""Does the phase follow the signal? The speed of the path held against the Doppler frequency of the spectra."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.conditioning.doppler import Doppler
+from radargui.model.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class FollowSettings:
+    """When a phase is said not to follow.
+
+    Attributes
+    ----------
+    share, bins
+        A frame is missed where the frequencies differ by more than a share of the Doppler frequency and more than so
+        many bins of its spectrum.
+    most_missed, least_missed
+        Share of the frames that may be missed (at an impact two speeds share a frame), and how many at any rate.
+    still_bins
+        Bins that a phase may turn by where no line is seen.
+    covered
+        Share of a frame's samples that must be valid for it to count.
+    """
+
+    share: float = 0.08
+    bins: float = 0.7
+    most_missed: float = 0.1
+    least_missed: int = 3
+    still_bins: float = 2.5
+    covered: float = 0.7
+
+
+ALONE = FollowSettings()
+TOGETHER = FollowSettings(most_missed=0.5, least_missed=4)
+_PARTS = 8
+"""Of a frame's middle half: a turn round falls into one of them."""
+
+
+def missed_frames(
+    phase_rad: FloatArray, valid: BoolArray, doppler: Doppler, settings: FollowSettings = ALONE
+) -> tuple[BoolArray, float]:
+    """Return in which frames the phase turns otherwise than the spectrum says, and the share of the steady ones.
+
+    Where there is no line the phase must not turn as if there were one.
+
+    Parameters
+    ----------
+    phase_rad
+        Of one receiver, unwrapped, shape (n_samples,).
+    valid
+        Same shape.
+    doppler
+        Lines of the receiver's frames.
+    settings
+        What counts as missed.
+    """
+    part = max(1, doppler.size // (2 * _PARTS))
+    good = valid & np.isfinite(phase_rad)
+    total = np.concatenate([[0.0], np.cumsum(np.where(good, phase_rad, 0.0))])
+    count = np.concatenate([[0], np.cumsum(good)])
+    inside = (doppler.centre >= _PARTS * part // 2) & (doppler.centre + _PARTS * part // 2 <= phase_rad.size)
+    # means of the parts of each frame's middle half; how far they lie apart is how far it turned, to and fro
+    edge = doppler.centre[inside, None] - _PARTS * part // 2 + part * np.arange(_PARTS + 1)
+    number = np.diff(count[edge], axis=1)
+    held = (number >= settings.covered * part).all(axis=1)
+    means = np.diff(total[edge], axis=1) / np.maximum(number, 1)
+    distance_s = (_PARTS - 1) * part / doppler.sample_rate_hz
+    turned_hz = np.abs(np.diff(means, axis=1)).sum(axis=1) / (2.0 * np.pi * distance_s)
+    line, steady = (doppler.clear | doppler.mixed)[inside], doppler.steady[inside]
+    if not steady.any():
+        steady = doppler.clear[inside]
+    expected = np.where(line, doppler.frequency_hz[inside], 0.0)
+    within = np.maximum(settings.share * expected, settings.bins * doppler.resolution_hz)
+    # a line that is broadened by a turn round or an impact says no one speed
+    told = ~doppler.clear[inside] | steady
+    allowed = np.where(line, within, settings.still_bins * doppler.resolution_hz)
+    off = told & held & (np.abs(turned_hz - expected) > allowed)
+    missed = np.zeros(doppler.centre.size, dtype=np.bool_)
+    missed[np.flatnonzero(inside)] = off
+    return missed, float((off & steady).sum() / max(int((held & steady).sum()), 1))
+
+
+def follows(missed: BoolArray, share: float, settings: FollowSettings = ALONE) -> bool:
+    """Whether a phase follows its signal, from what `missed_frames` counted."""
+    return int(missed.sum()) < settings.least_missed or share <= settings.most_missed

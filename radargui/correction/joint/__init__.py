@@ -1,1 +1,0 @@
-"""Joint correction: the motion and every receiver's mismatch, estimated together from all channels."""

@@ -1,0 +1,93 @@
+"""Pieces of a path: where the phase was lost it starts anew, unless the motion carries it over the hole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class PieceSettings:
+    """When a hole is bridged.
+
+    Attributes
+    ----------
+    slope_s
+        Before and after the hole, over which the speed is taken.
+    longest_s
+        A longer hole is never bridged.
+    least_samples
+        A shorter run tells no speed.
+    most_u_rad
+        Largest standard uncertainty of the phase carried over: twice it is a quarter of a wavelength of path.
+    """
+
+    slope_s: float = 0.004
+    longest_s: float = 0.006
+    least_samples: int = 4
+    most_u_rad: float = 0.25 * np.pi
+
+
+SETTINGS = PieceSettings()
+
+
+def join_pieces(
+    phase_rad: FloatArray, valid: BoolArray, sample_rate_hz: float, settings: PieceSettings = SETTINGS
+) -> tuple[FloatArray, IntArray]:
+    """Return the phases and the number of the piece of each sample, shapes (n_receivers, n_samples) and (n_samples,).
+
+    Over a hole of d samples between speeds a and b the phase turns by (a + b) d / 2, uncertain by |a - b| d / 4 and by
+    the speeds' own uncertainty. Where that is below a quarter of a turn the phase goes on; else a new piece begins,
+    for all receivers.
+
+    Parameters
+    ----------
+    phase_rad
+        Continuous within runs of valid samples, shape (n_receivers, n_samples).
+    valid
+        Same shape.
+    sample_rate_hz
+        Rate of the samples.
+    settings
+        When a hole is bridged.
+    """
+    out = phase_rad.copy()
+    begins = np.zeros(phase_rad.shape[1], dtype=np.intp)
+    for row, good in zip(out, valid, strict=True):
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]]))).reshape(-1, 2)
+        runs = [(int(a), int(b)) for a, b in edges if b - a >= settings.least_samples]
+        for before, after in pairwise(runs):
+            turn = _carried(row, before, after, sample_rate_hz, settings)
+            if turn is None:
+                begins[after[0]] = 1
+            else:
+                away = row[before[1] - 1] + turn - row[after[0]]
+                row[after[0] :] += 2.0 * np.pi * np.round(away / (2.0 * np.pi))
+    return out, np.cumsum(begins)
+
+
+def _carried(
+    phase: FloatArray, before: tuple[int, int], after: tuple[int, int], rate_hz: float, settings: PieceSettings
+) -> float | None:
+    """Return by how much the phase turns over a hole, None where the motion does not tell."""
+    hole = after[0] - before[1] + 1
+    if hole > settings.longest_s * rate_hz:
+        return None
+    reach = max(settings.least_samples, round(settings.slope_s * rate_hz))
+    slope_a, u_a = _slope(phase[max(before[0], before[1] - reach) : before[1]])
+    slope_b, u_b = _slope(phase[after[0] : min(after[1], after[0] + reach)])
+    u = np.hypot(0.25 * abs(slope_a - slope_b) * hole, 0.5 * hole * np.hypot(u_a, u_b))
+    return 0.5 * (slope_a + slope_b) * hole if u < settings.most_u_rad else None
+
+
+def _slope(phase: FloatArray) -> tuple[float, float]:
+    """Return the slope of a line through phases at successive samples, and its standard uncertainty."""
+    x = np.arange(phase.size) - 0.5 * (phase.size - 1)
+    square = float(x @ x)
+    slope = float(x @ phase) / square
+    residual = phase - phase.mean() - slope * x
+    return slope, float(np.sqrt(residual @ residual / max(phase.size - 2, 1) / square))

@@ -1,0 +1,1 @@
+"""Motion and mismatch estimated from all channels together: adaptive, joint."""

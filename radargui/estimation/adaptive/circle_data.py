@@ -1,0 +1,121 @@
+"""What a round of circle fits starts from: places, channels at one time, known amplitudes (method 2, adaptive)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from radargui.estimation.adaptive.circle_fit import CircleData
+from radargui.estimation.adaptive.still_ellipse import StillEllipse
+from radargui.estimation.forward.bins import BinnedData, Bins
+from radargui.estimation.forward.position_map import PositionBasis
+from radargui.geometry.antennas import Antennas
+from radargui.geometry.bistatic import locate_exact
+from radargui.geometry.path_length import range_factor
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.front_end_equations import channels_of
+
+_MOST_TURN_RAD = 0.3  # of half a bin: 1/24 fringe turns 0.13; more is a phase that slipped
+
+
+def map_places(change_m: FloatArray, antennas: Antennas, release_m: FloatArray, rest: BoolArray) -> FloatArray:
+    """Return the coordinate of the maps: exact positions (3, n), or (L - L_rest) / 2 of one or two receivers.
+
+    Parameters
+    ----------
+    change_m
+        Shape (n_receivers, n).
+    antennas, release_m
+        Geometry.
+    rest
+        Where the tracer still rests: its place is the release position.
+    """
+    if antennas.n_receivers < 3:
+        place = change_m / 2.0
+        place[:, rest] = 0.0
+        return place
+    place = locate_exact(change_m, antennas, release_m)
+    place[:, rest] = release_m[:, None]
+    known = np.isfinite(place).all(axis=0)
+    if not known.all():
+        index = np.arange(known.size)
+        place = np.array([np.interp(index, index[known], row[known]) for row in place])
+    return place
+
+
+def averaging_loss(phase_rad: FloatArray, bins: Bins) -> FloatArray:
+    """Return what the mean over a bin leaves of a turning wave, cos(s dphi/dt), shape as the phase (..., n_bins)."""
+    rate = np.gradient(phase_rad, bins.time_s, axis=-1)
+    return np.asarray(np.cos(np.clip(rate * bins.node_s, -_MOST_TURN_RAD, _MOST_TURN_RAD)))
+
+
+def circle_data(
+    binned: BinnedData,
+    value: FloatArray,
+    phase_rad: FloatArray,
+    place: FloatArray,
+    bias: PositionBasis | None,
+    amplitude_map: PositionBasis | None,
+) -> list[CircleData]:
+    """Return each receiver's bins with map functions and the known factor of the amplitude.
+
+    Parameters
+    ----------
+    binned
+        Data.
+    value
+        Means brought to the time of channel 0, shape (n_channels, n_bins).
+    phase_rad, place
+        Of the round before, shapes (n_receivers, n_bins) and (n_dimensions, n_bins).
+    bias, amplitude_map
+        Functions; None without maps.
+    """
+    bins, none = binned.bins, np.zeros((binned.bins.n_bins, 0))
+    n_receivers = binned.antennas.n_receivers
+    shape = averaging_loss(phase_rad, bins)
+    if n_receivers >= 3:  # else the position is unknown
+        shape = range_factor(place, binned.antennas, binned.release_m) * shape
+    at_bias = none if bias is None else bias(place)
+    at_amplitude = none if amplitude_map is None else amplitude_map(place)
+    return [
+        CircleData(
+            i=value[2 * n],
+            q=value[2 * n + 1],
+            sigma_i=bins.sigma[2 * n],
+            sigma_q=bins.sigma[2 * n + 1],
+            shape=shape[n],
+            bias=at_bias,
+            amplitude_map=at_amplitude,
+        )
+        for n in range(n_receivers)
+    ]
+
+
+def at_one_time(
+    binned: BinnedData, phase_rad: FloatArray, amplitude: FloatArray, ellipses: Sequence[StillEllipse]
+) -> FloatArray:
+    """Return what each channel would have shown at the time of channel 0, shape (n_channels, n_bins).
+
+    Channel k of a multiplexer shows Z(t + d_k); the difference A (exp(j phi(t)) - exp(j phi(t + d_k))), brought through
+    the receiver's gain ratio and quadrature error, is added to it.
+
+    Parameters
+    ----------
+    binned
+        The means as measured, and the delays d_k.
+    phase_rad, amplitude
+        Current estimates, shape (n_receivers, n_bins).
+    ellipses
+        Constants of each receiver.
+    """
+    bins, delay_s = binned.bins, binned.delay_s
+    value = bins.value.copy()
+    if not delay_s.any():
+        return value
+    for receiver, ellipse in enumerate(ellipses):
+        pair, own = slice(2 * receiver, 2 * receiver + 2), phase_rad[receiver]
+        later = [np.interp(bins.time_s + delay, bins.time_s, own) for delay in delay_s[pair]]
+        change_i, change_q = (amplitude[receiver] * (np.exp(1j * own) - np.exp(1j * after)) for after in later)
+        value[pair] += channels_of(change_i, change_q, ellipse.gain_ratio, ellipse.quadrature_error_rad)
+    return value

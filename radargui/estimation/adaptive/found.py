@@ -1,0 +1,145 @@
+"""From signals to circles, places and impacts: the adaptive rounds, start of the joint estimate too (method 2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.conditioning.conditioned import Conditioned
+from radargui.estimation.adaptive.rough import rough_phases
+from radargui.estimation.adaptive.rounds import (
+    Round,
+    best_round,
+    first_round,
+    next_round,
+    still_round,
+    timed_round,
+)
+from radargui.estimation.forward.bins import BinnedData, bin_by_fringe
+from radargui.estimation.signals import ScaledSignals, scaled_signals
+from radargui.geometry.antennas import place_antennas
+from radargui.model.arrays import FloatArray
+from radargui.model.setup import Setup
+from radargui.motion.impacts import find_impacts, find_turns
+
+
+@dataclass(frozen=True, slots=True)
+class StartSettings:
+    """How starts are compared and impacts told apart. Chosen by hand.
+
+    Attributes
+    ----------
+    first_length_m
+        Correlation length of the first maps: half a fall, so that no wave can be followed before places are known.
+    same_turn_s
+        A sharp minimum of the height closer than this to an impact is that impact.
+    other_count_rad
+        Phases that differ by more anywhere count other fringes: noise and maps shift them by some tenths.
+    least_noise_m, unknown_noise_m
+        Of the height: the first so that simulated motion without noise keeps a scale, the second where nothing moves.
+    """
+
+    first_length_m: float = 0.15
+    same_turn_s: float = 0.006
+    other_count_rad: float = 2.0
+    least_noise_m: float = 1e-9
+    unknown_noise_m: float = 1e-4
+
+
+START = StartSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class AdaptiveRounds:
+    """What the adaptive rounds found.
+
+    Attributes
+    ----------
+    signals
+        The samples.
+    data
+        Bins and geometry.
+    first, last
+        The first round (range factor alone) and the last (maps).
+    impact_s
+        Impacts seen in the places; empty with fewer than three receivers.
+    turn_s
+        Further sharp minima of the height, some of them impacts.
+    """
+
+    signals: ScaledSignals
+    data: BinnedData
+    first: Round
+    last: Round
+    impact_s: FloatArray
+    turn_s: FloatArray
+
+
+def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
+    """Fit circles with maps of position; once more with the bins broken at the impacts.
+
+    Parameters
+    ----------
+    conditioned, setup
+        One to four receivers.
+
+    Raises
+    ------
+    ProcessingError
+        A receiver shows no signal at all.
+    """
+    signals = scaled_signals(conditioned)
+    onset, start = signals.onset_s, signals.rest_end_s
+    rough = rough_phases(signals, onset)
+    antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
+    impacts = np.zeros(0)
+    for _ in range(2):
+        bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
+        data = BinnedData(
+            bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s, onset
+        )
+        counted = np.array([np.interp(bins.time_s, rough.time_s, row) for row in rough.phase_rad])
+        still = still_round(data, rough.ellipses, counted)
+        first = first_round(data, still)
+        last = _with_maps(data, still, first)
+        if impacts.size or antennas.n_receivers < 3:
+            break
+        impacts = _impacts(data, last, np.asarray(setup.floor.normal))
+        if impacts.size == 0:
+            break
+    turns = np.zeros(0) if antennas.n_receivers < 3 else _turns(data, last, np.asarray(setup.floor.normal), impacts)
+    return AdaptiveRounds(signals, data, first, last, impacts, turns)
+
+
+def _with_maps(data: BinnedData, still: Round, first: Round) -> Round:
+    """Return the best round with maps; among starts that count other fringes the evidence decides.
+
+    Few fringes do not hold the circle of the range factor: its centre can run away and lose cycles.
+    """
+    timed = timed_round(data, still)
+    last = best_round(data, next_round(data, first, START.first_length_m))
+    tried = [last]
+    for other in (timed, still):
+        if min(float(np.abs(one.phase_rad - other.phase_rad).max()) for one in tried) > START.other_count_rad:
+            tried.append(best_round(data, next_round(data, other, START.first_length_m)))
+    return max(tried, key=lambda one: one.log_evidence)
+
+
+def _turns(data: BinnedData, last: Round, normal: FloatArray, impact_s: FloatArray) -> FloatArray:
+    """Return the sharp minima of the height that are not impacts already."""
+    turns = find_turns(data.bins.time_s, *_height(data, last, normal))
+    near = (np.abs(turns[:, None] - impact_s[None]) < START.same_turn_s).any(axis=1)
+    return np.asarray(turns[~near])
+
+
+def _impacts(data: BinnedData, last: Round, normal: FloatArray) -> FloatArray:
+    return find_impacts(data.bins.time_s, *_height(data, last, normal))
+
+
+def _height(data: BinnedData, last: Round, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the height of the places and its noise from second differences."""
+    height = normal @ last.place
+    second = np.diff(height[~data.rest], 2)
+    noise = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0) if second.size else START.unknown_noise_m
+    return height, np.full(height.size, max(noise, START.least_noise_m))

@@ -1,0 +1,140 @@
+"""Rough phases: still ellipses on pooled samples, good enough to count fringes (method 2, adaptive)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
+from radargui.estimation.forward.bins import pool
+from radargui.estimation.signals import ScaledSignals
+from radargui.model.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class RoughSettings:
+    """How samples are pooled and which ellipses are trusted. Chosen by hand.
+
+    Attributes
+    ----------
+    pool_s
+        Samples are averaged over this: a fall of 3 m/s turns 180 Hz at 10 GHz, a fiftieth of a turn.
+    smooth_s
+        Over which the arc's length is smoothed, so that noise does not count as a way round the circle.
+    at_rest
+        Rests of fewer pooled samples do not tell the arc that noise makes.
+    arc_quantile
+        No sample weighs more than this quantile of the arcs: a jump is no way.
+    nearest, farthest, least_kept
+        Samples nearer to the centre or farther than these many amplitudes are left out, while this share stays.
+    short_chord
+        A receiver whose samples reach less far than this many radii of the others' circles saw less than a fifth of a
+        turn (2 sin 37 degrees): its radius is theirs.
+    half_as_wide
+        Only receivers that reach this share of the farthest tell a radius.
+    """
+
+    pool_s: float = 1e-4
+    smooth_s: float = 1e-3
+    at_rest: int = 10
+    arc_quantile: float = 0.9
+    nearest: float = 0.2
+    farthest: float = 3.0
+    least_kept: float = 0.5
+    short_chord: float = 1.2
+    half_as_wide: float = 0.5
+
+
+ROUGH = RoughSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class RoughPhases:
+    """Phases by still ellipses.
+
+    Attributes
+    ----------
+    time_s
+        Shape (n,).
+    phase_rad
+        Unwrapped, shape (n_receivers, n).
+    turns_hz
+        Fringes per second of the fastest receiver, smoothed, shape (n,).
+    ellipses
+        One a receiver.
+    """
+
+    time_s: FloatArray
+    phase_rad: FloatArray
+    turns_hz: FloatArray
+    ellipses: tuple[StillEllipse, ...]
+
+
+def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings = ROUGH) -> RoughPhases:
+    """Fit a still ellipse to each receiver's moving part and unwrap its phase."""
+    pooled = pool(signals, settings.pool_s)
+    spacing = float(np.median(np.diff(pooled.time_s)))
+    width = max(1, round(settings.smooth_s / spacing))
+    smooth = uniform_filter1d(pooled.value, width, axis=1, mode="nearest")
+    moving = pooled.time_s >= onset_s
+    phases, ellipses = [], []
+    for i, q, smooth_i, smooth_q in zip(
+        pooled.value[0::2], pooled.value[1::2], smooth[0::2], smooth[1::2], strict=True
+    ):
+        arc = np.hypot(np.gradient(smooth_i), np.gradient(smooth_q))
+        noise = float(np.median(arc[~moving])) if (~moving).sum() > settings.at_rest else 0.0
+        arc = np.sqrt(np.maximum(arc**2 - noise**2, 0.05 * noise**2 + 1e-12))
+        weight = np.minimum(arc, np.quantile(arc[moving], settings.arc_quantile))[moving]
+        ellipse = fit_still_ellipse(i[moving], q[moving], weight)
+        for _ in range(2):
+            ellipse = _drop_outliers(i[moving], q[moving], weight, ellipse, settings)
+        ellipses.append(ellipse)
+    ellipses = _arcs_completed(smooth, moving, ellipses, signals.scale_v, settings)
+    for i, q, ellipse in zip(pooled.value[0::2], pooled.value[1::2], ellipses, strict=True):
+        x, y = ellipse.point(i, q)
+        phases.append(np.unwrap(np.arctan2(y, x)))
+    phase = np.array(phases)
+    slope = np.gradient(uniform_filter1d(phase, 2 * width, axis=1, mode="nearest"), pooled.time_s, axis=1)
+    turns = np.abs(uniform_filter1d(slope, width, axis=1, mode="nearest")).max(axis=0) / (2.0 * np.pi)
+    return RoughPhases(pooled.time_s, phase, turns, tuple(ellipses))
+
+
+def _arcs_completed(
+    smooth: FloatArray, moving: BoolArray, ellipses: list[StillEllipse], scale_v: FloatArray, settings: RoughSettings
+) -> list[StillEllipse]:
+    """Return the ellipses; a receiver that saw less than a fifth of a turn gets a circle as large as the others'.
+
+    A short arc does not tell its circle: the radius is taken from the receivers that saw more, gain ratio one and
+    quadrature error zero, and the centre on the side where the offset is smaller.
+    """
+    chord, middle, along = [], [], []
+    for pair in smooth.reshape(-1, 2, smooth.shape[1]):
+        mean = pair[:, moving].mean(axis=1)
+        apart = pair[:, moving] - mean[:, None]
+        _, axes = np.linalg.eigh(apart @ apart.T)
+        run = axes[:, 1] @ apart
+        chord.append(float(run.max() - run.min()))
+        middle.append(mean + axes[:, 1] * 0.5 * (run.max() + run.min()))
+        along.append(axes[:, 1])
+    size = np.array(chord) * scale_v
+    radius_v = 0.5 * float(np.median(size[size > settings.half_as_wide * size.max()]))
+    out = list(ellipses)
+    for k in np.flatnonzero(size < settings.short_chord * radius_v):
+        radius = radius_v / float(scale_v[k])
+        across = np.array([-along[k][1], along[k][0]]) * np.sqrt(max(radius**2 - (0.5 * chord[k]) ** 2, 0.0))
+        centre = min((middle[k] + across, middle[k] - across), key=lambda c: float(c @ c))
+        out[k] = StillEllipse(float(centre[0]), float(centre[1]), 0.0, 0.0, radius)
+    return out
+
+
+def _drop_outliers(
+    i: FloatArray, q: FloatArray, weight: FloatArray, ellipse: StillEllipse, settings: RoughSettings
+) -> StillEllipse:
+    """Fit again without points nearer to the centre than a fifth of the amplitude or farther than three."""
+    radius = np.hypot(*ellipse.point(i, q)) / ellipse.amplitude
+    keep = (radius > settings.nearest) & (radius < settings.farthest)
+    if keep.mean() < settings.least_kept:
+        return ellipse
+    return fit_still_ellipse(i[keep], q[keep], weight[keep])

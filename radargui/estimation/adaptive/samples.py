@@ -1,0 +1,107 @@
+"""The adaptive circles at every sample: phases, uncertainties, corrected IQ (method 2, adaptive)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from radargui.estimation.adaptive.circle_data import averaging_loss, circle_data
+from radargui.estimation.adaptive.circle_fit import CircleData
+from radargui.estimation.adaptive.found import AdaptiveRounds
+from radargui.estimation.signals import ScaledSignals
+from radargui.model.arrays import FloatArray
+from radargui.model.front_end_equations import ComplexArray, channels_of, point_of
+from radargui.model.pieces import pieces
+
+
+@dataclass(frozen=True, slots=True)
+class CircleSampleSettings:
+    """How phases are smoothed and widened.
+
+    Attributes
+    ----------
+    bandwidth_hz
+        To which the phase is smoothed: that in which the noise bound is stated (method 7). Chosen by hand.
+    widened
+        Factor on the uncertainty for what a smooth map cannot follow (coverage in the accuracy benchmark).
+    """
+
+    bandwidth_hz: float = 2000.0
+    widened: float = 1.2
+
+
+CIRCLE_SAMPLES = CircleSampleSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class CircleSamples:
+    """Phases against the rest with standard uncertainties and unit-circle I and Q, shapes (n_receivers, n_samples)."""
+
+    phase_rad: FloatArray
+    u_phase_rad: FloatArray
+    i: FloatArray
+    q: FloatArray
+
+
+def circles_at_samples(
+    found: AdaptiveRounds, signals: ScaledSignals, settings: CircleSampleSettings = CIRCLE_SAMPLES
+) -> CircleSamples:
+    """Apply each receiver's circle to its samples at the time of channel 0; the phase is smoothed to 2 kHz.
+
+    Between the bins' phases the sample's own phase is taken against the interpolated one, so that it cannot slip.
+    """
+    binned, last, time = found.data, found.last, signals.time_s
+    at = binned.bins.time_s
+    n = binned.antennas.n_receivers
+    length = max(1, round(signals.rate_hz / (2.0 * settings.bandwidth_hz)))
+    phase, u_phase, out_i, out_q = (np.empty((n, time.size)) for _ in range(4))
+    data = circle_data(binned, last.value, last.phase_rad, last.place, last.bias, last.amplitude_map)
+    for k, (fit, own) in enumerate(zip(last.fits, data, strict=True)):
+        of_noise = 0.5 * (own.sigma_i**2 + own.sigma_q**2) / last.amplitude[k] ** 2
+        fitted = np.maximum(fit.phase_variance(own) - of_noise, 0.0)
+        noise = signals.sigma[2 * k : 2 * k + 2].mean() ** 2 / length
+        circle = _CircleBetweenBins(found, signals, k, own)
+        for part in pieces(time.size):
+            phase[k, part], amplitude, z = circle.at(part)
+            out_i[k, part], out_q[k, part] = z.real, z.imag
+            square = noise / amplitude**2 + np.interp(time[part], at, fitted)
+            u_phase[k, part] = settings.widened * np.sqrt(square * max(1.0, fit.chi_square))
+        phase[k] = uniform_filter1d(phase[k], length, mode="nearest")
+    return CircleSamples(phase, u_phase, out_i, out_q)
+
+
+class _CircleBetweenBins:
+    """One receiver's circle, its centre, amplitude and phase interpolated between the bins."""
+
+    def __init__(self, found: AdaptiveRounds, signals: ScaledSignals, receiver: int, data: CircleData) -> None:
+        self.signals, self.receiver = signals, receiver
+        self.rest_phase = float(found.last.rest_phase_rad[receiver])
+        self.bin_s, self.phase = found.data.bins.time_s, found.last.phase_rad[receiver]
+        self.amplitude = found.last.amplitude[receiver] / averaging_loss(self.phase, found.data.bins)
+        self.ellipse = found.last.fits[receiver].ellipse
+        self.centre_i, self.centre_q = found.last.fits[receiver].centre(data.bias)
+
+    def at(self, part: slice) -> tuple[FloatArray, FloatArray, ComplexArray]:
+        """Return phases, amplitudes and points near the unit circle at some samples."""
+        time, pair = self.signals.time_s[part], slice(2 * self.receiver, 2 * self.receiver + 2)
+        amplitude, base = np.interp(time, self.bin_s, self.amplitude), np.interp(time, self.bin_s, self.phase)
+        unit = _unit(base + self.rest_phase)
+        gain, error = self.ellipse.gain_ratio, self.ellipse.quadrature_error_rad
+        turned_i, turned_q = (self._turned_back(time, unit, delay) for delay in self.signals.delay_s[pair])
+        i, q = self.signals.value[pair, part] + amplitude * channels_of(turned_i, turned_q, gain, error)
+        i, q = i - np.interp(time, self.bin_s, self.centre_i), q - np.interp(time, self.bin_s, self.centre_q)
+        x, y = point_of(i, q, gain, error)
+        z = x + 1j * y
+        return base + np.angle(z * unit.conj()), amplitude, z * np.exp(-1j * self.rest_phase) / amplitude
+
+    def _turned_back(self, time_s: FloatArray, unit: ComplexArray, delay_s: float) -> ComplexArray:
+        """Return what the unit circle turns back from the channel's own time to that of channel 0."""
+        if delay_s == 0.0:
+            return np.zeros_like(unit)
+        return np.asarray(unit - _unit(np.interp(time_s + delay_s, self.bin_s, self.phase) + self.rest_phase))
+
+
+def _unit(angle_rad: FloatArray) -> ComplexArray:
+    return np.asarray(np.cos(angle_rad) + 1j * np.sin(angle_rad))

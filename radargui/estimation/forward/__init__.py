@@ -1,0 +1,1 @@
+"""What the channels should show: motion, maps, front end, mirrors, slow noise."""

@@ -1,0 +1,183 @@
+"""Where each global parameter stands in the vector theta (method 4: symbols), and the receivers' constants."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class ReceiverConstants:
+    """What a receiver's signal needs where nothing depends on position or time, in the order of the layout.
+
+    Attributes
+    ----------
+    phase_rad
+        phi_0, phase at the release position.
+    log_amplitude
+        ln A at the release position, A in units of the scaled samples.
+    offset_i, offset_q
+        c, in units of the scaled samples; the mean of the bias counts as offset.
+    log_gain
+        ln g.
+    quadrature_error_rad
+        eps.
+    """
+
+    phase_rad: float
+    log_amplitude: float
+    offset_i: float
+    offset_q: float
+    log_gain: float
+    quadrature_error_rad: float
+
+    def in_order(self) -> FloatArray:
+        """Return them as they stand at `ReceiverLayout.constants`, shape (6,)."""
+        return np.array(astuple(self))
+
+
+@dataclass(frozen=True, slots=True)
+class ReceiverLayout:
+    """Places of one receiver's unknowns in theta.
+
+    Attributes
+    ----------
+    phase, log_amplitude, offset, log_gain, quadrature_error
+        Its constants, see `ReceiverConstants`; the offset has two places, I and Q.
+    bias_i, bias_q, amplitude_map
+        Coefficients of the maps of bias (real and imaginary part of beta) and of log amplitude.
+    receiver_reflection, double_reflection
+        Real and imaginary parts of R and X by turns, two a mirror.
+    receiver_lobe
+        How ln |R| changes with height, two a mirror.
+    drift_i, drift_q
+        Coefficients of the slow noise of each channel.
+    """
+
+    phase: int
+    log_amplitude: int
+    offset: slice
+    log_gain: int
+    quadrature_error: int
+    bias_i: slice
+    bias_q: slice
+    amplitude_map: slice
+    receiver_reflection: slice
+    receiver_lobe: slice
+    double_reflection: slice
+    drift_i: slice
+    drift_q: slice
+
+    @property
+    def first(self) -> int:
+        """First place of this receiver."""
+        return self.phase
+
+    @property
+    def last(self) -> int:
+        """One past the last place of this receiver."""
+        return int(self.drift_q.stop)
+
+    @property
+    def constants(self) -> slice:
+        """Places of the constants, in the order of `ReceiverConstants`."""
+        return slice(self.phase, self.quadrature_error + 1)
+
+    @property
+    def without_drift(self) -> slice:
+        """Places of all but the slow noise."""
+        return slice(self.phase, self.drift_i.start)
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """Numbers of breaks, mirrors, receivers, functions of each bias and amplitude map, and of slow noise."""
+
+    breaks: int
+    mirrors: int
+    receivers: int
+    bias: int
+    amplitude_map: int
+    drift: int
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Places of all global parameters: breaks, mirrors as the receivers share them, then the receivers.
+
+    Attributes
+    ----------
+    breaks
+        Times of the breaks.
+    planes
+        Three a mirror: two tilts and a shift.
+    transmitter_reflection
+        Real and imaginary part of T by turns, two a mirror.
+    transmitter_lobe
+        How ln |T| changes with height, two a mirror.
+    receivers
+        One a receiver.
+    sizes
+        The numbers it was made from.
+    size
+        Length of theta.
+    """
+
+    breaks: slice
+    planes: slice
+    transmitter_reflection: slice
+    transmitter_lobe: slice
+    receivers: tuple[ReceiverLayout, ...]
+    sizes: Sizes
+    size: int
+
+    @property
+    def mirrors(self) -> slice:
+        """Places of all that the receivers share of the mirrors."""
+        return slice(self.planes.start, self.transmitter_lobe.stop)
+
+    def plane_unknowns(self, theta: FloatArray) -> FloatArray:
+        """Return two tilts (rad) and the shift (m) of each mirror, shape (n_mirrors, 3)."""
+        return np.asarray(theta[self.planes].reshape(-1, 3))
+
+
+def pair_of(places: slice, mirror: int) -> slice:
+    """Return the two places of one mirror among places of two a mirror."""
+    return slice(places.start + 2 * mirror, places.start + 2 * mirror + 2)
+
+
+def make_layout(sizes: Sizes) -> Layout:
+    """Return the layout for these numbers of unknowns."""
+    end = 0
+
+    def take(count: int) -> slice:
+        nonlocal end
+        end += count
+        return slice(end - count, end)
+
+    two_a_mirror = 2 * sizes.mirrors
+    breaks, planes, reflection, lobe = (
+        take(count) for count in (sizes.breaks, 3 * sizes.mirrors, two_a_mirror, two_a_mirror)
+    )
+    receivers = [
+        ReceiverLayout(
+            phase=take(1).start,
+            log_amplitude=take(1).start,
+            offset=take(2),
+            log_gain=take(1).start,
+            quadrature_error=take(1).start,
+            bias_i=take(sizes.bias),
+            bias_q=take(sizes.bias),
+            amplitude_map=take(sizes.amplitude_map),
+            receiver_reflection=take(two_a_mirror),
+            receiver_lobe=take(two_a_mirror),
+            double_reflection=take(two_a_mirror),
+            drift_i=take(sizes.drift),
+            drift_q=take(sizes.drift),
+        )
+        for _ in range(sizes.receivers)
+    ]
+    return Layout(breaks, planes, reflection, lobe, tuple(receivers), sizes, end)

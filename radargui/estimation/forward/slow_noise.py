@@ -1,0 +1,180 @@
+"""Slow noise: 1/f noise measured on the rest, and the functions of time for its slow part (method 4, Slow noise)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize
+
+from radargui.estimation.forward.bins import Bins
+from radargui.estimation.signals import ScaledSignals
+from radargui.model.arrays import BoolArray, FloatArray
+
+_ROOT_12 = 3.4641  # width of a bin over the standard deviation of its times
+
+
+@dataclass(frozen=True, slots=True)
+class SlowNoiseSettings:
+    """When slow noise counts and what carries it.
+
+    Attributes
+    ----------
+    cycles
+        Of the fastest Fourier function over the record; above it 1/f noise counts as white. Chosen by hand: 4 x 20
+        columns a channel.
+    drift_half_cycles
+        Slowest functions that carry a drift: 6 half cycles follow a bend within the record. Chosen by hand.
+    drift_sigmas
+        A slope of the rest counts as drift where it stands out by this many deviations in some channel.
+    spectrum_hz
+        Rate to which samples are pooled before their periodogram: 1/f noise of interest lies far below.
+    gain_a_channel
+        ln likelihood that white + a/f must gain over white, half of it a channel: 2 is what one more parameter gains
+        by chance once in twenty.
+    white_share
+        a/f must exceed this share of the white density at the fastest function: else the functions would fit noise.
+    variance_a_bin
+        1/f noise of density a/f at the Doppler frequency f, one-sided, in bins of 1/24 fringe: the white variance
+        a/f x rate/2 = 12 a (derivation).
+    least_samples
+        Of the pooled rest: fewer make no spectrum.
+    """
+
+    cycles: int = 20
+    drift_half_cycles: int = 6
+    drift_sigmas: float = 6.0
+    spectrum_hz: float = 2000.0
+    gain_a_channel: float = 4.0
+    white_share: float = 0.5
+    variance_a_bin: float = 12.0
+    least_samples: int = 32
+
+
+SLOW_NOISE = SlowNoiseSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class Drift:
+    """Fourier functions over the record with the deviations that 1/f noise gives them.
+
+    Attributes
+    ----------
+    first_s, length_s
+        Span of the record.
+    count
+        Number of functions; 0 where the noise is white.
+    sd
+        Deviations of the coefficients, shape (n_channels, count).
+    level
+        a of the spectral density a / f, in amplitudes^2, shape (n_channels,).
+    """
+
+    first_s: float
+    length_s: float
+    count: int
+    sd: FloatArray
+    level: FloatArray
+
+    def functions(self, time_s: FloatArray) -> FloatArray:
+        """Return the functions at times, shape (n, count): cosines and sines of whole and half cycles."""
+        turn = np.pi * (time_s - self.first_s) / self.length_s
+        order = np.arange(1, self.count // 2 + 1)
+        angle = turn[:, None] * order
+        return np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+
+    def widen(self, bins: Bins, settings: SlowNoiseSettings = SLOW_NOISE) -> Bins:
+        """Return the bins with the part of 1/f noise that the functions cannot follow added to their variance.
+
+        A bin is 1/24 fringe: noise of density a / f at the Doppler frequency f counts like white noise of variance
+        12 a in each bin.
+        """
+        if self.count == 0:
+            return bins
+        level = self.level[:, None]
+        variance = bins.sigma**2 + settings.variance_a_bin * level
+        highest = self.count / 4.0 / self.length_s
+        seen = bins.sigma**2 + level * np.log(np.maximum(1.0 / (2.0 * _ROOT_12 * bins.node_s * highest + 1e-12), 1.5))
+        return replace(bins, sigma=np.sqrt(variance), expected=np.minimum(seen / variance, 1.0))
+
+
+def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSettings = SLOW_NOISE) -> Drift:
+    """Fit white + a / f to the periodogram of the rest (Whittle's likelihood) and decide whether 1/f noise matters.
+
+    It does where the likelihood gains more than 4 in the sum over the channels and a / f exceeds the white density at
+    20 cycles over the record.
+
+    Parameters
+    ----------
+    signals
+        Samples.
+    onset_s
+        End of the rest.
+    settings
+        Limits.
+    """
+    rest = signals.time_s < onset_s
+    length = float(signals.time_s[-1] - signals.time_s[0])
+    n_channels = signals.value.shape[0]
+    level, gained = np.zeros(n_channels), 0.0
+    pooled = max(1, int(signals.rate_hz / settings.spectrum_hz))
+    count = int(rest.sum()) // pooled
+    white = 2.0 * signals.sigma**2 / signals.rate_hz
+    if count < settings.least_samples:
+        return Drift(float(signals.time_s[0]), length, 0, np.zeros((n_channels, 0)), level)
+    slow = _slow_deviation(signals, rest, length, settings)
+    rate = signals.rate_hz / pooled
+    for channel in range(n_channels):
+        samples = signals.value[channel, : count * pooled].reshape(count, pooled).mean(axis=1)
+        level[channel], gain = _whittle(samples - samples.mean(), rate, float(white[channel]))
+        gained += gain
+    highest = settings.cycles / length
+    needed = settings.gain_a_channel * n_channels / 2.0
+    if gained < needed or np.median(level / highest / white) < settings.white_share:
+        return Drift(float(signals.time_s[0]), length, slow.shape[1], slow, np.zeros(n_channels))
+    order = np.arange(1, 2 * settings.cycles + 1)
+    variance = level[:, None] / (order / (2.0 * length)) / (2.0 * length)
+    sd = np.sqrt(np.concatenate([variance, variance], axis=1))
+    half = slow.shape[1] // 2
+    for part in (slice(0, half), slice(2 * settings.cycles, 2 * settings.cycles + half)):
+        sd[:, part] = np.hypot(sd[:, part], slow[:, :half])
+    return Drift(float(signals.time_s[0]), length, 4 * settings.cycles, np.maximum(sd, 1e-7), level)
+
+
+def _slow_deviation(
+    signals: ScaledSignals, rest: BoolArray, length_s: float, settings: SlowNoiseSettings
+) -> FloatArray:
+    """Return deviations of the slowest functions from how fast the offsets drift at rest, shape (n_channels, n).
+
+    A drift shows as a slope of the rest, root mean square over the channels s. A function of k half cycles has slopes
+    up to pi k / length: with deviation 2 s length / (pi k^2) the slow ones can carry it. None where no slope stands
+    out.
+    """
+    time = signals.time_s[rest] - signals.time_s[rest].mean()
+    slopes = (signals.value[:, rest] @ time) / (time @ time)
+    excess = slopes**2 - signals.sigma**2 / (time @ time)
+    if (slopes**2 * (time @ time) < settings.drift_sigmas**2 * signals.sigma**2).all() or excess.mean() <= 0.0:
+        return np.zeros((slopes.size, 0))
+    order = np.arange(1, settings.drift_half_cycles + 1)
+    sd = 2.0 * np.sqrt(excess.mean()) * length_s / (np.pi * order**2)
+    return np.tile(np.concatenate([sd, sd]), (slopes.size, 1))
+
+
+def _whittle(samples: FloatArray, rate_hz: float, white: float) -> tuple[float, float]:
+    """Return a of white + a / f for a periodogram and what it gains in log likelihood over white alone."""
+    n = samples.size
+    window = np.hanning(n)
+    power = 2.0 * np.abs(np.fft.rfft(samples * window)) ** 2 / (rate_hz * (window**2).sum())
+    frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
+    use = slice(2, max(4, int(0.8 * frequency.size)))
+    power, frequency = power[use], frequency[use]
+
+    def loss(log_level: FloatArray) -> float:
+        density = white + np.exp(log_level[0]) / frequency
+        return float((np.log(density) + power / density).sum()) * 0.5
+
+    best = min(
+        (minimize(loss, np.array([np.log(white * start)]), method="Nelder-Mead") for start in (1.0, 100.0)),
+        key=lambda result: float(result.fun),
+    )
+    return float(np.exp(best.x[0])), loss(np.array([-60.0])) - float(best.fun)

@@ -1,0 +1,111 @@
+"""Hardware constants of the receivers' front ends: their pool over the runs of a session, and whether a run agrees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.model.front_end import FrontEnd
+
+
+@dataclass(frozen=True, slots=True)
+class PoolSettings:
+    """When earlier runs count. Chosen by hand (method 4, Front ends known before).
+
+    Attributes
+    ----------
+    change_gain, change_deg
+        What a front end may change between runs of a session: gain ratio as a share, quadrature error.
+    disagrees
+        A run contradicts the pool beyond so many standard uncertainties of the difference: three of 1000 by chance
+        with six numbers.
+    twice
+        The pool helps where its uncertainty is below this share of the run's own.
+    """
+
+    change_gain: float = 1e-3
+    change_deg: float = 0.05
+    disagrees: float = 3.5
+    twice: float = 0.5
+
+
+POOL = PoolSettings()
+
+
+def pool_constants(runs: Sequence[tuple[FrontEnd, ...]]) -> tuple[FrontEnd, ...]:
+    """Return each receiver's weighted mean over runs: the prior of the next run.
+
+    The uncertainty is that of the mean, widened by what the runs differ beyond it (Birge ratio) and by 0.1 % and
+    0.05 degrees that a front end may change between runs.
+
+    Parameters
+    ----------
+    runs
+        At least one, estimated without a prior: else they would say one thing twice; the same number of receivers
+        each.
+    """
+    pooled = []
+    for own in zip(*runs, strict=True):
+        gain, u_gain = _pool([c.gain_ratio for c in own], [c.u_gain_ratio for c in own])
+        angle, u_angle = _pool([c.quadrature_error_deg for c in own], [c.u_quadrature_error_deg for c in own])
+        pooled.append(
+            FrontEnd(gain, float(np.hypot(u_gain, POOL.change_gain)), angle, float(np.hypot(u_angle, POOL.change_deg)))
+        )
+    return tuple(pooled)
+
+
+def _pool(values: list[float], u: list[float]) -> tuple[float, float]:
+    weight = 1.0 / np.square(u)
+    mean = float((weight * values).sum() / weight.sum())
+    birge = float((weight * np.square(np.subtract(values, mean))).sum() / max(len(values) - 1, 1))
+    return mean, float(np.sqrt(max(birge, 1.0) / weight.sum()))
+
+
+def disagreement(own: Sequence[FrontEnd], prior: Sequence[FrontEnd]) -> str:
+    """Return in which receiver a run contradicts a prior it was estimated without, empty where it does not.
+
+    A difference counts beyond 3.5 of its standard uncertainties.
+    """
+    for number, (here, before) in enumerate(zip(own, prior, strict=True), 1):
+        u_gain = np.hypot(here.u_gain_ratio, before.u_gain_ratio)
+        u_angle = np.hypot(here.u_quadrature_error_deg, before.u_quadrature_error_deg)
+        if abs(here.gain_ratio - before.gain_ratio) > POOL.disagrees * u_gain:
+            return f"receiver {number}: gain Q/I {here.gain_ratio:.3f} here, {before.gain_ratio:.3f} before"
+        if abs(here.quadrature_error_deg - before.quadrature_error_deg) > POOL.disagrees * u_angle:
+            angles = here.quadrature_error_deg, before.quadrature_error_deg
+            return f"receiver {number}: quadrature error {angles[0]:.2f} degrees here, {angles[1]:.2f} before"
+    return ""
+
+
+def knows_more(prior: Sequence[FrontEnd], own: Sequence[FrontEnd]) -> bool:
+    """Return whether a prior is twice as certain of some constant as the run by itself."""
+    return any(
+        before.u_gain_ratio < POOL.twice * here.u_gain_ratio
+        or before.u_quadrature_error_deg < POOL.twice * here.u_quadrature_error_deg
+        for here, before in zip(own, prior, strict=True)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class LogFrontEnd:
+    """What earlier runs say about one receiver's ln g and eps, standard uncertainties beside them."""
+
+    log_gain: float
+    u_log_gain: float
+    quadrature_error_rad: float
+    u_quadrature_error_rad: float
+
+
+def as_prior(constants: Sequence[FrontEnd]) -> tuple[LogFrontEnd, ...]:
+    """Return constants as the joint estimate has them: ln g, and eps in rad."""
+    return tuple(
+        LogFrontEnd(
+            log_gain=float(np.log(own.gain_ratio)),
+            u_log_gain=own.u_gain_ratio / own.gain_ratio,
+            quadrature_error_rad=float(np.radians(own.quadrature_error_deg)),
+            u_quadrature_error_rad=float(np.radians(own.u_quadrature_error_deg)),
+        )
+        for own in constants
+    )

@@ -1,0 +1,158 @@
+"""The joint estimate of a recording: motion and mismatch from all channels together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from radargui.estimation.adaptive.found import AdaptiveRounds
+from radargui.estimation.forward.slow_noise import measure_drift
+from radargui.estimation.hardware import as_prior
+from radargui.estimation.motion_estimate import MotionEstimate, channel_qualities
+from radargui.estimation.readout.motion_posterior import AlternativeMotion, MotionPosterior
+from radargui.estimation.readout.samples import AtSamples, at_samples
+from radargui.estimation.select.choose import ChosenModel, choose_model
+from radargui.estimation.signals import ScaledSignals, composed, remaining
+from radargui.estimation.solve.break_velocities import break_speeds
+from radargui.estimation.solve.minimise import chi_square
+from radargui.model.errors import ProcessingError
+from radargui.model.front_end import FrontEnd
+from radargui.model.setup import Setup
+
+_TYPICAL_ROUNDS = 20  # of a drop with a floor: how fast the progress moves, nothing else
+_UNTRUSTED = 9.0  # local chi-square above which a sample is not valid: three times the noise (method 6, Quality)
+
+
+@dataclass(frozen=True, slots=True)
+class JointEstimate(MotionEstimate):
+    """A motion estimate with its posterior.
+
+    Attributes
+    ----------
+    chosen
+        The solution and what was chosen on the way.
+    posterior
+        What flights and restitution are fitted on.
+    alternatives
+        Other motions that the evidence does not rule out.
+    """
+
+    chosen: ChosenModel = field(repr=False)
+    posterior: MotionPosterior = field(repr=False)
+    alternatives: tuple[AlternativeMotion, ...] = field(repr=False)
+
+
+def estimate_joint(
+    found: AdaptiveRounds,
+    setup: Setup,
+    *,
+    hardware: tuple[FrontEnd, ...] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> JointEstimate:
+    """Estimate motion and mismatch of a recording together.
+
+    Parameters
+    ----------
+    found
+        The adaptive rounds of three or four receivers.
+    setup
+        Its floor's normal.
+    hardware
+        Constants found before (`pool_constants`), prior of this run; None where nothing is known.
+    progress
+        Called between rounds with the share done, 0 to 1: nobody knows how many there will be, each takes a part of
+        what is left. What it raises, as `CancelledError`, ends the work.
+
+    Raises
+    ------
+    ProcessingError
+        Fewer than three receivers, no rest before the motion.
+    """
+    signals = found.signals
+    if signals.n_receivers < 3:
+        raise ProcessingError(
+            "The joint correction needs three receivers.", remedy='Choose correction = "adaptive" for one or two.'
+        )
+    done = 0
+
+    def round_done() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(1.0 - math.exp(-done / _TYPICAL_ROUNDS))
+
+    if not signals.has_rest:
+        raise ProcessingError(
+            "The recording starts in motion.", reasons=("the trigger came late",), remedy="Record 0.1 s of rest first."
+        )
+    round_done()
+    prior = None if hardware is None else as_prior(remaining(hardware, signals))
+    drift = measure_drift(signals, signals.rest_end_s)
+    chosen = choose_model(found, drift, np.asarray(setup.floor.normal), round_done, prior)
+    values = at_samples(chosen.solution, signals, chosen.alternatives)
+    if progress is not None:
+        progress(1.0)
+    return _estimate(setup, signals, chosen, values)
+
+
+def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values: AtSamples) -> JointEstimate:
+    solution = chosen.solution
+    speeds = break_speeds(solution, np.asarray(setup.floor.normal))
+    impacts = speeds.are_impacts()
+    breaks = solution.problem.layout.breaks
+    u_breaks = np.sqrt(solution.normal.global_variances()[breaks])
+    constants = composed(_constants(chosen), signals)
+    misfit = chi_square(solution)
+    valid = (values.misfit < _UNTRUSTED) & signals.usable
+    amplitude = np.array([np.median(np.abs(signal.direct)) for signal in solution.at.signals])
+    bins = solution.problem.bins
+    channels = channel_qualities(
+        signals,
+        signals.time_s >= signals.onset_s,
+        (values.i, values.q),
+        valid,
+        values.change_m * (2.0 * np.pi / setup.radar.wavelength_m),
+        amplitude,
+        np.median(bins.sigma.reshape(-1, 2, bins.n_bins).mean(axis=1), axis=1),
+        misfit,
+        constants,
+    )
+    return JointEstimate(
+        "joint",
+        signals.time_s,
+        values.change_m,
+        values.u_change_m,
+        values.i,
+        values.q,
+        valid,
+        values.position_m,
+        values.u_position_m,
+        signals.onset_s,
+        speeds.time_s[impacts],
+        u_breaks[impacts],
+        constants,
+        channels,
+        misfit,
+        chosen.choices,
+        chosen,
+        MotionPosterior(solution, signals.onset_s),
+        tuple(
+            AlternativeMotion(MotionPosterior(one.solution, signals.onset_s), one.weight) for one in chosen.alternatives
+        ),
+    )
+
+
+def _constants(chosen: ChosenModel) -> tuple[FrontEnd, ...]:
+    """Return gain ratio and quadrature error, uncertainties widened by 1.5."""
+    solution = chosen.solution
+    theta, variance = solution.state.theta, solution.normal.global_variances()
+    u = 1.5 * np.sqrt(np.maximum(variance, 0.0))
+    out = []
+    for own in solution.problem.layout.receivers:
+        gain, angle = float(np.exp(theta[own.log_gain])), float(np.degrees(theta[own.quadrature_error]))
+        u_gain, u_angle = gain * float(u[own.log_gain]), float(np.degrees(u[own.quadrature_error]))
+        out.append(FrontEnd(gain, u_gain, angle, u_angle))
+    return tuple(out)

@@ -1,0 +1,1 @@
+"""What a solution says: samples, flights, constants."""

@@ -1,0 +1,151 @@
+"""What the samples alone say about the first flights: the posterior without the smoothness prior, for restitution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.sparse import block_array, csr_matrix, eye_array, kron
+from scipy.sparse.linalg import splu
+
+from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.estimation.solve.minimise import Solution
+from radargui.estimation.solve.normal import BlockTridiagonal
+from radargui.estimation.solve.problem import Assembled, assemble, diagonal
+from radargui.model.arrays import FloatArray
+from radargui.model.errors import SolveError
+
+_JITTER = 1e-13
+"""Share by which the diagonal of what is eliminated is raised: a hundred times the rounding of its entries."""
+_UNSEEN = 1e-10
+"""Least curvature of a coefficient against the typical one: what no bin sees stays where it is."""
+_UNDETERMINED = "The samples do not determine the motion of the flights."
+
+
+@dataclass(frozen=True)
+class MotionInformation:
+    """Quadratic form of the log likelihood over the first coefficients and break times, all else marginalised.
+
+    -ln L(x) = (x - x0)^T Lambda (x - x0) / 2 + g^T (x - x0), x = (coefficients x, y, z interleaved; breaks). A motion
+    that obeys an equation is fitted by inserting its coefficients: no smoothness prior takes part where it is lifted.
+    Lambda = K - P P^T: a band K with columns for the breaks, were the mismatch known, less what not knowing it costs.
+
+    Attributes
+    ----------
+    free
+        The whole motion at x0.
+    size, n_breaks
+        How many of the spline's first coefficients per coordinate, and of its first breaks, x holds.
+    x0
+        Shape (3 size + n_breaks,).
+    known, lost
+        K and P, shapes (n, n) and (n, n_mismatch).
+    slope
+        g.
+    """
+
+    free: FreeMotion
+    size: int
+    n_breaks: int
+    x0: FloatArray
+    known: csr_matrix
+    lost: FloatArray
+    slope: FloatArray
+
+    def times(self, vectors: FloatArray) -> FloatArray:
+        """Return Lambda applied to vectors, shape (n,) or (n, m)."""
+        return np.asarray(self.known @ vectors - self.lost @ (self.lost.T @ vectors))
+
+    def minimum(self) -> FloatArray:
+        """Return x - x0 where -ln L is least; what the samples do not see stays near zero.
+
+        (K - P P^T)^-1 = K^-1 + K^-1 P (1 - P^T K^-1 P)^-1 P^T K^-1 (Woodbury).
+
+        Raises
+        ------
+        SolveError
+            K, or what is left of it, is not positive definite.
+        """
+        scale = self.known.diagonal() - (self.lost**2).sum(axis=1)
+        scale = np.maximum(scale, _UNSEEN * float(np.median(scale)))  # no bin may lie under a coefficient
+        try:
+            factor = splu((self.known + _UNSEEN * diagonal(scale)).tocsc(), permc_spec="MMD_AT_PLUS_A")
+        except RuntimeError as error:  # scipy's word for an exactly singular factor
+            raise SolveError(_UNDETERMINED) from error
+        solved = factor.solve(np.column_stack([self.slope, self.lost]))
+        root = _root(np.eye(self.lost.shape[1]) - self.lost.T @ solved[:, 1:])
+        return np.asarray(-solved[:, 0] - solved[:, 1:] @ cho_solve((root, True), self.lost.T @ solved[:, 0]))
+
+
+def motion_information(
+    solution: Solution, free: FreeMotion, size: int, n_breaks: int, lifted: slice
+) -> MotionInformation:
+    """Marginalise the mismatch and the motion after the first part, and lift the jerk prior from some spans.
+
+    The motion is a band: what lies beyond x is eliminated by its block tridiagonal factor (Schur complement), with a
+    cost linear in the record's length; the mismatch is eliminated densely after it. Both are exact.
+
+    Parameters
+    ----------
+    solution, free
+        Converged, and its motion.
+    size, n_breaks
+        Coefficients per coordinate and breaks to keep.
+    lifted
+        Spans whose smoothness the caller replaces by an equation of motion; the kept breaks lose their prior too.
+
+    Raises
+    ------
+    SolveError
+        What is marginalised is not determined.
+    """
+    problem, state = solution.problem, solution.state
+    # made anew: kept with every alternative, C would be most of the memory that a long record takes
+    blocks = assemble(problem, state, solution.at)
+    kept, breaks = 3 * size, slice(0, n_breaks)
+    band, coupling, constants = blocks.s[:kept, :kept], blocks.c[:kept], blocks.m
+    if kept < blocks.s.shape[0]:
+        band, coupling, constants = _without_motion_after(blocks, kept)
+    jerk, _, _ = solution.at.spline.jerk()
+    stiffness = np.zeros(problem.jerk_sd.size)
+    stiffness[lifted] = problem.jerk_sd[lifted] ** -2.0
+    stiff = csr_matrix(jerk.T @ diagonal(stiffness) @ jerk)[:size, :size]
+    precision = problem.prior.sd[breaks] ** -2.0
+    between = csr_matrix(coupling[:, breaks])
+    at_breaks = constants[breaks, breaks] - np.diag(precision)
+    known = block_array([[band - kron(stiff, eye_array(3)), between], [between.T, csr_matrix(at_breaks)]], format="csr")
+    pulls = np.concatenate([coupling[:, n_breaks:], constants[breaks, n_breaks:]])
+    root = _root(constants[n_breaks:, n_breaks:])
+    lost = np.ascontiguousarray(solve_triangular(root, pulls.T, lower=True).T)
+    tau = state.theta[breaks]
+    slope = np.concatenate(
+        [-(stiff @ state.coefficients[:size]).ravel(), -precision * (tau - problem.prior.mean[breaks])]
+    )
+    x0 = np.concatenate([state.coefficients[:size].ravel(), tau])
+    return MotionInformation(free, size, n_breaks, x0, csr_matrix(known), lost, slope)
+
+
+def _without_motion_after(blocks: Assembled, kept: int) -> tuple[csr_matrix, FloatArray, FloatArray]:
+    """Return the blocks S, C and M with the motion's unknowns from `kept` on marginalised."""
+    coupling = blocks.s[kept:, :kept].tocsc()
+    touched = np.flatnonzero(np.diff(coupling.indptr))
+    after = blocks.s[kept:, kept:]
+    try:
+        factor = BlockTridiagonal(csr_matrix(after + _JITTER * diagonal(after.diagonal())))
+    except np.linalg.LinAlgError as error:
+        raise SolveError(_UNDETERMINED) from error
+    half = factor.half_solve(np.concatenate([coupling[:, touched].toarray(), blocks.c[kept:]], axis=1))
+    near, far = half[:, : touched.size], half[:, touched.size :]
+    place = np.repeat(touched, touched.size), np.tile(touched, touched.size)
+    band = csr_matrix(blocks.s[:kept, :kept] - csr_matrix(((near.T @ near).ravel(), place), shape=(kept, kept)))
+    c = blocks.c[:kept].copy()
+    c[touched] -= near.T @ far
+    return band, c, blocks.m - far.T @ far
+
+
+def _root(matrix: FloatArray) -> FloatArray:
+    try:
+        return np.asarray(cholesky(matrix, lower=True))
+    except np.linalg.LinAlgError as error:
+        raise SolveError(_UNDETERMINED) from error

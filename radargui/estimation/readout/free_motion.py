@@ -1,0 +1,137 @@
+"""The motion as the samples give it, no equation of motion asked for: places at times, and its segments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline
+from scipy.sparse import csr_matrix
+
+from radargui.estimation.forward.motion_spline import SplineMotion
+from radargui.estimation.solve.normal import solve_sparse
+from radargui.model.arrays import FloatArray
+
+_LEAST_SMOOTH = 1e-14
+"""Weight of the squared jerk against that of places where coefficients follow given places: below what is measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class MotionSegment:
+    """The motion between two neighbouring edges (start, breaks, end): a cubic spline with its own velocity.
+
+    Attributes
+    ----------
+    begin_s, end_s
+        Its edges.
+    knot_share
+        Knots as shares of its duration, from 0 to 1, shape (n_spans + 1,).
+    first_coefficient
+        Number of its first coefficient in each coordinate, which it has in common with the segment before. The one at
+        the start of the motion has number 0 and is zero. Coefficients k to k + 3 hold span k of the first segment.
+    """
+
+    begin_s: float
+    end_s: float
+    knot_share: FloatArray
+    first_coefficient: int
+
+    @property
+    def n_spans(self) -> int:
+        """Number of spans between knots."""
+        return self.knot_share.size - 1
+
+    @property
+    def duration_s(self) -> float:
+        """Time between the edges."""
+        return self.end_s - self.begin_s
+
+    @property
+    def stop_coefficient(self) -> int:
+        """One past the number of its last coefficient."""
+        return self.first_coefficient + self.n_spans + 3
+
+    @property
+    def knot_s(self) -> FloatArray:
+        """Times of the knots."""
+        return self.begin_s + self.duration_s * self.knot_share
+
+    def collocation(self) -> tuple[FloatArray, FloatArray]:
+        """Return the Greville points as shares of the duration, (n,), and the matrix from values there, (n, n).
+
+        The matrix times the values of a function at these points are the coefficients that interpolate it (de Boor, A
+        Practical Guide to Splines, XIII).
+        """
+        knots = np.concatenate([np.zeros(3), self.knot_share, np.ones(3)])
+        greville = np.array([knots[j + 1 : j + 4].mean() for j in range(knots.size - 4)]).clip(0.0, 1.0)
+        return greville, np.linalg.inv(BSpline.design_matrix(greville, knots, 3).toarray())
+
+
+@dataclass(frozen=True, slots=True)
+class FreeMotion:
+    """A motion relative to where it starts, p(t) = release + B(t) c.
+
+    Attributes
+    ----------
+    motion
+        Spline and coefficients.
+    release_m
+        Shape (3,).
+    """
+
+    motion: SplineMotion
+    release_m: FloatArray
+
+    @property
+    def edge_s(self) -> FloatArray:
+        """Start, breaks, end, shape (n_segments + 1,)."""
+        return self.motion.spline.edge_s
+
+    @property
+    def segments(self) -> tuple[MotionSegment, ...]:
+        """The segments between the edges."""
+        spline, out, first = self.motion.spline, [], 0
+        for begin, end, share in zip(spline.edge_s[:-1], spline.edge_s[1:], spline.fractions, strict=True):
+            out.append(MotionSegment(float(begin), float(end), share, first))
+            first = out[-1].stop_coefficient - 1
+        return tuple(out)
+
+    def position_m(self, time_s: FloatArray) -> FloatArray:
+        """Return the places at some times, shape (3, n); before the start that of the release."""
+        return np.asarray((self.motion.spline.offset(time_s, self.motion.coefficients) + self.release_m).T)
+
+    def first_coefficient_from(self, time_s: float) -> int:
+        """Return the number of the first coefficient whose function is zero before a time."""
+        return int(np.searchsorted(self.motion.spline.knots(), time_s))
+
+    def coefficients_of(self, time_s: FloatArray, moved_m: FloatArray, count: int) -> FloatArray | None:
+        """Return the first coefficients of a motion through places, against the first of them, shape (count, 3).
+
+        Parameters
+        ----------
+        time_s, moved_m
+            Places at some times, shapes (n,) and (3, n); NaN where unknown.
+        count
+            How many; coefficient 0 is not among them.
+
+        Returns
+        -------
+        FloatArray or None
+            None with fewer places than coefficients.
+
+        Raises
+        ------
+        SolveError
+            The places do not determine the coefficients.
+        """
+        spline = self.motion.spline
+        last = float(spline.knots()[count + 1])
+        known = np.isfinite(moved_m).all(axis=0) & (time_s >= spline.edge_s[0]) & (time_s <= last)
+        if known.sum() < count:
+            return None
+        design = spline.design(time_s[known])[:, :count]
+        jerk, middle, _ = spline.jerk()
+        jerk = jerk[middle < last][:, :count]
+        moved = moved_m[:, known] - moved_m[:, known][:, :1]
+        normal = design.T @ design + _LEAST_SMOOTH * (jerk.T @ jerk)
+        return solve_sparse(csr_matrix(normal), np.ascontiguousarray(design.T @ moved.T))

@@ -1,0 +1,53 @@
+"""The posterior of a motion: what restitution and all that follows may read of a solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from radargui.estimation.forward.motion_spline import SplineMotion
+from radargui.estimation.readout.flight_information import MotionInformation, motion_information
+from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.estimation.solve.break_velocities import BreakVelocities, break_velocities
+from radargui.estimation.solve.minimise import Solution
+
+
+@dataclass(frozen=True)
+class MotionPosterior:
+    """A motion, the velocities at its breaks with their covariance, and its likelihood for flights.
+
+    Attributes
+    ----------
+    solution
+        Converged; read here alone.
+    onset_s
+        End of the rest.
+    """
+
+    solution: Solution = field(repr=False)
+    onset_s: float
+
+    @cached_property
+    def free(self) -> FreeMotion:
+        """The motion, of which no equation is asked."""
+        solution = self.solution
+        return FreeMotion(
+            SplineMotion(solution.at.spline, solution.state.coefficients), solution.problem.inputs.release_m
+        )
+
+    @cached_property
+    def breaks(self) -> BreakVelocities:
+        """Velocities on both sides of the breaks."""
+        return break_velocities(self.solution)
+
+    def information(self, n_coefficients: int, n_breaks: int, lifted: slice) -> MotionInformation:
+        """Return what the samples say about the first coefficients and breaks, see `motion_information`."""
+        return motion_information(self.solution, self.free, n_coefficients, n_breaks, lifted)
+
+
+@dataclass(frozen=True, slots=True)
+class AlternativeMotion:
+    """A motion that the evidence does not rule out, with its weight against the best, 0 to 1."""
+
+    posterior: MotionPosterior
+    weight: float

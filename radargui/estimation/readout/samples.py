@@ -1,0 +1,208 @@
+"""The joint solution at every sample: positions, path lengths, uncertainties, corrected IQ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix, eye_array, kron
+
+from radargui.estimation.forward.signal_model import FrontEndState
+from radargui.estimation.select.choose import Alternative
+from radargui.estimation.signals import ScaledSignals
+from radargui.estimation.solve.minimise import Solution, local_chi_square
+from radargui.geometry.antennas import Antennas
+from radargui.geometry.path_length import path_gradient, path_lengths
+from radargui.model.arrays import FloatArray
+from radargui.model.front_end_equations import ComplexArray, point_of
+from radargui.model.pieces import pieces
+
+
+@dataclass(frozen=True, slots=True)
+class SampleSettings:
+    """What the uncertainty at the samples holds besides the posterior. Chosen by hand where nothing else is said.
+
+    Attributes
+    ----------
+    smallest_u_m
+        No position is known better: what the equations of the scattering leave out.
+    slow_start_s, creep_s
+        At rest and in the first moments the tracer may have crept unseen by the noise of a mean over the second.
+    few_fringes, widest
+        u is widened by sqrt(1 + (few / F)^2), at most by the second, for a receiver that saw F fringes: below some
+        fringes the posterior of one model is too narrow (simulated pendulums and level circles of benchmark accuracy).
+    least_fringes
+        What a receiver that stood still counts as.
+    """
+
+    smallest_u_m: float = 1e-7
+    slow_start_s: float = 0.03
+    creep_s: float = 0.005
+    few_fringes: float = 3.0
+    widest: float = 4.0
+    least_fringes: float = 0.1
+
+
+SAMPLES = SampleSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class AtSamples:
+    """Positions (3, n), changes (n_receivers, n) with standard uncertainties, unit-circle I and Q (n_receivers, n)."""
+
+    position_m: FloatArray
+    u_position_m: FloatArray
+    change_m: FloatArray
+    u_change_m: FloatArray
+    i: FloatArray
+    q: FloatArray
+    misfit: FloatArray
+
+
+def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[Alternative, ...] = ()) -> AtSamples:
+    """Evaluate the solution at the samples' times.
+
+    Uncertainties come from the inverse normal matrix at the bins, times the square root of the local misfit beyond the
+    fitted noise scale; alternatives are mixed in; receivers of few fringes widen it.
+    """
+    problem, time = solution.problem, signals.time_s
+    inputs, bins = problem.inputs, problem.bins
+    release = inputs.release_m
+    position = (solution.at.spline.offset(time, solution.state.coefficients) + release).T
+    at_rest = path_lengths(release[:, None], inputs.antennas)
+    change = path_lengths(position, inputs.antennas) - at_rest
+    misfit = local_chi_square(solution)
+    excess = np.sqrt(np.maximum(misfit / problem.noise_scale[:, None] ** 2, 1.0))
+    wide = _few_fringes_factor(change * inputs.wavenumber / (2.0 * np.pi))
+    u_position, u_change = _with_alternatives(solution, alternatives, excess)
+    u_position, u_change = wide.max() * u_position, wide[:, None] * u_change
+
+    def spread(values: FloatArray) -> FloatArray:
+        return np.array([np.interp(time, bins.time_s, row) for row in values])
+
+    slow = time < solution.at.spline.edge_s[0] + SAMPLES.slow_start_s
+    unseen = np.where(slow, _unseen_m(solution, signals), SAMPLES.smallest_u_m)
+    i, q = _corrected(solution, signals, change, at_rest)
+    return AtSamples(
+        np.ascontiguousarray(position),
+        np.hypot(spread(u_position), unseen),
+        change,
+        np.hypot(spread(u_change), unseen),
+        i,
+        q,
+        spread(misfit),
+    )
+
+
+def _few_fringes_factor(fringes: FloatArray) -> FloatArray:
+    """Return by how much the uncertainty of receivers that saw few fringes grows (`SampleSettings.few_fringes`)."""
+    span = np.maximum(np.ptp(fringes, axis=1), SAMPLES.least_fringes)
+    return np.asarray(np.minimum(np.sqrt(1.0 + (SAMPLES.few_fringes / span) ** 2), SAMPLES.widest))
+
+
+def _unseen_m(solution: Solution, signals: ScaledSignals) -> float:
+    """Return how far the tracer may have crept before its motion was seen: the noise of a 5 ms mean."""
+    amplitude = np.median([np.median(np.abs(signal.direct)) for signal in solution.at.signals])
+    noise = float(np.median(signals.sigma)) / np.sqrt(max(1.0, SAMPLES.creep_s * signals.rate_hz))
+    return float(noise / amplitude / solution.problem.inputs.wavenumber) + SAMPLES.smallest_u_m
+
+
+def _with_alternatives(
+    solution: Solution, alternatives: tuple[Alternative, ...], excess: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return standard uncertainties of positions (3, n_bins) and path lengths (n_receivers, n_bins).
+
+    A mixture of solutions with weights w around the best: u^2 = sum w (u_k^2 + d_k^2) / sum w, d_k the distance of
+    solution k from the best; its own u is widened by the misfit.
+    """
+    problem = solution.problem
+
+    def places(own: Solution) -> FloatArray:
+        return np.asarray((own.at.design @ own.state.coefficients + problem.inputs.release_m).T)
+
+    here = places(solution)
+    path = path_lengths(here, problem.inputs.antennas)
+    total = 1.0
+    u_position, u_change = _uncertainties(solution)
+    square, square_path = (u_position * excess.max(axis=0)) ** 2, (u_change * excess) ** 2
+    for alternative in alternatives:
+        other, weight = alternative.solution, alternative.weight
+        there = places(other)
+        u_position, u_change = _uncertainties(other)
+        square += weight * (u_position**2 + (there - here) ** 2)
+        square_path += weight * (u_change**2 + (path_lengths(there, problem.inputs.antennas) - path) ** 2)
+        total += weight
+    return np.sqrt(square / total), np.sqrt(square_path / total)
+
+
+def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
+    """Return standard uncertainties at the bins: positions (3, n_bins), changes of path (n_receivers, n_bins)."""
+    problem = solution.problem
+    design = solution.at.design
+    place = (design @ solution.state.coefficients + problem.inputs.release_m).T
+    gradient = path_gradient(place, problem.inputs.antennas)
+    slopes = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
+    motion = kron(design, eye_array(3), format="csr")
+    bin_starts = 3 * np.arange(place.shape[1] + 1)
+    toward = [csr_matrix((own.T.ravel(), np.arange(own.size), bin_starts)) for own in gradient]
+    rows = [motion, *(own @ motion for own in toward)]
+    by_breaks = [slopes, *(own @ slopes for own in toward)]
+    variances = solution.normal.row_variances(rows, by_breaks, problem.layout.breaks)
+    return np.sqrt(variances[0]).reshape(-1, 3).T, np.sqrt(np.array(variances[1:]))
+
+
+def _corrected(
+    solution: Solution, signals: ScaledSignals, change_m: FloatArray, at_rest_m: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return I and Q on the unit circle at the time of channel 0: the model's circle plus what the samples add.
+
+    The difference between sample and model is taken at the channel's own time, brought back through gain ratio and
+    quadrature error and divided by the amplitude: mirrors, bias and drift are gone, noise stays.
+    """
+    out_i, out_q = np.empty((2, signals.n_receivers, signals.time_s.size))
+    for receiver in range(signals.n_receivers):
+        circle = _Circle(solution, signals, receiver, change_m[receiver], float(at_rest_m[receiver, 0]))
+        for part in pieces(signals.time_s.size):
+            z = circle.at(part)
+            out_i[receiver, part], out_q[receiver, part] = z.real, z.imag
+    return out_i, out_q
+
+
+class _Circle:
+    """One receiver's circle between the bins."""
+
+    def __init__(
+        self, solution: Solution, signals: ScaledSignals, receiver: int, change_m: FloatArray, at_rest_m: float
+    ) -> None:
+        self.solution, self.signals, self.receiver = solution, signals, receiver
+        self.change_m, self.at_rest_m = change_m, at_rest_m
+        self.own, signal = solution.problem.layout.receivers[receiver], solution.at.signals[receiver]
+        ratio = signal.field / signal.direct
+        self.curves = np.stack([np.abs(signal.direct), ratio.real, ratio.imag, *signal.besides])
+        antennas = solution.problem.inputs.antennas
+        self.antennas = Antennas(antennas.transmitter_m, antennas.receivers_m[receiver : receiver + 1])
+
+    def at(self, part: slice) -> ComplexArray:
+        """Return points near the unit circle at some samples."""
+        theta, own, time = self.solution.state.theta, self.own, self.signals.time_s[part]
+        pair = slice(2 * self.receiver, 2 * self.receiver + 2)
+        bin_s = self.solution.problem.bins.time_s
+        size, real, imaginary, besides_i, besides_q = (np.interp(time, bin_s, row) for row in self.curves)
+        amplitude = size * np.exp(1j * theta[own.phase]) * (real + 1j * imaginary)
+        here = self._unit(self.change_m[part])
+        delays = self.solution.problem.delay_s[pair]
+        later = [self._unit(self._change(time + delay)) if delay else here for delay in delays]
+        front_end = FrontEndState.of(theta, own)
+        model = front_end.channels(np.stack(later) * amplitude)
+        left_i, left_q = self.signals.value[pair, part] - model - np.stack([besides_i, besides_q])
+        x, y = point_of(left_i, left_q, front_end.gain_ratio, front_end.quadrature_error_rad)
+        return np.asarray(here + (x + 1j * y) / amplitude)
+
+    def _change(self, time_s: FloatArray) -> FloatArray:
+        place = self.solution.at.spline.offset(time_s, self.solution.state.coefficients)
+        place += self.solution.problem.inputs.release_m
+        return np.asarray(path_lengths(place.T, self.antennas)[0] - self.at_rest_m)
+
+    def _unit(self, change_m: FloatArray) -> ComplexArray:
+        angle = self.solution.problem.inputs.wavenumber * change_m
+        return np.asarray(np.cos(angle) + 1j * np.sin(angle))

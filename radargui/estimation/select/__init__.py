@@ -1,0 +1,1 @@
+"""Which model: breaks, floor, walls, lengths; the evidence decides."""

@@ -1,0 +1,86 @@
+"""Where the motion wants further breaks or finer knots: sharp turns, stretches of large misfit (method 5, Impacts)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion, make_spline
+from radargui.estimation.solve.minimise import Solution
+from radargui.estimation.solve.normal import solve_sparse
+from radargui.model.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class BreakSettings:
+    """Where further breaks are sought. Chosen by hand where nothing else is said.
+
+    Attributes
+    ----------
+    sharp_jerk_m_s3
+        The motion turns sharply where the jerk's deviation is above this: a fall has below 1, a pendulum below 10.
+    apart_s, least_dip_m
+        A sharp turn is so far from every break, and so deep within that time: what a body thrown up at 0.05 m/s does.
+    grid_s
+        On which turns are sought.
+    window_s, misfit_share, misfit_sigmas
+        Windows whose mean squared residual is so many times the typical one, plus so many of its deviations, get finer
+        knots.
+    smoothing
+        Weight of the jerk when a spline is carried to other knots, s^6: fills what no grid point sees.
+    """
+
+    sharp_jerk_m_s3: float = 30.0
+    apart_s: float = 0.008
+    least_dip_m: float = 1e-4
+    grid_s: float = 0.001
+    window_s: float = 0.010
+    misfit_share: float = 1.5
+    misfit_sigmas: float = 4.0
+    smoothing: float = 1e-14
+
+
+BREAKS = BreakSettings()
+
+
+def sharp_turns(solution: Solution, normal: FloatArray, settings: BreakSettings = BREAKS) -> FloatArray:
+    """Return times where the motion turns from down to up by 0.1 mm in 8 ms, at high jerk, away from breaks."""
+    spline = solution.at.spline
+    grid = np.arange(spline.edge_s[0] + settings.apart_s, spline.edge_s[-1] - settings.apart_s, settings.grid_s)
+    height = spline.offset(grid, solution.state.coefficients @ normal)
+    turn = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])) + 1
+    reach = round(settings.apart_s / settings.grid_s)
+    left, right = height[np.maximum(turn - reach, 0)], height[np.minimum(turn + reach, height.size - 1)]
+    turn = turn[np.minimum(left, right) - height[turn] > settings.least_dip_m]
+    _, middle, _ = spline.jerk()
+    jerk = solution.problem.jerk_sd[np.searchsorted(middle, grid[turn]).clip(0, middle.size - 1)]
+    near = np.abs(grid[turn][:, None] - spline.edge_s[None]).min(axis=1) < settings.apart_s
+    return np.asarray(grid[turn][(jerk > settings.sharp_jerk_m_s3) & ~near])
+
+
+def misfit_times(solution: Solution, settings: BreakSettings = BREAKS) -> FloatArray:
+    """Return the middles of 10 ms windows whose residuals are far above the typical: the motion is too stiff there."""
+    problem = solution.problem
+    label = np.floor((problem.bins.time_s - problem.spline.edge_s[0]) / settings.window_s).astype(np.intp)
+    square = np.where(problem.use, solution.at.residual**2, 1.0).mean(axis=0)
+    label -= label[0]
+    count = np.bincount(label)
+    mean = np.bincount(label, weights=square) / np.maximum(count, 1)
+    typical = max(1.0, float(np.median(mean[count > 0])))
+    doubt = settings.misfit_sigmas * np.sqrt(2.0 / np.maximum(count * solution.at.residual.shape[0], 1))
+    bad = (count > 0) & (mean > typical * (settings.misfit_share + doubt))
+    middle = np.bincount(label, weights=problem.bins.time_s) / np.maximum(count, 1)
+    return np.asarray(middle[bad & (middle > problem.spline.edge_s[0])])
+
+
+def respline(old: MotionSpline, coefficients: FloatArray, break_s: FloatArray, sharp_s: FloatArray) -> SplineMotion:
+    """Return the motion on a spline with other breaks that follows the old motion, finer near `sharp_s`."""
+    new = make_spline(float(old.edge_s[0]), float(old.edge_s[-1]), break_s, sharp_s)
+    count = 8 * (sum(new.spans) + 4)
+    grid = np.sort(np.concatenate([np.linspace(old.edge_s[0], old.edge_s[-1], count), new.edge_s]))
+    design = new.design(grid)
+    jerk, _, _ = new.jerk()
+    normal = design.T @ design + BREAKS.smoothing * (jerk.T @ jerk)
+    return SplineMotion(new, solve_sparse(csr_matrix(normal), design.T @ old.offset(grid, coefficients)))

@@ -1,0 +1,271 @@
+"""Which model: with or without a floor that reflects, which length, which walls; the evidence decides (method 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from radargui.estimation.adaptive.found import AdaptiveRounds
+from radargui.estimation.adaptive.rounds import Round
+from radargui.estimation.forward.bins import BinnedData
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.position_map import make_basis
+from radargui.estimation.forward.slow_noise import Drift
+from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.select.converge import converge, settle_breaks
+from radargui.estimation.select.walls import WALLS, search_wall
+from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
+from radargui.estimation.solve.initial_problem import first_motion, initial_problem
+from radargui.estimation.solve.minimise import Solution, chi_square, local_chi_square, log_evidence
+from radargui.estimation.solve.problem import Start
+from radargui.model.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceSettings:
+    """By what the evidence decides. All chosen by hand; the accuracy benchmark is their test.
+
+    Attributes
+    ----------
+    floor_below_m
+        How far below the lowest place the floor is sought: about a sphere's radius.
+    beyond_doubt
+        Gain in ln E of a floor above which it is not compared again when the breaks are settled.
+    good_misfit
+        Median local chi-square above which something is missing in the model.
+    lost_misfit
+        The same above which the start of the first adaptive round is tried too.
+    hopeless_misfit
+        The same above which no wall can explain it.
+    grown_bias
+        Deviation of the bias maps, in amplitudes, above which they explain something beside a floor.
+    most_walls
+        Searched one after the other.
+    shortest_length_m
+        Of the bias maps: shorter ones take what mirrors do.
+    other_lengths_m, few_fringes
+        Lengths tried where a receiver saw fewer fringes: then the adaptive rounds hardly tell them apart.
+    temper
+        ln E counts divided by this when alternatives are weighed: evidence is approximate (method 8).
+    least_weight
+        Alternatives below this weight against the best are forgotten.
+    first_rounds, last_rounds
+        Of convergence while models are compared, and of the chosen one.
+    """
+
+    floor_below_m: float = 0.010
+    beyond_doubt: float = 100.0
+    good_misfit: float = 1.15
+    lost_misfit: float = 4.0
+    hopeless_misfit: float = 100.0
+    grown_bias: float = 0.002
+    most_walls: int = 2
+    shortest_length_m: float = 0.09
+    other_lengths_m: tuple[float, ...] = (0.14, 0.22)
+    few_fringes: float = 6.0
+    temper: float = 5.0
+    least_weight: float = 0.01
+    first_rounds: int = 4
+    last_rounds: int = 6
+
+
+CHOICES = ChoiceSettings()
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """A solution that the evidence does not rule out, with its weight against the best, 0 to 1."""
+
+    solution: Solution
+    weight: float
+
+
+@dataclass(frozen=True)
+class ChosenModel:
+    """The joint solution and what was chosen on the way.
+
+    Attributes
+    ----------
+    solution
+        The solution.
+    alternatives
+        What they say and how far they lie away belongs to the uncertainty.
+    choices
+        Sentences for people.
+    """
+
+    solution: Solution
+    alternatives: tuple[Alternative, ...]
+    choices: tuple[str, ...]
+
+
+def choose_model(
+    found: AdaptiveRounds,
+    drift: Drift,
+    normal: FloatArray,
+    round_done: Callable[[], None],
+    known_front_ends: Sequence[LogFrontEnd] | None = None,
+    settings: ChoiceSettings = CHOICES,
+) -> ChosenModel:
+    """Converge without and with a floor, keep what the evidence prefers, settle the impacts, look for walls.
+
+    Parameters
+    ----------
+    found
+        The adaptive rounds.
+    drift
+        Slow noise.
+    normal
+        Upward normal of the floor, shape (3,).
+    round_done
+        Called once a round; may raise to cancel.
+    known_front_ends
+        What earlier runs say about ln g and eps, one a receiver.
+    settings
+        By what the evidence decides.
+
+    Raises
+    ------
+    SolveError
+        No model can be solved.
+    """
+    selection = _Selection(found, drift, normal, round_done, known_front_ends, settings)
+    solution, gain, alternatives = selection.floor()
+    choices = [f"A floor that reflects is {'kept' if gain > 0.0 else 'left out'}: log evidence {gain:+.0f}."]
+    if drift.count and not drift.level.any():
+        choices.append("The offsets drift on the rest: slow functions of time are fitted.")
+    elif drift.count:
+        choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
+    if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * settings.few_fringes:
+        solution, others = selection.other_lengths(solution)
+        alternatives += others
+    choices.append(f"Bias maps with a correlation length of {solution.problem.bias_basis.length_m:.2f} m.")
+    solution, undecided, sentences = selection.walls(solution)
+    choices += sentences
+    solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)
+    choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
+    return ChosenModel(solution, (*alternatives, *undecided), tuple(choices))
+
+
+class _Selection:
+    """The decisions on one recording, each of which converges a few models and compares their evidence."""
+
+    def __init__(
+        self,
+        found: AdaptiveRounds,
+        drift: Drift,
+        normal: FloatArray,
+        round_done: Callable[[], None],
+        known_front_ends: Sequence[LogFrontEnd] | None,
+        settings: ChoiceSettings,
+    ) -> None:
+        self.found, self.drift, self.normal, self.round_done = found, drift, normal, round_done
+        self.known_front_ends, self.settings = known_front_ends, settings
+        self.data: BinnedData = replace(found.data, bins=drift.widen(found.data.bins))
+
+    def converged(self, start: Start, rounds: int) -> Solution:
+        """Return the solution after some rounds."""
+        return converge(start, rounds, self.round_done)
+
+    def from_round(self, start: Round, length_m: float, *, reflects: bool) -> Solution:
+        """Converge from an adaptive round with bias maps of a length, with or without a floor that reflects."""
+        breaks = np.sort(np.concatenate([self.found.impact_s, self.found.turn_s]))
+        motion = first_motion(self.data, start.place, self.found.signals.rest_end_s, breaks)
+        lowest = start.place[:, int(np.argmin(self.normal @ start.place))]
+        floor = MirrorPlane(lowest - self.settings.floor_below_m * self.normal, self.normal, FLOOR)
+        planes = (floor,) if reflects else ()
+        constants = start.receiver_constants()
+        initial = initial_problem(self.data, motion, constants, planes, length_m, self.drift, self.known_front_ends)
+        return self.converged(initial, self.settings.first_rounds)
+
+    def floor(self) -> tuple[Solution, float, tuple[Alternative, ...]]:
+        """Return the solution with or without a floor, its breaks settled, what the floor gains, and what is left."""
+        found, settings = self.found, self.settings
+        length = found.last.bias.length_m if found.last.bias is not None else settings.shortest_length_m
+        length = max(settings.shortest_length_m, length)
+        plain, floored = (self.from_round(found.last, length, reflects=reflects) for reflects in (False, True))
+        if min(_typical_misfit(plain), _typical_misfit(floored)) > settings.lost_misfit:
+            floored = max(floored, self.from_round(found.first, length, reflects=True), key=log_evidence)
+        gain = log_evidence(floored) - log_evidence(plain)
+        best = floored if gain > 0.0 else plain
+        alternatives = self._alternatives(best, [plain, floored])
+        solution = settle_breaks(self.data, best, self.normal, self.round_done)
+        if 0.0 < gain < settings.beyond_doubt:
+            solution, gain = self.floor_compared_again(solution)
+        return solution, gain, alternatives
+
+    def floor_compared_again(self, solution: Solution) -> tuple[Solution, float]:
+        """Return the solution with its floor or without, and what the floor gains now that the breaks are settled."""
+        with_floor, bare = (
+            self.converged(problem_with_mirrors(solution, planes), self.settings.first_rounds)
+            for planes in (solution.problem.inputs.planes, ())
+        )
+        gain = log_evidence(with_floor) - log_evidence(bare)
+        return (with_floor if gain > 0.0 else bare), gain
+
+    def other_lengths(self, solution: Solution) -> tuple[Solution, tuple[Alternative, ...]]:
+        """Return the solution with the bias maps' correlation length that the evidence prefers, and the others.
+
+        Only once the breaks are settled do evidences tell lengths apart.
+        """
+        planes, visited = solution.problem.inputs.planes, positions_at_bins(solution)[:, ~self.data.rest]
+        bases = [None, *(make_basis(visited, length) for length in self.settings.other_lengths_m)]
+        rounds = self.settings.first_rounds
+        tried = [self.converged(problem_with_mirrors(solution, planes, bias), rounds) for bias in bases]
+        best = max(tried, key=log_evidence)
+        return best, self._alternatives(best, tried)
+
+    def walls(self, solution: Solution) -> tuple[Solution, list[Alternative], list[str]]:
+        """Return the solution with the walls that the evidence keeps, what stays possible, and sentences about both.
+
+        Where something reflects, walls too weak to convince stay possible, and so do other places of one that
+        convinces.
+        """
+        undecided: list[Alternative] = []
+        sentences: list[str] = []
+        for number in range(self.settings.most_walls):
+            misfit_asks = _typical_misfit(solution) > self.settings.good_misfit
+            asked = self._asks_for_walls(solution) if number == 0 else misfit_asks
+            if not asked and not (number == 0 and solution.problem.inputs.planes):
+                break
+            search = search_wall(solution, self.normal, self.round_done, thorough=asked)
+            kept = search.gain > WALLS.convincing
+            outcome = "kept" if kept else "left out"
+            sentences.append(f"A wall that reflects is {outcome}: log evidence {search.gain:+.0f}.")
+            best = search.gain if kept else 0.0
+            left = search.tried[1 if kept else 0 :]
+            undecided = [Alternative(trial.solution, self._weight(trial.gain - best)) for trial in left]
+            if not kept:
+                break
+            solution = settle_breaks(self.data, search.tried[0].solution, self.normal, self.round_done)
+        return solution, [other for other in undecided if other.weight > self.settings.least_weight], sentences
+
+    def _asks_for_walls(self, solution: Solution) -> bool:
+        """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""
+        problem, settings = solution.problem, self.settings
+        misfit = _typical_misfit(solution)
+        if misfit > settings.hopeless_misfit:
+            return False
+        bias = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers)
+        return misfit > settings.good_misfit or (len(problem.inputs.planes) > 0 and bias > settings.grown_bias)
+
+    def _weight(self, gain: float) -> float:
+        """Return the tempered weight of an alternative against the best, exp(gain in ln E / 5), at most one."""
+        return float(np.exp(min(0.0, gain) / self.settings.temper))
+
+    def _alternatives(self, best: Solution, tried: list[Solution]) -> tuple[Alternative, ...]:
+        """Return the other solutions with their weights, those above 1 % of the best."""
+        against = log_evidence(best)
+        others = (
+            Alternative(solution, self._weight(log_evidence(solution) - against))
+            for solution in tried
+            if solution is not best
+        )
+        return tuple(other for other in others if other.weight > self.settings.least_weight)
+
+
+def _typical_misfit(solution: Solution) -> float:
+    """Return the largest over the receivers of the median local chi-square."""
+    return float(np.median(local_chi_square(solution), axis=1).max())

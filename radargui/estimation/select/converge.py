@@ -1,0 +1,164 @@
+"""Rounds: minimise, move the maps, re-estimate the priors (method 4, Priors); settle the breaks (method 5, Impacts)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from radargui.estimation.forward.bins import BinnedData
+from radargui.estimation.select.breaks import misfit_times, respline, sharp_turns
+from radargui.estimation.solve.break_velocities import break_speeds
+from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_breaks
+from radargui.estimation.solve.minimise import Solution, local_chi_square, log_evidence, minimise
+from radargui.estimation.solve.prior_deviations import update_priors, updated_noise_scale
+from radargui.estimation.solve.problem import Start
+from radargui.model.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class RoundSettings:
+    """How long rounds go on. All chosen by hand.
+
+    Attributes
+    ----------
+    steps
+        Gauss-Newton steps a round.
+    noise_from_round
+        The noise scale follows the misfit from this round on: before it the maps have not grown.
+    settled_ln_evidence
+        A round that changes ln E by less is the last, after the fourth.
+    after_breaks
+        Rounds of convergence whenever breaks have changed.
+    break_rounds
+        At most so often are breaks added and dropped.
+    same_s
+        A break closer than this to one that was dropped counts as the same (s).
+    cascades
+        At most so often is the body let bounce on.
+    no_worse
+        Misfits within this factor count as equal: what another knot more or less changes.
+    """
+
+    steps: int = 6
+    noise_from_round: int = 2
+    settled_ln_evidence: float = 0.2
+    after_breaks: int = 4
+    break_rounds: int = 6
+    same_s: float = 0.0015
+    cascades: int = 3
+    no_worse: float = 1.02
+
+
+ROUNDS = RoundSettings()
+
+
+def converge(start: Start, rounds: int, round_done: Callable[[], None], settings: RoundSettings = ROUNDS) -> Solution:
+    """Alternate Gauss-Newton with updates of maps and priors until the evidence settles.
+
+    Parameters
+    ----------
+    start
+        Problem and first state.
+    rounds
+        At most this many.
+    round_done
+        Called once a round; may raise to cancel.
+    settings
+        When they end.
+
+    Raises
+    ------
+    SolveError
+        The normal matrix cannot be factored.
+    """
+    evidence = -np.inf
+    solution = minimise(start, settings.steps)
+    for number in range(rounds):
+        round_done()
+        problem = update_priors(solution)
+        if number >= settings.noise_from_round:
+            problem = replace(problem, noise_scale=updated_noise_scale(solution))
+        solution = minimise(Start(problem.at_places(positions_at_bins(solution)), solution.state), settings.steps)
+        now = log_evidence(solution)
+        if number > 3 and abs(now - evidence) < settings.settled_ln_evidence:
+            break
+        evidence = now
+    return solution
+
+
+def settle_breaks(
+    data: BinnedData,
+    solution: Solution,
+    normal: FloatArray,
+    round_done: Callable[[], None],
+    settings: RoundSettings = ROUNDS,
+) -> Solution:
+    """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
+
+    First the body is let bounce on from its last impact: one break too few between short flights draws its neighbour
+    away. A break that was dropped is not tried again at the same place. Of the rounds whose misfit is within 2 % of the
+    smallest the one with most impacts, best known, is returned (evidences are not comparable between different knots).
+    """
+    sharp, refused = np.zeros(0), np.zeros(0)
+    solution = _bounced_on(data, solution, normal, round_done, settings)
+    seen = [solution]
+    for number in range(settings.break_rounds):
+        speeds = break_speeds(solution, normal)
+        good = speeds.are_kinks()
+        inserted = solution.problem.prior.mean[solution.problem.layout.breaks]
+        refused = np.concatenate([refused, inserted[~good]])
+        last = number == settings.break_rounds - 1
+        new = np.zeros(0) if last else _away(sharp_turns(solution, normal), refused, settings.same_s)
+        stiff = misfit_times(solution) if new.size == 0 else np.zeros(0)
+        if new.size == 0 and good.all() and (stiff.size == 0 or sharp.size > 0):
+            break
+        sharp = np.concatenate([sharp, stiff])
+        breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
+        motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
+        solution = converge(problem_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
+        seen.append(solution)
+    enough = settings.no_worse * min(_misfit(one) for one in seen)
+    return max((one for one in seen if _misfit(one) <= enough), key=lambda one: _impacts(one, normal))
+
+
+def _impacts(solution: Solution, normal: FloatArray) -> tuple[int, float]:
+    """Return how many impacts there are, and less the uncertainty of the least known jump."""
+    speeds = break_speeds(solution, normal)
+    impacts = speeds.are_impacts()
+    return int(impacts.sum()), -float(speeds.u_jump_m_s[impacts].max(initial=0.0))
+
+
+def _bounced_on(
+    data: BinnedData,
+    solution: Solution,
+    normal: FloatArray,
+    round_done: Callable[[], None],
+    settings: RoundSettings,
+) -> Solution:
+    """Return the solution with breaks where the body should land next, as long as that finds more impacts."""
+    for _ in range(settings.cascades):
+        speeds = break_speeds(solution, normal)
+        impacts = speeds.are_impacts()
+        expected = speeds.expected_impacts(float(solution.at.spline.edge_s[-1]))
+        if expected.size == 0:
+            break
+        before = speeds.time_s[speeds.time_s <= speeds.time_s[impacts][-1]]
+        breaks = np.concatenate([before, expected])
+        motion = respline(solution.at.spline, solution.state.coefficients, breaks, np.zeros(0))
+        trial = converge(problem_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
+        more = _impacts(trial, normal)[0] > int(impacts.sum())
+        if not more or _misfit(trial) > settings.no_worse * _misfit(solution):
+            break
+        solution = trial
+    return solution
+
+
+def _misfit(solution: Solution) -> float:
+    return float(local_chi_square(solution).mean())
+
+
+def _away(moments: FloatArray, others: FloatArray, same_s: float) -> FloatArray:
+    near = np.abs(moments[:, None] - others[None]) < same_s
+    return moments[~near.any(axis=1)]

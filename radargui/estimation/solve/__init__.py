@@ -1,0 +1,1 @@
+"""Unknowns, normal matrix, minimum, priors."""

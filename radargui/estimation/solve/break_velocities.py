@@ -1,0 +1,183 @@
+"""Velocities of a solution just before and just after its breaks, and which of the breaks are impacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.sparse import csr_matrix, eye_array, kron, vstack
+
+from radargui.estimation.forward.motion_spline import MotionSpline
+from radargui.estimation.solve.minimise import Solution
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.motion.impacts import IMPACT_LIMITS
+
+
+@dataclass(frozen=True, slots=True)
+class BreakLimits:
+    """What a body can do at a break and between two of them, and how far it is followed bouncing on.
+
+    Attributes
+    ----------
+    most_thrown, doubt_m_s
+        Not thrown up faster than this many times the arrival, and this much more: a floor gives back at most the speed
+        itself. Chosen by hand.
+    other_acceleration_m_s2
+        What acts besides gravity between two breaks, at most: three times g. Chosen by hand.
+    least_flight_s
+        Bouncing on: a flight shorter than a knot spacing is not followed.
+    most_bounces
+        So many at most: a tenth of the speed is left at e = 0.83.
+    same_share
+        The last impact's share of the speed counts up to so many times the median, since a missing bounce may have
+        drawn it away. Chosen by hand.
+    """
+
+    most_thrown: float = 2.0
+    doubt_m_s: float = 0.5
+    other_acceleration_m_s2: float = 30.0
+    least_flight_s: float = 0.010
+    most_bounces: int = 12
+    same_share: float = 1.15
+
+
+LIMITS = BreakLimits()
+
+
+@dataclass(frozen=True, slots=True)
+class BreakSpeeds:
+    """Velocities along the floor's normal at the breaks.
+
+    Attributes
+    ----------
+    time_s
+        Shape (n_breaks,).
+    before_m_s, after_m_s, u_jump_m_s
+        Same shape; up is positive.
+    """
+
+    time_s: FloatArray
+    before_m_s: FloatArray
+    after_m_s: FloatArray
+    u_jump_m_s: FloatArray
+
+    def are_impacts(self) -> BoolArray:
+        """Return where the tracer comes down, goes up and jumps (`ImpactLimits`), as a body could."""
+        impacts = IMPACT_LIMITS.are_impacts(self.before_m_s, self.after_m_s, self.u_jump_m_s)
+        return np.asarray(impacts & self.are_possible())
+
+    def are_kinks(self) -> BoolArray:
+        """Return where the velocity jumps up at all.
+
+        A weak break costs nothing; one taken away again bends the motion around it when a bounce was there.
+        """
+        return np.asarray((self.after_m_s > self.before_m_s) & self.are_possible())
+
+    def are_possible(self) -> BoolArray:
+        """Return where a body could do so: not thrown up with twice the speed, not flung down from the break before.
+
+        Between two breaks closer than the bins the spline is held by nothing.
+        """
+        thrown = self.after_m_s > LIMITS.most_thrown * np.maximum(-self.before_m_s, 0.0) + LIMITS.doubt_m_s
+        flight = np.diff(self.time_s)
+        changed = np.abs(self.before_m_s[1:] - self.after_m_s[:-1] + NOMINAL_GRAVITY_M_S2 * flight)
+        held = np.concatenate([[True], changed < LIMITS.doubt_m_s + LIMITS.other_acceleration_m_s2 * flight])
+        return np.asarray(~thrown & held[: self.time_s.size])
+
+    def expected_impacts(self, end_s: float) -> FloatArray:
+        """Return when a body that bounces on lands after the last impact, while its flights take 10 ms or more.
+
+        A flight that starts upward with v lasts 2 v / g; every impact takes away the same share of the speed.
+        """
+        impacts = self.are_impacts()
+        if not impacts.any():
+            return np.zeros(0)
+        shares = -self.after_m_s[impacts] / self.before_m_s[impacts]
+        share, moment = float(np.median(shares)), float(self.time_s[impacts][-1])
+        # the last one may have been drawn away by a bounce that is still missing
+        speed = min(float(shares[-1]), LIMITS.same_share * share) * -float(self.before_m_s[impacts][-1])
+        out: list[float] = []
+        while len(out) < LIMITS.most_bounces:
+            flight_s = 2.0 * speed / NOMINAL_GRAVITY_M_S2
+            moment += flight_s
+            if flight_s < LIMITS.least_flight_s or moment > end_s - LIMITS.least_flight_s:
+                break
+            out.append(moment)
+            speed *= min(share, 1.0)
+        return np.array(out)
+
+
+@dataclass(frozen=True, slots=True)
+class BreakVelocities:
+    """Velocities on both sides of each break.
+
+    Attributes
+    ----------
+    time_s
+        Shape (n_breaks,).
+    before_m_s, after_m_s
+        Shape (n_breaks, 3).
+    covariance
+        Of (before x, y, z, after x, y, z) at each break, shape (n_breaks, 6, 6).
+    """
+
+    time_s: FloatArray
+    before_m_s: FloatArray
+    after_m_s: FloatArray
+    covariance: FloatArray
+
+    def along(self, normal: FloatArray) -> BreakSpeeds:
+        """Return the speeds along a unit vector, shape (3,), and the uncertainty of their difference."""
+        jump = np.concatenate([-normal, normal])
+        u_jump = np.sqrt(np.maximum(jump @ self.covariance @ jump, 0.0))
+        return BreakSpeeds(self.time_s, self.before_m_s @ normal, self.after_m_s @ normal, u_jump)
+
+    def side_covariance(self, normal: FloatArray) -> FloatArray:
+        """Return the covariance of the speeds (before, after) along a unit vector, shape (n_breaks, 2, 2)."""
+        sides = np.kron(np.eye(2), normal)
+        return np.asarray(sides @ self.covariance @ sides.T)
+
+
+def break_velocities(solution: Solution) -> BreakVelocities:
+    """Return the velocities on both sides of each break with their covariance.
+
+    The normal matrix gives variances of rows: cov(a, b) = (var(a + b) - var(a) - var(b)) / 2.
+    """
+    spline = solution.at.spline
+    moments = spline.break_s
+    if moments.size == 0:
+        return BreakVelocities(moments, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 6, 6)))
+    before, after = one_sided_slopes(spline)
+    each = [csr_matrix(kron(side, unit[None])) for side in (before, after) for unit in eye_array(3).toarray()]
+    pairs = list(combinations(range(6), 2))
+    rows = csr_matrix(vstack([*each, *(each[a] + each[b] for a, b in pairs)]))
+    variance = solution.normal.row_variances([rows])[0].reshape(-1, moments.size)
+    covariance = np.zeros((moments.size, 6, 6))
+    covariance[:, np.arange(6), np.arange(6)] = variance[:6].T
+    for (a, b), both in zip(pairs, variance[6:], strict=True):
+        covariance[:, a, b] = covariance[:, b, a] = 0.5 * (both - variance[a] - variance[b])
+    coefficients = solution.state.coefficients
+    return BreakVelocities(moments, before @ coefficients, after @ coefficients, covariance)
+
+
+def break_speeds(solution: Solution, normal: FloatArray) -> BreakSpeeds:
+    """Return the speeds along a unit vector on both sides of each break with the uncertainty of their difference."""
+    return break_velocities(solution).along(normal)
+
+
+def one_sided_slopes(spline: MotionSpline) -> tuple[csr_matrix, csr_matrix]:
+    """Return the matrices of the velocity just before and just after each break, shapes (n_breaks, size).
+
+    A cubic's slope at the end of four even points: (-11 f0 + 18 f1 - 9 f2 + 2 f3) / (6 h).
+    """
+    edge, out = spline.edge_s, []
+    last = np.array([1.0 - share[-2] for share in spline.fractions[:-1]]) * np.diff(edge)[:-1]
+    first = np.array([share[1] for share in spline.fractions[1:]]) * np.diff(edge)[1:]
+    for h in (-last / 3.0, first / 3.0):
+        four = spline.design((edge[1:-1, None] + h[:, None] * np.arange(4)).ravel())
+        weight = np.array([-11.0, 18.0, -9.0, 2.0]) / (6.0 * h[:, None])
+        rows = csr_matrix((weight.ravel(), np.arange(weight.size), 4 * np.arange(h.size + 1)))
+        out.append(csr_matrix(rows @ four))
+    return out[0], out[1]

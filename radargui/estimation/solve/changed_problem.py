@@ -1,0 +1,138 @@
+"""A solution's problem with other breaks, other mirrors or other bias maps; the rest starts from it (method 4)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from radargui.estimation.forward.bins import BinnedData
+from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.forward.motion_spline import SplineMotion
+from radargui.estimation.forward.parameters import Layout, ReceiverConstants, make_layout
+from radargui.estimation.forward.position_map import PositionBasis
+from radargui.estimation.solve.initial_problem import INITIAL, usable_bins
+from radargui.estimation.solve.minimise import Solution
+from radargui.estimation.solve.priors import PRIORS, Prior, PriorGroup, make_prior
+from radargui.estimation.solve.problem import Start, State
+from radargui.model.arrays import FloatArray, IntArray
+
+# Limits of the jerk's deviation where knots change, m/s^3: new spans start loose enough to follow what the old ones
+# could not, and stiff enough to stay in place. Chosen by hand.
+_JERK_M_S3 = (3.0, 3.0 * INITIAL.jerk_m_s3)
+
+
+def problem_with_breaks(data: BinnedData, solution: Solution, motion: SplineMotion) -> Start:
+    """Return a solution's problem with other breaks or knots, everything else as the solution has it.
+
+    Parameters
+    ----------
+    data
+        Its data.
+    solution
+        Converged.
+    motion
+        With the new breaks.
+    """
+    problem, spline = solution.problem, motion.spline
+    old = problem.layout
+    layout = make_layout(replace(old.sizes, breaks=spline.break_s.size))
+    others = slice(old.breaks.stop, None)
+    _, before, _ = solution.at.spline.jerk()
+    _, now, _ = spline.jerk()
+    jerk_sd = np.exp(np.interp(now, before, np.log(problem.jerk_sd)))
+    shift = layout.breaks.stop - old.breaks.stop
+    prior = Prior(
+        np.concatenate([spline.break_s, problem.prior.mean[others]]),
+        np.concatenate([np.full(spline.break_s.size, PRIORS.settled_break_s), problem.prior.sd[others]]),
+        [PriorGroup(group.index + shift, group.lowest, group.highest) for group in problem.prior.groups],
+    )
+    changed = replace(
+        problem,
+        spline=spline,
+        layout=layout,
+        prior=prior,
+        jerk_sd=np.clip(jerk_sd, *_JERK_M_S3),
+        use=usable_bins(data, spline.break_s),
+    )
+    return Start(changed, State(motion.coefficients, np.concatenate([spline.break_s, solution.state.theta[others]])))
+
+
+def problem_with_mirrors(
+    solution: Solution, planes: tuple[MirrorPlane, ...], bias: PositionBasis | None = None
+) -> Start:
+    """Return a solution's problem with other mirrors or other functions for the bias.
+
+    Everything else starts from the solution; new mirrors and new bias maps start at zero, and the deviations of all
+    maps and mirrors are started again.
+
+    Parameters
+    ----------
+    solution
+        Converged.
+    planes
+        Its mirrors in its order, more or fewer.
+    bias
+        Functions of the bias maps; None keeps them.
+    """
+    before, theta = solution.problem, solution.state.theta
+    old = before.layout
+    n_bias = old.sizes.bias if bias is None else bias.size
+    layout = make_layout(replace(old.sizes, mirrors=len(planes), bias=n_bias))
+    source, target = carried_places(old, layout, bias=bias is None)
+    new_theta = np.zeros(layout.size)
+    new_theta[target] = theta[source]
+    mean, sd = before.prior.mean, before.prior.sd
+    means = [ReceiverConstants(*mean[own.constants]) for own in old.receivers]
+    drift_sd = np.array([sd[places] for own in old.receivers for places in (own.drift_i, own.drift_q)])
+    prior = make_prior(layout, planes, mean[old.breaks], means, drift_sd)
+    for was, now in zip(old.receivers, layout.receivers, strict=True):
+        for a, b in ((was.log_gain, now.log_gain), (was.quadrature_error, now.quadrature_error)):
+            prior.mean[b], prior.sd[b] = mean[a], sd[a]
+    problem = replace(
+        before,
+        layout=layout,
+        prior=prior,
+        inputs=replace(before.inputs, planes=planes),
+        spline=solution.at.spline,
+        bias_basis=before.bias_basis if bias is None else bias,
+    )
+    if bias is not None:
+        problem = problem.at_places(positions_at_bins(solution))
+    return Start(problem, State(solution.state.coefficients, new_theta))
+
+
+def positions_at_bins(solution: Solution) -> FloatArray:
+    """Return the positions at the bins' mean times, shape (3, n_bins)."""
+    return np.asarray((solution.at.design @ solution.state.coefficients + solution.problem.inputs.release_m).T)
+
+
+def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntArray, IntArray]:
+    """Return places in the old layout and where they stand in a new one with more or fewer mirrors.
+
+    Parameters
+    ----------
+    old, new
+        Layouts.
+    bias
+        Whether the coefficients of the bias maps mean the same in both.
+    """
+    pairs: list[tuple[slice, slice]] = [(old.breaks, new.breaks), (old.planes, new.planes)]
+    pairs += [
+        (old.transmitter_reflection, new.transmitter_reflection),
+        (old.transmitter_lobe, new.transmitter_lobe),
+    ]
+    for was, now in zip(old.receivers, new.receivers, strict=True):
+        pairs += [(was.constants, now.constants), (was.amplitude_map, now.amplitude_map)]
+        if bias:
+            pairs += [(was.bias_i, now.bias_i), (was.bias_q, now.bias_q)]
+        pairs += [
+            (was.receiver_reflection, now.receiver_reflection),
+            (was.receiver_lobe, now.receiver_lobe),
+            (was.double_reflection, now.double_reflection),
+        ]
+        pairs += [(was.drift_i, now.drift_i), (was.drift_q, now.drift_q)]
+    shared = [(a.start, b.start, min(a.stop - a.start, b.stop - b.start)) for a, b in pairs]
+    source = np.concatenate([np.arange(a, a + count) for a, _, count in shared])
+    target = np.concatenate([np.arange(b, b + count) for _, b, count in shared])
+    return source, target

@@ -1,0 +1,161 @@
+"""The initial problem: motion and constants of the adaptive rounds, maps, mirrors and drift at zero (method 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.estimation.forward.bins import BinnedData
+from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
+from radargui.estimation.forward.parameters import ReceiverConstants, Sizes, make_layout
+from radargui.estimation.forward.position_map import make_basis
+from radargui.estimation.forward.signal_model import ModelInputs
+from radargui.estimation.forward.slow_noise import Drift
+from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.solve.normal import solve_sparse
+from radargui.estimation.solve.priors import make_prior, with_known_front_ends
+from radargui.estimation.solve.problem import JointProblem, Start, State, diagonal
+from radargui.model.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class InitialSettings:
+    """With what the joint problem begins.
+
+    Attributes
+    ----------
+    jerk_m_s3
+        Deviation of the jerk before it is re-estimated: g within 0.1 s, looser than a fall. By hand.
+    u_place_m
+        Of the adaptive places against the first spline. Chosen by hand: what they scatter at 30 dB.
+    release_s
+        How long after the onset the release lasts: its jerk must not loosen the fall that follows. Chosen by hand.
+    amplitude_map_length_m
+        Correlation length of log A: antenna lobes are wide; shorter ones take what a floor does, smoother ones invent
+        walls (accuracy benchmark).
+    """
+
+    jerk_m_s3: float = 100.0
+    u_place_m: float = 1e-4
+    release_s: float = 0.010
+    amplitude_map_length_m: float = 0.10
+
+
+INITIAL = InitialSettings()
+
+
+def first_motion(
+    data: BinnedData, place: FloatArray, start_s: float, break_s: FloatArray, settings: InitialSettings = INITIAL
+) -> SplineMotion:
+    """Fit the motion's spline to the places of the adaptive rounds.
+
+    Parameters
+    ----------
+    data
+        Bins and geometry.
+    place
+        Positions at the bins, shape (3, n_bins).
+    start_s, break_s
+        Where the spline begins, and its breaks.
+    settings
+        Weights.
+    """
+    spline = make_spline(start_s, float(data.bins.last_s[-1]) + 1e-6, break_s)
+    moving = ~data.rest
+    design = spline.design(data.bins.time_s[moving])
+    jerk, _, _ = spline.jerk()
+    weight = data.bins.count[moving] / data.bins.count[moving].mean() / settings.u_place_m**2
+    # three times looser than the problem's own prior: the places shall decide, the prior fills what no bin sees
+    normal = design.T @ diagonal(weight) @ design + jerk.T @ jerk / (3.0 * settings.jerk_m_s3) ** 2
+    offset = (place[:, moving] - data.release_m[:, None]).T
+    return SplineMotion(spline, solve_sparse(normal, design.T @ (weight[:, None] * offset)))
+
+
+def initial_problem(
+    data: BinnedData,
+    motion: SplineMotion,
+    constants: Sequence[ReceiverConstants],
+    planes: tuple[MirrorPlane, ...],
+    bias_length_m: float,
+    drift: Drift,
+    known_front_ends: Sequence[LogFrontEnd] | None = None,
+    settings: InitialSettings = INITIAL,
+) -> Start:
+    """Return the joint problem with maps, mirrors and drift at zero.
+
+    Parameters
+    ----------
+    data
+        Data and geometry.
+    motion
+        To start from.
+    constants
+        To start from, one a receiver.
+    planes
+        Mirrors to include.
+    bias_length_m
+        Correlation length of the bias maps.
+    drift
+        Slow noise.
+    known_front_ends
+        What earlier runs say about ln g and eps, one a receiver.
+    settings
+        Deviations and lengths.
+    """
+    bins, spline = data.bins, motion.spline
+    place = (spline.design(bins.time_s) @ motion.coefficients + data.release_m).T
+    visited = place[:, ~data.rest]
+    bias, amplitude = make_basis(visited, bias_length_m), make_basis(visited, settings.amplitude_map_length_m)
+    n_receivers = data.antennas.n_receivers
+    layout = make_layout(
+        Sizes(
+            breaks=spline.break_s.size,
+            mirrors=len(planes),
+            receivers=n_receivers,
+            bias=bias.size,
+            amplitude_map=amplitude.size,
+            drift=drift.count,
+        )
+    )
+    theta = np.zeros(layout.size)
+    theta[layout.breaks] = spline.break_s
+    for own, values in zip(layout.receivers, constants, strict=True):
+        theta[own.constants] = values.in_order()
+    prior = make_prior(layout, planes, spline.break_s, constants, drift.sd)
+    if known_front_ends is not None:
+        prior = with_known_front_ends(prior, layout, known_front_ends)
+    not_yet = np.zeros((bins.n_bins, 0))
+    problem = JointProblem(
+        bins=bins,
+        delay_s=data.delay_s,
+        spline=spline,
+        layout=layout,
+        inputs=ModelInputs(
+            antennas=data.antennas,
+            release_m=data.release_m,
+            wavenumber=2.0 * np.pi / data.wavelength_m,
+            planes=planes,
+            bias=not_yet,
+            amplitude_map=not_yet,
+            range_factor=np.zeros((n_receivers, 0)),
+            drift=drift.functions(bins.time_s),
+        ),
+        prior=prior,
+        jerk_sd=np.full(sum(spline.spans), settings.jerk_m_s3),
+        noise_scale=np.ones(n_receivers),
+        use=usable_bins(data, spline.break_s),
+        bias_basis=bias,
+        amplitude_basis=amplitude,
+        released_s=data.onset_s + settings.release_s,
+    )
+    return Start(problem.at_places(place), State(motion.coefficients, theta))
+
+
+def usable_bins(data: BinnedData, break_s: FloatArray) -> BoolArray:
+    """Return which bins hold no break."""
+    before = np.searchsorted(break_s, data.bins.first_s)
+    after = np.searchsorted(break_s, data.bins.last_s)
+    return np.asarray(before == after)

@@ -1,0 +1,226 @@
+"""The normal matrix: block tridiagonal in the motion, dense in the global parameters (method 4, Minimum)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dpotri
+from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
+from scipy.sparse.linalg import splu
+
+from radargui.model.arrays import FloatArray
+from radargui.model.errors import SolveError
+from radargui.model.pieces import pieces
+
+# A bin meets four neighbouring coefficients: bandwidth 3 x 3 + 2 = 11. Any block above 11 is right; 24 by hand: smaller
+# ones cost calls, larger ones arithmetic.
+_BLOCK = 24
+_TOGETHER = 32 * _BLOCK  # rows multiplied at once, chosen by hand
+_FELT = 1e-17  # parts below this share of a column's largest are lost in rounding when squared
+
+
+class BlockTridiagonal:
+    """Cholesky factor of a symmetric banded matrix, in blocks of 24; cost linear in its size.
+
+    S = L L^T with diagonal blocks L_k and blocks W_k = L_{k+1,k} below them.
+
+    Parameters
+    ----------
+    matrix
+        Positive definite, bandwidth below 24, shape (n, n).
+    """
+
+    def __init__(self, matrix: csr_matrix) -> None:
+        self.size = int(matrix.shape[0])
+        self.count = -(-self.size // _BLOCK)
+        padded = csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape, copy=True)
+        padded.resize((self.count * _BLOCK, self.count * _BLOCK))
+        blocks = bsr_matrix(padded, blocksize=(_BLOCK, _BLOCK))
+        diagonal = np.zeros((self.count, _BLOCK, _BLOCK))
+        below = np.zeros((max(self.count - 1, 0), _BLOCK, _BLOCK))
+        row = np.repeat(np.arange(self.count), np.diff(blocks.indptr))
+        on = row == blocks.indices
+        diagonal[row[on]] = blocks.data[on]
+        under = row == blocks.indices + 1
+        below[blocks.indices[under]] = blocks.data[under]
+        for k in range(self.size, self.count * _BLOCK):
+            diagonal[-1, k % _BLOCK, k % _BLOCK] = 1.0
+        self.lower = np.empty_like(diagonal)
+        self.below = np.empty_like(below)
+        for k in range(self.count):
+            block = diagonal[k]
+            if k:
+                self.below[k - 1] = _lower_solve(self.lower[k - 1], below[k - 1].T.copy()).T
+                block = block - self.below[k - 1] @ self.below[k - 1].T
+            self.lower[k] = np.linalg.cholesky(block)
+
+    def half_solve(self, right: FloatArray) -> FloatArray:
+        """Return L^-1 right for (n, m), padded to whole blocks."""
+        out = np.zeros((self.count * _BLOCK, right.shape[1]))
+        out[: self.size] = right
+        blocks = out.reshape(self.count, _BLOCK, -1)
+        for k in range(self.count):
+            if k:
+                blocks[k] -= self.below[k - 1] @ blocks[k - 1]
+            _lower_solve(self.lower[k], blocks[k])
+        return out
+
+    def back_solve(self, half: FloatArray) -> FloatArray:
+        """Return L^-T half, shape (n, m)."""
+        blocks = half.copy().reshape(self.count, _BLOCK, -1)
+        for k in range(self.count - 1, -1, -1):
+            if k + 1 < self.count:
+                blocks[k] -= self.below[k].T @ blocks[k + 1]
+            _lower_solve(self.lower[k], blocks[k], transposed=True)
+        return np.asarray(blocks.reshape(self.count * _BLOCK, -1)[: self.size])
+
+    def log_determinant(self) -> float:
+        """Return ln det S."""
+        return float(2.0 * np.log(np.diagonal(self.lower, axis1=1, axis2=2)).sum())
+
+    def selected_inverse(self) -> bsr_matrix:
+        """Return the blocks of S^-1 on and beside the diagonal (Takahashi's recursion), padded."""
+        n = self.count
+        on, beside = np.empty_like(self.lower), np.empty_like(self.below)
+        identity = np.eye(_BLOCK)
+        for k in range(n - 1, -1, -1):
+            inverse = _lower_solve(self.lower[k], identity.copy())
+            on[k] = inverse.T @ inverse
+            if k + 1 < n:
+                gain = self.below[k] @ inverse
+                beside[k] = -on[k + 1] @ gain
+                on[k] += gain.T @ on[k + 1] @ gain
+        indices = [0] if n == 1 else [0, 1]
+        data: list[FloatArray] = [on[0]] if n == 1 else [on[0], beside[0].T]
+        pointer = [0, len(indices)]
+        for k in range(1, n):
+            data += [beside[k - 1], on[k]]
+            indices += [k - 1, k]
+            if k + 1 < n:
+                data.append(beside[k].T)
+                indices.append(k + 1)
+            pointer.append(len(indices))
+        return bsr_matrix((np.array(data), indices, pointer), shape=(n * _BLOCK, n * _BLOCK))
+
+
+def _lower_solve(lower: FloatArray, right: FloatArray, *, transposed: bool = False) -> FloatArray:
+    """Return L^-1 right, or L^-T right, in place of `right`, whose rows must lie one after the other."""
+    return np.asarray(dtrsm(1.0, lower.T, right.T, side=1, trans_a=int(transposed), overwrite_b=1).T)
+
+
+def _gram(half: FloatArray) -> FloatArray:
+    """Return half^T half without the parts of columns that are zero to rounding: a break is felt near it alone."""
+    if half.shape[0] <= 2 * _TOGETHER:
+        return np.asarray(half.T @ half)
+    out = np.zeros((half.shape[1], half.shape[1]))
+    parts = [half[part] for part in pieces(half.shape[0], _TOGETHER)]
+    tops = np.array([np.maximum(part.max(axis=0), -part.min(axis=0)) for part in parts])
+    for part, felt in zip(parts, tops > _FELT * tops.max(axis=0), strict=True):
+        places = np.flatnonzero(felt)
+        part = part[:, places]
+        out[np.ix_(places, places)] += part.T @ part
+    return out
+
+
+def solve_sparse(matrix: csr_matrix, right: FloatArray) -> FloatArray:
+    """Return the solution of a sparse square system, shape as `right`.
+
+    Raises
+    ------
+    SolveError
+        The matrix is singular.
+    """
+    try:
+        factor = splu(csc_matrix(matrix))
+    except RuntimeError as error:  # scipy's word for an exactly singular factor
+        raise SolveError("The motion is not determined: its equations are singular.") from error
+    return np.asarray(factor.solve(right))
+
+
+@dataclass(frozen=True, slots=True)
+class NormalMatrix:
+    """H = [[S, C], [C^T, M]] factored by the Schur complement M - C^T S^-1 C.
+
+    Attributes
+    ----------
+    motion
+        Factor of S.
+    half
+        L^-1 C.
+    schur
+        Cholesky factor of the Schur complement as scipy's `cho_factor` gives it: H of the global parameters with the
+        motion marginalised.
+    """
+
+    motion: BlockTridiagonal
+    half: FloatArray
+    schur: tuple[FloatArray, bool]
+
+    @staticmethod
+    def factor(s: csr_matrix, c: FloatArray, m: FloatArray) -> NormalMatrix:
+        """Factor the matrix.
+
+        Raises
+        ------
+        SolveError
+            It is not positive definite, or not finite.
+        """
+        try:
+            motion = BlockTridiagonal(s)
+            half = motion.half_solve(c)
+            left = _gram(half)
+            np.subtract(m, left, out=left)
+            schur = cho_factor(left.T, lower=True, overwrite_a=True, check_finite=False)
+        except np.linalg.LinAlgError as error:
+            raise SolveError("The normal matrix of the joint estimate is not positive definite.") from error
+        if not np.isfinite(np.diag(schur[0])).all():  # LAPACK carries what is not a number through without a word
+            raise SolveError("The normal matrix of the joint estimate is not finite.")
+        return NormalMatrix(motion, half, schur)
+
+    def solve(self, slope_motion: FloatArray, slope_global: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return both parts of H^-1 applied to a vector."""
+        first = self.motion.half_solve(slope_motion[:, None])
+        of_global = cho_solve(self.schur, slope_global - self.half.T @ first[:, 0], check_finite=False)
+        motion = self.motion.back_solve(first - (self.half @ of_global)[:, None])
+        return motion[:, 0], of_global
+
+    def global_variances(self) -> FloatArray:
+        """Return the variances of the global parameters."""
+        return np.array(np.diagonal(dpotri(self.schur[0], lower=1)[0]))
+
+    def log_determinant(self) -> float:
+        """Return ln det H."""
+        return self.motion.log_determinant() + float(2.0 * np.log(np.diag(self.schur[0])).sum())
+
+    def row_variances(
+        self, rows: list[csr_matrix], by_global: list[csr_matrix] | None = None, of: slice = slice(0, 0)
+    ) -> list[FloatArray]:
+        """Return the diagonal of R H^-1 R^T of each R, one value a row.
+
+        Parameters
+        ----------
+        rows
+            Sparse parts of R that act on the motion.
+        by_global, of
+            Sparse parts that act on some places of the global parameters; left out where R has none.
+        """
+        inverse = self.motion.selected_inverse().tocsr()
+        cross = self.motion.back_solve(self.half)
+        spread = solve_triangular(self.schur[0], cross.T, lower=True, check_finite=False).T
+        root = solve_triangular(self.schur[0], np.eye(self.half.shape[1])[:, of], lower=True, check_finite=False).T
+        out = []
+        for number, matrix in enumerate(rows):
+            variance = np.empty(matrix.shape[0])
+            for part in pieces(variance.size):
+                own = matrix[part]
+                padded = csr_matrix((own.data, own.indices, own.indptr), shape=(own.shape[0], inverse.shape[0]))
+                through = own @ spread
+                if by_global is not None:
+                    through = through - by_global[number][part] @ root
+                alone = np.asarray((padded @ inverse).multiply(padded).sum(axis=1)).ravel()
+                variance[part] = alone + np.einsum("nk,nk->n", through, through)
+            out.append(variance)
+        return out

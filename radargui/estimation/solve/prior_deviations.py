@@ -1,0 +1,115 @@
+"""Deviations of the priors re-estimated from the posterior (MacKay 1992; method 4, Priors), noise scale from misfit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.sparse import eye_array, kron
+
+from radargui.estimation.forward.motion_spline import MotionSpline
+from radargui.estimation.solve.minimise import Solution, local_chi_square
+from radargui.estimation.solve.priors import Prior
+from radargui.estimation.solve.problem import JointProblem
+from radargui.model.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class DeviationSettings:
+    """How deviations are re-estimated.
+
+    Attributes
+    ----------
+    lowest_jerk_m_s3, highest_jerk_m_s3
+        Limits of the jerk's deviation: free fall with drag has below 1 m/s^3; a contact of milliseconds 10^5.
+    largest_change
+        Of a deviation in one round, as a factor: its estimate is right only near the minimum it comes from.
+    window_spans
+        Deviation of the Gaussian window over the spans. Chosen by hand: 30 ms tell a fall from a bed's push.
+    least_square_jerk
+        Added to the sum of squares, (m/s^3)^2, so that a motion without jerk keeps a deviation above zero.
+    least_determined
+        Of the number of coefficients well determined, which rounding can make zero.
+    largest_noise_step
+        Of the noise scale in one round, as a factor: a misfit that the next round removes shall not widen it.
+    """
+
+    lowest_jerk_m_s3: float = 0.3
+    highest_jerk_m_s3: float = 1e5
+    largest_change: float = 10.0
+    window_spans: float = 3.0
+    least_square_jerk: float = 1e-3
+    least_determined: float = 1e-2
+    largest_noise_step: float = 1.3
+
+
+DEVIATIONS = DeviationSettings()
+
+
+def update_priors(solution: Solution, settings: DeviationSettings = DEVIATIONS) -> JointProblem:
+    """Return the problem with map, mirror and jerk deviations re-estimated from a solution.
+
+    s^2 = sum w^2 / gamma, gamma = number of coefficients - sum Cov_kk / s^2 (MacKay 1992).
+    """
+    problem = solution.problem
+    variance = solution.normal.global_variances()
+    old = problem.prior
+    sd = old.sd.copy()
+    for group in old.groups:
+        index = group.index
+        w = solution.state.theta[index] - old.mean[index]
+        determined = max(index.size - float((variance[index] / sd[index] ** 2).sum()), settings.least_determined)
+        before = float(sd[index[0]])
+        wanted = float(np.sqrt((w @ w) / determined))
+        limited = np.clip(wanted, before / settings.largest_change, before * settings.largest_change)
+        sd[index] = float(np.clip(limited, group.lowest, group.highest))
+    prior = Prior(old.mean, sd, old.groups)
+    return replace(problem, prior=prior, jerk_sd=_jerk_deviation(solution, settings))
+
+
+def _jerk_deviation(solution: Solution, settings: DeviationSettings) -> FloatArray:
+    """Return sd = sqrt(sum j^2 / number well determined) in a window of spans that no break divides.
+
+    Nor does the end of the release: its jerk is no reason to let the fall bend.
+    """
+    problem, spline = solution.problem, solution.at.spline
+    matrix, middle, _ = spline.jerk()
+    value = matrix @ solution.state.coefficients
+    variance = solution.normal.row_variances([kron(matrix, eye_array(3), format="csr")])[0].reshape(-1, 3)
+    square = (value**2).sum(axis=1)
+    determined = np.clip(3.0 - variance.sum(axis=1) / problem.jerk_sd**2, 0.0, 3.0)
+    out = np.empty_like(square)
+    for part in spans_together(spline, middle, problem.released_s):
+        top = gaussian_filter1d(square[part], settings.window_spans, mode="nearest", truncate=2.0)
+        low = gaussian_filter1d(determined[part], settings.window_spans, mode="nearest", truncate=2.0)
+        out[part] = np.sqrt((top + settings.least_square_jerk) / np.maximum(low, settings.least_determined))
+    old = problem.jerk_sd
+    limited = np.clip(out, old / settings.largest_change, old * settings.largest_change)
+    return np.asarray(np.clip(limited, settings.lowest_jerk_m_s3, settings.highest_jerk_m_s3))
+
+
+def spans_together(spline: MotionSpline, middle_s: FloatArray, released_s: float) -> list[slice]:
+    """Return the runs of spans that no break and not the end of the release divide.
+
+    Parameters
+    ----------
+    spline, middle_s
+        The motion and the middles of its spans.
+    released_s
+        From here on the release is over.
+    """
+    ends = set(np.cumsum(spline.spans).tolist()) | {int(np.searchsorted(middle_s, released_s))}
+    edges = sorted(ends | {0, middle_s.size})
+    return [slice(first, last) for first, last in pairwise(edges) if last > first]
+
+
+def updated_noise_scale(solution: Solution, settings: DeviationSettings = DEVIATIONS) -> FloatArray:
+    """Return each receiver's factor on its noise, raised where the misfit asks for it, shape (n_receivers,).
+
+    The median over the record counts, so that a short misfit (unresolved bounces) does not spoil the rest.
+    """
+    typical = np.median(local_chi_square(solution), axis=1)
+    wanted = np.sqrt(np.maximum(typical, 1.0))
+    return np.minimum(wanted, settings.largest_noise_step * solution.problem.noise_scale)

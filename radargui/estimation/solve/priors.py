@@ -1,0 +1,176 @@
+"""Priors of the global parameters: wide for constants, re-estimated for maps and mirrors (method 4, Priors)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.parameters import Layout, ReceiverConstants, pair_of
+from radargui.estimation.hardware import LogFrontEnd
+from radargui.model.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class Allowed:
+    """Where a common deviation starts and between which limits it is re-estimated, in units of its coefficients."""
+
+    start: float
+    lowest: float
+    highest: float
+
+
+@dataclass(frozen=True, slots=True)
+class PriorSettings:
+    """Deviations of the priors; amplitudes are those of the scaled samples, about one.
+
+    The widths of constants are chosen by hand so that a short arc cannot run away and many fringes overrule them. The
+    limits of the groups are chosen by hand: a deviation at the lowest switches a map off, one at the highest is as
+    large as the signal itself.
+
+    Attributes
+    ----------
+    break_s
+        Of a break's time against its first guess from the adaptive rounds (s): kinks there are found to a bin, 4 ms.
+    settled_break_s
+        The same against a joint solution (s): a quarter of a bin.
+    phase_rad
+        More than a turn: the phase at rest is not known beforehand.
+    log_amplitude, offset
+        ln A against its start, and each offset in amplitudes.
+    log_gain, quadrature_error_rad
+        Against zero: front ends of 15 % and 9 degrees are ordinary (the receivers of the paper, the recordings of
+        bench accuracy to 15 % and 10 degrees).
+    reflection
+        |T| and |R| of each mirror: at most some tenths, what a lossy floor or a table gives.
+    double_reflection
+        |X|, what the product of the factors leaves: small beside them.
+    floor_lobe
+        Coefficients of ln |T| and ln |R| of the floor per 0.15 m and (0.15 m)^2.
+    wall_lobe
+        The same of a wall: held at nothing, its few per cent do not tell how they change with height.
+    bias, log_amplitude_map
+        Coefficients of the maps.
+    """
+
+    break_s: float = 0.003
+    settled_break_s: float = 0.001
+    phase_rad: float = 10.0
+    log_amplitude: float = 0.5
+    offset: float = 0.5
+    log_gain: float = 0.15
+    quadrature_error_rad: float = 0.15
+    reflection: Allowed = Allowed(0.1, 1e-3, 0.2)
+    double_reflection: Allowed = Allowed(0.01, 1e-4, 0.3)
+    floor_lobe: Allowed = Allowed(0.03, 1e-3, 0.7)
+    wall_lobe: Allowed = Allowed(1e-4, 1e-4, 1e-4)
+    bias: Allowed = Allowed(0.02, 1e-4, 0.5)
+    log_amplitude_map: Allowed = Allowed(0.1, 1e-3, 0.5)
+
+
+PRIORS = PriorSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class PriorGroup:
+    """Coefficients with one common deviation, re-estimated within limits (MacKay 1992).
+
+    Attributes
+    ----------
+    index
+        Their places in theta.
+    lowest, highest
+        Limits of the deviation.
+    """
+
+    index: IntArray
+    lowest: float
+    highest: float
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """Independent Gaussian priors of the global parameters.
+
+    Attributes
+    ----------
+    mean, sd
+        Shape (layout.size,).
+    groups
+        Coefficients whose deviation is re-estimated from the posterior.
+    """
+
+    mean: FloatArray
+    sd: FloatArray
+    groups: list[PriorGroup] = field(default_factory=list)
+
+
+def make_prior(
+    layout: Layout,
+    planes: tuple[MirrorPlane, ...],
+    break_s: FloatArray,
+    start: Sequence[ReceiverConstants],
+    drift_sd: FloatArray,
+    settings: PriorSettings = PRIORS,
+) -> Prior:
+    """Return wide priors for the constants, narrow growing ones for maps and mirrors.
+
+    Parameters
+    ----------
+    layout
+        Where the unknowns stand.
+    planes
+        The mirrors.
+    break_s
+        First guesses, shape (n_breaks,).
+    start
+        Where the fit starts, one a receiver: amplitude and offsets keep near it.
+    drift_sd
+        Deviations of the slow noise's coefficients, shape (n_channels, n_functions).
+    settings
+        Deviations.
+    """
+    mean, sd = np.zeros(layout.size), np.ones(layout.size)
+    mean[layout.breaks], sd[layout.breaks] = break_s, settings.break_s
+    sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
+    prior = Prior(mean, sd)
+
+    def group(places: list[slice], allowed: Allowed) -> None:
+        index = np.concatenate([np.arange(s.start, s.stop) for s in places]).astype(np.intp)
+        if index.size:
+            sd[index] = allowed.start
+            prior.groups.append(PriorGroup(index, allowed.lowest, allowed.highest))
+
+    receivers = layout.receivers
+    for m, plane in enumerate(planes):
+        reflections = [layout.transmitter_reflection, *(own.receiver_reflection for own in receivers)]
+        lobes = [layout.transmitter_lobe, *(own.receiver_lobe for own in receivers)]
+        group([pair_of(places, m) for places in reflections], settings.reflection)
+        group(
+            [pair_of(places, m) for places in lobes], settings.floor_lobe if plane.name == FLOOR else settings.wall_lobe
+        )
+        group([pair_of(own.double_reflection, m) for own in receivers], settings.double_reflection)
+    for number, (own, constants) in enumerate(zip(receivers, start, strict=True)):
+        sd[own.drift_i], sd[own.drift_q] = drift_sd[2 * number], drift_sd[2 * number + 1]
+        mean[own.log_amplitude], mean[own.offset] = constants.log_amplitude, (constants.offset_i, constants.offset_q)
+        sd[own.phase], sd[own.log_amplitude], sd[own.offset] = (
+            settings.phase_rad,
+            settings.log_amplitude,
+            settings.offset,
+        )
+        sd[own.log_gain], sd[own.quadrature_error] = settings.log_gain, settings.quadrature_error_rad
+        group([own.bias_i, own.bias_q], settings.bias)
+        group([own.amplitude_map], settings.log_amplitude_map)
+    return prior
+
+
+def with_known_front_ends(prior: Prior, layout: Layout, known: Sequence[LogFrontEnd]) -> Prior:
+    """Return a prior in which ln g and eps are those of earlier runs, one a receiver."""
+    mean, sd = prior.mean.copy(), prior.sd.copy()
+    for own, front_end in zip(layout.receivers, known, strict=True):
+        mean[own.log_gain], sd[own.log_gain] = front_end.log_gain, front_end.u_log_gain
+        mean[own.quadrature_error] = front_end.quadrature_error_rad
+        sd[own.quadrature_error] = front_end.u_quadrature_error_rad
+    return Prior(mean, sd, prior.groups)

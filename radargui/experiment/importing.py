@@ -1,0 +1,251 @@
+"""Import: what files say of themselves, which of their channels is which, and the session that is made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+
+from radargui.experiment.reprocess import each_run, process_run
+from radargui.files.channel_guess import Basis, ChannelGuess
+from radargui.files.channel_map import ChannelEntry, ChannelMap, list_channels
+from radargui.files.formats import RUN, format_of
+from radargui.files.raw_file import RawLayout
+from radargui.files.signals import ChannelInfo
+from radargui.model.digitisation import iq_names
+from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.setup import Setup
+from radargui.session.importing import Import, ImportedRun, ImportInput, own_setup_of
+from radargui.session.info import calibration_of_file
+from radargui.session.map_memory import MapMemory
+
+
+@dataclass(frozen=True, slots=True)
+class ImportOrder:
+    """What the operator wants; `inputs` looks into the files and so belongs to the background.
+
+    Attributes
+    ----------
+    inputs
+        Returns what to import.
+    setup, setup_file
+        Antennas and processing, and the file they come from; None where from none.
+    data_folder
+        Where the session is made.
+    operator, notes
+        As for any session.
+    process
+        Whether the runs are processed.
+    """
+
+    inputs: Callable[[], Sequence[ImportInput]]
+    setup: Setup
+    setup_file: Path | None
+    data_folder: Path
+    operator: str = ""
+    notes: str = ""
+    process: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """What came of it.
+
+    Attributes
+    ----------
+    session
+        None where no file could be read.
+    runs
+        One an input, in order.
+    not_processed
+        Why runs that were imported could not be processed.
+    """
+
+    session: Path | None
+    runs: tuple[ImportedRun, ...]
+    not_processed: tuple[RadarGuiError, ...] = ()
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """The run files that were made."""
+        return tuple(run.path for run in self.runs if run.path is not None)
+
+    @property
+    def errors(self) -> tuple[RadarGuiError, ...]:
+        """Everything that went wrong."""
+        return (*(run.error for run in self.runs if run.error is not None), *self.not_processed)
+
+
+def import_recordings(order: ImportOrder, progress: Callable[[float], None] = lambda _share: None) -> Imported:
+    """Import what was ordered; a file that fails does not stop the others.
+
+    Parameters
+    ----------
+    order
+        What the operator wants.
+    progress
+        Called with the share done; what it raises ends the work, and runs that are there already are kept.
+
+    Raises
+    ------
+    SessionError
+        The session cannot be made.
+    RadarGuiError
+        The choice of channels is not possible.
+    """
+    file = order.setup_file
+    work = Import(
+        order.data_folder,
+        order.setup,
+        now=datetime.now().astimezone(),
+        operator=order.operator,
+        notes=order.notes,
+        calibration=calibration_of_file(file) if file else None,
+        setup_name=file.stem if file else "",
+    )
+    half = 0.5 if order.process else 1.0
+    runs = tuple(work.carry_out(order.inputs(), lambda share: progress(half * share)))
+    imported = Imported(work.session.path if work.session else None, runs)
+    if not order.process:
+        return imported
+    processed = each_run(
+        imported.paths,
+        lambda path, report: process_run(path, progress=report),
+        lambda share: progress(0.5 + 0.5 * share),
+    )
+    return replace(imported, not_processed=tuple(run.error for run in processed if run.error is not None))
+
+
+@dataclass(frozen=True, slots=True)
+class FilesLook:
+    """What was found in the files.
+
+    Attributes
+    ----------
+    files
+        In the order they were chosen.
+    together
+        Whether they are one run; else each is one, and `infos` is what the first one holds.
+    infos
+        Channels to choose from; where the files are one run, each named with its file.
+    origin
+        File and variable of each channel, by its name in `infos`.
+    names
+        Names guessed as I1, Q1, ...; empty where nothing can be guessed.
+    basis
+        What the guess rests on.
+    setup
+        The setup that the first file brings with it; None where it brings none.
+    raw
+        How the files are laid out where they are plain binary.
+    """
+
+    files: tuple[Path, ...]
+    together: bool
+    infos: tuple[ChannelInfo, ...]
+    origin: Mapping[str, tuple[Path, str]]
+    names: tuple[str, ...]
+    basis: Basis
+    setup: Setup | None
+    raw: RawLayout | None = None
+
+    @property
+    def rate_hz(self) -> float | None:
+        """The rate that the files give; None where they do not."""
+        return next((info.sample_rate_hz for info in self.infos if info.sample_rate_hz), None)
+
+
+def look_into(files: Sequence[Path], *, together: bool, raw: RawLayout | None = None) -> FilesLook:
+    """Read what the files say, not their samples; of plain binary `raw` says it.
+
+    Raises
+    ------
+    FileError
+        One of them cannot be read.
+    """
+    together = together and len(files) > 1
+    origin: dict[str, tuple[Path, str]] = {}
+    infos: list[ChannelInfo] = []
+    for file in files if together else files[:1]:
+        for info in list_channels(file, raw):
+            name = f"{file.name}: {info.name}" if together else info.name
+            if name not in origin:
+                origin[name] = (file, info.name)
+                infos.append(replace(info, name=name))
+    guess = MapMemory().guess(infos)
+    names = tuple(entry.variable for entry in guess.channel_map.entries) if guess.channel_map else ()
+    return FilesLook(tuple(files), together, tuple(infos), origin, names, guess.basis, first_own_setup(files[:1]), raw)
+
+
+def inputs_of(look: FilesLook, names: Sequence[str], rate_hz: float | None) -> tuple[ImportInput, ...]:
+    """Return what to import where the operator chose `names` as I1, Q1, ...; the choice is remembered.
+
+    Raises
+    ------
+    UsageError
+        A channel is chosen twice.
+    FileError
+        One of the files cannot be read.
+    """
+    if len(set(names)) != len(names):
+        twice = sorted({name for name in names if list(names).count(name) > 1})
+        raise UsageError(f"chosen twice: {', '.join(twice)}", remedy="Choose another channel for one of them.")
+    targets = iq_names(len(names) // 2)
+    chosen = ChannelMap(tuple(map(ChannelEntry, targets, names)))
+    MapMemory().remember(look.infos, chosen)
+    if look.together:
+        entries = (
+            ChannelEntry(target, look.origin[name][1], look.origin[name][0])
+            for target, name in zip(targets, names, strict=True)
+        )
+        whole = ChannelMap(tuple(entries))
+        return (ImportInput(whole.paths, whole, rate_hz, look.raw),)
+    return tuple(ImportInput((file,), _map_of(file, chosen, look.raw), rate_hz, look.raw) for file in look.files)
+
+
+def guess_of(file: Path, raw: RawLayout | None = None) -> ChannelGuess | None:
+    """Return which channel is which in a file, remembered or guessed; None for a run, whose channels are named so.
+
+    `raw`: how the file is laid out where it is plain binary.
+
+    Raises
+    ------
+    FileError
+        It cannot be read.
+    """
+    return None if format_of(file, raw) is RUN else MapMemory().guess(list_channels(file, raw))
+
+
+def remember_map(file: Path, chosen: ChannelMap, raw: RawLayout | None = None) -> None:
+    """Keep a choice of channels for files like this one.
+
+    Raises
+    ------
+    FileError
+        It cannot be read.
+    """
+    MapMemory().remember(list_channels(file, raw), chosen)
+
+
+def first_own_setup(files: Sequence[Path]) -> Setup | None:
+    """Return the setup that the first of the files brings that has a valid one; None where none has."""
+    for file in files:
+        try:
+            setup = own_setup_of(file)
+        except RadarGuiError:
+            continue
+        if setup is not None:
+            return setup
+    return None
+
+
+def _map_of(file: Path, chosen: ChannelMap, raw: RawLayout | None) -> ChannelMap | None:
+    """Return the map chosen for the first file, or what corresponds to it where the names differ."""
+    if format_of(file, raw) is RUN and all(entry.target == entry.variable for entry in chosen.entries):
+        return None
+    present = {info.name for info in list_channels(file, raw)}
+    if all(entry.variable in present for entry in chosen.entries):
+        return chosen
+    guess = guess_of(file, raw)
+    return guess.channel_map if guess else None

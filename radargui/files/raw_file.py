@@ -1,0 +1,250 @@
+"""Plain binary: interleaved numbers behind a header, laid out as the user tells, for nothing in the file does."""
+
+from __future__ import annotations
+
+import logging
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radargui.files.refusal import reading, resolved
+from radargui.files.signals import ChannelInfo, Signal, Signals
+from radargui.model.arrays import FloatArray
+from radargui.model.errors import FileError, UsageError
+
+WHAT = "plain binary"
+MOST_CHANNELS = 64
+"""As many as a large board has inputs; more is a slip of the finger, and each would be a column to choose from."""
+LARGEST_BYTES = 2**40
+"""For header and skip: no file is that long, and what is computed with it stays exact."""
+TYPES = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8")
+EXAMPLE = "--raw dtype=u2le,channels=5,header=8,rate=31250,scale=8.06e-4,offset=0,skip=300"
+_DTYPE = re.compile(rf"({'|'.join(TYPES)})(le|be)?")
+_ALLOWED_DTYPE = f"{', '.join(TYPES)}, with le or be behind it for the order of bytes (left out: le)"
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class RawLayout:
+    """How the samples of a plain binary file lie in it.
+
+    Attributes
+    ----------
+    dtype
+        Of one number: i1, u1, i2, u2, i4, u4, f4 or f8 (signed, unsigned, floating; bytes), then le or be.
+    channels
+        Numbers of one sample, one after another.
+    header_bytes
+        Bytes before the first sample.
+    rate_hz
+        Samples per second of each channel; None: not told.
+    scale_v, offset_v
+        volts = offset + scale x number; a scale of None: the numbers are taken as they are.
+    skip
+        Samples of each channel left out at the beginning.
+    """
+
+    dtype: str
+    channels: int
+    header_bytes: int = 0
+    rate_hz: float | None = None
+    scale_v: float | None = None
+    offset_v: float = 0.0
+    skip: int = 0
+
+    @property
+    def numpy_dtype(self) -> np.dtype[Any]:
+        """The type of one number with its order of bytes."""
+        return np.dtype((">" if self.dtype.endswith("be") else "<") + self.dtype[:2])
+
+    @property
+    def text(self) -> str:
+        """The layout as `--raw` takes it."""
+        given = {
+            "dtype": self.dtype,
+            "channels": self.channels,
+            "header": self.header_bytes or None,
+            "rate": self.rate_hz,
+            "scale": self.scale_v,
+            "offset": self.offset_v or None,
+            "skip": self.skip or None,
+        }
+        return ",".join(f"{key}={value}" for key, value in given.items() if value is not None)
+
+
+def parse_raw_layout(text: str) -> RawLayout:
+    """Return the layout that the value of `--raw` tells.
+
+    Raises
+    ------
+    UsageError
+        A key is unknown, twice there or missing, or a value is not allowed.
+    """
+    given: dict[str, str] = {}
+    for part in text.split(","):
+        key, sign, value = (piece.strip() for piece in part.partition("="))
+        if not sign or key not in _KEYS:
+            raise UsageError(
+                f"--raw: {part.strip()!r}, allowed: key=value with the keys {', '.join(_KEYS)}",
+                remedy=f"For example {EXAMPLE}.",
+            )
+        if key in given:
+            raise UsageError(f"--raw: {key} stands there twice")
+        given[key] = value
+    missing = [key for key in ("dtype", "channels") if key not in given]
+    if missing:
+        raise UsageError(f"--raw lacks {' and '.join(missing)}", remedy=f"For example {EXAMPLE}.")
+    return RawLayout(**{_KEYS[key][0]: _KEYS[key][1](key, value) for key, value in given.items()})
+
+
+def list_raw(path: Path, layout: RawLayout) -> tuple[ChannelInfo, ...]:
+    """Return the columns of a plain binary file: 0, 1, 2, ...
+
+    Raises
+    ------
+    FileError
+        Unreadable, or no sample lies behind the header and what is skipped.
+    """
+    with reading(path, WHAT):
+        count = _count(path, layout)
+    return tuple(ChannelInfo(str(place), count, layout.rate_hz, _unit(layout)) for place in range(layout.channels))
+
+
+def read_raw(path: Path, names: Sequence[str], layout: RawLayout) -> Signals:
+    """Return columns of a plain binary file by number, counted from 0.
+
+    Numbers of 8 and 16 bits stay codes, unsigned ones of 16 bits with 32768 taken off, which the scaling gives back;
+    wider ones become values.
+
+    Raises
+    ------
+    FileError
+        Unreadable, too short, or a column missing.
+    """
+    with reading(path, WHAT):
+        count = _count(path, layout)
+        present = [str(place) for place in range(layout.channels)]
+        own = resolved(path, names, present)
+        table = _table(path, layout, count)
+        signals = tuple(_signal(name, table[:, int(name)], layout) for name in own)
+    return Signals(signals, sample_rate_hz=layout.rate_hz)
+
+
+def first_seconds(path: Path, layout: RawLayout, seconds: float, most: int) -> FloatArray:
+    """Return the beginning of a file in volts, shape (channels, n), to look at.
+
+    Parameters
+    ----------
+    path, layout
+        The file and how it is laid out.
+    seconds
+        How long; where the layout tells no rate `most` samples.
+    most
+        Samples of each channel at most.
+
+    Raises
+    ------
+    FileError
+        Unreadable or too short.
+    """
+    with reading(path, WHAT):
+        count = min(_count(path, layout), most)
+        if layout.rate_hz is not None:
+            count = min(count, max(math.ceil(seconds * layout.rate_hz), 2))
+        table = _table(path, layout, count)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.ascontiguousarray(table.T, dtype=np.float64) * (layout.scale_v or 1.0) + layout.offset_v
+
+
+def _count(path: Path, layout: RawLayout) -> int:
+    """Return the samples of each channel behind header and skip."""
+    frame = layout.channels * layout.numpy_dtype.itemsize
+    size = path.stat().st_size
+    whole, rest = divmod(size - layout.header_bytes, frame)
+    if whole - layout.skip < 1:
+        raise FileError(
+            f"{path} holds {size} bytes: behind a header of {layout.header_bytes} and {layout.skip} skipped samples of "
+            f"{frame} bytes nothing is left.",
+            remedy="Correct header, skip, channels or dtype of the layout.",
+        )
+    if rest:
+        _log.warning(
+            "%s: %d bytes at its end are no whole sample of %d bytes and are left out; it was cut off, or header, "
+            "channels or dtype are others.",
+            path,
+            rest,
+            frame,
+        )
+    return whole - layout.skip
+
+
+def _table(path: Path, layout: RawLayout, count: int) -> Any:
+    """Return numbers as stored, shape (count, channels), mapped and not read: often two of many columns are wanted."""
+    dtype = layout.numpy_dtype
+    start = layout.header_bytes + layout.skip * layout.channels * dtype.itemsize
+    return np.memmap(path, dtype=dtype, mode="r", offset=start, shape=(count, layout.channels))
+
+
+def _signal(name: str, column: Any, layout: RawLayout) -> Signal:
+    unit = _unit(layout)
+    scale, offset = 1.0 if layout.scale_v is None else layout.scale_v, layout.offset_v
+    kind, size = layout.numpy_dtype.kind, layout.numpy_dtype.itemsize
+    if kind == "f" or size > 2:
+        # a damaged or wrongly laid out file may hold signalling NaN: told where samples are looked at
+        with np.errstate(over="ignore", invalid="ignore"):
+            return Signal(name, np.ascontiguousarray(column, dtype=np.float64) * scale + offset, unit=unit)
+    if kind == "u" and size == 2:
+        # offset binary: the same 16 bits with the highest one turned over
+        codes = (np.ascontiguousarray(column, dtype=np.uint16) ^ np.uint16(0x8000)).view(np.int16)
+        return Signal(name, codes, (offset + 32768.0 * scale, scale), unit)
+    return Signal(name, np.ascontiguousarray(column, dtype=np.int16), (offset, scale), unit)
+
+
+def _unit(layout: RawLayout) -> str:
+    return "V" if layout.scale_v is not None or layout.numpy_dtype.kind == "f" else "code"
+
+
+def _dtype(key: str, value: str) -> str:
+    match = _DTYPE.fullmatch(value.lower())
+    if match is None:
+        raise UsageError(f"--raw: {key} = {value!r}, allowed: {_ALLOWED_DTYPE}")
+    return match[1] + (match[2] or "le")
+
+
+def _whole(lowest: int, highest: int) -> Callable[[str, str], int]:
+    def number(key: str, value: str) -> int:
+        if not re.fullmatch(r"[0-9]{1,15}", value) or not lowest <= int(value) <= highest:
+            raise UsageError(f"--raw: {key} = {value!r}, allowed: a whole number from {lowest} to {highest}")
+        return int(value)
+
+    return number
+
+
+def _real(allowed: str, is_allowed: Callable[[float], bool]) -> Callable[[str, str], float]:
+    def number(key: str, value: str) -> float:
+        try:
+            found = float(value)
+        except ValueError:
+            found = math.nan
+        if not math.isfinite(found) or not is_allowed(found):
+            raise UsageError(f"--raw: {key} = {value!r}, allowed: {allowed}")
+        return found
+
+    return number
+
+
+_KEYS: dict[str, tuple[str, Callable[[str, str], Any]]] = {
+    "dtype": ("dtype", _dtype),
+    "channels": ("channels", _whole(1, MOST_CHANNELS)),
+    "header": ("header_bytes", _whole(0, LARGEST_BYTES)),
+    "rate": ("rate_hz", _real("samples per second of each channel, a number above 0", lambda rate: rate > 0.0)),
+    "scale": ("scale_v", _real("volts of one step, a number other than 0", lambda scale: scale != 0.0)),
+    "offset": ("offset_v", _real("volts of the number 0, a number", lambda _: True)),
+    "skip": ("skip", _whole(0, LARGEST_BYTES)),
+}
+"""Key of `--raw`: the field it fills and how its value is read."""

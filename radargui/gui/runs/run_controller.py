@@ -1,0 +1,331 @@
+"""What happens with runs: listed when recorded, shown when chosen, processed again, reported, exported."""
+
+from __future__ import annotations
+
+import contextlib
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QFileDialog
+
+from radargui.acquisition.state import Ending
+from radargui.experiment.event import RecordedRun
+from radargui.experiment.reprocess import own_setup, process_run
+from radargui.files.overview import Overview, read_overview
+from radargui.files.run_card import RunCard
+from radargui.files.stored_results import read_stored_results
+from radargui.files.summary import summarise
+from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.runs.run_model import RunEntry, notes_of_file, notes_of_run
+from radargui.gui.runs.run_panel import RunPanel
+from radargui.gui.services import Services
+from radargui.gui.sessions.session_look import entry_of
+from radargui.gui.track.track_panel import TrackPanel
+from radargui.gui.work_strip import Task
+from radargui.model.errors import CancelledError, FileError, RadarGuiError, SetupError
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.processing.offline import STOPPED
+from radargui.processing.result_of_run import result_of_run
+from radargui.session.folder import REPORT_FOLDER
+from radargui.session.session import Session
+
+if TYPE_CHECKING:
+    from radargui.report.report import Report
+
+COMPUTING = "By the adaptive correction: the joint one is being computed …"
+_KEPT = 3
+"""Results held in memory; others are read again when chosen."""
+
+
+class RunController(QObject):
+    """Joins the run list, the run panel, the track and the work behind them."""
+
+    def __init__(self, runs: RunListPanel, run: RunPanel, track: TrackPanel, services: Services) -> None:
+        super().__init__(services.parent)
+        self._runs = runs
+        self._run = run
+        self._track = track
+        self._work = services.work
+        self._jobs = services.jobs
+        self._board = services.board
+        self._window = services.parent
+        self._session: Session | None = None
+        self._kept: OrderedDict[Path, RunResult] = OrderedDict()
+        self._wanted: Path | None = None
+        self._reading: Task | None = None
+        runs.run_chosen.connect(self._choose)
+        runs.report_asked.connect(self.report)
+        runs.export_asked.connect(self.ask_export)
+
+    def show_session(self, session: Session | None) -> None:
+        """List the runs of a session."""
+        if session is not self._session:
+            self._run.clear()
+            self._track.clear()
+        self._session = session
+        self._kept.clear()
+        self._wanted = None
+        if session is None:
+            self._runs.show_session(None, [])
+            return
+        paths, rejected = session.run_paths(with_rejected=True), session.rejected
+        self._runs.show_session(session.path, [RunEntry(path, rejected=rejected.get(path.name)) for path in paths])
+        if paths:
+            report = session.path / REPORT_FOLDER / "report.html"
+            self._jobs.start(
+                "the list of runs",
+                lambda: ([_entry(path) for path in paths], report if report.is_file() else None),
+                lambda found: self._listed(session, *found),
+                self._fail,
+            )
+
+    def take(self, recorded: RecordedRun, card: RunCard) -> None:
+        """List a run that is on the disk, whose result is still to come."""
+        if recorded.path is not None:
+            self._runs.put(
+                RunEntry(
+                    recorded.path,
+                    started_at=card.started_at,
+                    rejected=recorded.set_aside or None,
+                    health=recorded.health_line,
+                    origin=card.origin,
+                    waits=not recorded.set_aside,
+                )
+            )
+
+    def add(self, recorded: RecordedRun) -> None:
+        """List and show a run that was just recorded; its final result without taking the eye off something else."""
+        if recorded.error is not None:
+            self._board.post_error(recorded.error)
+        if recorded.path is None:
+            if recorded.ending is not Ending.STOPPED:
+                self._board.post("warning", recorded.message)
+            return
+        result = recorded.result
+        agreement, health = notes_of_run(recorded)
+        follows = recorded.path in self._kept
+        entry = RunEntry(
+            recorded.path,
+            started_at=result.recording.started_at if result else "",
+            summary=summarise(result) if result else None,
+            rejected=recorded.set_aside or None,
+            agreement=agreement,
+            health=health,
+        )
+        # what is set aside stays out of the way, also of the key that rejects the chosen run
+        self._runs.put(entry, select=not recorded.set_aside and not follows)
+        if result is None:
+            return
+        self._keep(recorded.path, result)
+        if not follows:
+            self._show(recorded.path, result)
+            self._glance(recorded.path)
+        elif recorded.path == self._wanted:
+            self._show(recorded.path, result, with_track=self._track.result_shown)
+
+    def report(self) -> None:
+        """Make the report of the session in the background."""
+        session = self._session
+        if session is None or not session.run_paths():
+            self._board.post("warning", "There is no run to report: record one, or open a session.")
+            return
+        self._runs.report_started()
+        self._work.start(
+            "the report",
+            lambda task: _report_session(session, task),
+            self._reported,
+            self._report_failed,
+            lambda: self._runs.report_ended(None),
+        )
+
+    def ask_export(self) -> None:
+        """Let the operator choose where the tables go."""
+        entry = self._runs.chosen
+        if entry is None:
+            self._board.post("warning", "No run is chosen: choose one in the list of runs.")
+            return
+        name = QFileDialog.getExistingDirectory(self._window, "Export tables to", str(entry.path.parent))
+        if name:
+            self.export(Path(name))
+
+    def export(self, folder: Path) -> None:
+        """Write the tables of the chosen run to a new folder in `folder`."""
+        entry = self._runs.chosen
+        if entry is None:
+            return
+        known = self._kept.get(entry.path)
+        if known is not None and _is_being_computed(known):
+            known = None
+
+        def work(task: Task) -> Path:
+            from radargui.report.tables import write_tables
+
+            target = _free_folder(folder, entry.name)
+            write_tables(known or _result_of(entry.path, task.report), target)
+            return target
+
+        self._work.start("the export", work, self._exported, self._fail)
+
+    def reprocess(self, setup: Setup) -> None:
+        """Process the chosen run with another setup and keep what comes out beside its samples."""
+        entry = self._runs.chosen
+        if entry is None:
+            self._board.post("warning", "No run is chosen: choose one in the list of runs.")
+            return
+        path = entry.path
+        self._wanted = path
+        self._run.loading(entry.name)
+        self._work.start(
+            f"processing {entry.name} again",
+            lambda task: process_run(path, setup, progress=task.report, on_preliminary=self._publisher(path)),
+            lambda result: self._reprocessed(path, result),
+            lambda error: self._not_shown(entry.name, error),
+            lambda: self._cancelled(entry),
+        )
+
+    def _choose(self, entry: RunEntry) -> None:
+        path = entry.path
+        self._wanted = path
+        if self._reading is not None:
+            self._reading.cancel()
+        self._glance(path)
+        if path in self._kept:
+            self._show(path, self._kept[path])
+            return
+        self._run.loading(entry.name)
+        self._reading = task = self._work.quiet()
+        self._jobs.start(
+            "reading the run",
+            lambda: _result_of(path, task.report, self._publisher(path)),
+            lambda result: self._loaded(path, result),
+            lambda error: None if isinstance(error, CancelledError) else self._not_shown(entry.name, error),
+        )
+
+    def _publisher(self, path: Path) -> Callable[[RunResult], None]:
+        """Return what shows a preliminary result, to be called by the work."""
+
+        def show(result: RunResult) -> None:
+            if path == self._wanted:
+                self._show(path, result)
+
+        return lambda result: self._jobs.report(show, result)
+
+    def _cancelled(self, entry: RunEntry) -> None:
+        self._board.post("info", f"Cancelled: {entry.name} keeps the results that it had.")
+        if entry.path == self._wanted:
+            self._choose(entry)
+
+    def _loaded(self, path: Path, result: RunResult) -> None:
+        self._keep(path, result)
+        self._runs.put(RunEntry(path, result.recording.started_at, summarise(result)))
+        if path == self._wanted:
+            self._show(path, result)
+
+    def _glance(self, path: Path) -> None:
+        """Show all samples at a glance: that takes a moment also where processing takes long."""
+        self._jobs.start(
+            "the overview of the run",
+            lambda: read_overview(path),
+            lambda overview: self._show_overview(path, overview),
+            # what is wrong with the file is reported by the reading of the run
+            lambda _error: None,
+        )
+
+    def _show_overview(self, path: Path, overview: Overview) -> None:
+        if path == self._wanted:
+            self._run.show_overview(overview, in_front=path not in self._kept)
+
+    def _reprocessed(self, path: Path, result: RunResult) -> None:
+        self._loaded(path, result)
+        self._board.post("info", f"{path.stem} was processed again; the new results are kept in {path}")
+
+    def _show(self, path: Path, result: RunResult, *, with_track: bool = True) -> None:
+        self._wanted = path
+        entry = self._runs.model.entry_of(path)
+        note = COMPUTING if _is_being_computed(result) else f"{STOPPED[:1].upper()}{STOPPED[1:]}."
+        note = note if result.preliminary else ""
+        name = entry.title if entry else path.stem
+        self._run.show_result(result, name, (note, *((entry.agreement, entry.health) if entry else ())))
+        if with_track:
+            self._track.show_result(result, name)
+
+    def _keep(self, path: Path, result: RunResult) -> None:
+        self._kept[path] = result
+        self._kept.move_to_end(path)
+        while len(self._kept) > _KEPT:
+            self._kept.popitem(last=False)
+
+    def _listed(self, session: Session, entries: list[RunEntry], report: Path | None) -> None:
+        if session is not self._session:
+            return
+        for entry in entries:
+            self._runs.put(entry)
+        if report is not None:
+            self._runs.report_ended(report)
+
+    def _reported(self, report: Report) -> None:
+        html = report.html
+        self._runs.report_ended(html)
+        self._board.post("info", f"Report written: {html.parent}")
+
+    def _report_failed(self, error: BaseException) -> None:
+        self._runs.report_ended(None)
+        self._board.post_error(error)
+
+    def _exported(self, folder: Path) -> None:
+        self._board.post("info", f"Tables written: {folder}")
+
+    def _not_shown(self, name: str, error: BaseException) -> None:
+        self._run.failed(name, "cannot be shown")
+        self._board.post_error(error)
+
+    def _fail(self, error: BaseException) -> None:
+        self._board.post_error(error)
+
+
+def _entry(path: Path) -> RunEntry:
+    try:
+        agreement, health = notes_of_file(path)
+        return replace(entry_of(path), agreement=agreement, health=health)
+    except RadarGuiError as error:
+        return RunEntry(path, problem=str(error))
+
+
+def _is_being_computed(result: RunResult) -> bool:
+    return result.preliminary and STOPPED not in result.warnings
+
+
+def _result_of(
+    path: Path, progress: Callable[[float], None], on_preliminary: Callable[[RunResult], None] | None = None
+) -> RunResult:
+    return result_of_run(path, _setup_of(path), progress, on_preliminary)
+
+
+def _setup_of(path: Path) -> Setup:
+    """Return what the stored results were made with, so that they are shown; else what the run was recorded with."""
+    # damaged ones are computed again
+    with contextlib.suppress(FileError, SetupError):
+        stored = read_stored_results(path)
+        if stored and stored[-1].is_present:
+            return stored[-1].setup
+    return own_setup(path)
+
+
+def _report_session(session: Session, task: Task) -> Report:
+    # matplotlib is loaded only where a report is made
+    from radargui.report.report import write_report
+
+    return write_report(session, result_of_run, progress=task.report)
+
+
+def _free_folder(parent: Path, name: str) -> Path:
+    number, folder = 1, parent / name
+    while folder.exists():
+        number += 1
+        folder = parent / f"{name}-{number}"
+    return folder

@@ -1,0 +1,125 @@
+"""The layout of a plain binary file, told by the operator who sees at once what becomes of its first seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QLineEdit, QSpinBox
+
+from radargui.files.raw_file import LARGEST_BYTES, MOST_CHANNELS, TYPES, RawLayout, parse_raw_layout
+from radargui.gui.plots.plot import Plot
+from radargui.gui.setup.form import Group, plain_label
+from radargui.gui.theme import Theme
+from radargui.model.arrays import FloatArray
+
+PREVIEW_S = 3.0
+"""Long enough for a step or a swing of a hand, short enough to see single fringes."""
+PREVIEW_SAMPLES = 200_000
+"""Of each column at most; drawn in a few ms, for the plot shows lowest and highest of each pixel only."""
+_LARGEST_FIELD = min(LARGEST_BYTES, 2**31 - 1)
+_SIGNS = {"i": "signed", "u": "unsigned", "f": "floating point"}
+_LANE = 0.45
+"""Half the height of a column in the preview, where the next one lies 1 below."""
+
+
+class RawForm(Group):
+    """Fields for each key of `--raw` but the rate, and the first seconds of each column below one another."""
+
+    changed = Signal()
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__("Layout of the binary file")
+        self.kind = QComboBox()
+        for name in TYPES:
+            self.kind.addItem(f"{8 * int(name[1])} bit, {_SIGNS[name[0]]} ({name})", name)
+        self.kind.setCurrentIndex(TYPES.index("i2"))
+        self.order = QComboBox()
+        self.order.addItem("lowest byte first (le)", "le")
+        self.order.addItem("highest byte first (be)", "be")
+        self.columns, self.header, self.skip = QSpinBox(), QSpinBox(), QSpinBox()
+        self.columns.setRange(1, MOST_CHANNELS)
+        self.columns.setValue(2)
+        for box in (self.header, self.skip):
+            box.setRange(0, _LARGEST_FIELD)
+        self.scale, self.offset = QLineEdit(), QLineEdit("0")
+        self.scale.setPlaceholderText("not known: codes are taken as they are")
+        self.words = plain_label()
+        self.plot = Plot(theme, "time [s]")
+        self.plot.setMinimumSize(360, 240)
+        self.row("Numbers", self.kind, "Type of one number")
+        self.row("Bytes", self.order, "Order of the bytes of one number")
+        self.row("Columns", self.columns, "Numbers of one sample, one after another")
+        self.row("Header [bytes]", self.header, "Bytes before the first sample")
+        self.row("Skip [samples]", self.skip, "Samples of each column left out at the beginning")
+        self.row("Scale [V]", self.scale, "Volts of one step: volts = offset + scale x number")
+        self.row("Offset [V]", self.offset, "Volts of the number 0")
+        self.whole(self.plot)
+        self.whole(self.words)
+        for combo in (self.kind, self.order):
+            combo.currentIndexChanged.connect(lambda _index: self.changed.emit())
+        for box in (self.columns, self.header, self.skip):
+            box.valueChanged.connect(lambda _value: self.changed.emit())
+        for field in (self.scale, self.offset):
+            field.textChanged.connect(lambda _text: self.changed.emit())
+        self._ranges: tuple[str, ...] = ()
+        self._curves: list[Any] = []
+
+    def layout_told(self) -> RawLayout:
+        """Return the layout that the fields tell.
+
+        Raises
+        ------
+        UsageError
+            Scale or offset is not allowed.
+        """
+        scale, offset = self.scale.text().strip(), self.offset.text().strip()
+        parts = [
+            f"dtype={self.kind.currentData()}{self.order.currentData()}",
+            f"channels={self.columns.value()},header={self.header.value()},skip={self.skip.value()}",
+        ]
+        parts += [f"scale={scale}"] if scale else []
+        parts += [f"offset={offset}"] if offset else []
+        return parse_raw_layout(",".join(parts))
+
+    def show_preview(self, columns: FloatArray, rate_hz: float | None) -> None:
+        """Show the beginning of each column, shape (columns, n), each as high as the others."""
+        self.clear_preview()
+        item = self.plot.getPlotItem()
+        item.setLabel("bottom", "time [s]" if rate_hz else "sample")
+        time = np.arange(columns.shape[1]) / (rate_hz or 1.0)
+        ranges = []
+        for place, values in enumerate(columns):
+            finite = values[np.isfinite(values)]
+            low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+            ranges.append(f"{low:.4g} … {high:.4g}")
+            middle, half = 0.5 * (low + high), 0.5 * (high - low) or 1.0
+            curve = self.plot.line("faint", autoDownsample=True, downsampleMethod="peak")
+            self._curves.append(curve)
+            curve.setData(time, (values - middle) / half * _LANE - place)
+        self._ranges = tuple(ranges)
+        item.setYRange(-columns.shape[0] + 0.5, 0.5, padding=0.0)
+        item.setXRange(0.0, float(time[-1]) if time.size else 1.0, padding=0.0)
+        self.words.setText("Real channels are smooth; jumps all over mean another layout.")
+
+    def name_columns(self, targets: Mapping[str, str]) -> None:
+        """Write beside each column its number, what it is chosen as, and its lowest and highest value; colour those."""
+        for place, curve in enumerate(self._curves):
+            target = targets.get(str(place), "")
+            curve.setPen(self.plot.colour(target[0].lower() if target else "faint"))
+        ticks = [
+            (-place, " ".join(filter(None, (str(place), targets.get(str(place), ""), span))))
+            for place, span in enumerate(self._ranges)
+        ]
+        self.plot.getPlotItem().getAxis("left").setTicks([ticks])
+
+    def clear_preview(self) -> None:
+        """Show nothing: the layout does not fit the file."""
+        for curve in self._curves:
+            self.plot.drop(curve)
+        self._curves.clear()
+        self._ranges = ()
+        self.name_columns({})
+        self.words.setText("")

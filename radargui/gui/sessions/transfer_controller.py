@@ -1,0 +1,109 @@
+"""Import and export: the dialogs, the work behind them, and what is said afterwards."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QDialog
+
+from radargui.experiment.importing import Imported, ImportOrder, import_recordings
+from radargui.gui.control.run_control import RunControl
+from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.services import Services
+from radargui.gui.sessions.export_dialog import ExportDialog, ExportOrder
+from radargui.gui.sessions.import_dialog import ImportDefaults, ImportDialog
+from radargui.gui.setup.session_panel import SessionPanel
+from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.work_strip import Task
+from radargui.session.export import ExportedRun, plan_export
+
+
+class TransferController(QObject):
+    """Joins the dialogs with the work strip and the session that is open."""
+
+    imported = Signal(object)
+    """The folder of a session that was made by an import."""
+
+    def __init__(
+        self,
+        control: RunControl,
+        panel: SessionPanel,
+        runs: RunListPanel,
+        setup_model: SetupModel,
+        services: Services,
+    ) -> None:
+        super().__init__(services.parent)
+        self._control, self._panel, self._runs, self._setup_model = control, panel, runs, setup_model
+        self._services, self._board = services, services.board
+        self.dialog: QDialog | None = None
+
+    def ask_import(self) -> None:
+        """Let the operator choose what to import."""
+        model, panel = self._setup_model, self._panel
+        dialog = ImportDialog(
+            self._services.jobs,
+            self._services.theme,
+            lambda: ImportDefaults(model.setup, model.path, panel.data_folder, panel.operator),
+            self._services.parent,
+        )
+        dialog.ordered.connect(self.bring_in)
+        self._show(dialog)
+
+    def ask_export(self) -> None:
+        """Let the operator choose what to export."""
+        session = self._control.session
+        if session is None:
+            self._board.post("warning", "There is nothing to export: record a run, or open a session.")
+            return
+        chosen = self._runs.chosen
+        dialog = ExportDialog(session.path, chosen.path if chosen else None, self._services.parent)
+        dialog.ordered.connect(self.take_out)
+        self._show(dialog)
+
+    def bring_in(self, order: ImportOrder) -> None:
+        """Import in the background, then open the new session."""
+        self._services.work.start(
+            "importing recordings",
+            lambda task: import_recordings(order, task.report),
+            self._brought_in,
+            self._board.post_error,
+            lambda: self._board.post("info", "The import was cancelled; runs that were there already are kept."),
+        )
+
+    def take_out(self, order: ExportOrder) -> None:
+        """Export in the background."""
+        self._services.work.start(
+            "exporting samples",
+            lambda task: _taken_out(order, task),
+            lambda runs: self._taken(order, runs),
+            self._board.post_error,
+            lambda: self._board.post("info", f"The export was cancelled; files that were done are in {order.folder}"),
+        )
+
+    def _brought_in(self, imported: Imported) -> None:
+        for error in imported.errors:
+            self._board.post_error(error)
+        if imported.session is None:
+            return
+        count = "1 run was" if len(imported.paths) == 1 else f"{len(imported.paths)} runs were"
+        self._board.post("info", f"{count} imported as session {imported.session.name}")
+        if not self._control.state.running:
+            self.imported.emit(imported.session)
+
+    def _taken(self, order: ExportOrder, runs: tuple[ExportedRun, ...]) -> None:
+        for run in runs:
+            if run.error is not None:
+                self._board.post_error(run.error)
+        files = sum(len(run.paths) for run in runs)
+        if files:
+            self._board.post("info", f"{files} files written to {order.folder}")
+
+    def _show(self, dialog: QDialog) -> None:
+        if self.dialog is not None:
+            self.dialog.close()
+            self.dialog.deleteLater()
+        self.dialog = dialog
+        dialog.show()
+
+
+def _taken_out(order: ExportOrder, task: Task) -> tuple[ExportedRun, ...]:
+    return tuple(plan_export(order.what, order.kind, order.folder, force=order.force).carry_out(task.report))

@@ -1,0 +1,87 @@
+"""A drop as a series knows it: where its samples come from, and the few figures it gave."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+RunKind = Literal["measured", "simulated", "replay"]
+
+
+@dataclass(frozen=True, slots=True)
+class RunOrigin:
+    """Where the samples of a run come from.
+
+    Attributes
+    ----------
+    kind
+        Measured by a device (here or elsewhere), simulated, or played again from a file.
+    samples
+        Checksums of the channels and their length; empty where they are not known. The same: the same samples.
+    file, first_sample
+        Of a replay: the file, and the sample of it that the run begins with; empty and None for others.
+    """
+
+    kind: RunKind = "measured"
+    samples: str = ""
+    file: str = ""
+    first_sample: int | None = None
+
+    @property
+    def mark(self) -> str:
+        """What is said of a run that is no measurement; empty of one that is."""
+        return "" if self.kind == "measured" else self.kind
+
+    def is_same_drop(self, other: RunOrigin) -> bool:
+        """Return whether both hold the same samples, or the same place of the same file."""
+        place = (self.file, self.first_sample)
+        same_place = self.file != "" and self.first_sample is not None and place == (other.file, other.first_sample)
+        return same_place or (self.samples != "" and self.samples == other.samples)
+
+
+@dataclass(frozen=True, slots=True)
+class Drop:
+    """One run of a series.
+
+    Attributes
+    ----------
+    name
+        Stem of the run file.
+    origin
+        Where its samples come from.
+    e, u_e, g_m_s2, u_g_m_s2, drop_height_m
+        Of the first bounce and the first fall; None where not known or not valid.
+    from_rest
+        Whether the rest before the fall was recorded: only then is the first bounce seen the first.
+    """
+
+    name: str
+    origin: RunOrigin = field(default_factory=RunOrigin)
+    e: float | None = None
+    u_e: float | None = None
+    g_m_s2: float | None = None
+    u_g_m_s2: float | None = None
+    drop_height_m: float | None = None
+    from_rest: bool = True
+
+
+def drop_of(name: str, origin: RunOrigin, summary: Mapping[str, object] | None) -> Drop:
+    """Return a drop from the summary of its result, see `files.summary.summarise`; None: it was not processed."""
+    found = summary or {}
+
+    def figure(key: str) -> float | None:
+        value = found.get(key)
+        return value if isinstance(value, float) else None
+
+    return Drop(
+        name,
+        origin,
+        figure("e"),
+        figure("u_e"),
+        figure("g_m_s2"),
+        figure("u_g_m_s2"),
+        figure("drop_height_m"),
+        # 0.1 did not keep it
+        found.get("from_rest") is not False,
+    )

@@ -1,0 +1,82 @@
+"""A value and its uncertainty as metrology writes them: u with two digits, the value to the same decimal."""
+
+from __future__ import annotations
+
+import math
+from decimal import ROUND_HALF_EVEN, Context, Decimal
+
+UNKNOWN = "–"
+_SIGNIFICANT = 2
+_WIDE = Context(prec=1000, rounding=ROUND_HALF_EVEN)
+
+
+def quantity(value: float | None, u: float | None, unit: str = "", scale: float = 1.0) -> str:
+    """Return "0.8123 ± 0.0012": u with two significant digits, the value to the same decimal (GUM 7.2.6).
+
+    Parameters
+    ----------
+    value
+        None or NaN gives a dash.
+    u
+        Standard uncertainty; None, NaN, zero or below: the value stands alone with four significant digits.
+    unit
+        Written behind, where there is a value.
+    scale
+        Factor from the value's unit to the one shown: 1e3 from m to mm.
+    """
+    if value is None or not math.isfinite(value):
+        return UNKNOWN
+    tail = f" {unit}" if unit else ""
+    if u is None or not math.isfinite(u) or u <= 0.0:
+        return plain(value, scale=scale) + tail
+    last = _last_place(u * scale)
+    shown_u = _at(u * scale, last)
+    shown = _at(value * scale, last)
+    if tail:
+        return f"({shown} ± {shown_u}){tail}"
+    return f"{shown} ± {shown_u}"
+
+
+def alone(value: float | None, u: float | None, scale: float = 1.0, *, signed: bool = False) -> str:
+    """Return a value to the decimal that `quantity` gives it, without the uncertainty beside it.
+
+    Parameters
+    ----------
+    value, u, scale
+        See `quantity`.
+    signed
+        Whether to write a plus, for differences.
+    """
+    text = quantity(value, u, scale=scale).partition(" ± ")[0]
+    return f"+{text}" if signed and value is not None and value > 0.0 else text
+
+
+def plain(value: float | None, digits: int = 4, unit: str = "", scale: float = 1.0) -> str:
+    """Return a number alone with so many significant digits, never in powers of ten between 1e-5 and 1e6."""
+    if value is None or not math.isfinite(value):
+        return UNKNOWN
+    scaled = float(value) * scale
+    tail = f" {unit}" if unit else ""
+    if scaled == 0.0:
+        return "0" + tail
+    if not 1e-5 <= abs(scaled) < 1e6:
+        return f"{scaled:.{digits - 1}e}{tail}"
+    exponent = math.floor(math.log10(abs(scaled)))
+    rounded = Decimal(repr(scaled)).quantize(Decimal(1).scaleb(exponent - digits + 1), context=_WIDE)
+    return f"{rounded:f}{tail}"
+
+
+def _last_place(u: float) -> int:
+    """Return the exponent of ten of the last digit shown; 0.0996 shows 0.10, not 0.100."""
+    exact = Decimal(repr(float(u)))
+    last = exact.adjusted() - _SIGNIFICANT + 1
+    if exact.quantize(Decimal(1).scaleb(last), context=_WIDE).adjusted() > exact.adjusted():
+        last += 1
+    return last
+
+
+def _at(value: float, last: int) -> str:
+    step = Decimal(1).scaleb(last)
+    rounded = Decimal(repr(float(value))).quantize(step, context=_WIDE)
+    text = f"{rounded:f}"
+    return text[1:] if rounded == 0 and text.startswith("-") else text

@@ -1,0 +1,218 @@
+"""The way of the estimates: adaptive, in the Doppler band where that knows more, and joint falling back on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from radargui.conditioning.conditioned import Conditioned
+from radargui.correction.doppler_band import correct_in_band
+from radargui.estimation.adaptive.estimate import estimate_adaptive
+from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
+from radargui.estimation.hardware import disagreement, knows_more
+from radargui.estimation.joint import JointEstimate, estimate_joint
+from radargui.estimation.motion_estimate import MotionEstimate
+from radargui.geometry.antennas import place_antennas
+from radargui.model.corrected import CorrectedIQ
+from radargui.model.errors import ProcessingError, SolveError
+from radargui.model.front_end import FrontEnd, FrontEndPrior
+from radargui.model.path import PathLengths
+from radargui.model.setup import Setup
+from radargui.model.track import Track
+from radargui.processing.continuity import checked
+from radargui.processing.locate import LEAST_RECEIVERS, locate
+from radargui.processing.measured_motion import MeasuredMotion
+from radargui.processing.whole import as_wired
+from radargui.restitution.joint_bounces import joint_bounces
+
+WHOLE = 0.97
+"""Share of valid samples above which nothing else is tried."""
+MORE = 1.02
+"""How many times more samples the Doppler band must know."""
+
+
+def measure_by_estimate(
+    conditioned: Conditioned,
+    setup: Setup,
+    method: str,
+    progress: Callable[[float], None],
+    on_preliminary: Callable[[MeasuredMotion], None] | None = None,
+    prior: FrontEndPrior | None = None,
+) -> MeasuredMotion:
+    """Return corrected IQ, path lengths and track by the joint or the adaptive estimate.
+
+    Where the joint estimate does not fit the signal the adaptive one stands, and a warning says so. Fewer receivers
+    than it needs are no fault of the run: then only who named the joint correction in the setup is told.
+
+    Parameters
+    ----------
+    conditioned
+        Signals, motion, rest, noise.
+    setup
+        Geometry, release position, floor.
+    method
+        adaptive or joint.
+    progress
+        Called with the share done, 0 to 1; what it raises ends the work.
+    on_preliminary
+        Given what the adaptive estimate says before the joint one is begun.
+    prior
+        What is known about the front ends, as they are wired. The joint estimate is made without it, and again with it
+        where the run by itself does not contradict it and knows much less: short drops.
+
+    Raises
+    ------
+    ProcessingError
+        Neither estimate can be made.
+    """
+    why = ""
+    if method == "joint" and conditioned.n_receivers < LEAST_RECEIVERS:
+        method = "adaptive"
+        why = "it needs three receivers" if "correction" in setup.processing.model_fields_set else ""
+    # the matrices are many and small: threads of the linear algebra cost four times what they save
+    with threadpool_limits(limits=1, user_api="blas"):
+        rounds = adaptive_rounds(conditioned, setup)
+        adaptive = _motion_of(estimate_adaptive(rounds), conditioned, setup)
+        if conditioned.n_receivers < LEAST_RECEIVERS:
+            adaptive = _in_band_where_better(adaptive, conditioned, setup)
+        rejected = sum(one.verdict == "rejected" for one in adaptive.corrected.channels)
+        if method == "joint" and 2 * rejected > conditioned.n_receivers:
+            # what no receiver by itself makes sense of is not searched for floors and walls
+            return adaptive
+        if method == "joint":
+            if on_preliminary is not None:
+                on_preliminary(adaptive)
+            joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
+            if joint is not None:
+                return _with_prior(_motion_of(joint, conditioned, setup), tried, why)
+    warnings = (f"the joint correction does not stand here ({why}): the adaptive one was used",) if why else ()
+    return replace(adaptive, warnings=adaptive.warnings + warnings)
+
+
+def _in_band_where_better(motion: MeasuredMotion, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
+    """Return the motion with receivers taken in their Doppler band where that knows more.
+
+    The circle with maps needs an offset that is smooth in position, and an echo that is the strongest thing in the
+    signal; the band needs a target that moves all the time.
+    """
+    corrected, paths = motion.corrected, motion.paths
+    i, q, u_phase = corrected.i.copy(), corrected.q.copy(), corrected.u_phase_rad.copy()
+    phase, valid = paths.phase_rad.copy(), paths.valid.copy()
+    channels, warnings = list(corrected.channels), list(motion.warnings)
+    for number, channel in enumerate(corrected.channels):
+        known = 0 if channel.verdict == "rejected" else int(valid[number].sum())
+        found = correct_in_band(conditioned, number) if known < WHOLE * conditioned.n_samples else None
+        if found is None or found.valid.sum() <= MORE * known:
+            continue
+        i[number], q[number], u_phase[number] = found.iq[0], found.iq[1], found.u_phase_rad
+        phase[number], valid[number], channels[number] = found.phase_rad, found.valid, found.quality
+        warnings.append(
+            f"receiver {channel.name}: its phase was taken in the Doppler band above {found.lower_hz:.0f} Hz; "
+            "where the target is slower nothing is known"
+        )
+    if tuple(channels) == corrected.channels:
+        return motion
+    per_rad = setup.radar.wavelength_m / (2.0 * np.pi)
+    corrected = replace(corrected, i=i, q=q, valid=valid, u_phase_rad=u_phase, channels=tuple(channels))
+    paths = PathLengths(paths.time_s, phase, phase * per_rad, u_phase * per_rad, valid)
+    in_band = checked(
+        replace(motion, corrected=corrected, paths=paths, warnings=tuple(warnings)),
+        conditioned,
+        setup.radar.wavelength_m,
+    )
+    better = _known(in_band) > _known(motion)
+    return in_band if better else motion
+
+
+def _known(motion: MeasuredMotion) -> int:
+    """Return how many samples are valid in receivers that are not rejected."""
+    sound = np.array([channel.verdict != "rejected" for channel in motion.corrected.channels])
+    return int(motion.paths.valid[sound].sum())
+
+
+def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
+    rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
+    phase, u_phase = estimate.change_m * rad_per_m, estimate.u_change_m * rad_per_m
+    paths = PathLengths(estimate.time_s, phase, estimate.change_m, estimate.u_change_m, estimate.valid)
+    corrected = CorrectedIQ(
+        estimate.time_s, estimate.i, estimate.q, estimate.valid, u_phase, estimate.method, estimate.channels
+    )
+    bounces, shift = None, None
+    warnings: tuple[str, ...] = ()
+    if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
+        try:
+            bounces, fit = joint_bounces(estimate, setup)
+            shift = None if fit is None else partial(fit.shifted, np.asarray(bounces.normal))
+        except SolveError as error:
+            why = error.message.rstrip(".")
+            warnings = (f"the flights could not be fitted ({why}): the bounces were taken from the track",)
+    motion = MeasuredMotion(corrected, paths, _track(estimate, paths, setup), bounces, shift, warnings=warnings)
+    return checked(motion, conditioned, setup.radar.wavelength_m)
+
+
+def _track(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> Track | None:
+    if estimate.position_m is None or estimate.u_position_m is None or setup.processing.geometry == "plane":
+        release = np.array(setup.tracer.release_position_m)
+        return locate(paths, place_antennas(setup), release, setup.processing.geometry)
+    valid = np.asarray(estimate.valid.all(axis=0) & np.isfinite(estimate.position_m).all(axis=0))
+    return Track(estimate.time_s, estimate.position_m, estimate.u_position_m, valid, "exact")
+
+
+def _try_joint_with(
+    prior: FrontEndPrior | None,
+    phase_sign: int,
+    setup: Setup,
+    rounds: AdaptiveRounds,
+    progress: Callable[[float], None],
+) -> tuple[JointEstimate | None, str, FrontEndPrior | None]:
+    """Return the joint estimate, why it does not stand or why its prior was not used, and the prior with its use."""
+    joint, why = _try_joint(setup, rounds, progress)
+    if prior is None:
+        return joint, why, None
+    known = tuple(as_wired(front_end, phase_sign) for front_end in prior.front_ends)
+    unused = replace(prior, used=False)
+    if joint is not None:
+        why = disagreement(joint.constants, known)
+        if why or not knows_more(known, joint.constants):
+            return joint, why, unused
+    helped, failed = _try_joint(setup, rounds, lambda _: progress(1.0), known)
+    if helped is None:
+        return joint, failed if joint is not None else why, unused
+    return helped, "", replace(prior, used=True)
+
+
+def _try_joint(
+    setup: Setup,
+    rounds: AdaptiveRounds,
+    progress: Callable[[float], None],
+    front_ends: tuple[FrontEnd, ...] | None = None,
+) -> tuple[JointEstimate | None, str]:
+    """Return the joint estimate, or None and why it does not stand."""
+    try:
+        joint = estimate_joint(rounds, setup, hardware=front_ends, progress=progress)
+    except ProcessingError as error:
+        return None, error.message.rstrip(".")
+    except np.linalg.LinAlgError as error:
+        return None, f"its equations have no solution: {error}"
+    if not joint.fits:
+        misfit = ", ".join(f"{value:.1f}" for value in joint.chi_square)
+        return None, f"its misfit (chi-square {misfit}) is too large"
+    return joint, ""
+
+
+def _with_prior(motion: MeasuredMotion, prior: FrontEndPrior | None, why: str) -> MeasuredMotion:
+    """Return the motion with which runs its prior came from, or why it was not used."""
+    if prior is None:
+        return motion
+    if prior.used:
+        channels = tuple(replace(channel, prior_runs=prior.runs) for channel in motion.corrected.channels)
+        return replace(motion, corrected=replace(motion.corrected, channels=channels), front_end_prior=prior)
+    if not why:
+        return replace(motion, front_end_prior=prior)
+    runs = prior.runs[0] if len(prior.runs) == 1 else f"{prior.runs[0]} to {prior.runs[-1]}"
+    warning = f"what {runs} say about the front ends is not used: this run does not agree ({why})"
+    return replace(motion, front_end_prior=prior, warnings=(*motion.warnings, warning))

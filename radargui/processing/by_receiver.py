@@ -1,0 +1,68 @@
+"""The way of the corrections that take each receiver by itself: correct, demodulate, locate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from radargui.conditioning.conditioned import Conditioned
+from radargui.correction.correct import correct
+from radargui.correction.phase import unwrap, wrapped_phase
+from radargui.correction.pieces import join_pieces
+from radargui.geometry.antennas import place_antennas
+from radargui.model.corrected import CorrectedIQ
+from radargui.model.path import PathLengths
+from radargui.model.setup import Setup
+from radargui.processing.continuity import checked, is_alone, lay_down
+from radargui.processing.locate import locate
+from radargui.processing.measured_motion import MeasuredMotion
+
+
+def measure_by_receiver(
+    conditioned: Conditioned, setup: Setup, method: str, progress: Callable[[float], None]
+) -> MeasuredMotion:
+    """Return corrected IQ, path lengths and track by the published, the ellipse or no correction.
+
+    Parameters
+    ----------
+    conditioned
+        Signals, motion, noise.
+    setup
+        Geometry, wavelength, release position.
+    method
+        published, ellipse or none.
+    progress
+        Called with the share done, 0 to 1.
+    """
+    corrected = correct(conditioned, method, lambda done: progress(0.7 * done))
+    paths = demodulate(corrected, conditioned, setup.radar.wavelength_m)
+    progress(0.8)
+    track = locate(paths, place_antennas(setup), np.array(setup.tracer.release_position_m), setup.processing.geometry)
+    return checked(MeasuredMotion(corrected, paths, track), conditioned, setup.radar.wavelength_m)
+
+
+def demodulate(corrected: CorrectedIQ, conditioned: Conditioned, wavelength_m: float) -> PathLengths:
+    """Return dL_i = phase_i wavelength / (2 pi), 0 in the mean at rest (Rech & Huang 2019, eq. 1).
+
+    Without a rest the first valid sample is 0.
+
+    Parameters
+    ----------
+    corrected
+        Corrected IQ of all receivers, the wiring's sign applied: moving away raises every phase.
+    conditioned
+        What it was corrected from: rest, rate.
+    wavelength_m
+        Of the transmitted wave.
+    """
+    masked_i = np.where(corrected.valid, corrected.i, np.nan)
+    masked_q = np.where(corrected.valid, corrected.q, np.nan)
+    phase = unwrap(wrapped_phase(masked_i, masked_q))
+    piece = np.zeros(conditioned.n_samples, dtype=np.intp)
+    if is_alone(conditioned):
+        phase, piece = join_pieces(phase, corrected.valid, conditioned.sample_rate_hz)
+    rest = slice(conditioned.segment.rest_first, conditioned.segment.rest_last)
+    phase = lay_down(phase, corrected.valid, piece, rest)
+    per_rad = wavelength_m / (2.0 * np.pi)
+    return PathLengths(corrected.time_s, phase, phase * per_rad, corrected.u_phase_rad * per_rad, corrected.valid)

@@ -1,0 +1,162 @@
+"""What a measured path must keep to: it follows its signal, never jumps, and starts anew where it was lost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from radargui.conditioning.conditioned import Conditioned
+from radargui.conditioning.doppler import Doppler
+from radargui.correction.follows import ALONE, TOGETHER, follows, missed_frames
+from radargui.correction.pieces import join_pieces
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.path import PathLengths
+from radargui.model.quality import ChannelQuality
+from radargui.model.track import Track
+from radargui.processing.locate import LEAST_RECEIVERS
+from radargui.processing.measured_motion import MeasuredMotion
+
+JUMP_S = 0.005
+"""Around a jump of a path in which nothing is known."""
+MOST_SCATTER_RAD = 0.8
+"""Of a phase about its line of 10 ms: with more, samples are nearer to another turn than to their own."""
+LEAST_CLEAR = 0.4
+"""Share of clear frames below which three receivers are not judged by them: single ones are slow noise or the floor.
+
+Only after a rest: without one no joint estimate tests what adaptive finds in signals that are no echo.
+"""
+LEAST_KNOWN = 0.5
+"""Share of the motion that a path of one receiver must be known in."""
+LOST = "the echo was lost {times}: path lengths start anew after it, and the position is not known there"
+
+
+def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
+    """Return the motion with receivers rejected whose path does not follow its signal, and with its path in pieces.
+
+    Three receivers tell a position: a weak moment, or an impact that shares a frame of the spectrum with the fall, is
+    then no reason to begin anew, and only a phase that goes its own way throughout is refused.
+
+    Parameters
+    ----------
+    motion
+        As corrected or estimated.
+    conditioned
+        Doppler frequencies of its signals, rest, rate.
+    wavelength_m
+        Of the radar.
+    """
+    alone = is_alone(conditioned)
+    valid = _without_jumps(motion.paths, conditioned.sample_rate_hz) if alone else motion.paths.valid
+    moving = slice(conditioned.segment.first, conditioned.segment.last)
+    rested = not alone and conditioned.segment.rest_last > conditioned.segment.rest_first
+    channels = tuple(
+        channel
+        if rested and conditioned.doppler[k].clear.mean() < LEAST_CLEAR
+        else _judged(channel, motion.paths.phase_rad[k], valid[k], conditioned.doppler[k], moving, alone=alone)
+        for k, channel in enumerate(motion.corrected.channels)
+    )
+    motion = replace(
+        motion,
+        corrected=replace(motion.corrected, channels=channels, valid=valid),
+        paths=replace(motion.paths, valid=valid),
+    )
+    return _divided(motion, conditioned, wavelength_m) if alone else motion
+
+
+def is_alone(conditioned: Conditioned) -> bool:
+    """Whether each receiver has to be believed by itself: fewer than three make no position."""
+    return conditioned.n_receivers < LEAST_RECEIVERS
+
+
+def lay_down(phase_rad: FloatArray, valid: BoolArray, piece: IntArray, rest: slice) -> FloatArray:
+    """Return phases with a zero in each piece: in the first one the mean at rest, else its first valid sample.
+
+    Parameters
+    ----------
+    phase_rad, valid
+        Shape (n_receivers, n_samples).
+    piece
+        Number of each sample's piece, shape (n_samples,).
+    rest
+        Samples at rest; empty without any.
+    """
+    out = phase_rad.copy()
+    for row, good in zip(out, valid, strict=True):
+        for number in range(int(piece.max(initial=0)) + 1):
+            inside = piece == number
+            known = np.flatnonzero(inside & good)
+            if known.size == 0:
+                continue
+            at_rest = known[(known >= rest.start) & (known < rest.stop)] if number == 0 else known[:0]
+            row[inside] -= row[at_rest].mean() if at_rest.size else row[known[0]]
+    return out
+
+
+def _without_jumps(paths: PathLengths, rate_hz: float) -> BoolArray:
+    """Return where paths are valid, with no jump near and no roughness: neither is motion.
+
+    Half a turn from one sample to the next is a jump; a phase that scatters by a radian about its line of 10 ms has
+    lost count somewhere in it.
+    """
+    valid = paths.valid.copy()
+    reach = max(2, round(JUMP_S * rate_hz))
+    size = 2 * reach
+    count = valid.shape[1] // size
+    along = np.arange(size) - 0.5 * (size - 1)
+    for phase, good in zip(paths.phase_rad, valid, strict=True):
+        jumps = np.flatnonzero((np.abs(np.diff(phase)) > np.pi) & good[1:] & good[:-1])
+        for place in jumps:
+            good[max(place - reach, 0) : place + reach + 1] = False
+        blocks = phase[: count * size].reshape(count, size)
+        blocks = blocks - blocks.mean(axis=1, keepdims=True)
+        residual = blocks - (blocks @ along)[:, None] / (along @ along) * along
+        rough = np.sqrt((residual**2).mean(axis=1)) > MOST_SCATTER_RAD
+        good[: count * size] &= ~np.repeat(rough, size)
+    return valid
+
+
+def _judged(
+    channel: ChannelQuality, phase_rad: FloatArray, valid: BoolArray, doppler: Doppler, moving: slice, *, alone: bool
+) -> ChannelQuality:
+    """Return the verdict on a receiver; alone, single moments that do not follow become invalid, in place."""
+    if channel.verdict == "rejected":
+        return channel
+    missed, share = missed_frames(phase_rad, valid, doppler)
+    if follows(missed, share, ALONE if alone else TOGETHER):
+        reach = doppler.size // 4 + 1
+        for centre in doppler.centre[missed] if alone else ():
+            valid[max(centre - reach, 0) : centre + reach] = False
+        known = float(valid[moving].mean()) if alone else 1.0
+        if known >= LEAST_KNOWN:
+            return channel
+        reason = f"only {100.0 * known:.0f} % of the motion can be followed: the echo is lost too often"
+        return replace(channel, verdict="rejected", reason=reason)
+    reason = f"in {100.0 * share:.0f} % of the moments the phase does not turn as fast as the signal does"
+    return replace(channel, verdict="rejected", reason=f"{reason}: an offset, a hum or another target leads it")
+
+
+def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
+    paths, segment = motion.paths, conditioned.segment
+    phase, piece = join_pieces(paths.phase_rad, paths.valid, conditioned.sample_rate_hz)
+    if not piece.any() and np.array_equal(phase, paths.phase_rad, equal_nan=True):
+        return motion
+    phase = lay_down(phase, paths.valid, piece, slice(segment.rest_first, segment.rest_last))
+    per_rad = wavelength_m / (2.0 * np.pi)
+    lost = int(piece[-1])
+    told = (LOST.format(times="once" if lost == 1 else f"{lost} times"),) if lost else ()
+    return replace(
+        motion,
+        paths=replace(paths, phase_rad=phase, change_m=phase * per_rad, piece=piece),
+        track=None if motion.track is None else _known_until(motion.track, piece == 0),
+        warnings=(*motion.warnings, *told),
+    )
+
+
+def _known_until(track: Track, known: BoolArray) -> Track:
+    return replace(
+        track,
+        position_m=np.where(known, track.position_m, np.nan),
+        u_position_m=np.where(known, track.u_position_m, np.nan),
+        valid=track.valid & known,
+    )

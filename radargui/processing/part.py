@@ -1,0 +1,62 @@
+"""The part of a radar that can be used: its sound receivers, and the setup that belongs to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from radargui.conditioning.conditioned import Conditioned
+from radargui.model.front_end import FrontEndPrior
+from radargui.model.setup import Setup
+from radargui.processing.locate import LEAST_RECEIVERS
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Some receivers of a recording.
+
+    Attributes
+    ----------
+    whole_setup
+        Of all receivers.
+    whole
+        Signals of all receivers.
+    faults
+        Why a receiver is left out, one a receiver; empty where it is not.
+    """
+
+    whole_setup: Setup
+    whole: Conditioned
+    faults: tuple[str, ...]
+
+    @staticmethod
+    def sound(setup: Setup, conditioned: Conditioned) -> Part:
+        """Return the receivers in which conditioning found no fault."""
+        return Part(setup, conditioned, conditioned.faults)
+
+    @property
+    def receivers(self) -> tuple[int, ...]:
+        """Numbers of the receivers, from 0."""
+        return tuple(number for number, fault in enumerate(self.faults) if not fault)
+
+    @property
+    def conditioned(self) -> Conditioned:
+        """Their signals."""
+        return self.whole if not any(self.faults) else self.whole.of_receivers(self.receivers)
+
+    @property
+    def setup(self) -> Setup:
+        """The setup with these receivers alone."""
+        if not any(self.faults):
+            return self.whole_setup
+        return self.whole_setup.model_copy(
+            update={"receiver": tuple(self.whole_setup.receiver[number] for number in self.receivers)}
+        )
+
+    @property
+    def goes_on_without(self) -> bool:
+        """Whether there is a track although receivers are left out."""
+        return any(self.faults) and len(self.receivers) >= LEAST_RECEIVERS
+
+    def prior(self, known: FrontEndPrior) -> FrontEndPrior:
+        """Return what is known about the front ends of these receivers."""
+        return replace(known, front_ends=tuple(known.front_ends[number] for number in self.receivers))

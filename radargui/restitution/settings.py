@@ -1,0 +1,149 @@
+"""Settings of restitution: what counts as a flight, what belongs to u, what is told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class FlightSettings:
+    """How flights are fitted to the posterior of the joint estimate. Chosen by hand where nothing else is said.
+
+    Attributes
+    ----------
+    drag_sd_1_m
+        Prior of the drag k, N(0, this^2): a 10 mm sphere of steel has 0.005, of light plastic 0.05.
+    steps, enough
+        Of Gauss-Newton at most so many; a step that gains less in ln L is the last.
+    g_m_s2, drag_1_m
+        Least and most g, largest |k| that a step may try: outside, the series of the drag diverges.
+    least_flight_s
+        And the shortest flight it may try.
+    parameter_step, time_step
+        Of central differences: in g and k, and in times, places and velocities (SI units).
+    after_onset_s
+        Left to the spline after the onset: the release is not a clean cut.
+    most_coefficients
+        In each coordinate a dense fit takes so many, about 8 s of motion.
+    near_g_m_s2, about_g_m_s2
+        A last segment whose acceleration is off by more than the first may be cut by the record's end; one of 50 ms
+        that is off by more than the second does not fall: the sphere lay, or was carried back.
+    good_misfit, slack
+        A fit is good below chi-square = good_misfit n + slack, n degrees of freedom.
+    shortest_fall_s
+        A first fall alone lasts at least so long: over less, g is known to no more than some percent.
+    before_contact_s
+        It ends so much before the first misfit: one knot spacing, since the spline feels a contact before it comes.
+    most_alternatives
+        The heaviest so many alternatives are fitted; lighter ones hardly move the sum.
+    widened
+        Factor on u of g, impacts and speeds for what the maps cannot follow: of 164 simulated falls (benchmark
+        accuracy) 92 % had g within 2u without it, 97 % with it.
+    usable_u_e, most_e
+        e is valid with u_e and e below these: a rebound faster than the arrival is no passive one.
+    check_step_s
+        Heights for the cross-check are taken so far apart.
+    """
+
+    drag_sd_1_m: float = 0.04
+    steps: int = 20
+    enough: float = 1e-3
+    g_m_s2: tuple[float, float] = (5.0, 15.0)
+    drag_1_m: float = 2.0
+    least_flight_s: float = 1e-3
+    parameter_step: float = 1e-3
+    time_step: float = 1e-5
+    after_onset_s: float = 0.010
+    most_coefficients: int = 800
+    near_g_m_s2: float = 0.5
+    about_g_m_s2: float = 2.5
+    good_misfit: float = 1.5
+    slack: float = 20.0
+    shortest_fall_s: float = 0.050
+    before_contact_s: float = 0.010
+    most_alternatives: int = 3
+    widened: float = 1.2
+    usable_u_e: float = 0.05
+    most_e: float = 1.2
+    check_step_s: float = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class TrackSettings:
+    """How flights are fitted to a track. Chosen by hand where nothing else is said.
+
+    Attributes
+    ----------
+    clearance_s
+        Kept free around an impact, whose instant is known to about a millisecond before the flights are fitted.
+    start_clearance_s
+        Kept free after the start of the motion: the release is not a clean cut.
+    least_flight_s
+        Shortest flight, between the clearances.
+    rising_s, least_rising
+        The speed after the last impact comes from the track in so long after it, of so many samples.
+    least_samples
+        Of a flight.
+    largest_residual, least_residual_m
+        A flight is no parabola where it misses its own by the second, and by the first times what the run's flights do.
+    largest_shift_s
+        Flights meet no farther from where an impact was seen: 10 ms windows found it.
+    largest_g_error
+        Flights under a g wrong by more than this share are none: what looked like impacts came from elsewhere.
+    largest_u_e, sigmas_above_1
+        e is valid with u_e below the first, and at most so many u_e above 1.
+    least_fall_samples
+        Of the first fall by itself.
+    side_s, least_side_samples
+        Velocities at an impact come from straight lines, gravity taken off, over so long and so many samples on each
+        side: sideways a flight is straight.
+    hidden_waves
+        A parabola follows part of the waves that a mismatch leaves in the track. On simulated drops with every kind of
+        mismatch the errors of e and g were so many times what the residuals alone say; white noise needs no widening.
+    """
+
+    clearance_s: float = 0.0015
+    start_clearance_s: float = 0.02
+    least_flight_s: float = 0.012
+    rising_s: float = 0.012
+    least_rising: int = 4
+    least_samples: int = 8
+    largest_residual: float = 5.0
+    least_residual_m: float = 1.0e-3
+    largest_shift_s: float = 0.005
+    largest_g_error: float = 0.3
+    largest_u_e: float = 0.1
+    sigmas_above_1: float = 3.0
+    least_fall_samples: int = 16
+    side_s: float = 0.03
+    least_side_samples: int = 12
+    hidden_waves: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class CheckSettings:
+    """When the two other ways to e speak.
+
+    Attributes
+    ----------
+    least_samples
+        Of the flight after an impact, for its height.
+    edge_share
+        Of that flight left out at both ends.
+    coverage
+        They disagree beyond so many standard uncertainties.
+    model_share
+        Of e, added to its u: air drag and a floor that gives way make the three differ by up to about a percent, none
+        of them being wrong.
+    least_speed_m_s
+        After a slower rebound the next impact may be below what is resolved: nothing is told.
+    """
+
+    least_samples: int = 16
+    edge_share: float = 0.05
+    coverage: float = 3.0
+    model_share: float = 0.01
+    least_speed_m_s: float = 0.15
+
+
+FLIGHTS, TRACKS, CHECKS = FlightSettings(), TrackSettings(), CheckSettings()

@@ -1,0 +1,116 @@
+"""What simulation and replay have in common: opened, started, read when a device would have taken the samples."""
+
+from __future__ import annotations
+
+import threading
+from abc import ABC, abstractmethod
+
+from radargui.model.block import Block
+from radargui.model.errors import SourceError
+from radargui.model.truth import Truth
+from radargui.sources.clock import Clock
+
+
+class PacedSource(ABC):
+    """The contract of a source but for `open`, for samples that are there already or made when asked for.
+
+    Parameters
+    ----------
+    title
+        What it is, for people.
+    clock
+        Paces real time.
+    sample_rate_hz
+        Samples per second and channel.
+    block_s
+        Length of a block.
+    n_samples
+        Samples of each channel; None: without end.
+    realtime
+        Give out samples when their time has come; otherwise as fast as asked.
+    """
+
+    is_waiting = False
+    restarts = 0
+
+    def __init__(
+        self, title: str, clock: Clock, sample_rate_hz: float, block_s: float, n_samples: int | None, *, realtime: bool
+    ) -> None:
+        self._title = title
+        self._clock = clock
+        self._rate_hz = sample_rate_hz
+        self._block = max(round(block_s * sample_rate_hz), 1)
+        self._n_samples = n_samples
+        self._realtime = realtime
+        self._opened = False
+        self._started = False
+        self._start_s = 0.0
+        self._next = 0
+        self._lost = 0
+        self._stopping = threading.Event()
+        self._stopping.set()
+
+    def start(self) -> None:
+        """Begin at the first sample, which has index 0.
+
+        Raises
+        ------
+        SourceError
+            The source is not open.
+        """
+        if not self._opened:
+            raise SourceError(f"{self._title} is not open", remedy="Open it before it is started.")
+        self._next = self._lost = 0
+        self._started = True
+        self._start_s = self._clock.now()
+        self._stopping.clear()
+
+    def read(self) -> Block | None:
+        """Return the next block, or None at the end and after `stop`.
+
+        Raises
+        ------
+        SourceError
+            The source was never started.
+        """
+        if not self._started:
+            raise SourceError(f"{self._title} was not started", remedy="Start it before it is read.")
+        return self._read()
+
+    @abstractmethod
+    def _read(self) -> Block | None:
+        """Do what `read` does, once started."""
+
+    def stop(self) -> None:
+        """End sampling; a waiting `read` returns None at once. From any thread."""
+        self._stopping.set()
+
+    def close(self) -> None:
+        """Release everything."""
+        self.stop()
+        self._opened = False
+
+    def backlog(self) -> int:
+        """Return how many samples per channel wait; 0 where not in real time."""
+        if not self._realtime or self._stopping.is_set():
+            return 0
+        taken = int((self._clock.now() - self._start_s) * self._rate_hz) - self._lost
+        return max((taken if self._n_samples is None else min(taken, self._n_samples)) - self._next, 0)
+
+    def truth(self, first_index: int, count: int) -> Truth | None:
+        """Return None: nobody knows what really happened."""
+        del first_index, count
+        return None
+
+    def _end_of_block(self) -> int:
+        end = self._next + self._block
+        return end if self._n_samples is None else min(end, self._n_samples)
+
+    def _wait_for(self, end_index: int) -> bool:
+        """Wait until the sample before `end_index` is taken; return False where stopped."""
+        while self._realtime and not self._stopping.is_set():
+            left_s = self._start_s + end_index / self._rate_hz - self._clock.now()
+            if left_s <= 0.0:
+                break
+            self._clock.wait(left_s, self._stopping)
+        return not self._stopping.is_set()

@@ -1,0 +1,113 @@
+"""Doppler frequencies, standing lines, fading and what is no receiver, on signals whose frequencies are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from radargui.conditioning.doppler import Doppler, measure_doppler
+from radargui.conditioning.fading import lost_echo
+from radargui.conditioning.lines import find_standing_lines, without_standing_lines
+from radargui.conditioning.receiver_check import check_receiver, same_channels
+from radargui.model.arrays import FloatArray
+from radargui.model.front_end_equations import channels_of
+
+RATE = 20000.0
+TIME = np.arange(40000) / RATE
+NOISE = np.full(2, 0.01)
+
+
+def echo(phase: FloatArray, gain: float = 1.0, eps: float = 0.0, amplitude: FloatArray | float = 1.0) -> FloatArray:
+    z = amplitude * np.exp(1j * phase)
+    pair = channels_of(z, z, gain, eps)
+    return np.asarray(pair + 0.01 * np.random.default_rng(1).normal(size=pair.shape) + [[0.7], [-2.0]])
+
+
+def usable(pair: FloatArray) -> np.ndarray:
+    return np.ones(pair.shape, dtype=np.bool_)
+
+
+def measured(pair: FloatArray) -> Doppler:
+    return measure_doppler(pair, RATE, NOISE)
+
+
+@pytest.mark.parametrize("doppler_hz", [25.0, 150.0, 187.0, 200.0, 400.0, 1990.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_steady_target_has_its_doppler_frequency_in_every_frame(doppler_hz: float, sign: float) -> None:
+    found = measured(echo(sign * 2 * np.pi * doppler_hz * TIME, 1.4, 0.5))
+    assert found.clear.all()
+    assert found.frequency_hz == pytest.approx(np.full(found.centre.size, doppler_hz), abs=0.1 * found.resolution_hz)
+
+
+def test_noise_has_no_line() -> None:
+    found = measured(0.01 * np.random.default_rng(0).normal(size=(2, 40000)))
+    assert not found.clear.any()
+    assert not found.mixed.any()
+    assert found.highest_hz is None
+
+
+def test_the_lines_of_i_and_q_tell_gain_and_quadrature_error() -> None:
+    found = measured(echo(2 * np.pi * 240.0 * TIME, 0.7, np.radians(27.0)))
+    assert np.median(np.abs(found.q / found.i)) == pytest.approx(0.7, rel=0.002)
+    assert 90.0 - np.median(np.abs(np.degrees(np.angle(found.q * found.i.conj())))) == pytest.approx(27.0, abs=0.2)
+
+
+def test_two_equal_targets_are_mixed() -> None:
+    pair = echo(2 * np.pi * 240.0 * TIME) + echo(-2 * np.pi * 700.0 * TIME)
+    found = measured(pair)
+    assert found.mixed.mean() > 0.9
+
+
+def test_a_hum_and_a_tone_that_stand_are_found_and_taken_off_and_the_target_is_left() -> None:
+    target = echo(2 * np.pi * 300.0 * TIME)
+    tones = np.stack([np.cos(2 * np.pi * 50.03 * TIME), 0.6 * np.cos(2 * np.pi * 50.03 * TIME + 0.4)])
+    tones += 0.5 * np.stack([np.cos(2 * np.pi * 874.4 * TIME), np.cos(2 * np.pi * 874.4 * TIME + 0.3)])
+    clean, lines = without_standing_lines(target + tones, RATE, NOISE)
+    assert sorted(lines) == pytest.approx([50.03, 874.4], abs=0.05)
+    inside = slice(4000, -4000)
+    assert np.abs(clean - target)[:, inside].max() < 0.08
+
+
+@pytest.mark.parametrize("speed", ["steady", "to and fro"])
+def test_a_target_is_no_standing_line(speed: str) -> None:
+    turn = 300.0 * TIME if speed == "steady" else 300.0 * np.abs((TIME % 1.0) - 0.5)
+    assert find_standing_lines(echo(2 * np.pi * turn, 1.6, np.radians(35.0)), RATE, NOISE) == ()
+
+
+def test_an_echo_that_sinks_into_the_noise_is_lost_and_one_that_stops_is_not() -> None:
+    beam = np.clip(1.5 * np.cos(2 * np.pi * TIME / 2.0) ** 2 - 0.4, 0.0, 1.0)
+    fading = lost_echo(measured(echo(2 * np.pi * 300.0 * TIME, amplitude=beam)), TIME.size)
+    dark = beam < 0.02
+    assert fading[dark].mean() > 0.95
+    assert fading[beam > 0.5].mean() < 0.02
+    after = np.clip(TIME - 0.8, 0.0, None)
+    slows = 300.0 * (TIME - after + 0.25 * (1.0 - np.exp(-after / 0.25)))
+    assert not lost_echo(measured(echo(2 * np.pi * slows)), TIME.size).any()
+
+
+def test_a_sound_receiver_is_one() -> None:
+    pair = echo(2 * np.pi * 240.0 * TIME, 1.6, np.radians(35.0))
+    assert check_receiver(measured(pair), pair, NOISE, usable(pair)) == ""
+
+
+def test_what_is_wrong_with_a_receiver_is_named() -> None:
+    good = echo(2 * np.pi * 240.0 * TIME)
+    other = echo(2 * np.pi * 333.0 * TIME)
+    noise = 0.01 * np.random.default_rng(5).normal(size=TIME.size)
+    cases = {
+        "shows nothing of the motion": np.stack([good[0], noise]),
+        "0 degrees apart": np.stack([good[0], good[0] + noise]),
+        "do not belong together": np.stack([good[0], other[1]]),
+    }
+    for words, pair in cases.items():
+        assert words in check_receiver(measured(pair), pair, NOISE, usable(pair)), words
+    clipped = usable(good)
+    clipped[0, ::3] = False
+    assert "33 % of its samples" in check_receiver(measured(good), good, NOISE, clipped)
+
+
+def test_one_cable_on_two_inputs_is_found() -> None:
+    first, second = echo(2 * np.pi * 240.0 * TIME), echo(2 * np.pi * 250.0 * TIME + 1.0)
+    assert same_channels(np.concatenate([first, second]), np.full(4, 0.01)) == ()
+    second[1] = first[0] + 0.01 * np.random.default_rng(9).normal(size=TIME.size)
+    assert same_channels(np.concatenate([first, second]), np.full(4, 0.01)) == ((0, 3),)

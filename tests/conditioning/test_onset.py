@@ -1,0 +1,39 @@
+"""Onset: slow beginnings, drifts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from radargui.conditioning.onset import find_onset
+
+RATE = 5000.0
+TIME = np.arange(8000) / RATE
+
+
+def turning(phase: np.ndarray, noise: float, seed: int = 3) -> np.ndarray:
+    """Three IQ pairs at different phases under noise."""
+    pairs = [part(phase + shift) for shift in (0.3, 1.9, 4.0) for part in (np.cos, np.sin)]
+    return np.array(pairs) + noise * np.random.default_rng(seed).standard_normal((6, TIME.size))
+
+
+def test_a_pendulums_slow_beginning_is_motion_before_it_has_gone_a_fifth_of_a_turn() -> None:
+    swing = 9.0 * (1.0 - np.cos(4.0 * np.clip(TIME - 0.4, 0.0, None)))
+    onset = find_onset(TIME, turning(swing, 0.05))
+    assert onset is not None
+    assert 0.4 <= onset <= 0.46
+    assert np.interp(onset, TIME, swing) < 0.4 * np.pi
+
+
+@pytest.mark.parametrize("drift", [0.2 * TIME, 0.3 * TIME**2, 0.1 * np.sin(2.0 * np.pi * 0.3 * TIME)])
+def test_a_drift_of_the_offsets_is_no_onset(drift: np.ndarray) -> None:
+    still = turning(np.zeros_like(TIME), 0.01) + drift
+    assert find_onset(TIME, still) is None
+    falling = turning(300.0 * np.clip(TIME - 0.8, 0.0, None) ** 2, 0.01) + drift
+    assert find_onset(TIME, falling) == pytest.approx(0.8, abs=0.02)
+
+
+def test_one_block_of_5_ms_beside_the_rest_is_no_onset() -> None:
+    falling = turning(300.0 * np.clip(TIME - 0.8, 0.0, None) ** 2, 0.01)
+    falling[:, 2500:2525] += 0.03
+    assert find_onset(TIME, falling) == pytest.approx(0.8, abs=0.02)

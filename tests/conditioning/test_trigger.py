@@ -1,0 +1,52 @@
+"""The motion trigger, causal, block by block."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.drops import Drop
+
+from radargui.conditioning.trigger import MotionTrigger, TriggerState
+from radargui.model.arrays import FloatArray
+from radargui.model.digitisation import Digitisation
+
+RATE = 20000.0
+
+
+def states(volts: FloatArray, block: int = 400) -> list[TriggerState]:
+    trigger = MotionTrigger(Digitisation(("I1", "Q1"), RATE), threshold=8.0)
+    return [trigger.push(volts[:, begin : begin + block]) for begin in range(0, volts.shape[1], block)]
+
+
+def drop_volts(drop: Drop, hum: float = 0.0) -> FloatArray:
+    phase = -2 * np.pi * 1.77 * drop.height(drop.time_s) / 0.03
+    z = np.stack([np.cos(phase), np.sin(phase)]) + hum * np.sin(2 * np.pi * 50 * drop.time_s)
+    return np.asarray(z + np.random.default_rng(0).normal(0, 0.007, z.shape))
+
+
+@pytest.mark.parametrize("hum", [0.0, 0.02])
+@pytest.mark.parametrize("block", [1, 37, 400, 5000])
+def test_a_drop_is_told_within_30_ms_of_its_release(hum: float, block: int) -> None:
+    drop = Drop(rate_hz=RATE, settle_s=0.3)
+    said = states(drop_volts(drop, hum)[:, :16000] if block == 1 else drop_volts(drop, hum), block)
+    since = next(state.since_index for state in said if state.moving)
+    assert since is not None
+    assert drop.rest_s - 0.001 < since / RATE < drop.rest_s + 0.03
+
+
+def test_after_the_last_bounce_it_is_quiet() -> None:
+    drop = Drop(rate_hz=RATE)
+    last = states(drop_volts(drop))[-1]
+    assert not last.moving
+    assert last.quiet_since_index is not None
+    assert drop.impact_s[-10] < last.quiet_since_index / RATE < drop.impact_s[-1] + 0.05
+
+
+def test_noise_never_triggers() -> None:
+    noise = np.random.default_rng(5).normal(0.4, 0.01, (2, 200000))
+    assert not any(state.moving for state in states(noise, 1000))
+
+
+def test_motion_is_not_told_before_the_quiet_level_is_known() -> None:
+    time = np.arange(1000) / RATE
+    assert not any(state.ready for state in states(np.stack([np.cos(900 * time), np.sin(900 * time)])))

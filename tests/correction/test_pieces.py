@@ -1,0 +1,71 @@
+"""Pieces of a path, phases held against spectra, and the correction in the Doppler band."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conditioning.test_condition import conditioned, recording_of, setup_of
+
+from radargui.conditioning.doppler import measure_doppler
+from radargui.correction.doppler_band import correct_in_band, front_end_of
+from radargui.correction.follows import follows, missed_frames
+from radargui.correction.pieces import join_pieces
+from radargui.model.front_end_equations import channels_of
+
+RATE = 20000.0
+TIME = np.arange(40000) / RATE
+PHASE = 2 * np.pi * 240.0 * TIME
+
+
+def wrapped(phase: np.ndarray) -> np.ndarray:
+    return np.asarray(np.unwrap(np.angle(np.exp(1j * phase))))
+
+
+def test_a_hole_shorter_than_the_motion_can_change_in_is_bridged_with_its_turns() -> None:
+    valid = np.ones((1, TIME.size), dtype=np.bool_)
+    valid[0, 20000:20100] = False  # 5 ms, more than a turn
+    phase = np.where(valid, PHASE, np.nan)
+    phase[0, 20100:] -= 2 * np.pi
+    joined, piece = join_pieces(phase, valid, RATE)
+    assert not piece.any()
+    np.testing.assert_allclose(joined[0, 20100:], PHASE[20100:], atol=1e-6)
+
+
+@pytest.mark.parametrize("samples", [400, 4000])
+def test_after_a_longer_hole_a_new_piece_begins(samples: int) -> None:
+    valid = np.ones((1, TIME.size), dtype=np.bool_)
+    valid[0, 20000 : 20000 + samples] = False
+    _, piece = join_pieces(np.where(valid, PHASE, np.nan), valid, RATE)
+    assert piece[19999] == 0
+    assert piece[20000 + samples] == 1
+
+
+def test_a_phase_that_stands_still_does_not_follow_a_signal_that_turns() -> None:
+    pair = np.stack([np.cos(PHASE), np.sin(PHASE)]) + 0.01 * np.random.default_rng(0).normal(size=(2, TIME.size))
+    doppler = measure_doppler(pair, RATE, np.full(2, 0.01))
+    everywhere = np.ones(TIME.size, dtype=np.bool_)
+    assert follows(*missed_frames(PHASE, everywhere, doppler))
+    missed, share = missed_frames(np.zeros(TIME.size), everywhere, doppler)
+    assert share == 1.0
+    assert not follows(missed, share)
+
+
+def test_in_its_band_a_target_is_followed_above_an_offset_that_drifts_and_a_strong_slow_disturbance() -> None:
+    z = np.exp(1j * PHASE)
+    slow = 6.0 * np.sin(2 * np.pi * 3.0 * TIME)
+    pair = channels_of(z, z, 0.75, np.radians(26.0)) + np.stack([slow, 0.8 * slow + 2.0])
+    pair += 0.01 * np.random.default_rng(0).normal(size=pair.shape)
+    found = conditioned(recording_of(pair), setup_of())
+    band = correct_in_band(found, 0)
+    assert band is not None
+    assert band.front_end.gain_ratio == pytest.approx(0.75, abs=2 * band.front_end.u_gain_ratio)
+    assert band.front_end.quadrature_error_deg == pytest.approx(26.0, abs=2 * band.front_end.u_quadrature_error_deg)
+    inside = slice(2000, -2000)
+    assert band.valid[inside].all()
+    away = band.phase_rad[inside] - PHASE[inside]
+    assert np.ptp(away) < 0.2
+
+
+def test_a_target_that_hardly_moves_has_no_band() -> None:
+    pair = np.stack([np.cos(2.0 * TIME), np.sin(2.0 * TIME)]) + 0.01 * np.random.default_rng(0).normal(size=(2, 40000))
+    assert front_end_of(measure_doppler(pair, RATE, np.full(2, 0.01))) is None

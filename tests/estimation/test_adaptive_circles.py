@@ -1,0 +1,200 @@
+"""Still ellipses, rough phases, circle fits and what a round of them starts from, against closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_problem import ANTENNAS, CONSTANTS, RELEASE_M, positions, small_problem
+
+from radargui.estimation.adaptive.circle_data import at_one_time, averaging_loss, circle_data, map_places
+from radargui.estimation.adaptive.circle_fit import (
+    CircleData,
+    CircleFit,
+    CircleLayout,
+    CircleSettings,
+    _columns,
+    _evaluate,
+    _normal,
+    fit_circle,
+)
+from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
+from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
+from radargui.geometry.antennas import Antennas
+from radargui.geometry.path_length import path_lengths
+
+TRUE = StillEllipse(0.2, -0.1, np.log(1.15), 0.12, 0.9)
+
+
+def shown(phase: np.ndarray, ellipse: StillEllipse = TRUE) -> tuple[np.ndarray, np.ndarray]:
+    i = ellipse.offset_i + ellipse.amplitude * np.cos(phase)
+    q = ellipse.offset_q + ellipse.gain_ratio * ellipse.amplitude * np.sin(phase + ellipse.quadrature_error_rad)
+    return i, q
+
+
+def circle(seed: int = 0, n: int = 400, sigma: float = 0.01, n_bias: int = 3, n_map: int = 2) -> CircleData:
+    rng = np.random.default_rng(seed)
+    i, q = shown(np.linspace(0.0, 40.0, n))
+    noise = sigma * rng.standard_normal((2, n))
+    place = np.linspace(-1.0, 1.0, n)
+    bias = np.stack([np.sin((k + 1.0) * place) for k in range(n_bias)], axis=1) if n_bias else np.zeros((n, 0))
+    level = np.stack([np.cos((k + 1.0) * place) for k in range(n_map)], axis=1) if n_map else np.zeros((n, 0))
+    spread = np.full(n, sigma)
+    return CircleData(i + noise[0], q + noise[1], spread, spread, np.ones(n), bias, level)
+
+
+def test_a_clean_ellipse_is_found_exactly_and_brought_to_a_circle() -> None:
+    phase = np.linspace(0.0, 2.0, 60)
+    i, q = shown(phase)
+    found = fit_still_ellipse(i, q, np.ones(60))
+    for name in ("offset_i", "offset_q", "log_gain", "quadrature_error_rad", "amplitude"):
+        assert getattr(found, name) == pytest.approx(getattr(TRUE, name), abs=1e-6)
+    x, y = found.point(i, q)
+    assert np.unwrap(np.arctan2(y, x)) == pytest.approx(phase, abs=1e-6)
+
+
+def test_a_conic_that_is_no_front_end_gives_way_to_a_circle() -> None:
+    phase = np.linspace(0.0, 6.0, 100)
+    found = fit_still_ellipse(0.1 + np.cos(phase), 3.0 * np.sin(phase), np.ones(100))
+    assert (found.log_gain, found.quadrature_error_rad) == (0.0, 0.0)
+
+
+def test_every_place_of_a_circles_theta_belongs_to_one_unknown() -> None:
+    at = CircleLayout(3, 2)
+    places = [at.offset_i, at.offset_q, at.log_gain, at.quadrature_error, at.log_amplitude]
+    places += [n for s in (at.bias_i, at.bias_q, at.amplitude_map) for n in range(s.start, s.stop)]
+    assert places == list(range(at.size))
+    assert range(at.size)[at.bias] == range(5, 11)
+
+
+def test_the_slope_of_the_circles_cost_equals_finite_differences() -> None:
+    data, settings = circle(), CircleSettings()
+    rng = np.random.default_rng(2)
+    theta = CircleFit.still(TRUE).theta
+    theta = np.concatenate([theta, np.zeros(data.layout.size - theta.size)])
+    theta += 0.01 * rng.standard_normal(theta.size)
+    mean, precision = np.zeros(theta.size), np.full(theta.size, 4.0)
+    at = _evaluate(theta, data, mean, precision, settings)
+    _, slope = _normal(at, data, mean, precision)
+    for k in range(theta.size):
+        step = 1e-6 * np.eye(theta.size)[k]
+        up, down = (_evaluate(theta + s * step, data, mean, precision, settings).cost for s in (1, -1))
+        # sigma of the radius is held while the slope is taken
+        assert slope[k] == pytest.approx((up - down) / 2e-6, rel=0.05, abs=0.02 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize("tangential", [False, True])
+def test_columns_are_how_the_point_moves_along_and_across_the_circle(tangential: bool) -> None:
+    data, theta = circle(), np.concatenate([CircleFit.still(TRUE).theta, 0.02 * np.ones(8)])
+    fit = CircleFit(data.layout, theta, np.zeros((13, 13)), 0.0, 1.0)
+    x, y = fit.point(data.i, data.q, data.bias)
+    columns, radius = _columns(theta, data, x, y, tangential=tangential), np.hypot(x, y)
+    along = np.stack([-y, x] if tangential else [x, y]) / radius
+    for k in [n for n in range(data.layout.amplitude_map.start) if n != data.layout.log_amplitude]:
+        step = 1e-6 * np.eye(theta.size)[k]
+        up, down = (replace(fit, theta=theta + s * step).point(data.i, data.q, data.bias) for s in (1, -1))
+        assert columns[:, k] == pytest.approx((along * (up - down)).sum(axis=0) / 2e-6, abs=1e-6)
+
+
+def test_a_fit_finds_the_constants_within_their_uncertainty_and_switches_needless_maps_off() -> None:
+    data = circle(3)
+    start = np.concatenate([CircleFit.still(replace(TRUE, offset_i=0.25, amplitude=0.8)).theta, np.zeros(8)])
+    prior_mean = start[CircleLayout.constants].copy()
+    prior_mean[CircleLayout.front_end] = 0.0
+    fit = fit_circle(data, start, prior_mean)
+    assert fit.chi_square == pytest.approx(1.0, abs=0.15)
+    u = np.sqrt(np.diag(fit.covariance))[CircleLayout.front_end]
+    true = np.array([TRUE.log_gain, TRUE.quadrature_error_rad])
+    assert np.abs(fit.theta[CircleLayout.front_end] - true).max() < 4.0 * u.max()
+    assert np.abs(fit.theta[fit.layout.bias]).max() < 0.02
+    fixed = fit_circle(data, start, prior_mean, CircleSettings(updates=0))
+    assert fit.log_evidence != fixed.log_evidence
+
+
+def test_the_variance_of_a_phase_is_that_of_repeated_noise() -> None:
+    fits = [circle(seed, n_bias=0, n_map=0) for seed in range(60)]
+    phases, variance = [], None
+    for data in fits:
+        start = CircleFit.still(TRUE).theta
+        fit = fit_circle(data, start, start)
+        x, y = fit.point(data.i, data.q, data.bias)
+        phases.append(np.unwrap(np.arctan2(y, x)))
+        variance = fit.phase_variance(data)
+    assert variance is not None
+    assert (np.var(phases, axis=0) / variance).mean() == pytest.approx(1.0, abs=0.15)
+
+
+def test_places_are_exact_positions_with_three_receivers_and_half_paths_with_fewer() -> None:
+    place = positions(np.linspace(0.0, 0.45, 50))
+    change = path_lengths(place, ANTENNAS) - path_lengths(RELEASE_M[:, None], ANTENNAS)
+    rest = np.arange(50) < 4
+    change[:, 20] = np.nan
+    found = map_places(change.copy(), ANTENNAS, RELEASE_M, rest)
+    known = np.arange(50) != 20
+    assert found[:, known] == pytest.approx(place[:, known], abs=1e-6)
+    assert found[:, 20] == pytest.approx(place[:, 20], abs=1e-3)
+    two = Antennas(ANTENNAS.transmitter_m, ANTENNAS.receivers_m[:2])
+    assert map_places(np.ones((2, 50)), two, RELEASE_M, rest)[:, 5] == pytest.approx([0.5, 0.5])
+
+
+def test_a_bin_loses_what_its_two_nodes_lose() -> None:
+    bins = small_problem().data.bins
+    phase = 2.0 * np.pi * 30.0 * bins.time_s
+    assert averaging_loss(phase, bins) == pytest.approx(np.cos(2.0 * np.pi * 30.0 * bins.node_s), rel=1e-9)
+
+
+def test_channels_of_a_multiplexer_are_brought_to_the_time_of_the_first() -> None:
+    made = small_problem(delay_s=1e-4)
+    bins, binned = made.data.bins, made.data
+    time = np.concatenate([bins.time_s[:1] - 0.01, bins.time_s, bins.time_s[-1:] + 0.01])
+    phase = np.array([20.0 * time + n for n in range(3)])
+    ellipses = [TRUE, replace(TRUE, log_gain=-0.1), replace(TRUE, quadrature_error_rad=-0.05)]
+
+    def at(delays: np.ndarray) -> np.ndarray:
+        out = np.empty((6, bins.n_bins))
+        for n, own in enumerate(ellipses):
+            for part in range(2):
+                out[2 * n + part] = shown(np.interp(bins.time_s + delays[2 * n + part], time, phase[n]), own)[part]
+        return out
+
+    later = replace(binned, bins=replace(bins, value=at(binned.delay_s)))
+    inner, amplitude = phase[:, 1:-1], np.full((3, bins.n_bins), TRUE.amplitude)
+    found = at_one_time(later, inner, amplitude, ellipses)
+    assert found[:, :-2] == pytest.approx(at(np.zeros(6))[:, :-2], abs=1e-9)
+    assert np.abs(later.bins.value - at(np.zeros(6))).max() > 5e-3
+
+
+def test_rounds_find_phases_and_places_from_rough_ellipses() -> None:
+    made = small_problem(sigma=0.005)
+    binned, true = made.data, positions(made.data.bins.time_s)
+    change = path_lengths(true, ANTENNAS) - path_lengths(RELEASE_M[:, None], ANTENNAS)
+    phase = 2.0 * np.pi * change / binned.wavelength_m
+    rough = tuple(
+        StillEllipse(c.offset_i + 0.03, c.offset_q - 0.02, c.log_gain, c.quadrature_error_rad, np.exp(c.log_amplitude))
+        for c in CONSTANTS
+    )
+    still = still_round(binned, rough, phase)
+    assert still.prior_mean[:, CircleLayout.front_end].tolist() == [[0.0, 0.0]] * 3
+    first = first_round(binned, still)
+    mapped = next_round(binned, first, 0.15)
+    for one, most in (
+        (first, 0.1),
+        (timed_round(binned, still), 0.2),
+        (mapped, 0.1),
+        (best_round(binned, mapped), 0.1),
+    ):
+        assert np.abs(one.phase_rad - phase).max() < most
+    assert np.abs(mapped.place - true).max() < 5e-4
+    for found, constants in zip(first.receiver_constants(), CONSTANTS, strict=True):
+        assert found.log_gain == pytest.approx(constants.log_gain, abs=0.01)
+        assert found.quadrature_error_rad == pytest.approx(constants.quadrature_error_rad, abs=0.01)
+        assert found.offset_i == pytest.approx(constants.offset_i, abs=0.01)
+
+
+def test_the_known_factor_of_two_receivers_has_no_range() -> None:
+    made = small_problem()
+    two = replace(made.data, antennas=Antennas(ANTENNAS.transmitter_m, ANTENNAS.receivers_m[:2]))
+    phase = np.zeros((2, two.bins.n_bins))
+    data = circle_data(two, two.bins.value, phase, phase, None, None)
+    assert [own.shape.tolist() for own in data] == [[1.0] * two.bins.n_bins] * 2

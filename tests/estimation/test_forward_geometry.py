@@ -1,0 +1,128 @@
+"""Mirrors, layout, map functions and range factor of the forward model against closed forms and finite differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.small_problem import ANTENNAS, CONSTANTS, FLOOR_PLANE, RELEASE_M, WALL_PLANE
+
+from radargui.estimation.forward.mirrors import MirrorPlane, detour, detour_ratio, turned
+from radargui.estimation.forward.parameters import Sizes, make_layout, pair_of
+from radargui.estimation.forward.position_map import MapSettings, farthest_points, make_basis
+from radargui.geometry.path_length import range_factor
+
+K = 2.0 * np.pi / 0.03
+PLACE = np.random.default_rng(0).uniform(-0.1, 0.1, (3, 20)) + np.array([[0.0], [0.0], [0.02]])
+UNKNOWN = np.array([0.02, -0.015, 0.006])
+
+
+def test_an_image_stands_as_far_behind_the_plane_as_the_antenna_before_it() -> None:
+    image = FLOOR_PLANE.image(np.array([0.1, 0.2, 0.7]), np.zeros(3))
+    assert image == pytest.approx([0.1, 0.2, 2.0 * -0.11 - 0.7])
+    shifted = FLOOR_PLANE.image(np.array([0.1, 0.2, 0.7]), np.array([0.0, 0.0, 0.01]))
+    assert shifted == pytest.approx([0.1, 0.2, 2.0 * -0.10 - 0.7])
+
+
+@pytest.mark.parametrize("plane", [FLOOR_PLANE, WALL_PLANE])
+def test_what_an_images_unknowns_move_equals_finite_differences(plane: MirrorPlane) -> None:
+    antenna = ANTENNAS.receivers_m[1]
+    slope = plane.image_slope(antenna, UNKNOWN)
+    for k in range(3):
+        up, down = (plane.image(antenna, UNKNOWN + sign * 1e-6 * np.eye(3)[k]) for sign in (1, -1))
+        assert slope[k] == pytest.approx((up - down) / 2e-6, abs=1e-8)
+
+
+def test_the_detour_is_a_ratio_of_spherical_waves_without_phase_at_release() -> None:
+    antenna, plane = ANTENNAS.transmitter_m, WALL_PLANE
+    image = plane.image(antenna, UNKNOWN)
+
+    def path(point: np.ndarray) -> np.ndarray:
+        direct, mirrored = (np.linalg.norm(point - a[:, None], axis=0) for a in (antenna, image))
+        return direct / mirrored * np.exp(1j * K * (mirrored - direct))
+
+    at_rest = path(RELEASE_M[:, None])
+    wanted = path(PLACE) * np.exp(-1j * np.angle(at_rest))
+    over = detour(PLACE, antenna, plane, UNKNOWN, RELEASE_M, K)
+    assert over.ratio == pytest.approx(wanted, abs=1e-10)
+    assert detour_ratio(PLACE, antenna, plane, UNKNOWN, RELEASE_M, K) == pytest.approx(over.ratio, abs=1e-12)
+
+
+@pytest.mark.parametrize("plane", [FLOOR_PLANE, WALL_PLANE])
+def test_slopes_of_the_detour_equal_finite_differences(plane: MirrorPlane) -> None:
+    antenna = ANTENNAS.receivers_m[0]
+    at = detour(PLACE, antenna, plane, UNKNOWN, RELEASE_M, K)
+    for k in range(3):
+        step = 1e-7 * np.eye(3)[k]
+        up, down = (
+            np.log(detour_ratio(PLACE + sign * step[:, None], antenna, plane, UNKNOWN, RELEASE_M, K))
+            for sign in (1, -1)
+        )
+        assert at.slope[k] == pytest.approx(unwrapped(up - down) / 2e-7, rel=1e-6, abs=1e-4)
+        up, down = (
+            np.log(detour_ratio(PLACE, antenna, plane, UNKNOWN + sign * step, RELEASE_M, K)) for sign in (1, -1)
+        )
+        assert at.plane[k] == pytest.approx(unwrapped(up - down) / 2e-7, rel=1e-6, abs=1e-4)
+
+
+def unwrapped(difference: np.ndarray) -> np.ndarray:
+    return difference.real + 1j * (np.mod(difference.imag + np.pi, 2.0 * np.pi) - np.pi)
+
+
+def test_turning_by_half_tangents_equals_the_exponential() -> None:
+    phase = np.linspace(-200.0, 200.0, 5001)
+    assert turned(phase) == pytest.approx(np.exp(1j * phase), abs=1e-12)
+
+
+def test_the_range_factor_is_one_at_release_and_falls_with_both_distances() -> None:
+    place = np.array([[0.0], [0.01], [-0.10]])
+    assert range_factor(RELEASE_M[:, None], ANTENNAS, RELEASE_M) == pytest.approx(1.0)
+    found = range_factor(place, ANTENNAS, RELEASE_M)[:, 0]
+    for own, value in zip(ANTENNAS.receivers_m, found, strict=True):
+        there, back = np.linalg.norm(place[:, 0] - ANTENNAS.transmitter_m), np.linalg.norm(place[:, 0] - own)
+        was = np.linalg.norm(RELEASE_M - ANTENNAS.transmitter_m) * np.linalg.norm(RELEASE_M - own)
+        assert value == pytest.approx(was / (there * back))
+
+
+def test_every_place_of_theta_belongs_to_one_unknown() -> None:
+    layout = make_layout(Sizes(breaks=2, mirrors=2, receivers=3, bias=5, amplitude_map=4, drift=6))
+    shared = [layout.breaks, layout.planes, layout.transmitter_reflection, layout.transmitter_lobe]
+    taken = [n for places in shared for n in range(places.start, places.stop)]
+    for own in layout.receivers:
+        maps = (own.bias_i, own.bias_q, own.amplitude_map, own.drift_i, own.drift_q)
+        mirrors = (own.receiver_reflection, own.receiver_lobe, own.double_reflection)
+        taken += [own.phase, own.log_amplitude, own.log_gain, own.quadrature_error]
+        taken += [n for places in (own.offset, *maps, *mirrors) for n in range(places.start, places.stop)]
+        assert (own.first, own.last) == (own.without_drift.start, own.drift_q.stop)
+    assert sorted(taken) == list(range(layout.size))
+
+
+def test_constants_stand_where_the_layout_says() -> None:
+    layout = make_layout(Sizes(breaks=1, mirrors=1, receivers=3, bias=2, amplitude_map=2, drift=0))
+    theta = np.zeros(layout.size)
+    for own, constants in zip(layout.receivers, CONSTANTS, strict=True):
+        theta[own.constants] = constants.in_order()
+        assert theta[own.phase] == constants.phase_rad
+        assert theta[own.log_amplitude] == constants.log_amplitude
+        assert theta[own.offset].tolist() == [constants.offset_i, constants.offset_q]
+        assert theta[own.log_gain] == constants.log_gain
+        assert theta[own.quadrature_error] == constants.quadrature_error_rad
+    theta[layout.planes] = [1.0, 2.0, 3.0]
+    assert layout.plane_unknowns(theta).tolist() == [[1.0, 2.0, 3.0]]
+    assert pair_of(slice(10, 16), 2) == slice(14, 16)
+
+
+def test_the_strongest_functions_carry_the_kernel_of_the_process() -> None:
+    place = np.stack([np.linspace(0.0, 0.02, 200), np.zeros(200), np.linspace(0.0, 0.25, 200)])
+    functions = make_basis(place, 0.09)(place)
+    square = ((place[:, :, None] - place[:, None]) ** 2).sum(axis=0)
+    assert functions @ functions.T == pytest.approx(np.exp(-square / (2.0 * 0.09**2)), abs=5e-3)
+    assert make_basis(place, 0.09, MapSettings(most_functions=4)).size == 4
+
+
+def test_chosen_places_are_spread_and_cover_all() -> None:
+    place = np.random.default_rng(3).uniform(0.0, 0.1, (3, 400))
+    chosen = farthest_points(place, 0.03, 90)
+    apart = np.linalg.norm(chosen[:, :, None] - chosen[:, None], axis=0) + np.eye(chosen.shape[1])
+    assert apart.min() >= 0.03
+    assert np.linalg.norm(place[:, :, None] - chosen[:, None], axis=0).min(axis=1).max() < 0.03
+    assert farthest_points(place, 0.001, 12).shape == (3, 12)

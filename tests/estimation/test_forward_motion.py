@@ -1,0 +1,108 @@
+"""The motion's spline in closed form, and the slopes of the signals against finite differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.forward.motion_spline import make_spline
+from radargui.estimation.forward.parameters import Sizes, make_layout
+from radargui.estimation.forward.signal_model import ModelInputs, receiver_signal
+from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.solve.break_velocities import one_sided_slopes
+from radargui.geometry.antennas import Antennas
+
+ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
+
+
+def test_the_motion_is_continuous_at_breaks_and_its_velocity_is_not() -> None:
+    rng = np.random.default_rng(3)
+    spline = make_spline(0.0, 0.5, np.array([0.2]))
+    c = np.cumsum(rng.standard_normal(spline.size))
+    at = spline.design(np.array([0.2 - 1e-7, 0.2, 0.2 + 1e-7])) @ c
+    assert np.ptp(at) < 1e-3
+    assert abs((at[2] - at[1]) - (at[1] - at[0])) > 1e-7
+
+
+def test_jerk_matrix_is_exact_for_a_cubic() -> None:
+    spline = make_spline(0.1, 0.4, np.array([0.25]), np.array([0.3]))
+    t = np.linspace(0.1, 0.4, 500)
+    design = spline.design(t).toarray()
+    c = np.linalg.lstsq(design, 5.0 * (t - 0.1) ** 3 - (t - 0.1), rcond=None)[0]
+    matrix, _, _ = spline.jerk()
+    assert matrix @ c == pytest.approx(30.0, rel=1e-4)
+
+
+def test_what_a_break_moves_equals_the_motion_with_the_break_moved() -> None:
+    spline = make_spline(0.1, 0.6, np.array([0.25, 0.4]))
+    c = np.cumsum(np.random.default_rng(4).standard_normal((spline.size, 3)), axis=0)
+    t = np.concatenate([np.linspace(0.0, 0.2499, 50), np.linspace(0.2501, 0.3999, 50), np.linspace(0.4001, 0.7, 50)])
+    slopes = spline.break_slopes(t, c).toarray()
+    for k in range(2):
+        moved = [spline.with_breaks(spline.break_s + step * np.eye(2)[k]).offset(t, c) for step in (-1e-6, 1e-6)]
+        assert slopes[:, k] == pytest.approx((moved[1] - moved[0]).ravel() / 2e-6, rel=1e-6, abs=1e-5)
+
+
+def test_slopes_on_both_sides_of_a_break_are_the_motions() -> None:
+    spline = make_spline(0.1, 0.6, np.array([0.25, 0.4]), np.array([0.3]))
+    c = np.cumsum(np.random.default_rng(4).standard_normal((spline.size, 3)), axis=0)
+    for matrix, side in zip(one_sided_slopes(spline), (-1.0, 1.0), strict=True):
+        beside = [spline.offset(spline.break_s + side * step, c) for step in (0.0, 1e-7)]
+        assert matrix @ c == pytest.approx(side * (beside[1] - beside[0]) / 1e-7, rel=1e-3, abs=0.1)
+
+
+def inputs_and_layout():
+    rng = np.random.default_rng(5)
+    n = 40
+    planes = (
+        MirrorPlane(np.array([0.0, 0.0, -0.15]), np.array([0.0, 0.0, 1.0]), "floor"),
+        MirrorPlane(np.array([0.15, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0]), "wall"),
+    )
+    layout = make_layout(Sizes(0, 2, 3, 3, 2, 2))
+    inputs = ModelInputs(
+        ANTENNAS,
+        np.array([0.0, 0.01, 0.12]),
+        209.6,
+        planes,
+        rng.standard_normal((n, 3)),
+        rng.standard_normal((n, 2)),
+        rng.uniform(0.8, 1.2, (3, n)),
+        rng.standard_normal((n, 2)),
+    )
+    theta = 0.1 * rng.standard_normal(layout.size)
+    theta[layout.planes] *= 0.05
+    z = np.linspace(0.12, -0.1, n)
+    node = np.stack([0.02 * z, 0.01 + 0 * z, z])[:, None, None, :] + 1e-4 * rng.standard_normal((3, 2, 2, n))
+    return inputs, layout, theta, node
+
+
+def test_signal_derivatives_equal_numerical_ones() -> None:
+    inputs, layout, theta, node = inputs_and_layout()
+    own = layout.receivers[1]
+    at = receiver_slopes(node, theta, layout, inputs, 1)
+    drift = np.zeros((2, 40, 4))
+    drift[0, :, :2] = drift[1, :, 2:] = inputs.drift
+    by_own = np.concatenate([at.by_own, drift], axis=2)
+    for column in range(own.first, own.last):
+        step = np.zeros_like(theta)
+        step[column] = 1e-6
+        up, down = (receiver_signal(node, theta + s * step, layout, inputs, 1).value for s in (1, -1))
+        assert by_own[:, :, column - own.first] == pytest.approx((up - down) / 2e-6, abs=1e-6)
+    for column in range(layout.mirrors.start, layout.mirrors.stop):
+        step = np.zeros_like(theta)
+        step[column] = 1e-6
+        up, down = (receiver_signal(node, theta + s * step, layout, inputs, 1).value for s in (1, -1))
+        slope = (up - down) / 2e-6
+        assert at.by_mirrors[:, :, column - layout.planes.start] == pytest.approx(slope, abs=1e-5)
+
+
+def test_position_derivative_is_right_up_to_the_amplitudes_slope() -> None:
+    inputs, layout, theta, node = inputs_and_layout()
+    at = receiver_slopes(node, theta, layout, inputs, 0)
+    for axis in range(3):
+        step = np.zeros((3, 1, 1, 1))
+        step[axis] = 1e-7
+        up, down = (receiver_signal(node + s * step, theta, layout, inputs, 0).value for s in (1, -1))
+        slope = (up - down) / 2e-7
+        assert np.abs(at.by_position[:, axis] - slope).max() < 0.01 * np.abs(slope).max()

@@ -1,0 +1,174 @@
+"""What a receiver should show: closed forms without mirrors, image theory with them, slow noise, bins."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_problem import FLOOR_PLANE, WALL_PLANE, small_problem
+
+from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, pool
+from radargui.estimation.forward.signal_model import FrontEndState, receiver_signal
+from radargui.estimation.forward.slow_noise import SlowNoiseSettings, measure_drift
+from radargui.estimation.signals import ScaledSignals
+from radargui.estimation.solve.problem import linearise
+
+
+def signals_of(value: np.ndarray, rate: float, sigma: float = 0.01) -> ScaledSignals:
+    n_channels, n = value.shape
+    return ScaledSignals(
+        time_s=np.arange(n) / rate,
+        value=value,
+        valid=np.ones((n_channels // 2, n), bool),
+        usable=np.ones(n, bool),
+        unusable_share=np.zeros(n_channels // 2),
+        sigma=np.full(n_channels, sigma),
+        scale_v=np.ones(n_channels // 2),
+        delay_s=np.zeros(n_channels),
+        mixers=(None,) * (n_channels // 2),
+        rate_hz=rate,
+        rest_end_s=0.8 * n / rate,
+        onset_s=0.8 * n / rate,
+    )
+
+
+def test_without_maps_and_mirrors_the_channels_show_the_closed_form() -> None:
+    made = small_problem(delay_s=1e-4)
+    at = linearise(made.problem, made.truth)
+    inputs, layout, theta = made.problem.inputs, made.problem.layout, made.truth.theta
+    antennas, release = inputs.antennas, inputs.release_m
+    for n, own in enumerate(layout.receivers):
+        node = at.node_m[:, 2 * n : 2 * n + 2]
+        path = sum(
+            np.linalg.norm(node - a[:, None, None, None], axis=0) - np.linalg.norm(release - a)
+            for a in (antennas.transmitter_m, antennas.receivers_m[n])
+        )
+        amplitude = np.exp(theta[own.log_amplitude]) * inputs.range_factor[n]
+        z = (amplitude * np.exp(1j * (inputs.wavenumber * path + theta[own.phase]))).mean(axis=1)
+        gain, error = np.exp(theta[own.log_gain]), theta[own.quadrature_error]
+        wanted_i = z[0].real + theta[own.offset][0]
+        wanted_q = gain * np.imag(z[1] * np.exp(1j * error)) + theta[own.offset][1]
+        assert at.signals[n].value == pytest.approx(np.stack([wanted_i, wanted_q]), abs=1e-9)
+
+
+def test_mirrors_multiply_the_field_by_image_theory() -> None:
+    made = small_problem((FLOOR_PLANE, WALL_PLANE), reflection=0.15)
+    inputs, layout, theta = made.problem.inputs, made.problem.layout, made.truth.theta.copy()
+    own = layout.receivers[1]
+    theta[own.double_reflection] = [0.02, -0.03, 0.01, 0.04]
+    theta[layout.transmitter_lobe], theta[own.receiver_lobe] = [0.2, -0.1, 0.0, 0.0], [-0.3, 0.05, 0.0, 0.0]
+    node = linearise(made.problem, made.truth).node_m[:, 2:4]
+    tx, rx, release = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[1], inputs.release_m
+
+    def wave(antenna: np.ndarray, point: np.ndarray) -> np.ndarray:
+        r = np.linalg.norm(point - antenna[:, None, None, None], axis=0)
+        return np.exp(1j * inputs.wavenumber * r) / r
+
+    def over(antenna: np.ndarray, plane, lobe: np.ndarray) -> np.ndarray:
+        image = plane.image(antenna, np.zeros(3))
+        ratio = wave(image, node) / wave(antenna, node)
+        at_rest = wave(image, release[:, None, None, None]) / wave(antenna, release[:, None, None, None])
+        height = (node[2] - release[2]) / 0.15
+        return ratio * np.exp(-1j * np.angle(at_rest)) * np.exp(lobe[0] * height + lobe[1] * height**2)
+
+    by_tx = [over(tx, p, theta[layout.transmitter_lobe][2 * m :][:2]) for m, p in enumerate(inputs.planes)]
+    by_rx = [over(rx, p, theta[own.receiver_lobe][2 * m :][:2]) for m, p in enumerate(inputs.planes)]
+    x = [0.02 - 0.03j, 0.01 + 0.04j]
+    factor = (1.0 + 0.15 * sum(by_tx)) * (1.0 + 0.15 * sum(by_rx))
+    factor = factor + sum(value * a * b for value, a, b in zip(x, by_tx, by_rx, strict=True))
+    bare = theta.copy()
+    for places in (layout.transmitter_reflection, own.receiver_reflection, own.double_reflection):
+        bare[places] = 0.0
+    direct = receiver_signal(node, bare, layout, inputs, 1)
+    with_mirrors = receiver_signal(node, theta, layout, inputs, 1)
+    amplitude = inputs.range_factor[1] * np.exp(theta[own.log_amplitude])
+    paths = [np.linalg.norm(node - a[:, None, None, None], axis=0) - np.linalg.norm(release - a) for a in (tx, rx)]
+    field = amplitude * np.exp(1j * (inputs.wavenumber * sum(paths) + theta[own.phase]))
+    assert direct.field == pytest.approx(field.mean(axis=(0, 1)), abs=1e-9)
+    assert with_mirrors.field == pytest.approx((field * factor).mean(axis=(0, 1)), abs=1e-9)
+
+
+def test_a_front_end_shows_and_its_slope_is_a_finite_difference() -> None:
+    z = np.exp(1j * np.linspace(0.0, 6.0, 30)) * 0.8
+    here = FrontEndState(1.2, 0.1)
+    up, down = (FrontEndState(1.2, 0.1 + s * 1e-6).channels(np.stack([z, z]))[1] for s in (1, -1))
+    assert here.q_by_quadrature_error(z) == pytest.approx((up - down) / 2e-6, abs=1e-8)
+
+
+def test_inputs_of_some_bins_are_those_of_the_whole() -> None:
+    inputs = small_problem().problem.inputs
+    part = inputs.of_bins(slice(10, 30))
+    assert part.range_factor.tolist() == inputs.range_factor[:, 10:30].tolist()
+    assert part.amplitude_map.tolist() == inputs.amplitude_map[10:30].tolist()
+
+
+def test_white_noise_gets_no_slow_functions() -> None:
+    value = 0.01 * np.random.default_rng(1).standard_normal((6, 8000))
+    drift = measure_drift(signals_of(value, 5000.0), 1.3)
+    assert drift.count == 0
+    bins = pool(signals_of(value, 5000.0), 0.004)
+    assert drift.widen(bins) is bins
+
+
+def flicker(level: float, n: int, rate: float, seed: int) -> np.ndarray:
+    """Return noise of one-sided spectral density level / f."""
+    rng = np.random.default_rng(seed)
+    frequency = np.fft.rfftfreq(n, 1.0 / rate)
+    spectrum = rng.standard_normal((6, frequency.size)) + 1j * rng.standard_normal((6, frequency.size))
+    spectrum[:, 1:] *= np.sqrt(level / frequency[1:] * n * rate / 4.0)
+    spectrum[:, 0] = 0.0
+    return np.fft.irfft(spectrum, n, axis=1)
+
+
+def test_flicker_noise_is_measured_and_widens_the_bins_as_derived() -> None:
+    level, rate, n = 3e-5, 5000.0, 20000
+    value = flicker(level, n, rate, 2) + 0.01 * np.random.default_rng(3).standard_normal((6, n))
+    signals = signals_of(value, rate)
+    drift = measure_drift(signals, 3.2)
+    assert drift.count == 80
+    assert np.median(drift.level) == pytest.approx(level, rel=0.35)
+    bins = pool(signals, 0.004)
+    wide = drift.widen(bins)
+    assert wide.sigma**2 == pytest.approx(bins.sigma**2 + 12.0 * drift.level[:, None] * np.ones(bins.n_bins))
+    assert ((wide.expected > 0.0) & (wide.expected <= 1.0)).all()
+
+
+def test_a_slope_of_the_rest_gets_functions_that_can_carry_it() -> None:
+    rate, n = 5000.0, 10000
+    time = np.arange(n) / rate
+    value = 0.01 * np.random.default_rng(4).standard_normal((6, n)) + 0.005 * time
+    drift = measure_drift(signals_of(value, rate), 1.6)
+    assert drift.count == 12
+    assert not drift.level.any()
+    functions = drift.functions(time)
+    assert functions.shape == (n, 12)
+    ridge = functions.T @ functions / 0.01**2 + np.diag(drift.sd[0] ** -2.0)
+    wanted = value[0] - value[0].mean()
+    carried = functions @ np.linalg.solve(ridge, functions.T @ wanted / 0.01**2)
+    assert np.std((wanted - carried)[:8000] - (wanted - carried)[:8000].mean()) < 1.2 * 0.01
+    assert measure_drift(signals_of(value, rate), 1.6, SlowNoiseSettings(drift_sigmas=1e9)).count == 0
+
+
+def test_bins_shorten_with_the_doppler_frequency_and_with_the_setting() -> None:
+    signals = signals_of(np.zeros((2, 20000)), 20000.0)
+    time, turns = np.array([0.0, 0.5, 0.50001, 1.0]), np.array([2.0, 2.0, 100.0, 100.0])
+    usual = bin_by_fringe(signals, time, turns, 0.1, np.zeros(0))
+    length = np.diff(usual.time_s)
+    assert np.median(length[usual.time_s[1:] < 0.09]) == pytest.approx(0.010, rel=0.02)
+    assert np.median(length[(usual.time_s[1:] > 0.15) & (usual.time_s[1:] < 0.45)]) == pytest.approx(0.004, rel=0.02)
+    assert np.median(length[usual.time_s[1:] > 0.55]) == pytest.approx(1.0 / 2400.0, rel=0.15)
+    finer = bin_by_fringe(signals, time, turns, 0.1, np.zeros(0), BinSettings(per_fringe=48.0))
+    assert finer.n_bins > 1.5 * usual.n_bins
+    assert usual.count.sum() == 20000
+    assert usual.sigma[0] == pytest.approx(0.01 / np.sqrt(usual.count))
+
+
+def test_samples_that_cannot_be_used_are_in_no_bin() -> None:
+    signals = signals_of(np.ones((2, 1000)), 1000.0)
+    usable = np.ones(1000, bool)
+    usable[300:350] = False
+    broken = np.where(usable, signals.value, 99.0)
+    bins = pool(replace(signals, usable=usable, value=broken), 0.01)
+    assert bins.count.sum() == 950
+    assert bins.value == pytest.approx(1.0)

@@ -1,0 +1,99 @@
+"""What the joint estimate chooses: impacts, walls, and what it leaves open."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benchmarks.scenes.draw import draw_scene
+from benchmarks.scenes.scene import SceneRecord, make_record
+from support.estimates import conditioned_of, joint_of, rounds_of
+
+from radargui.estimation.adaptive.rough import rough_phases
+from radargui.estimation.adaptive.rounds import best_round, next_round
+from radargui.estimation.joint import JointEstimate
+from radargui.estimation.signals import scaled_signals
+from radargui.restitution.flight_plan import fit_free_flights, fit_with_alternatives
+
+
+def made(seed: int, kind: str) -> SceneRecord:
+    return make_record(draw_scene(seed, kind))
+
+
+def errors_and_u(record: SceneRecord, estimate: JointEstimate) -> tuple[np.ndarray, np.ndarray]:
+    moving = estimate.time_s > record.scene.motion.motion_start_s
+    assert estimate.position_m is not None
+    assert estimate.u_position_m is not None
+    return (estimate.position_m - record.truth.position_m)[:, moving], estimate.u_position_m[:, moving]
+
+
+def test_a_bounce_between_two_short_flights_is_not_missed() -> None:
+    record = made(4037, "generic")
+    seen = [impact for impact in record.scene.motion.impacts if impact.after_m_s[2] > 0.15]
+    estimate = joint_of(record.recording, record.setup)
+    assert len(seen) > 2
+    for impact in seen:
+        assert np.abs(estimate.impact_s - impact.time_s).min() < 1e-3
+
+
+def test_a_slow_circle_keeps_its_count_of_fringes_where_the_range_factor_loses_some() -> None:
+    record = made(4091, "generic")
+    found = rounds_of(record.recording, record.setup)
+    true = (record.truth.path_m - record.truth.path_m[:, :1]) * 2.0 * np.pi / record.setup.radar.wavelength_m
+
+    def worst(phase: np.ndarray) -> float:
+        at = found.data.bins.time_s
+        here = [np.interp(at, record.recording.time_s(), row) for row in true]
+        return float(np.abs(phase - here).max())
+
+    by_range_factor_alone = best_round(found.data, next_round(found.data, found.first, 0.15))
+    assert worst(by_range_factor_alone.phase_rad) > np.pi
+    assert worst(found.last.phase_rad) < 0.1
+
+
+def test_a_receiver_that_sees_a_tenth_of_a_turn_gets_a_circle_as_large_as_the_others() -> None:
+    record = made(5023, "physical")
+    path = (record.truth.path_m - record.truth.path_m[:, :1]) / record.setup.radar.wavelength_m
+    assert np.ptp(path, axis=1).min() < 0.1
+    signals = scaled_signals(conditioned_of(record.recording, record.setup))
+    rough = rough_phases(signals, 0.3)
+    turns = (rough.phase_rad - rough.phase_rad[:, rough.time_s < 0.25].mean(axis=1)[:, None]) / (2.0 * np.pi)
+    for found, true in zip(turns, path, strict=True):
+        assert np.sqrt(((found - np.interp(rough.time_s, signals.time_s, true)) ** 2).mean()) < 0.05
+
+
+def test_the_slow_beginning_of_a_pendulum_is_not_taken_for_a_hum() -> None:
+    record = made(4042, "generic")
+    conditioned = conditioned_of(record.recording, record.setup)
+    assert conditioned.segment.first / record.scene.rate_hz > record.scene.motion.motion_start_s + 0.1
+    assert conditioned.hum is None
+
+
+def test_a_wall_is_found_where_it_stands() -> None:
+    record = made(4057, "physical")
+    true = record.scene.planes[1]
+    estimate = joint_of(record.recording, record.setup)
+    solution = estimate.chosen.solution
+    wall = solution.problem.inputs.planes[1]
+    image = wall.image(np.zeros(3), solution.state.theta[solution.problem.layout.planes][3:6])
+    outward = image / np.linalg.norm(image)
+    assert wall.name == "wall"
+    assert -outward @ true.normal > np.cos(np.radians(6.0))
+    assert np.linalg.norm(image) / 2.0 == pytest.approx(-true.distance_m, abs=0.015)
+    error, _ = errors_and_u(record, estimate)
+    assert np.sqrt((error**2).sum(axis=0).mean()) < 1e-4
+
+
+def test_a_wall_that_cannot_be_told_from_noise_counts_in_the_uncertainty() -> None:
+    record = made(4036, "physical")
+    assert len(record.scene.planes) == 2
+    estimate = joint_of(record.recording, record.setup)
+    assert [plane.name for plane in estimate.chosen.solution.problem.inputs.planes] == ["floor"]
+    error, u = errors_and_u(record, estimate)
+    assert (np.abs(error) < 2.0 * u).mean() > 0.95
+    normal = np.array([0.0, 0.0, 1.0])
+    alone = fit_free_flights(estimate.posterior, normal)
+    together = fit_with_alternatives(estimate.posterior, estimate.alternatives, normal)
+    assert alone is not None
+    assert together is not None
+    assert together.g_m_s2 == alone.g_m_s2
+    assert together.u_g_m_s2 > alone.u_g_m_s2

@@ -1,0 +1,142 @@
+"""The readout of a motion: places, segments and uncertainties against closed forms and dense algebra."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix, eye_array, kron
+
+from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
+from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.estimation.readout.motion_posterior import MotionPosterior
+from radargui.estimation.readout.samples import _few_fringes_factor, _uncertainties
+from radargui.estimation.solve.break_velocities import one_sided_slopes
+from radargui.estimation.solve.normal import NormalMatrix
+from radargui.geometry.antennas import Antennas
+from radargui.geometry.path_length import path_gradient
+
+RELEASE = np.array([0.01, -0.02, 0.12])
+ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
+
+
+def wandering(seed: int = 1) -> FreeMotion:
+    spline = make_spline(0.1, 0.5, np.array([0.22, 0.4]), np.array([0.3]))
+    steps = np.random.default_rng(seed).standard_normal((spline.size, 3))
+    return FreeMotion(SplineMotion(spline, 0.003 * np.cumsum(steps, axis=0)), RELEASE)
+
+
+def test_a_motion_starts_at_the_release_and_stays_there_before() -> None:
+    assert wandering().position_m(np.array([0.0, 0.1])) == pytest.approx(np.stack([RELEASE, RELEASE], axis=1))
+
+
+def test_segments_share_a_coefficient_with_their_neighbours_and_cover_all() -> None:
+    free = wandering()
+    first, second, third = free.segments
+    assert (first.first_coefficient, third.stop_coefficient) == (0, free.motion.spline.size + 1)
+    assert second.first_coefficient == first.stop_coefficient - 1
+    assert third.knot_s[[0, -1]] == pytest.approx([0.4, 0.5])
+    assert second.duration_s == pytest.approx(0.18)
+
+
+def test_collocation_gives_the_coefficients_of_each_segment_from_its_places() -> None:
+    free = wandering()
+    whole = np.concatenate([np.zeros((1, 3)), free.motion.coefficients])
+    for segment in free.segments:
+        share, solve = segment.collocation()
+        # from within: at an edge the place belongs to both sides
+        places = free.position_m(segment.begin_s + segment.duration_s * share).T - RELEASE
+        assert solve @ places == pytest.approx(whole[segment.first_coefficient : segment.stop_coefficient], abs=1e-12)
+
+
+def test_the_first_coefficient_from_a_time_on_moves_nothing_before_it() -> None:
+    free = wandering()
+    number = free.first_coefficient_from(0.155)
+    design = free.motion.spline.design(np.linspace(0.1, 0.155, 200)).toarray()
+    assert not design[:, number - 1 :].any()
+    assert design[:, number - 2].any()
+
+
+def test_coefficients_of_places_are_the_motions_own_against_where_it_began() -> None:
+    spline = wandering().motion.spline
+    time = np.linspace(0.1, 0.5, 2000)
+    swing = 0.05 * np.sin(np.outer(time - 0.1, [8.0, 12.0, 20.0]))
+    free = FreeMotion(
+        SplineMotion(spline, np.linalg.lstsq(spline.design(time).toarray(), swing, rcond=None)[0]), RELEASE
+    )
+    count = free.segments[1].stop_coefficient - 1
+    found = free.coefficients_of(time, free.position_m(time), count)
+    assert found is not None
+    assert found == pytest.approx(free.motion.coefficients[:count], abs=2e-5)
+    assert free.coefficients_of(time[:5], free.position_m(time[:5]), count) is None
+
+
+@pytest.fixture
+def solved() -> tuple[SimpleNamespace, np.ndarray]:
+    """Return what the readout takes of a solution, and the dense inverse of its normal matrix."""
+    rng, free = np.random.default_rng(7), wandering()
+    spline, n_global = free.motion.spline, 5
+    design = spline.design(np.linspace(0.1, 0.5, 300))
+    motion = kron(design, eye_array(3), format="csr")
+    s = csr_matrix(motion.T @ motion + 0.1 * eye_array(motion.shape[1]))
+    c, m = 0.02 * rng.standard_normal((s.shape[0], n_global)), 5.0 * np.eye(n_global)
+    inverse = np.linalg.inv(np.block([[s.toarray(), c], [c.T, m]]))
+    inputs = SimpleNamespace(release_m=RELEASE, antennas=ANTENNAS)
+    problem = SimpleNamespace(
+        inputs=inputs,
+        bins=SimpleNamespace(time_s=np.linspace(0.1, 0.5, 300)),
+        layout=SimpleNamespace(breaks=slice(0, 2)),
+    )
+    return SimpleNamespace(
+        problem=problem,
+        state=SimpleNamespace(coefficients=free.motion.coefficients),
+        at=SimpleNamespace(spline=spline, design=design),
+        normal=NormalMatrix.factor(s, c, m),
+    ), inverse
+
+
+def test_velocities_at_breaks_have_the_covariance_of_the_dense_inverse(
+    solved: tuple[SimpleNamespace, np.ndarray],
+) -> None:
+    solution, inverse = solved
+    posterior = MotionPosterior(solution, 0.13)
+    sides = [kron(side, eye_array(3)).toarray() for side in one_sided_slopes(solution.at.spline)]
+    n_motion = sides[0].shape[1]
+    normal = np.array([0.1, -0.2, 0.97])
+    speeds = posterior.breaks.along(normal)
+    for number in range(2):
+        rows = np.concatenate([side[3 * number : 3 * number + 3] for side in sides])
+        dense = rows @ inverse[:n_motion, :n_motion] @ rows.T
+        assert posterior.breaks.covariance[number] == pytest.approx(dense, rel=1e-7, abs=1e-9 * dense.max())
+        along = np.concatenate([-normal, normal])
+        assert speeds.u_jump_m_s[number] == pytest.approx(np.sqrt(along @ dense @ along), rel=1e-7)
+        both = np.kron(np.eye(2), normal)
+        assert posterior.breaks.side_covariance(normal)[number] == pytest.approx(both @ dense @ both.T, rel=1e-6)
+    step = 1e-7
+    for side, sign in ((posterior.breaks.before_m_s, -1.0), (posterior.breaks.after_m_s, 1.0)):
+        beside = posterior.free.position_m(posterior.breaks.time_s + sign * step)
+        at = posterior.free.position_m(posterior.breaks.time_s)
+        assert side == pytest.approx(sign * (beside - at).T / step, rel=1e-3, abs=0.05)
+
+
+def test_uncertainties_at_the_bins_are_those_of_the_dense_inverse(solved: tuple[SimpleNamespace, np.ndarray]) -> None:
+    solution, inverse = solved
+    u_position, u_change = _uncertainties(solution)
+    time, coefficients = solution.problem.bins.time_s, solution.state.coefficients
+    by_breaks = solution.at.spline.break_slopes(time, coefficients).toarray()
+    rows = np.zeros((3 * time.size, inverse.shape[0]))
+    rows[:, : 3 * solution.at.spline.size] = kron(solution.at.design, eye_array(3)).toarray()
+    rows[:, 3 * solution.at.spline.size :][:, :2] = by_breaks
+    variance = np.einsum("ij,jk,ik->i", rows, inverse, rows).reshape(-1, 3)
+    assert u_position == pytest.approx(np.sqrt(variance).T, rel=1e-6, abs=1e-9)
+    place = (solution.at.design @ coefficients + RELEASE).T
+    for receiver, gradient in enumerate(path_gradient(place, ANTENNAS)):
+        toward = np.einsum("an,nak->nk", gradient, rows.reshape(-1, 3, rows.shape[1]))
+        wanted = np.sqrt(np.einsum("ij,jk,ik->i", toward, inverse, toward))
+        assert u_change[receiver] == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+
+
+def test_few_fringes_widen_and_many_do_not() -> None:
+    fringes = np.stack([np.linspace(0.0, span, 50) for span in (0.0, 3.0, 300.0)])
+    assert _few_fringes_factor(fringes) == pytest.approx([4.0, np.sqrt(2.0), 1.0], rel=1e-3)

@@ -1,0 +1,125 @@
+"""Breaks on motions made for them: found, dropped, told from what no body does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.small_problem import BOUNCE_S, RELEASE_M, SmallProblem, positions, small_problem
+
+from radargui.estimation.select.breaks import BreakSettings, misfit_times, respline, sharp_turns
+from radargui.estimation.select.converge import converge, settle_breaks
+from radargui.estimation.solve.break_velocities import BreakSpeeds, break_speeds
+from radargui.estimation.solve.changed_problem import positions_at_bins
+from radargui.estimation.solve.minimise import Solution, log_evidence, minimise
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def nothing() -> None:
+    """Report no progress."""
+
+
+def settled(made: SmallProblem) -> Solution:
+    solution = converge(made.start, 4, nothing)
+    return settle_breaks(made.data, solution, UP, nothing)
+
+
+@pytest.fixture(scope="module")
+def without_break() -> SmallProblem:
+    return small_problem(breaks_s=(), sigma=0.005)
+
+
+def test_a_bounce_without_a_break_is_seen_as_a_sharp_turn_where_it_is(without_break: SmallProblem) -> None:
+    solution = converge(without_break.start, 4, nothing)
+    assert sharp_turns(solution, UP) == pytest.approx([BOUNCE_S], abs=0.003)
+    assert sharp_turns(solution, UP, BreakSettings(sharp_jerk_m_s3=1e6)).size == 0
+
+
+def test_beside_its_break_a_bounce_is_no_turn_and_needs_no_finer_knots() -> None:
+    solution = converge(small_problem(sigma=0.005).start, 4, nothing)
+    assert sharp_turns(solution, UP).size == 0
+    assert misfit_times(solution).size == 0
+
+
+def test_windows_whose_residuals_stand_out_ask_for_finer_knots(without_break: SmallProblem) -> None:
+    stiff = minimise(without_break.start, 0)
+    found = misfit_times(stiff)
+    assert found.size > 0
+    assert np.abs(found - BOUNCE_S).max() < 0.07
+    assert misfit_times(stiff, BreakSettings(misfit_share=1e9)).size == 0
+
+
+def test_a_missing_break_is_added_at_the_bounce(without_break: SmallProblem) -> None:
+    solution = settled(without_break)
+    assert solution.at.spline.break_s == pytest.approx([BOUNCE_S], abs=2e-4)
+    error = positions_at_bins(solution) - positions(without_break.data.bins.time_s)
+    assert np.abs(error[2]).max() < 2e-4
+
+
+def test_breaks_in_the_middle_of_a_flight_make_no_impacts() -> None:
+    made = small_problem(breaks_s=(0.17, BOUNCE_S, 0.36), sigma=0.005)
+    solution = settled(made)
+    speeds = break_speeds(solution, UP)
+    assert speeds.time_s[speeds.are_impacts()] == pytest.approx([BOUNCE_S], abs=2e-4)
+    assert speeds.before_m_s[speeds.are_impacts()] == pytest.approx([-1.962], abs=0.02)
+    assert speeds.after_m_s[speeds.are_impacts()] == pytest.approx([0.7 * 1.962], abs=0.02)
+
+
+def test_a_motion_on_other_knots_is_the_same_motion() -> None:
+    made = small_problem()
+    spline, coefficients = made.problem.spline, made.truth.coefficients
+    moved = respline(spline, coefficients, np.array([BOUNCE_S, 0.33]), np.array([0.30]))
+    time = np.linspace(0.06, 0.44, 300)
+    assert moved.spline.offset(time, moved.coefficients) == pytest.approx(spline.offset(time, coefficients), abs=2e-6)
+    assert moved.spline.offset(np.array([0.0]), moved.coefficients)[0] + RELEASE_M == pytest.approx(RELEASE_M)
+
+
+def test_rounds_raise_the_evidence_and_may_be_stopped_by_who_is_told() -> None:
+    made = small_problem()
+    start = made.away(0.5)
+    few, more = (converge(start, rounds, nothing) for rounds in (0, 5))
+    assert log_evidence(more) > log_evidence(few) + 5.0
+
+    def enough() -> None:
+        raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        converge(start, 1, enough)
+
+
+def speeds(time_s: list[float], before: list[float], after: list[float]) -> BreakSpeeds:
+    return BreakSpeeds(np.array(time_s), np.array(before), np.array(after), np.full(len(time_s), 1e-3))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "impact"),
+    [
+        (-1.0, 0.7, True),
+        (-1.0, 0.05, True),
+        (-1.0, 0.0, False),  # a dead stop is no impact today: its coefficient zero is not told
+        (-1.0, -0.5, False),  # slowed, not thrown back
+        (-0.05, 0.06, False),  # below 0.12 m/s
+        (0.2, 0.9, False),  # pushed while rising
+    ],
+)
+def test_an_impact_comes_down_goes_up_and_jumps(before: float, after: float, impact: bool) -> None:
+    assert speeds([1.0], [before], [after]).are_impacts().tolist() == [impact]
+
+
+def test_after_the_last_impact_the_body_lands_again_and_again_with_the_same_coefficient() -> None:
+    g, e, t, v, times = 9.81, 0.5, 1.0, 2.0, []
+    for _ in range(3):
+        v *= e
+        t += 2.0 * v / g
+        times.append(t)
+    found = speeds([1.0, 1.0 + 2.0 / g], [-2.0, -1.0], [1.0, 0.5]).expected_impacts(3.0)
+    assert found[:2] == pytest.approx(times[1:3], abs=1e-12)
+    assert (np.diff(found) >= 0.010).all()
+    assert speeds([1.0], [0.0], [1.0]).expected_impacts(3.0).size == 0
+    assert speeds([1.0], [-2.0], [1.0]).expected_impacts(1.1).size == 0
+
+
+def test_what_no_body_does_is_no_impact() -> None:
+    held_by_nothing = speeds([1.0, 1.006, 1.1], [-0.2, -36.0, -0.3], [36.0, 0.1, 0.2])
+    assert held_by_nothing.are_impacts().tolist() == [False, False, True]
+    assert speeds([1.0, 1.05], [-0.5, -0.25], [0.24, 0.15]).are_impacts().tolist() == [True, True]

@@ -1,0 +1,111 @@
+"""What the evidence decides: floor, lengths, drift, alternatives, on small problems made for each decision."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from support.small_problem import (
+    BOUNCE_S,
+    CONSTANTS,
+    FLOOR_PLANE,
+    START_S,
+    SmallProblem,
+    no_drift,
+    positions,
+    small_problem,
+)
+
+from radargui.estimation.adaptive.rounds import first_round, next_round, still_round
+from radargui.estimation.adaptive.still_ellipse import StillEllipse
+from radargui.estimation.forward.slow_noise import Drift
+from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.select.choose import ChoiceSettings, ChosenModel, _Selection, choose_model
+from radargui.geometry.path_length import path_lengths
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def nothing() -> None:
+    """Report no progress."""
+
+
+def rounds(made: SmallProblem) -> SimpleNamespace:
+    """Return the adaptive rounds on a small problem's bins: all of them that a choice reads."""
+    data = made.data
+    away = path_lengths(positions(data.bins.time_s), data.antennas)
+    counted = 2.0 * np.pi * (away - away[:, :1]) / data.wavelength_m
+    ellipses = tuple(
+        StillEllipse(c.offset_i, c.offset_q, c.log_gain, c.quadrature_error_rad, float(np.exp(c.log_amplitude)))
+        for c in CONSTANTS
+    )
+    first = first_round(data, still_round(data, ellipses, counted))
+    return SimpleNamespace(
+        data=data,
+        first=first,
+        last=next_round(data, first, 0.13),
+        impact_s=np.array([BOUNCE_S]),
+        turn_s=np.zeros(0),
+        signals=SimpleNamespace(rest_end_s=START_S),
+    )
+
+
+def chosen(made: SmallProblem, drift: Drift | None = None, **settings: float) -> ChosenModel:
+    return choose_model(rounds(made), drift or no_drift(), UP, nothing, None, ChoiceSettings(**settings))
+
+
+def test_a_floor_that_reflects_is_kept() -> None:
+    model = chosen(small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005))
+    assert "floor that reflects is kept" in model.choices[0]
+    assert [plane.name for plane in model.solution.problem.inputs.planes] == ["floor"]
+    (t,) = model.solution.state.theta[model.solution.problem.layout.transmitter_reflection][0::2]
+    assert t == pytest.approx(0.15, abs=0.05)
+
+
+def test_a_floor_that_does_not_reflect_is_left_out_and_no_wall_is_asked_for() -> None:
+    model = chosen(small_problem(sigma=0.005))
+    assert "left out" in model.choices[0]
+    assert model.solution.problem.inputs.planes == ()
+    assert not any("wall" in choice for choice in model.choices)
+
+
+def test_a_doubtful_floor_is_compared_again_once_the_breaks_are_settled(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005)
+    asked = []
+    again = _Selection.floor_compared_again
+    monkeypatch.setattr(_Selection, "floor_compared_again", lambda *args: asked.append(1) or again(*args))
+    chosen(made, beyond_doubt=1e9, most_walls=0)
+    chosen(made, beyond_doubt=0.0, most_walls=0)
+    assert asked == [1]
+
+
+def test_few_fringes_make_other_lengths_tried() -> None:
+    made = small_problem(sigma=0.005)
+    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
+    solution, others = selection.other_lengths(selection.from_round(selection.found.last, 0.09, reflects=False))
+    lengths = {solution.problem.bias_basis.length_m, *(one.solution.problem.bias_basis.length_m for one in others)}
+    assert lengths <= {0.09, 0.14, 0.22}
+    assert all(0.01 < other.weight <= 1.0 for other in others)
+
+
+def test_drift_and_flicker_noise_are_told() -> None:
+    made = small_problem()
+    slow = Drift(0.0, 0.45, 4, np.full((6, 4), 0.01), np.zeros(6))
+    assert "The offsets drift" in " ".join(chosen(made, slow, most_walls=0).choices)
+    flicker = Drift(0.0, 0.45, 4, np.full((6, 4), 0.01), np.full(6, 1e-6))
+    assert "1/f noise found" in " ".join(chosen(made, flicker, most_walls=0).choices)
+
+
+def test_an_alternative_weighs_by_its_tempered_evidence() -> None:
+    selection = _Selection(rounds(small_problem()), no_drift(), UP, nothing, None, ChoiceSettings(temper=5.0))
+    assert selection._weight(0.0) == selection._weight(3.0) == 1.0
+    assert selection._weight(-5.0) == pytest.approx(np.exp(-1.0))
+
+
+def test_a_known_front_end_is_believed_where_the_run_says_little() -> None:
+    made = small_problem(sigma=0.2)
+    known = [LogFrontEnd(c.log_gain, 1e-4, c.quadrature_error_rad, 1e-4) for c in CONSTANTS]
+    model = choose_model(rounds(made), no_drift(), UP, nothing, known, ChoiceSettings(most_walls=0))
+    for own, constants in zip(model.solution.problem.layout.receivers, CONSTANTS, strict=True):
+        assert model.solution.state.theta[own.log_gain] == pytest.approx(constants.log_gain, abs=5e-4)

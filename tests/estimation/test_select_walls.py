@@ -1,0 +1,87 @@
+"""A wall is found where it stands, and none is invented, on a small problem made for it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
+
+from radargui.estimation.select.converge import converge
+from radargui.estimation.select.walls import (
+    WALLS,
+    _peaks,
+    linearised_gains,
+    search_wall,
+    upright_planes,
+    wall_grid,
+)
+from radargui.estimation.solve.changed_problem import positions_at_bins
+from radargui.estimation.solve.minimise import Solution
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def nothing() -> None:
+    """Report no progress."""
+
+
+def converged(made: SmallProblem) -> Solution:
+    return converge(made.start, 3, nothing)
+
+
+@pytest.fixture(scope="module")
+def hidden() -> Solution:
+    """The data have a wall 14 cm along +x; the model has none."""
+    return converged(small_problem(reflection=0.06, shown=(WALL_PLANE,), sigma=0.005))
+
+
+@pytest.fixture(scope="module")
+def clean() -> Solution:
+    return converged(small_problem(sigma=0.005))
+
+
+def gains(solution: Solution) -> tuple[np.ndarray, list]:
+    azimuth, distance = wall_grid()
+    planes = upright_planes(positions_at_bins(solution).mean(axis=1), UP, azimuth, distance)
+    return linearised_gains(solution, planes, nothing), planes
+
+
+def test_the_linearised_evidence_of_the_grid_is_highest_at_the_wall(hidden: Solution) -> None:
+    gain, planes = gains(hidden)
+    best = planes[int(np.argmax(gain))]
+    assert best.normal @ WALL_PLANE.normal > np.cos(np.radians(20.0))
+    assert gain.max() > np.median(gain) + 50.0
+
+
+def test_without_a_wall_the_grid_is_flat(clean: Solution, hidden: Solution) -> None:
+    gain, _ = gains(clean)
+    assert np.ptp(gain) < 0.2 * np.ptp(gains(hidden)[0])
+
+
+def test_a_wall_is_found_where_it_stands_and_convinces(hidden: Solution) -> None:
+    search = search_wall(hidden, UP, nothing, thorough=True)
+    assert search.gain > WALLS.convincing
+    assert [trial.gain for trial in search.tried] == sorted((t.gain for t in search.tried), reverse=True)
+    best = search.tried[0].solution
+    image = best.problem.inputs.planes[-1].image(np.zeros(3), best.problem.layout.plane_unknowns(best.state.theta)[-1])
+    assert image[0] / 2.0 == pytest.approx(0.14, abs=0.02)
+    assert abs(np.arctan2(image[1], image[0])) < np.radians(8.0)
+
+
+def test_no_wall_is_invented_where_none_reflects(clean: Solution) -> None:
+    assert search_wall(clean, UP, nothing, thorough=False).gain < WALLS.convincing
+
+
+def test_upright_planes_face_the_middle_at_their_distance() -> None:
+    middle = np.array([0.01, 0.02, 0.0])
+    planes = upright_planes(middle, UP, np.array([0.0, 2.0]), np.array([0.1, 0.2]))
+    assert [plane.normal @ (middle - plane.foot_m) for plane in planes] == pytest.approx([0.1, 0.2, 0.1, 0.2])
+    assert [plane.normal @ UP for plane in planes] == pytest.approx([0.0] * 4)
+    assert FLOOR_PLANE.deviations[0] < planes[0].deviations[0] == WALLS.u_azimuth_rad
+
+
+def test_peaks_of_a_circle_of_azimuths_go_round() -> None:
+    table = np.zeros((6, 3))
+    table[0, 1], table[5, 1], table[3, 2] = 5.0, 4.0, 3.0
+    assert [divmod(k, 3) for k in _peaks(table, around=True)[:2]] == [(0, 1), (3, 2)]
+    assert [divmod(k, 3) for k in _peaks(table, around=False)[:3]] == [(0, 1), (5, 1), (3, 2)]

@@ -1,0 +1,101 @@
+"""The minimum, its evidence and what steps are refused, on a small problem with known truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_problem import FLOOR_PLANE, small_problem
+
+from radargui.estimation.solve.minimise import (
+    MinimiseSettings,
+    _is_possible,
+    chi_square,
+    local_chi_square,
+    log_evidence,
+    minimise,
+)
+from radargui.estimation.solve.problem import assemble, linearise
+
+
+def test_the_truth_is_found_within_its_standard_uncertainties() -> None:
+    made = small_problem(delay_s=5e-5)
+    start = made.away(1.0)
+    assert linearise(start.problem, start.state).cost > 1.5 * linearise(made.problem, made.truth).cost
+    solution = minimise(start, 15)
+    u = np.sqrt(solution.normal.global_variances())
+    away = (solution.state.theta - made.truth.theta) / u
+    assert solution.settled
+    assert np.abs(away).max() < 4.5
+    assert np.sqrt((away**2).mean()) < 1.3
+    assert chi_square(solution) == pytest.approx(1.0, abs=0.25)
+
+
+def test_more_steps_never_cost_more() -> None:
+    start = small_problem((FLOOR_PLANE,), reflection=0.1).away(2.0)
+    costs = [minimise(start, steps).at.cost for steps in (0, 1, 2, 4, 8)]
+    assert costs == sorted(costs, reverse=True)
+    assert costs[-1] < 0.9 * costs[0]
+
+
+def test_at_the_minimum_the_slope_is_nothing_against_its_curvature() -> None:
+    solution = minimise(small_problem().away(1.0), 20, MinimiseSettings(close=1e-6))
+    blocks = assemble(solution.problem, solution.state, solution.at)
+    motion, of_global = solution.normal.solve(-blocks.slope_motion, -blocks.slope_global)
+    gain = -0.5 * (motion @ blocks.slope_motion + of_global @ blocks.slope_global)
+    assert abs(gain) < 0.1
+
+
+def test_evidence_is_laplaces_formula_of_the_dense_matrix() -> None:
+    solution = minimise(small_problem(n_bins=120).away(0.3), 6)
+    problem = replace(solution.problem, noise_scale=np.array([1.0, 1.1, 1.3]))
+    at = linearise(problem, solution.state)
+    blocks = assemble(problem, solution.state, at)
+    dense = np.block([[blocks.s.toarray(), blocks.c], [blocks.c.T, blocks.m]])
+    wanted = (
+        -at.cost
+        - 0.5 * np.linalg.slogdet(dense)[1]
+        - np.log(problem.prior.sd).sum()
+        - 3.0 * np.log(problem.jerk_sd).sum()
+        - 2.0 * problem.use.sum() * np.log(problem.noise_scale).sum()
+    )
+    found = log_evidence(replace(solution, problem=problem, at=at, normal=blocks.factor()))
+    assert found == pytest.approx(wanted, rel=1e-8)
+
+
+def test_the_local_misfit_is_one_for_noise_and_counts_the_noise_scale() -> None:
+    made = small_problem()
+    solution = minimise(made.start, 3)
+    assert np.median(local_chi_square(solution), axis=1) == pytest.approx(1.0, abs=0.25)
+    louder = replace(made.problem, noise_scale=np.full(3, 2.0))
+    wider = minimise(replace(made.start, problem=louder), 0)
+    assert chi_square(wider) == pytest.approx(chi_square(minimise(made.start, 0)), rel=0.03)
+
+
+def test_steps_to_motions_that_no_body_makes_are_refused() -> None:
+    made = small_problem((FLOOR_PLANE,), reflection=0.1)
+    problem, settings, theta = made.problem, MinimiseSettings(), made.truth.theta
+    assert _is_possible(problem, made.truth.coefficients, theta, settings)
+    assert not _is_possible(problem, made.truth.coefficients * 4.0, theta, settings)
+    at_once = theta.copy()
+    at_once[problem.layout.breaks] = 0.0505
+    assert not _is_possible(problem, made.truth.coefficients, at_once, settings)
+
+
+def test_a_lobe_of_a_mirror_that_hardly_reflects_stops_where_its_full_step_would_overflow() -> None:
+    made = small_problem((FLOOR_PLANE,), reflection=1e-6, sigma=0.05, n_bins=60)
+    sd = made.problem.prior.sd.copy()
+    lobes = (made.problem.layout.transmitter_lobe, *(own.receiver_lobe for own in made.problem.layout.receivers))
+    for places in lobes:
+        sd[places] = 1e4
+    start = replace(made.start, problem=replace(made.problem, prior=replace(made.problem.prior, sd=sd)))
+    with np.errstate(over="raise", invalid="raise"):
+        solution = minimise(start, 15)
+        with pytest.raises(FloatingPointError, match="overflow"):
+            minimise(start, 15, MinimiseSettings(most_lobe_exponent=np.inf))
+    assert solution.at.cost < linearise(start.problem, start.state).cost - 1.0
+    height = np.abs(solution.state.coefficients[:, 2]).max() / 0.15
+    for places in lobes:
+        a, b = np.abs(solution.state.theta[places])
+        assert a * height + b * height**2 < 10.5

@@ -1,0 +1,128 @@
+"""Priors of the global parameters and how their deviations are re-estimated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_problem import CONSTANTS, FLOOR_PLANE, WALL_PLANE, small_problem
+
+from radargui.estimation.forward.motion_spline import make_spline
+from radargui.estimation.forward.parameters import Sizes, make_layout
+from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.solve.minimise import minimise
+from radargui.estimation.solve.prior_deviations import (
+    DeviationSettings,
+    spans_together,
+    update_priors,
+    updated_noise_scale,
+)
+from radargui.estimation.solve.priors import Allowed, PriorSettings, make_prior, with_known_front_ends
+from radargui.estimation.solve.problem import linearise
+
+LAYOUT = make_layout(Sizes(breaks=2, mirrors=2, receivers=3, bias=4, amplitude_map=3, drift=2))
+PLANES = (FLOOR_PLANE, WALL_PLANE)
+
+
+def prior_of(settings: PriorSettings | None = None):
+    drift_sd = np.arange(12.0).reshape(6, 2) + 0.5
+    return make_prior(LAYOUT, PLANES, np.array([0.2, 0.3]), CONSTANTS, drift_sd, settings or PriorSettings())
+
+
+def test_maps_and_mirrors_belong_to_one_group_each_and_constants_to_none() -> None:
+    prior = prior_of()
+    grouped = np.concatenate([group.index for group in prior.groups])
+    assert len(set(grouped)) == grouped.size
+    free = set(range(LAYOUT.size)) - set(grouped.tolist())
+    alone = [*range(LAYOUT.breaks.start, LAYOUT.planes.stop)]
+    for own in LAYOUT.receivers:
+        alone += [*range(own.constants.start, own.constants.stop), *range(own.drift_i.start, own.drift_q.stop)]
+    assert free == set(alone)
+
+
+def test_constants_keep_near_where_the_fit_starts_and_front_ends_near_zero() -> None:
+    prior = prior_of()
+    for own, start in zip(LAYOUT.receivers, CONSTANTS, strict=True):
+        assert prior.mean[own.log_amplitude] == start.log_amplitude
+        assert prior.mean[own.offset].tolist() == [start.offset_i, start.offset_q]
+        assert prior.mean[own.log_gain] == prior.mean[own.quadrature_error] == 0.0
+    assert prior.sd[LAYOUT.receivers[1].drift_q].tolist() == [6.5, 7.5]
+    assert prior.sd[LAYOUT.planes].tolist() == [0.03, 0.03, 0.03, 0.15, 0.03, 0.03]
+
+
+def test_a_wall_has_no_lobe_and_a_floor_has() -> None:
+    prior = prior_of()
+    floor, wall = LAYOUT.transmitter_lobe.start, LAYOUT.transmitter_lobe.start + 2
+    assert prior.sd[floor] == 0.03
+    assert prior.sd[wall] == 1e-4
+    (held,) = [group for group in prior.groups if wall in group.index]
+    assert held.lowest == held.highest == 1e-4
+
+
+def test_a_setting_can_be_varied_alone() -> None:
+    usual, other = prior_of(), prior_of(PriorSettings(bias=Allowed(0.05, 1e-3, 0.2)))
+    differs = np.flatnonzero(usual.sd != other.sd)
+    wanted = [n for own in LAYOUT.receivers for n in range(own.bias_i.start, own.bias_q.stop)]
+    assert differs.tolist() == wanted
+
+
+def test_known_front_ends_take_the_place_of_the_wide_ones_alone() -> None:
+    before = prior_of()
+    known = [LogFrontEnd(0.1, 0.002, -0.05, 0.003)] * 3
+    after = with_known_front_ends(before, LAYOUT, known)
+    for own in LAYOUT.receivers:
+        assert (after.mean[own.log_gain], after.sd[own.log_gain]) == (0.1, 0.002)
+        assert (after.mean[own.quadrature_error], after.sd[own.quadrature_error]) == (-0.05, 0.003)
+    assert (after.sd != before.sd).sum() == 6
+
+
+def test_a_map_that_nobody_needs_shrinks_by_mackays_rule_within_its_limits() -> None:
+    made = small_problem()
+    solution = minimise(made.start, 4)
+    variance, old = solution.normal.global_variances(), solution.problem.prior
+    new = update_priors(solution).prior
+    for group in old.groups:
+        w, sd = solution.state.theta[group.index], old.sd[group.index[0]]
+        gamma = max(group.index.size - (variance[group.index] / sd**2).sum(), 1e-2)
+        wanted = np.clip(np.sqrt(w @ w / gamma), max(sd / 10.0, group.lowest), min(sd * 10.0, group.highest))
+        assert new.sd[group.index] == pytest.approx(wanted)
+    bias = made.problem.layout.receivers[0].bias_i.start
+    assert new.sd[bias] < 0.5 * old.sd[bias]
+    frozen = update_priors(solution, DeviationSettings(largest_change=1.0)).prior
+    assert frozen.sd == pytest.approx(old.sd)
+
+
+def test_the_jerk_may_be_large_at_the_bounce_and_becomes_small_in_the_fall() -> None:
+    made = small_problem()
+    problem, state = made.problem, made.truth
+    for _ in range(3):
+        solution = minimise(replace(made.start, problem=problem, state=state), 4)
+        problem, state = update_priors(solution), solution.state
+    _, middle, _ = solution.at.spline.jerk()
+    falling = (middle > 0.08) & (middle < 0.23)
+    assert np.median(problem.jerk_sd[falling]) < 20.0
+    assert problem.jerk_sd.min() >= 0.3
+
+
+def test_the_noise_scale_follows_the_typical_misfit_not_a_short_one() -> None:
+    made = small_problem(sigma=0.01)
+    quieter = replace(made.problem, bins=replace(made.problem.bins, sigma=0.5 * made.problem.bins.sigma))
+    start = replace(made.start, problem=quieter)
+    assert updated_noise_scale(minimise(start, 2)) == pytest.approx(1.3)  # limited; 2 in the end
+    unlimited = DeviationSettings(largest_noise_step=10.0)
+    assert updated_noise_scale(minimise(start, 2), unlimited) == pytest.approx(2.0, abs=0.3)
+    value = made.problem.bins.value.copy()
+    value[:, 100:108] += 0.2
+    short = replace(made.start, problem=replace(made.problem, bins=replace(made.problem.bins, value=value)))
+    solution = replace(minimise(made.start, 2), at=linearise(short.problem, made.truth), problem=short.problem)
+    assert updated_noise_scale(solution).max() < 1.15
+
+
+def test_spans_of_the_release_and_of_the_fall_stay_apart() -> None:
+    spline = make_spline(0.0, 0.5, np.array([0.3]))
+    _, middle, _ = spline.jerk()
+    parts = spans_together(spline, middle, 0.055)
+    assert [middle[part].min() > 0.055 for part in parts] == [False, True, True]
+    assert np.concatenate([middle[part] for part in parts]) == pytest.approx(middle)
+    assert max(middle[parts[1]]) < 0.3 < min(middle[parts[2]])

@@ -1,0 +1,36 @@
+"""A logout or shutdown closes the window and the run in it, without a question."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from support.killing import ROOT
+
+from radargui.files.run_file import read_run, run_is_complete
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of another system")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
+def test_what_ends_the_program_closes_the_run_and_the_window(
+    tmp_path: Path, setup_path: Path, number: signal.Signals
+) -> None:
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("XDG_")}
+    environment |= {"PYTHONPATH": os.pathsep.join([str(ROOT / "tests"), str(ROOT)]), "HOME": str(tmp_path)}
+    environment |= {"QT_QPA_PLATFORM": "offscreen"}
+    command = [sys.executable, "-m", "support.ended_window", str(setup_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as child:
+        assert child.stdout is not None
+        assert child.stderr is not None
+        run = Path(child.stdout.readline().strip())
+        child.send_signal(number)
+        errors = child.stderr.read()
+    assert child.returncode == 0, errors
+    assert "Traceback" not in errors
+    assert run.is_relative_to(tmp_path)
+    assert read_run(run).n_samples > 0
+    assert run_is_complete(run)

@@ -1,0 +1,115 @@
+"""Where things stand: everything fits a small screen at the first start, and stays as the operator set it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QPushButton, QSplitter, QWidget
+
+from radargui.gui.main_window import MainWindow
+from radargui.gui.panels import TITLES
+
+SMALL = QSize(1350, 680)
+"""What a screen of 1366 x 768 leaves of a window beside its frame, its title and the system's bar."""
+
+
+@pytest.fixture
+def small(make_window: Any, setup_path: Any) -> MainWindow:
+    window: MainWindow = make_window(setup_path)
+    window.resize(SMALL)
+    window.actions_.reset_layout.trigger()
+    QApplication.processEvents()
+    return window
+
+
+def looked_at(window: MainWindow, name: str) -> None:
+    window.panels.go_to(name)
+    for _ in range(3):
+        QApplication.processEvents()
+
+
+def cut(widget: QWidget) -> bool:
+    if isinstance(widget, QComboBox):
+        # the words beside the arrow
+        wanted = widget.fontMetrics().horizontalAdvance(widget.currentText()) + 26
+        return widget.width() < wanted
+    if isinstance(widget, QLabel) and (widget.wordWrap() or not widget.text()):
+        return False
+    return widget.width() < widget.sizeHint().width() or widget.height() < widget.sizeHint().height()
+
+
+def test_nothing_is_cut_on_a_small_screen(small: MainWindow, record_one: Any) -> None:
+    small.setup_model.assign("processing.correction", "adaptive")
+    record_one(small)
+    for number in range(3):
+        small.board.post("warning", f"message {number}")
+    for kind in ("simulated", "ni", "replay"):
+        small.hardware.choose(kind)
+        for name in TITLES:
+            looked_at(small, name)
+            assert small.size() == SMALL, name
+            for dock in small.panels.docks.values():
+                panel = dock.widget()
+                if panel.isVisible():
+                    least = panel.minimumSizeHint()
+                    assert panel.width() >= least.width(), (name, dock.objectName())
+                    assert panel.height() >= least.height(), (name, dock.objectName())
+            for one in small.panels.findChildren(QWidget):
+                if one.isVisible() and isinstance(one, QLabel | QPushButton | QCheckBox | QComboBox):
+                    ignored = one.sizePolicy().horizontalPolicy() == one.sizePolicy().Policy.Ignored
+                    assert ignored or not cut(one), (name, one, one.objectName(), getattr(one, "text", str)())
+
+
+def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small: MainWindow, record_one: Any) -> None:
+    small.setup_model.assign("processing.correction", "adaptive")
+    record_one(small)
+    looked_at(small, "runs")
+    table, model = small.runs.table, small.runs.model
+    for column in range(model.columnCount()):
+        words = (
+            str(model.headerData(column, Qt.Orientation.Horizontal)),
+            str(model.data(model.index(0, column), Qt.ItemDataRole.DisplayRole)),
+        )
+        room = table.columnWidth(column) - 8
+        assert all(table.fontMetrics().horizontalAdvance(text) <= room for text in words), words
+    assert table.horizontalHeader().length() <= table.viewport().width()
+
+
+def test_the_first_window_fits_the_screen(window: MainWindow) -> None:
+    room = window.screen().availableSize()
+    window.panels.restore_within(window, window.settings)
+    assert window.minimumSizeHint().width() <= SMALL.width()
+    assert window.minimumSizeHint().height() <= SMALL.height()
+    least = window.minimumSizeHint()
+    assert window.width() <= max(room.width(), least.width())
+    assert window.height() <= max(room.height(), least.height())
+
+
+def test_columns_splitters_and_panels_stay_as_they_were_set(make_window: Any, setup_path: Any, wait_for: Any) -> None:
+    first = make_window(setup_path)
+    first.panels.resizeDocks([first.panels.docks["hardware"]], [450], Qt.Orientation.Horizontal)
+    QApplication.processEvents()
+    first.runs.table.setColumnWidth(1, 133)
+    browser = first.sessions.browser
+    browser.show()
+    browser.table.setColumnWidth(2, 77)
+    browser.resize(700, 500)
+    (splitter,) = first.track.findChildren(QSplitter)
+    splitter.setSizes([100, 300])
+    wanted = splitter.sizes()
+    side = first.panels.docks["hardware"].width()
+    first.close()
+    wait_for(first.isHidden)
+    again = make_window(None)
+    QApplication.processEvents()
+    # the screen of the tests is smaller than the window: the layout passes through its width
+    assert again.panels.docks["hardware"].width() == pytest.approx(side, abs=20)
+    assert again.runs.table.columnWidth(1) == 133
+    again.runs.show_session(None, [])
+    assert again.runs.table.columnWidth(1) == 133
+    assert again.sessions.browser.table.columnWidth(2) == 77
+    assert again.sessions.browser.size() == QSize(700, 500)
+    (splitter,) = again.track.findChildren(QSplitter)
+    assert splitter.sizes() == wanted

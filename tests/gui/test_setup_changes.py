@@ -1,0 +1,200 @@
+"""What was changed in the setup is marked in its field, can be taken back, and is never lost unasked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
+
+from radargui.gui.main_window import MainWindow
+from radargui.gui.setup.error_line import ChangeLine
+from radargui.gui.setup.fields import Changed
+from radargui.model.setup_file import plain, read_setup
+from radargui.session.info import read_info
+
+Answer = QMessageBox.StandardButton
+
+
+def field(window: MainWindow, key: str) -> QWidget:
+    found = window.findChild(QWidget, key)
+    assert found is not None
+    return found
+
+
+def mark(window: MainWindow, key: str) -> Changed:
+    found = field(window, key).findChild(Changed)
+    assert found is not None
+    return found
+
+
+def entered(window: MainWindow, key: str, text: str) -> None:
+    line = field(window, key)
+    line.setFocus()
+    QTest.keyClick(line, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    QTest.keyClicks(line, text)
+
+
+def shown_changes(window: MainWindow) -> str:
+    (text,) = {line.text() for line in window.findChildren(ChangeLine) if not line.isHidden()} or {""}
+    return text
+
+
+@pytest.fixture
+def answers(monkeypatch: pytest.MonkeyPatch) -> tuple[list[Answer], list[str]]:
+    given: list[Answer] = []
+    asked: list[str] = []
+
+    def ask(_parent: QWidget, _title: str, words: str, *_buttons: Answer) -> Answer:
+        asked.append(words)
+        return given.pop(0)
+
+    monkeypatch.setattr(QMessageBox, "question", ask)
+    return given, asked
+
+
+@pytest.fixture
+def antennas(window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
+    window.activateWindow()
+    wait_for(window.isActiveWindow)
+    window.panels.go_to("antennas")
+    QApplication.processEvents()
+    return window
+
+
+VALUES = (
+    ("receiver[2].tilt_deg", "55", "40"),
+    ("receiver[1].distance_m", "-3", "700"),
+    ("tracer.release_position_m[2]", "11x", "120"),
+    ("radar.frequency_hz", "", "10"),
+    ("floor.height_m", "", "-140"),
+)
+
+
+def test_a_wrong_entry_is_marked_and_taken_back_from_its_field(antennas: MainWindow) -> None:
+    before = plain(antennas.setup_model.setup)
+    for key, text, was in VALUES:
+        assert mark(antennas, key).isHidden()
+        entered(antennas, key, text)
+        if not text:
+            QTest.keyClick(field(antennas, key), Qt.Key.Key_Delete)
+        assert not mark(antennas, key).isHidden(), key
+        assert f"The file says {was}:" in mark(antennas, key).toolTip()
+        others = [one for one in antennas.findChildren(Changed) if not one.isHidden()]
+        assert others == [mark(antennas, key)]
+        QTest.keyClick(field(antennas, key), Qt.Key.Key_U, Qt.KeyboardModifier.ControlModifier)
+        assert mark(antennas, key).isHidden(), key
+        assert field(antennas, key).property("text") == was
+        assert antennas.setup_model.valid
+        assert plain(antennas.setup_model.setup) == before
+        assert not antennas.setup_model.modified
+
+
+def test_a_mark_is_clicked_and_all_changes_are_taken_back_together(antennas: MainWindow) -> None:
+    entered(antennas, "receiver[2].tilt_deg", "55")
+    entered(antennas, "transmitter.distance_m", "800")
+    antennas.setup_model.assign("processing.geometry", "plane")
+    antennas.setup_model.assign("recording.restart_after_error", False)
+    marked = {"receiver[2].tilt_deg", "transmitter.distance_m", "processing.geometry"}
+    assert marked <= {one.parentWidget().objectName() for one in antennas.findChildren(Changed) if not one.isHidden()}
+    QTest.mouseClick(mark(antennas, "receiver[2].tilt_deg"), Qt.MouseButton.LeftButton)
+    assert mark(antennas, "receiver[2].tilt_deg").isHidden()
+    assert not mark(antennas, "transmitter.distance_m").isHidden()
+    antennas.hardware.undo_all.click()
+    assert all(one.isHidden() for one in antennas.findChildren(Changed))
+    assert not antennas.hardware.undo_all.isEnabled()
+    assert not antennas.setup_model.modified
+
+
+def test_what_changed_since_the_last_run_is_told(antennas: MainWindow, record_one: Any) -> None:
+    antennas.setup_model.assign("processing.correction", "adaptive")
+    entered(antennas, "receiver[2].tilt_deg", "41")
+    assert shown_changes(antennas) == ""
+    record_one(antennas)
+    assert shown_changes(antennas) == ""
+    entered(antennas, "receiver[2].tilt_deg", "42")
+    assert shown_changes(antennas) == "Changed since the last run: receiver[2].tilt_deg (was 41.0)"
+    antennas.actions_.save_setup.trigger()
+    assert shown_changes(antennas), "saved is not the same as recorded"
+    entered(antennas, "receiver[2].tilt_deg", "41")
+    assert shown_changes(antennas) == ""
+
+
+def test_opening_a_setup_asks_before_edits_are_lost(
+    antennas: MainWindow, answers: Any, tmp_path: Path, setup_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given, asked = answers
+    other = tmp_path / "other.toml"
+    other.write_text(setup_path.read_text(encoding="utf-8"), encoding="utf-8")
+    chooser = "radargui.gui.setup.setup_file.QFileDialog.getOpenFileName"
+    monkeypatch.setattr(chooser, lambda *_args: (str(other), ""))
+    entered(antennas, "receiver[2].tilt_deg", "55")
+    given[:] = [Answer.Cancel]
+    antennas.actions_.open_setup.trigger()
+    assert "receiver[2].tilt_deg" in asked[-1]
+    assert antennas.setup_model.path == setup_path
+    assert antennas.setup_model.setup.receiver[1].tilt_deg == 55.0
+    given[:] = [Answer.Save]
+    antennas.actions_.open_setup.trigger()
+    assert read_setup(setup_path).receiver[1].tilt_deg == 55.0
+    assert antennas.setup_model.path == other
+    entered(antennas, "receiver[2].tilt_deg", "-")
+    given[:] = [Answer.Discard]
+    antennas.actions_.open_setup.trigger()
+    assert antennas.setup_model.setup.receiver[1].tilt_deg == 40.0
+    antennas.actions_.open_setup.trigger()
+    assert len(asked) == 3, "asked although nothing was edited"
+
+
+def test_the_setup_of_a_session_asks_before_edits_are_lost(
+    antennas: MainWindow, answers: Any, record_one: Any, wait_for: Any
+) -> None:
+    given, asked = answers
+    antennas.setup_model.assign("processing.correction", "adaptive")
+    record_one(antennas)
+    antennas.actions_.save_setup.trigger()
+    entered(antennas, "receiver[2].tilt_deg", "55")
+    session = antennas.control.session
+    assert session is not None
+    given[:] = [Answer.Cancel]
+    antennas.sessions._take(read_info(session.path))
+    assert len(asked) == 1
+    assert antennas.setup_model.setup.receiver[1].tilt_deg == 55.0
+    assert antennas.control.session is session
+    given[:] = [Answer.Discard]
+    antennas.sessions._take(read_info(session.path))
+    assert antennas.setup_model.setup.receiver[1].tilt_deg == 40.0
+    assert all(one.isHidden() for one in antennas.findChildren(Changed))
+    assert antennas.control.session is None
+
+
+def test_closing_asks_only_where_an_edit_would_be_lost(antennas: MainWindow, answers: Any, wait_for: Any) -> None:
+    given, asked = answers
+    del antennas.may_leave
+    entered(antennas, "receiver[2].tilt_deg", "abc")
+    given[:] = [Answer.No]
+    antennas.close()
+    assert antennas.isVisible()
+    assert "receiver[2].tilt_deg" in asked[0]
+    entered(antennas, "receiver[2].tilt_deg", "55")
+    antennas.close()
+    wait_for(antennas.isHidden)
+    assert len(asked) == 1
+
+
+def test_a_mark_stands_within_its_field(antennas: MainWindow) -> None:
+    entered(antennas, "receiver[2].distance_m", "701.25")
+    assert within(antennas, "receiver[2].distance_m")
+    antennas.panels.go_to("hardware")
+    antennas.setup_model.assign("simulation.scene", "circle")
+    QApplication.processEvents()
+    assert within(antennas, "simulation.scene")
+
+
+def within(window: MainWindow, key: str) -> bool:
+    place = mark(window, key).geometry()
+    return place.width() >= 12 and field(window, key).rect().contains(place)

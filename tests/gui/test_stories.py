@@ -1,0 +1,263 @@
+"""Stories of operators: nobody is misled by another run, another session, a replay, a backlog, a storm of warnings."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.gui_sessions import make_session
+from support.processing_here import ProcessingHere
+from support.stored_runs import SETUP
+
+from radargui.gui.control.app_state import AppState
+from radargui.gui.main_window import MainWindow
+from radargui.gui.runs.run_model import RunEntry
+from radargui.model.drop import RunOrigin
+from radargui.model.errors import FileError
+from radargui.report.report import compose
+from radargui.report.run_facts import study
+from radargui.restitution.series import series_of
+from radargui.session.session import Session
+
+
+def listed(window: MainWindow) -> list[tuple[str, str]]:
+    return [(entry.label, entry.name) for entry in window.runs.model.entries]
+
+
+def opened(window: MainWindow, path: Path, wait_for: Any) -> None:
+    window.sessions.open(path)
+    wait_for(lambda: not window.jobs.running)
+
+
+def shown(window: MainWindow, wait_for: Any, row: int = 0) -> None:
+    window.runs.table.selectRow(row)
+    wait_for(lambda: window.run.result is not None and not window.jobs.running)
+
+
+def test_an_old_session_is_reviewed_then_a_new_one_recorded(
+    window: MainWindow, wait_for: Any, record_one: Any, tmp_path: Path
+) -> None:
+    window.session_panel.set_details("Ada", "today", "steel", "glass")
+    window.setup_model.path = None
+    window.setup_model.replace(SETUP)
+    old = make_session(tmp_path / "data", 4, operator="Grace", notes="of May")
+    opened(window, old, wait_for)
+    shown(window, wait_for)
+    assert window.track.result_shown
+    assert window.run._title.text() == "drop 1 (run-0001, simulated)"
+    assert window.session_panel.details[:2] == ("Grace", "of May")
+    asked: list[str] = []
+    window.sessions.ask_where = lambda name: asked.append(name) or ""
+    window.actions_.record.trigger()
+    assert asked == [old.name]
+    assert window.control.state is AppState.IDLE, "not answered: nothing is recorded"
+
+    window.sessions.ask_where = lambda _name: "new"
+    record_one(window)
+    session = window.control.session
+    assert session is not None
+    assert session.path != old
+    assert (session.info.operator, session.info.notes) == ("Ada", "today")
+    assert len(Session.open(old, write=False).run_paths()) == 1
+    assert listed(window) == [("1", "run-0001")]
+    assert window.runs.model.entries[0].path.parent == session.path
+
+    opened(window, old, wait_for)
+    window.sessions.ask_where = lambda _name: "add"
+    record_one(window)
+    assert listed(window) == [("1", "run-0001"), ("2", "run-0002")]
+    assert window.bar.state.text.startswith("DONE   drop 2: ")
+    window.sessions.ask_where = lambda _name: pytest.fail("asked once")
+    record_one(window)
+    assert len(Session.open(old, write=False).run_paths()) == 3
+
+
+def test_a_new_session_is_empty(window: MainWindow, wait_for: Any, record_one: Any) -> None:
+    record_one(window)
+    shown(window, wait_for)
+    assert "drop 1: e = " in window.bar.state.text
+    window.actions_.new_session.trigger()
+    assert window.bar.state.text == "IDLE"
+    assert window.run.result is None
+    assert window.run._title.text() == "No run chosen"
+    assert window.run.figures.toPlainText() == ""
+    assert window.run.samples.plots == []
+    assert window.track.shown is None
+    assert not window.track.result_shown
+    assert window.track._title.text() == "Live track: nothing yet"
+    assert window.runs.model.entries == []
+    assert window.runs.series.isHidden()
+    assert window.health.run.text() == ""
+
+
+def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistics(
+    window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window.setup_model.path = None
+    window.setup_model.replace(SETUP)
+    path = make_session(tmp_path / "data", 4)
+    # as a device gave it
+    measured = RunOrigin("measured", "the samples of the device")
+    real = "radargui.files.run_card._origin"
+    from radargui.files import run_card
+
+    origin_in = run_card._origin
+    monkeypatch.setattr(real, lambda file: measured if file.filename.endswith("run-0001.h5") else origin_in(file))
+    copy = Path(shutil.copy(path / "run-0001.h5", tmp_path / "drop.h5"))
+    opened(window, path, wait_for)
+    before = window.runs.model.series
+    assert (before.kind, before.e.n) == ("measured", 1)
+
+    window.sessions.ask_where = lambda _name: "add"
+    window.hardware.choose("replay")
+    window.hardware.replay.choose(copy)
+    for number in (1, 2):
+        window.actions_.record.trigger()
+        wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))
+        assert window.control.state is AppState.DONE, window.board.notices
+        assert window.bar.state.text.startswith(f"DONE   replay {number}: ")
+    assert listed(window) == [("1", "run-0001"), ("R1", "run-0002"), ("R2", "run-0003")]
+    assert [entry.verdict.split(", ")[-1] for entry in window.runs.model.entries][1:] == ["replay", "replay"]
+    after = window.runs.model.series
+    assert after.e == before.e
+    assert set(after.left_out) == {"run-0002", "run-0003"}
+    assert window.runs.series.text().endswith("2 left out")
+
+    session = window.control.session
+    assert session is not None
+    facts = [study(run, session.setup, _stored) for run in session.run_paths()]
+    assert series_of([one.drop for one in facts]).e == before.e
+    words = str(compose(session.info, facts, "now"))
+    assert "Not in the statistics: run-0002: a replay is no drop of its own" in words
+    replays = [entry.drop for entry in window.runs.model.entries[1:]]
+    assert series_of(replays).left_out == {"run-0003": "the same drop as run-0002"}
+
+
+def _stored(path: Path, setup: Any, progress: Any) -> Any:
+    from radargui.processing.result_of_run import result_of_run
+
+    return result_of_run(path, setup, progress)
+
+
+def test_a_simulated_session_says_so_in_window_and_report(window: MainWindow, wait_for: Any, record_one: Any) -> None:
+    record_one(window)
+    window._write_title()
+    assert "(simulated)" in window.windowTitle()
+    session = window.control.session
+    assert session is not None
+    facts = [study(run, session.setup, _stored) for run in session.run_paths()]
+    document = compose(session.info, facts, "now")
+    assert document.title.endswith(", simulated"), "on the foot of every page"
+    assert all("simulated" in section.title for section in document.sections)
+    assert "Dev1" not in str(document)
+
+
+def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
+    window: MainWindow, tmp_path: Path
+) -> None:
+    model = window.runs.model
+    for number in (3, 1, 2, 10000):
+        window.runs.put(RunEntry(tmp_path / f"run-{number:04d}.h5", rejected="no fall" if number == 2 else None))
+    assert [(one.label, one.name) for one in model.entries] == [
+        ("1", "run-0001"),
+        ("–", "run-0002"),
+        ("2", "run-0003"),
+        ("3", "run-10000"),
+    ]
+    assert [one.called for one in model.entries] == ["drop 1", "run-0002", "drop 2", "drop 3"]
+
+
+def test_sixty_drops_with_a_backlog_closed_in_the_middle_are_found_again(
+    make_window: Any, setup_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go = threading.Event()
+    process = ProcessingHere.process
+
+    def held(self: ProcessingHere, job: Any, progress: Any, on_preliminary: Any) -> Any:
+        if job.path.stem == "run-0001":
+            return process(self, job, progress, on_preliminary)
+        while not go.wait(0.01):
+            progress(0.4)
+        return process(self, job, progress, on_preliminary)
+
+    monkeypatch.setattr(ProcessingHere, "process", held)
+    window = make_window(setup_path, speed=40.0)
+    window.setup_model.assign("recording.falls_only", False)
+    window.setup_model.assign("daq.rate_hz", 4000.0)
+    window.bar.runs.setValue(60)
+    window.actions_.record.trigger()
+    wait_for(lambda: len(window.control.backlog) >= 8)
+    # what is computed is told of its own drop, whatever was recorded meanwhile
+    wait_for(lambda: " recorded; drop 1: e = " in window.bar.state.text)
+    window.actions_.stop.trigger()
+    wait_for(lambda: "Waiting for the result of drop 2 (40 % computed" in window.stopping.text)
+    assert "more after it" in window.stopping.text
+    assert window.stopping.isVisibleTo(window)
+    window.may_leave = lambda: pytest.fail("nothing is being recorded")
+    window.close()
+    wait_for(lambda: "the results of " in window.closing.text)
+    assert "recording" not in window.closing.text
+    window.stopping.later.click()
+    wait_for(window.isHidden)
+    session = window.control.session
+    assert session is not None
+    n_runs = len(session.run_paths())
+    session.close()
+
+    monkeypatch.setattr("radargui.experiment.reprocess.ProcessingApart", ProcessingHere)
+    monkeypatch.setattr(ProcessingHere, "process", process)
+    again = make_window(setup_path)
+    wait_for(lambda: again.later.isVisibleTo(again))
+    assert again.later.text.startswith(f"{n_runs - 1} runs wait for their results, in {session.path.name}")
+    again.sessions.open(session.path)
+    again.later.compute.click()
+    wait_for(lambda: not again.work.busy and not again.jobs.running)
+    wait_for(lambda: all(entry.summary for entry in again.runs.model.entries))
+    again.later.look()
+    wait_for(lambda: not again.jobs.running)
+    assert again.later.isHidden()
+
+
+def test_a_full_disk_is_not_hidden_by_clipping_warnings(window: MainWindow, wait_for: Any) -> None:
+    full = FileError("run-0007.h5 cannot be written: no space left on device.", remedy="Make room.")
+    window.control.failed.emit(full)
+    for number in range(1, 50):
+        window.control.warned.emit(f"I1 sat at the end of its range in {number} samples", "signal")
+    for number in range(60):
+        window.board.post("info", f"note {number}")
+    worst = window.strip.texts()[0]
+    assert "no space left" in worst
+    wait_for(lambda: window.strip.texts()[1] == "I1 sat at the end of its range in 49 samples")
+    assert window.board.notices[1].count == 49
+    window.control._enter(AppState.FAILED)
+    assert window.bar.state.text == "FAILED   see the message below"
+    window.board.dismiss(window.board.notices[0])
+    assert window.bar.state.text == f"FAILED   {full}"
+
+
+def test_the_report_of_a_session_can_be_opened_where_it_is_there(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    path = make_session(tmp_path / "data", 4)
+    opened(window, path, wait_for)
+    assert not window.runs.open_report.isEnabled()
+    (path / "report").mkdir()
+    (path / "report" / "report.html").write_text("<p>", encoding="utf-8")
+    window.control.use_session(None)
+    opened(window, path, wait_for)
+    assert window.runs.open_report.isEnabled()
+
+
+def test_nobody_is_told_that_this_window_writes_to_its_own_session(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    opened(window, make_session(tmp_path / "data", 4), wait_for)
+    window.actions_.sessions.trigger()
+    browser = window.sessions.browser
+    wait_for(lambda: not browser.looking)
+    browser.table.selectRow(0)
+    wait_for(lambda: not window.jobs.running)
+    assert "writes to it" not in browser.details.text()

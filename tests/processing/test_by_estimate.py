@@ -1,0 +1,157 @@
+"""The accurate corrections through the whole chain: adaptive, joint, and what stands where they do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benchmarks.scenes.draw import draw_scene
+from benchmarks.scenes.scene import make_record
+from support.changed import changed
+
+from radargui.model.errors import ProcessingError, SolveError
+from radargui.model.recording import Recording
+from radargui.model.resources import default_setup_path
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.model.setup_file import read_setup
+from radargui.model.truth import Truth
+from radargui.processing.offline import process
+from radargui.report.tables import result_document
+from radargui.sources.simulated.model import simulate_recording
+
+E = 0.6
+
+
+@pytest.fixture(scope="module")
+def setup() -> Setup:
+    return changed(
+        read_setup(default_setup_path()),
+        floor={"height_m": None},
+        daq={"rate_hz": 10000.0},
+        simulation={"drop_height_m": 0.2, "restitution": E, "rest_s": 0.4, "settle_s": 0.3},
+    )
+
+
+@pytest.fixture(scope="module")
+def drop(setup: Setup) -> tuple[Recording, Truth]:
+    return simulate_recording(setup)
+
+
+def test_the_joint_correction_is_ten_times_nearer_to_the_truth_than_the_published_one() -> None:
+    record = make_record(
+        draw_scene(9, "generic", "drop", rate_hz=5000.0, snr_db=35.0, skew_s=2e-5, e=0.7, height_m=0.2)
+    )
+    impact = record.scene.motion.impacts[0]
+    e = -impact.after_m_s[2] / impact.before_m_s[2]
+    rms = {}
+    told: list[float] = []
+    standing: list[tuple[RunResult, float]] = []
+    for correction in ("joint", "published"):
+        result = process(
+            record.recording,
+            changed(record.setup, processing={"correction": correction}),
+            told.append,
+            lambda preliminary: standing.append((preliminary, told[-1])),
+        )
+        assert not result.preliminary
+        assert result.corrected is not None
+        assert result.corrected.method == correction
+        assert result.track is not None
+        assert result.segment is not None
+        moving = slice(result.segment.first, result.segment.last)
+        wrong = (result.track.position_m - record.truth.position_m)[:, moving]
+        rms[correction] = float(np.sqrt(np.nanmean((wrong**2).sum(axis=0))))
+        if correction == "joint":
+            first, fall = result.bounces.impacts[0], result.bounces.free_fall
+            assert first.e == pytest.approx(e, rel=1e-3)
+            assert abs(first.e - e) < 3 * first.u_e
+            assert fall is not None
+            assert abs(fall.g_m_s2 - 9.81) < 3 * fall.u_g_m_s2
+            assert fall.u_g_m_s2 < 0.001
+            inside = np.abs(wrong) < 2 * result.track.u_position_m[:, moving]
+            assert inside.mean() > 0.95
+            assert result.corrected.channels[0].quadrature_error_deg is not None
+            assert result.warnings == ()
+            assert told == sorted(told)
+            assert len(set(told)) > 15
+            assert 0.0 < told[0] < told[-1] == 0.9
+        told.clear()
+    # the published procedure has none
+    ((stood, so_far),) = standing
+    assert so_far == 0.1
+    assert stood.preliminary
+    assert stood.corrected is not None
+    assert stood.corrected.method == "adaptive"
+    assert stood.bounces.impacts[0].e == pytest.approx(e, rel=2e-3)
+    assert rms["joint"] < 0.02e-3
+    assert rms["joint"] < rms["published"] / 10
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_one_receiver_is_corrected_by_the_adaptive_estimate_and_who_named_the_joint_one_is_told(
+    setup: Setup, named: bool
+) -> None:
+    plain = setup.model_dump(by_alias=True)
+    plain["receiver"], plain["daq"]["channels"] = plain["receiver"][:1], None
+    plain["processing"] = {"correction": "joint"} if named else {}
+    single = Setup.model_validate(plain)
+    assert single.processing.correction == "joint"
+    recording, truth = simulate_recording(single)
+    result = process(recording, single, on_preliminary=lambda _: pytest.fail("there is nothing to wait for"))
+    assert result.corrected is not None
+    assert result.corrected.method == "adaptive"
+    assert result_document(result)["correction_used"] == "adaptive"
+    assert any("needs three receivers" in warning for warning in result.warnings) == named
+    assert result.paths is not None
+    known = result.paths.valid[0]
+    wrong = (result.paths.change_m[0] - (truth.path_m[0] - truth.path_m[0, 0]))[known]
+    assert np.sqrt(np.mean(wrong**2)) < 0.2e-3
+
+
+def test_where_the_recording_starts_in_motion_the_adaptive_estimate_stands_for_the_joint_one_and_says_so(
+    setup: Setup, drop: tuple[Recording, Truth]
+) -> None:
+    recording, _ = drop
+    moving = Recording("late", recording.raw[:, 5200:9200].copy(), recording.digitisation)
+    result = process(moving, changed(setup, processing={"correction": "joint"}))
+    assert result.corrected is not None
+    assert result.corrected.method == "adaptive"
+    assert any("joint correction does not stand here" in warning for warning in result.warnings)
+
+
+def test_where_no_estimate_can_be_made_the_published_procedure_stands_and_says_so(
+    setup: Setup, drop: tuple[Recording, Truth], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise ProcessingError("The receivers disagree.")
+
+    monkeypatch.setattr("radargui.processing.by_estimate.measure_by_estimate", refuse)
+    result = process(drop[0], changed(setup, processing={"correction": "joint"}))
+    assert result.corrected is not None
+    assert result.corrected.method == "published"
+    assert result.warnings[0] == (
+        "the joint correction cannot be made (The receivers disagree): the published one was used"
+    )
+    assert result.bounces.impacts[0].e == pytest.approx(E, rel=0.03)
+
+
+def test_the_plane_wave_geometry_is_kept_with_the_joint_correction(setup: Setup, drop: tuple[Recording, Truth]) -> None:
+    recording, _ = drop
+    result = process(recording, changed(setup, processing={"correction": "adaptive", "geometry": "plane"}))
+    assert result.track is not None
+    assert result.track.geometry == "plane"
+    assert result.bounces.impacts
+
+
+def test_flights_that_cannot_be_fitted_leave_the_track_and_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise SolveError("singular")
+
+    monkeypatch.setattr("radargui.processing.by_estimate.joint_bounces", broken)
+    record = make_record(draw_scene(9, "generic", "drop", rate_hz=5000.0, snr_db=35.0, e=0.7, height_m=0.2))
+    result = process(record.recording, record.setup)
+    assert result.status == "ok"
+    assert result.corrected is not None
+    assert result.corrected.method == "joint"
+    assert result.bounces.impacts
+    assert any("flights could not be fitted (singular)" in warning for warning in result.warnings)

@@ -1,0 +1,35 @@
+"""The two other ways to e, under drag, against flights integrated numerically."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from radargui.model.bounce import Bounce, Bounces
+from radargui.restitution.cross_check import cross_check
+
+G, BEFORE, AFTER = 9.81, 2.0, 1.6
+
+
+@pytest.mark.parametrize("drag_1_m", [0.0, 0.06])
+def test_duration_and_height_of_a_flight_give_the_speed_it_began_with(drag_1_m: float) -> None:
+    def rate(_t: float, s: np.ndarray) -> list[float]:
+        return [s[1], -G - drag_1_m * abs(s[1]) * s[1]]
+
+    def lands(_t: float, s: np.ndarray) -> float:
+        return float(s[0])
+
+    lands.terminal, lands.direction = True, -1.0  # type: ignore[attr-defined]
+    flight = solve_ivp(rate, (0.0, 1.0), [1e-12, AFTER], events=lands, rtol=1e-11, atol=1e-13, dense_output=True)
+    end = float(flight.t_events[0][0])
+    time = np.linspace(0.0, end, 2000)
+    e = AFTER / BEFORE
+    impacts = tuple(Bounce(at, BEFORE, AFTER, e, 1e-4, "made", valid=True) for at in (0.0, end))
+    first, last = cross_check(Bounces(impacts), time, flight.sol(time)[0], G, drag_1_m).impacts
+    assert first.e_flight_time == pytest.approx(e, rel=3e-4)
+    assert first.e_height == pytest.approx(e, rel=2e-3 if drag_1_m else 1e-6)
+    assert np.isnan(last.e_flight_time)
+    if drag_1_m:
+        blind = cross_check(Bounces(impacts), time, flight.sol(time)[0], G).impacts[0]
+        assert abs(blind.e_flight_time - e) > 5.0 * abs(first.e_flight_time - e)

@@ -1,0 +1,115 @@
+"""Fitted flights against motions whose g, drag and impacts are known in closed form or by numerical integration."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.sparse import csr_matrix, eye_array
+
+from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
+from radargui.estimation.readout.flight_information import MotionInformation
+from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.restitution.flight_fit import FlightFit, fit_flights
+from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, ImpactLayout, UnknownLayout
+
+RELEASE = np.array([0.01, -0.02, 0.12])
+UP = np.array([0.0, 0.0, 1.0])
+G, E, IMPACT_S, END_S = 9.79, 0.7, 0.2, 0.42
+SIDE_M_S = np.array([0.05, -0.03])
+
+
+def integrated(drag_1_m: float) -> FreeMotion:
+    """Return a fall from rest at t = 0 with one impact at 0.2 s, integrated numerically and put on a spline."""
+
+    def rate(_t: float, s: np.ndarray) -> np.ndarray:
+        return np.concatenate([s[3:], [0.0, 0.0, -G] - drag_1_m * np.linalg.norm(s[3:]) * s[3:]])
+
+    spline = make_spline(0.0, END_S, np.array([IMPACT_S]))
+    time = np.sort(np.concatenate([np.linspace(0.0, END_S, 3000), spline.edge_s]))
+    exact = {"rtol": 1e-11, "atol": 1e-13, "dense_output": True}
+    fall = solve_ivp(rate, (0.0, IMPACT_S), [0.0, 0.0, 0.0, *SIDE_M_S, 0.0], **exact)
+    rebound = fall.y[:, -1] * np.array([1.0, 1.0, 1.0, 1.0, 1.0, -E])
+    rise = solve_ivp(rate, (IMPACT_S, END_S), rebound, **exact)
+    place = np.where(time < IMPACT_S, fall.sol(np.minimum(time, IMPACT_S)), rise.sol(np.maximum(time, IMPACT_S)))[:3]
+    coefficients = np.linalg.lstsq(spline.design(time).toarray(), place.T, rcond=None)[0]
+    return FreeMotion(SplineMotion(spline, coefficients), RELEASE)
+
+
+def information_of(free: FreeMotion, weight: float = 1e12) -> MotionInformation:
+    x0 = np.concatenate([free.motion.coefficients.ravel(), free.motion.spline.break_s])
+    nothing = np.zeros((x0.size, 1))
+    return MotionInformation(
+        free, free.motion.spline.size, 1, x0, csr_matrix(weight * eye_array(x0.size)), nothing, np.zeros(x0.size)
+    )
+
+
+def fitted(drag_1_m: float) -> FlightFit:
+    return fit_flights(information_of(integrated(drag_1_m)), FlightPlan(2, 3))
+
+
+def test_parabolas_give_their_g_and_the_velocities_of_the_closed_form() -> None:
+    fit = fitted(0.0)
+    assert fit.g_m_s2 == pytest.approx(G, rel=1e-6)
+    assert fit.drag_1_m == pytest.approx(0.0, abs=1e-5)
+    assert fit.impact_s == pytest.approx([IMPACT_S], abs=1e-8)
+    assert fit.before_m_s[0] == pytest.approx([*SIDE_M_S, -G * IMPACT_S], abs=1e-6)
+    assert fit.after_m_s[0] == pytest.approx([*SIDE_M_S, E * G * IMPACT_S], abs=1e-6)
+    assert fit.apex_s == pytest.approx([0.0, IMPACT_S + E * IMPACT_S], abs=1e-6)
+    assert fit.is_good
+    assert fit.widened().covariance == pytest.approx(fit.covariance)
+
+
+def test_drag_is_found_in_a_motion_integrated_numerically() -> None:
+    fit = fitted(0.06)
+    assert fit.drag_1_m == pytest.approx(0.06, rel=0.02)
+    assert fit.g_m_s2 == pytest.approx(G, rel=2e-4)
+    assert fit.after_m_s[0] @ UP / -(fit.before_m_s[0] @ UP) == pytest.approx(E, rel=1e-4)
+
+
+def test_the_first_order_response_to_a_shift_is_that_of_a_new_fit() -> None:
+    free = integrated(0.0)
+    fit = fit_flights(information_of(free), FlightPlan(2, 3))
+    time = np.linspace(0.0, END_S, 2000)
+    share = 1e-4
+    moved = share * (free.position_m(time) - RELEASE[:, None])
+    d_e, d_g = fit.shifted(UP, time, moved)
+    # a motion scaled by 1 + s has all its accelerations and velocities scaled, and the same e
+    assert d_g == pytest.approx(share * G, rel=1e-3)
+    assert d_e == pytest.approx(0.0, abs=1e-3 * share)
+    assert np.isnan(fit.shifted(UP, time[:3], moved[:, :3])).all()
+
+
+def test_derivatives_are_those_of_finite_differences() -> None:
+    unknowns = FlightUnknowns(information_of(integrated(0.06)), FlightPlan(2, 3))
+    q = unknowns.start()
+    slopes = unknowns.slopes(q)
+    for column in range(q.size):
+        step = np.where(np.arange(q.size) == column, 1e-5, 0.0)
+        more, less = unknowns.motion(q + step), unknowns.motion(q - step)
+        assert (more.x - less.x) / 2e-5 == pytest.approx(slopes.x[:, column], abs=2e-6)
+        assert (more.results - less.results) / 2e-5 == pytest.approx(slopes.results[:, column], abs=2e-6)
+
+
+@pytest.mark.parametrize(("flights", "breaks"), [(1, 0), (1, 1), (3, 2), (3, 3)])
+def test_every_unknown_has_one_place(flights: int, breaks: int) -> None:
+    layout = UnknownLayout(flights, breaks, 4)
+    places = [layout.gravity, layout.drag, layout.apex_height]
+    spans = [layout.start_place, layout.breaks, layout.free]
+    for number in range(flights):
+        places.append(layout.apex_time(number))
+        spans.append(layout.velocity(number))
+    for span in spans:
+        places += range(span.start, span.stop)
+    assert sorted(places) == list(range(layout.size))
+    assert layout.of_flight(0)[-2:].tolist() == [-1, layout.breaks.start if breaks else -1]
+    assert layout.of_flight(flights - 1)[2] == layout.apex_time(flights - 1)
+
+
+def test_every_result_has_one_place() -> None:
+    layout = ImpactLayout(3)
+    places = [layout.gravity, layout.drag, *layout.times]
+    for impact in range(3):
+        for span in (layout.before(impact), layout.after(impact)):
+            places += range(span.start, span.stop)
+    assert sorted(places) == list(range(layout.size))

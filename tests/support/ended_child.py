@@ -1,0 +1,41 @@
+"""The child that the system ends: the command line records in real time and tells each sample it has read.
+
+python -m support.ended_child DESCRIPTOR ARGUMENT...
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import sys
+
+from radargui.cli import record
+from radargui.cli.app import app
+from radargui.cli.guard import guarded
+from radargui.model.block import Block
+from radargui.model.setup import Setup
+from radargui.sources.simulated.source import SimulatedSource
+
+
+class TellingSource(SimulatedSource):
+    """Tells how many samples were read, before anybody gets them."""
+
+    def __init__(self, setup: Setup, descriptor: int) -> None:
+        super().__init__(setup, realtime=True)
+        self._descriptor = descriptor
+
+    def read(self) -> Block | None:
+        block = super().read()
+        if block is not None:
+            os.write(self._descriptor, struct.pack("<q", block.end_index))
+        return block
+
+
+def main() -> None:
+    descriptor = int(sys.argv[1])
+    record.make_source = lambda _kind, setup, **_: TellingSource(setup, descriptor)
+    raise SystemExit(guarded(app, sys.argv[2:]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,42 @@
+"""The window that the system ends: it records a simulated drop by itself and says when, and where.
+
+python -m support.ended_window SETUP
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import QTimer
+
+from radargui.gui.app import run_window
+from radargui.gui.control.app_state import AppState
+from radargui.gui.main_window import MainWindow
+
+
+class RecordingWindow(MainWindow):
+    """Presses its own button, and writes the run to the standard output as soon as it is being recorded."""
+
+    def show(self) -> None:
+        super().show()
+        self.setup_model.assign("simulation.settle_s", 30.0)
+        timer = QTimer(self)
+        timer.timeout.connect(self._watch)
+        QTimer.singleShot(0, self.actions_.record.trigger)
+        timer.start(20)
+        self._told = False
+
+    def _watch(self) -> None:
+        session = self.control.session
+        if not self._told and self.control.state is AppState.RECORDING and session is not None and session.recording:
+            self._told = True
+            os.write(1, f"{session.recording}\n".encode())
+
+
+if __name__ == "__main__":
+    import radargui.gui.main_window
+
+    radargui.gui.main_window.MainWindow = RecordingWindow  # type: ignore[misc]
+    raise SystemExit(run_window(Path(sys.argv[1])))

@@ -1,0 +1,15 @@
+"""Sessions below a folder, found with an index in memory."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+from radargui.session.catalogue import Catalogue, Query, SessionSummary
+from radargui.session.index import IN_MEMORY
+
+
+def find_sessions(data_folder: Path, query: Query | None = None) -> tuple[SessionSummary, ...]:
+    """Return what a catalogue finds that keeps nothing."""
+    with closing(Catalogue(data_folder, IN_MEMORY)) as catalogue:
+        return catalogue.find(query)

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, IntArray
-from radargui.model.front_end_equations import ComplexArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)

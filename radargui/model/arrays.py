@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
 """Real numbers; NaN means unknown."""
+ComplexArray: TypeAlias = NDArray[np.complex128]
+"""Complex numbers: phasors, scattering amplitudes."""
 BoolArray: TypeAlias = NDArray[np.bool_]
 IntArray: TypeAlias = NDArray[np.intp]
 RawArray: TypeAlias = NDArray[np.int16] | NDArray[np.float64]

@@ -8,14 +8,9 @@ stands beside Z differs from one correction to the next (constants, maps, spline
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
-from radargui.model.arrays import FloatArray
-
-ComplexArray: TypeAlias = NDArray[np.complex128]
+from radargui.model.arrays import ComplexArray, FloatArray
 
 
 def channels_of(

@@ -8,8 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from radargui.geometry.reflectors import mirror
-from radargui.model.arrays import FloatArray
-from radargui.model.front_end_equations import ComplexArray
+from radargui.model.arrays import ComplexArray, FloatArray
 
 FLOOR, WALL = "floor", "wall"
 

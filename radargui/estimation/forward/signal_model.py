@@ -9,8 +9,8 @@ import numpy as np
 from radargui.estimation.forward.mirrors import MirrorPlane, detour_ratio, turned
 from radargui.estimation.forward.parameters import Layout, ReceiverLayout, pair_of
 from radargui.geometry.antennas import Antennas
-from radargui.model.arrays import FloatArray
-from radargui.model.front_end_equations import ComplexArray, channels_of, q_by_quadrature_error
+from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.model.front_end_equations import channels_of, q_by_quadrature_error
 
 LOBE_LENGTH_M = 0.15  # height in which the lobes' parabolas count: about a motion's half, so that a and b are alike
 

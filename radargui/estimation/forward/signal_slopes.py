@@ -17,8 +17,7 @@ from radargui.estimation.forward.signal_model import (
     height_above_release,
     lobe_factor,
 )
-from radargui.model.arrays import FloatArray
-from radargui.model.front_end_equations import ComplexArray
+from radargui.model.arrays import ComplexArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
 
-from radargui.model.arrays import FloatArray
-
-ComplexArray: TypeAlias = NDArray[np.complex128]
+from radargui.model.arrays import ComplexArray, FloatArray
 
 
 def dot(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.arrays import ComplexArray, FloatArray, RawArray
 from radargui.model.daq import Daq
 from radargui.model.front_end_equations import channels_of
 from radargui.model.simulation import Simulation
-from radargui.sources.simulated.arrays import ComplexArray
 from radargui.sources.simulated.seeds import Draw, generator
 
 _CODES = 32768

@@ -6,13 +6,13 @@ import numpy as np
 
 from radargui.geometry.antennas import Antennas, place_antennas
 from radargui.geometry.path_length import path_lengths
-from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.arrays import ComplexArray, FloatArray, RawArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import SetupError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.truth import Truth
-from radargui.sources.simulated.arrays import ComplexArray, dot
+from radargui.sources.simulated.arrays import dot
 from radargui.sources.simulated.flicker import Flicker
 from radargui.sources.simulated.hardware import Converter, make_mixer
 from radargui.sources.simulated.noise import Disturbance, WhiteNoise

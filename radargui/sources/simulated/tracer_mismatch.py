@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.simulation import Simulation
-from radargui.sources.simulated.arrays import ComplexArray
 from radargui.sources.simulated.seeds import Draw, generator
 
 LENGTH_M = 0.12

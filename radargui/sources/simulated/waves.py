@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
-from radargui.sources.simulated.arrays import ComplexArray, dot, phasor
+from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.sources.simulated.arrays import dot, phasor
 
 SIDE_LOBE = 0.1
 _HALF_POWER = np.sqrt(0.5)

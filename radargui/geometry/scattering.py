@@ -129,4 +129,4 @@ def _unit(vector: FloatArray) -> FloatArray:
 
 def _any_normal(direction: FloatArray) -> FloatArray:
     smallest = np.abs(direction).argmin(axis=0)
-    return np.cross(direction, np.eye(3)[smallest].T, axis=0)
+    return np.asarray(np.cross(direction, np.eye(3)[smallest].T, axis=0))

@@ -120,7 +120,7 @@ def _amplitude(with_pi: ComplexArray, with_tau: ComplexArray, cosine: FloatArray
 
 
 def _weight(count: int) -> FloatArray:
-    return np.asarray(np.cross(direction, np.eye(3)[smallest].T, axis=0), dtype=np.float64)
+    return np.asarray(2.0 * np.arange(1, count + 1) + 1.0, dtype=np.float64)
 
 
 def _unit(vector: FloatArray) -> FloatArray:

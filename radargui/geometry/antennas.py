@@ -35,11 +35,10 @@ def place_antennas(setup: Setup) -> Antennas:
     """Return the antennas of a setup.
 
     Receiver i stands at distance (sin tilt cos azimuth, sin tilt sin azimuth, cos tilt), the transmitter on +z
-    (Rech & Huang 2019, fig. 1).
+    (Rech & Huang 2019, fig. 1) or where `position_m` says.
     """
     tilt = np.radians([receiver.tilt_deg for receiver in setup.receiver])
     azimuth = np.radians([receiver.azimuth_deg for receiver in setup.receiver])
     distance = np.array([receiver.distance_m for receiver in setup.receiver])
     direction = np.stack([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)], axis=1)
-    transmitter = np.array([0.0, 0.0, setup.transmitter.distance_m])
-    return Antennas(transmitter, distance[:, None] * direction)
+    return Antennas(np.array(setup.transmitter.place_m), distance[:, None] * direction)

@@ -35,6 +35,8 @@ class Daq(Section):
         The smallest input range of the device that covers +- this is used.
     rate_hz
         Of each channel.
+    u_clock_ppm
+        Standard uncertainty of the device's clock, in millionths; left out: see `model.assumed`.
     convert_rate_hz
         Conversions per second of a multiplexed device, all channels together; left out: the driver's choice. The skew
         between neighbouring channels is its inverse.
@@ -65,6 +67,7 @@ class Daq(Section):
     terminal: Terminal = "differential"
     range_v: Annotated[Real, Field(gt=0.0, le=60.0)] = 5.0
     rate_hz: Annotated[Real, Field(ge=10.0, le=10.0e6)] = 33333.0
+    u_clock_ppm: Annotated[Real, Field(ge=0.0, le=10000.0)] | None = None
     convert_rate_hz: Annotated[Real, Field(ge=20.0, le=100.0e6)] | None = None
     channel_skew_s: Annotated[Real, Field(ge=0.0, le=0.01)] = 0.0
     buffer_s: Annotated[Real, Field(ge=0.5, le=600.0)] = 10.0

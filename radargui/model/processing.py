@@ -11,7 +11,15 @@ Geometry = Literal["exact", "plane"]
 
 
 class Processing(Section):
-    """How samples become a track."""
+    """How samples become a track.
+
+    Attributes
+    ----------
+    correction
+        See method.md.
+    geometry
+        plane: the antennas taken as infinitely far away.
+    """
 
     correction: Correction = "joint"
     geometry: Geometry = "exact"

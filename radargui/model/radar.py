@@ -1,11 +1,11 @@
-"""The radar of the setup file: transmitter, receivers, tracer, floor."""
+"""The radar of the setup file: transmitter, receivers, tracer, floor, and where on Earth they stand."""
 
 from __future__ import annotations
 
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from radargui.model.section import Coordinate, ExactWhole, Real, Section, Vector
 
@@ -13,53 +13,131 @@ SPEED_OF_LIGHT_M_S = 299_792_458.0
 
 
 class Radar(Section):
-    """Transmitted wave and the sign of the phase."""
+    """Transmitted wave, the air it passes, and the sign of the phase.
+
+    Attributes
+    ----------
+    frequency_hz, u_frequency_hz
+        Of the transmitted wave.
+    refractive_index
+        n of the air, wavelength = c / (n f0): 1.00032 in a laboratory. Left out: 1, as 0.1 had it (decision record 21).
+    phase_sign
+        -1 where Q is inverted: moving the tracer away must raise every path length.
+    """
 
     frequency_hz: Annotated[Real, Field(ge=1e8, le=1e12)] = 10.0e9
+    u_frequency_hz: Annotated[Real, Field(ge=0.0, le=1e9)] | None = None
+    refractive_index: Annotated[Real, Field(ge=1.0, le=1.01)] | None = None
     phase_sign: Annotated[Literal[-1, 1], ExactWhole] = 1
 
     @property
     def wavelength_m(self) -> float:
-        """Wavelength c / f0 in air taken as vacuum."""
-        return SPEED_OF_LIGHT_M_S / self.frequency_hz
+        """Wavelength c / (n f0)."""
+        return SPEED_OF_LIGHT_M_S / ((self.refractive_index or 1.0) * self.frequency_hz)
 
 
 Distance = Annotated[Real, Field(gt=0.0, le=100.0)]
 Uncertainty = Annotated[Real, Field(ge=0.0, le=1.0)]
+Azimuth = Annotated[Real, Field(ge=-360.0, le=360.0)]
 AngleUncertainty = Annotated[Real, Field(ge=0.0, le=45.0)]
 
 
 class Transmitter(Section):
-    """Transmitter on the +z axis, pointing to -z."""
+    """Transmitter on the +z axis, pointing to -z, or where a calibration found it.
 
-    distance_m: Distance
+    Attributes
+    ----------
+    distance_m, u_distance_m
+        From the centre of the field of view.
+    position_m
+        x, y, z instead of `distance_m`, where it stands off the axis; `u_distance_m` holds along its direction.
+    polarization_deg, u_polarization_deg
+        Direction of the electric field, from the x axis towards the y axis; left out: the sphere counts as a point.
+    """
+
+    distance_m: Distance | None = None
     u_distance_m: Uncertainty | None = None
+    position_m: Vector | None = None
+    polarization_deg: Azimuth | None = None
+    u_polarization_deg: AngleUncertainty | None = None
+
+    @model_validator(mode="after")
+    def _stands_at_one_place(self) -> Transmitter:
+        if (self.distance_m is None) == (self.position_m is None):
+            both = "and position_m are both given" if self.position_m else "is missing"
+            raise ValueError(f"distance_m {both}, allowed: distance_m, a number above 0 to 100, or position_m")
+        if self.position_m is not None and not any(self.position_m):
+            raise ValueError("position_m = [0, 0, 0], allowed: any place but the centre")
+        return self
+
+    @property
+    def place_m(self) -> Vector:
+        """Where it stands."""
+        return self.position_m or (0.0, 0.0, self.distance_m or 0.0)
 
 
 class Receiver(Section):
-    """One receiver at distance * (sin tilt cos azimuth, sin tilt sin azimuth, cos tilt)."""
+    """One receiver at distance * (sin tilt cos azimuth, sin tilt sin azimuth, cos tilt).
+
+    Attributes
+    ----------
+    tilt_deg, u_tilt_deg
+        From the z axis.
+    azimuth_deg, u_azimuth_deg
+        From the x axis towards the y axis.
+    distance_m, u_distance_m
+        From the centre of the field of view.
+    polarization_deg, u_polarization_deg
+        It answers to the field along cos(p) h + sin(p) v: u from the centre to the antenna, h = unit(z x u), v = u x h
+        (h = (-sin azimuth, cos azimuth, 0) at tilt 0 or 180); left out: turned for the strongest signal from the centre.
+    """
 
     tilt_deg: Annotated[Real, Field(ge=0.0, le=180.0)]
-    azimuth_deg: Annotated[Real, Field(ge=-360.0, le=360.0)]
+    azimuth_deg: Azimuth
     distance_m: Distance
+    polarization_deg: Azimuth | None = None
     u_tilt_deg: AngleUncertainty | None = None
     u_azimuth_deg: AngleUncertainty | None = None
     u_distance_m: Uncertainty | None = None
+    u_polarization_deg: AngleUncertainty | None = None
 
 
 class Tracer(Section):
-    """The sphere and the place where its centre hangs before it falls."""
+    """The sphere and the place where its centre hangs before it falls.
+
+    Attributes
+    ----------
+    diameter_m, u_diameter_m
+        Of the sphere.
+    density_kg_m3
+        Of the sphere, for its buoyancy in air; left out: none is counted. Steel 7800, polystyrene 1050.
+    release_position_m, u_release_m
+        Centre of the sphere while it hangs: everything counts from there. u is that of each coordinate.
+    """
 
     diameter_m: Annotated[Real, Field(gt=0.0, le=0.5)] = 0.010
+    u_diameter_m: Annotated[Real, Field(ge=0.0, le=0.1)] | None = None
+    density_kg_m3: Annotated[Real, Field(ge=10.0, le=25000.0)] | None = None
     release_position_m: Vector = (0.0, 0.0, 0.12)
     u_release_m: Uncertainty | None = None
 
 
 class Floor(Section):
-    """Where the sphere's centre is when it touches, and the direction away from the floor."""
+    """Where the sphere's centre is when it touches, and the direction away from the floor.
+
+    Attributes
+    ----------
+    height_m
+        z of the sphere's centre when it touches; left out: found from the impacts.
+    normal
+        Direction away from the floor, of any length; left out: level, and found from the impacts where they tell.
+    u_tilt_deg
+        Of the normal, in each of two directions.
+    """
 
     height_m: Coordinate | None = None
     normal: Vector = (0.0, 0.0, 1.0)
+    u_tilt_deg: AngleUncertainty | None = None
 
     @field_validator("normal")
     @classmethod
@@ -68,3 +146,28 @@ class Floor(Section):
         if length < 1e-6:
             raise ValueError("allowed: any direction, not the zero vector")
         return (normal[0] / length, normal[1] / length, normal[2] / length)
+
+
+class Site(Section):
+    """Where on Earth the laboratory is, for the check of g: g itself, or latitude and height above the sea.
+
+    Attributes
+    ----------
+    g_m_s2, u_g_m_s2
+        Measured there, or from a gravity map; u left out: 0.0005 m/s^2.
+    latitude_deg, height_m
+        Instead: normal gravity of WGS 84, known to 0.0005 m/s^2 (free-air anomalies).
+    """
+
+    g_m_s2: Annotated[Real, Field(ge=0.1, le=30.0)] | None = None
+    u_g_m_s2: Annotated[Real, Field(ge=0.0, le=1.0)] | None = None
+    latitude_deg: Annotated[Real, Field(ge=-90.0, le=90.0)] | None = None
+    height_m: Annotated[Real, Field(ge=-500.0, le=10000.0)] | None = None
+
+    @model_validator(mode="after")
+    def _says_g_in_one_way(self) -> Site:
+        told = [name for name, value in self if value is not None]
+        if told and set(told) not in ({"g_m_s2"}, {"g_m_s2", "u_g_m_s2"}, {"latitude_deg", "height_m"}):
+            given = ", ".join(f"{name} = {getattr(self, name):g}" for name in told)
+            raise ValueError(f"{given}, allowed: g_m_s2 (and u_g_m_s2), or latitude_deg and height_m together")
+        return self

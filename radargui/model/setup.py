@@ -9,7 +9,7 @@ from pydantic import ConfigDict, Field, model_validator
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.digitisation import iq_names
 from radargui.model.processing import Processing
-from radargui.model.radar import Floor, Radar, Receiver, Tracer, Transmitter
+from radargui.model.radar import Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.section import ExactWhole, Section
 from radargui.model.simulation import Simulation
 
@@ -27,6 +27,7 @@ class Setup(Section):
     receiver: Annotated[tuple[Receiver, ...], Field(min_length=1, max_length=4)]
     tracer: Tracer = Tracer()
     floor: Floor = Floor()
+    site: Site = Site()
     daq: Daq = Daq()
     recording: RecordingLimits = RecordingLimits()
     simulation: Simulation = Simulation()

@@ -8,10 +8,12 @@ import numpy as np
 
 from radargui.geometry.antennas import place_antennas
 from radargui.model.arrays import FloatArray
+from radargui.model.assumed import uncertain_inputs
 from radargui.model.bounce import Bounces
 from radargui.model.path import PathLengths
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
+from radargui.model.setup_change import moved
 from radargui.model.track import Track
 from radargui.processing.locate import locate
 
@@ -99,26 +101,6 @@ def _thinned(paths: PathLengths, size: int) -> PathLengths:
 
 
 def _shifted(setup: Setup) -> list[Setup]:
-    out = []
-    for number, receiver in enumerate(setup.receiver):
-        for key in ("tilt_deg", "azimuth_deg", "distance_m"):
-            u = getattr(receiver, f"u_{key}")
-            if u:
-                other = receiver.model_copy(update={key: getattr(receiver, key) + u})
-                receivers = (*setup.receiver[:number], other, *setup.receiver[number + 1 :])
-                out.append(setup.model_copy(update={"receiver": receivers}))
-    u = setup.transmitter.u_distance_m
-    if u:
-        moved = setup.transmitter.model_copy(update={"distance_m": setup.transmitter.distance_m + u})
-        out.append(setup.model_copy(update={"transmitter": moved}))
-    u = setup.tracer.u_release_m
-    if u:
-        for axis in range(3):
-            place = list(setup.tracer.release_position_m)
-            place[axis] += u
-            out.append(
-                setup.model_copy(
-                    update={"tracer": setup.tracer.model_copy(update={"release_position_m": tuple(place)})}
-                )
-            )
-    return out
+    places = ("receiver", "transmitter", "tracer.release")
+    given = [one for one in uncertain_inputs(setup) if one.key.startswith(places) and not one.assumed and one.u]
+    return [moved(setup, one.key, one.u) for one in given if not one.key.endswith("polarization_deg")]

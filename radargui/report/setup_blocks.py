@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.plane_wave import condition_number, t_matrix
+from radargui.model.radar import Transmitter
 from radargui.model.rounding import plain, quantity
 from radargui.model.setup import Setup
 from radargui.report.document import Content, Facts, Grid, Note
@@ -29,13 +30,18 @@ def setup_blocks(setup: Setup, *, recorded: bool = True, simulated: bool = False
     release = ", ".join(f"{1e3 * x:g}" for x in tracer.release_position_m)
     floor = setup.floor.height_m
     rows = (
-        ("Frequency, wavelength", f"{radar.frequency_hz / 1e9:g} GHz, {plain(radar.wavelength_m, 5, 'mm', 1e3)}"),
-        ("Sign of the phase", f"{radar.phase_sign:+d}"),
         (
-            "Transmitter",
-            f"{_with_u(setup.transmitter.distance_m, setup.transmitter.u_distance_m, 'mm', 1e3)} above the centre",
+            "Frequency, wavelength",
+            f"{radar.frequency_hz / 1e9:g} GHz, {plain(radar.wavelength_m, 5, 'mm', 1e3)}"
+            + (f" (n = {radar.refractive_index:g})" if radar.refractive_index else ", the air taken as vacuum"),
         ),
-        ("Sphere", f"{plain(tracer.diameter_m, 4, 'mm', 1e3)} diameter, released at ({release}) mm"),
+        ("Sign of the phase", f"{radar.phase_sign:+d}"),
+        ("Transmitter", _transmitter(setup.transmitter)),
+        (
+            "Sphere",
+            f"{_with_u(tracer.diameter_m, tracer.u_diameter_m, 'mm', 1e3)} diameter, released at ({release}) mm"
+            + (f", {tracer.density_kg_m3:g} kg/m³" if tracer.density_kg_m3 else ""),
+        ),
         ("Floor", f"z = {plain(floor, 4, 'mm', 1e3)} at contact" if floor is not None else "found from the impacts"),
         *((("Acquisition", f"simulated, {rate}"),) if simulated else ()),
         *(_acquisition(setup, rate) if recorded else ()),
@@ -45,6 +51,17 @@ def setup_blocks(setup: Setup, *, recorded: bool = True, simulated: bool = False
     if setup.n_receivers >= _LEAST_RECEIVERS:
         blocks += _matrix(setup)
     return blocks
+
+
+def _transmitter(transmitter: Transmitter) -> str:
+    distance = transmitter.distance_m
+    if distance is None:
+        place = f"at ({', '.join(f'{1e3 * x:g}' for x in transmitter.place_m)}) mm"
+    else:
+        place = f"{_with_u(distance, transmitter.u_distance_m, 'mm', 1e3)} above the centre"
+    if transmitter.polarization_deg is None:
+        return f"{place}; polarisation not given: the sphere counts as a point"
+    return f"{place}, polarised along {_with_u(transmitter.polarization_deg, transmitter.u_polarization_deg, '°')}"
 
 
 def _acquisition(setup: Setup, rate: str) -> tuple[tuple[str, str], ...]:

@@ -1,6 +1,6 @@
 """Write setup-file.md: every key of the setup file as the program itself knows it.
 
-    python docs/make_setup_reference.py
+python docs/make_setup_reference.py
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from radargui.model.setup_place import find_place
 
 HEAD = """# The setup file
 
-Written by `docs/make_setup_reference.py` from the program's own models: what is allowed here is what it allows. The README
-shows a whole file; `resources/setups/` holds ready ones. Lengths are in metres, angles in degrees; every `u_` is a standard
-uncertainty. Where one of antennas, sphere, floor, frequency or clock is left out, the results assume a laboratory's
-(`radargui/model/assumed.py`) and say so. All tables but `[radar]`, `[transmitter]` and `[[receiver]]` may be left out.
+Written by `docs/make_setup_reference.py` from the program's own models: what stands here is what it allows. The
+README shows a whole file; `resources/setups/` holds ready ones. Lengths are in metres, angles in degrees; every `u_`
+is a standard uncertainty. Where one of antennas, sphere, floor, frequency or clock is left out, the results assume a
+laboratory's (`radargui/model/assumed.py`) and say so. All tables but `[radar]`, `[transmitter]` and `[[receiver]]`
+may be left out.
 """
 
 
@@ -39,7 +40,9 @@ def reference() -> str:
             inner = find_place(Setup, (key, 0, one) if place.is_list else (key, one))
             default = "needed" if field.is_required() else "" if field.default is None else value_text(field.default)
             allowed = inner.allowed() if inner else ""
-            parts.append(f"| `{one}` | {allowed} | {default} | {_meaning(one, meanings)} |\n".replace(" |v| v", " \\|v\\| v"))
+            parts.append(
+                f"| `{one}` | {allowed} | {default} | {_meaning(one, meanings)} |\n".replace(" |v| v", " \\|v\\| v")
+            )
     return "".join(parts)
 
 

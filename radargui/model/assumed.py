@@ -59,8 +59,8 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     def add(place: str, table: Section, u_name: str, *names: str, default: float = 0.0) -> None:
         given = getattr(table, u_name)
         u = ASSUMED.get(f"{place}.{u_name}", ASSUMED.get(u_name, default)) if given is None else given
-        for name in names or (u_name.removeprefix("u_"),):
-            out.append(UncertainInput(f"{place}.{name}", f"{place}.{u_name}", u, given is None))
+        names = names or (u_name.removeprefix("u_"),)
+        out.extend(UncertainInput(f"{place}.{name}", f"{place}.{u_name}", u, given is None) for name in names)
 
     add("radar", setup.radar, "u_frequency_hz", default=ASSUMED_FREQUENCY * setup.radar.frequency_hz)
     if setup.radar.refractive_index is None:

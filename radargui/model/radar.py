@@ -64,8 +64,8 @@ class Transmitter(Section):
     @model_validator(mode="after")
     def _stands_at_one_place(self) -> Transmitter:
         if (self.distance_m is None) == (self.position_m is None):
-            both = "and position_m are both given" if self.position_m else "is missing"
-            raise ValueError(f"distance_m {both}, allowed: distance_m, a number above 0 to 100, or position_m")
+            fault = "is missing" if self.position_m is None else f"= {self.distance_m:g} beside position_m"
+            raise ValueError(f"distance_m {fault}, allowed: a number above 0 to 100, or position_m instead")
         if self.position_m is not None and not any(self.position_m):
             raise ValueError("position_m = [0, 0, 0], allowed: any place but the centre")
         return self
@@ -89,7 +89,7 @@ class Receiver(Section):
         From the centre of the field of view.
     polarization_deg, u_polarization_deg
         It answers to the field along cos(p) h + sin(p) v: u from the centre to the antenna, h = unit(z x u), v = u x h
-        (h = (-sin azimuth, cos azimuth, 0) at tilt 0 or 180); left out: turned for the strongest signal from the centre.
+        (at tilt 0 or 180 h = (-sin azimuth, cos azimuth, 0)); left out: turned for the strongest signal from there.
     """
 
     tilt_deg: Annotated[Real, Field(ge=0.0, le=180.0)]
@@ -168,6 +168,6 @@ class Site(Section):
     def _says_g_in_one_way(self) -> Site:
         told = [name for name, value in self if value is not None]
         if told and set(told) not in ({"g_m_s2"}, {"g_m_s2", "u_g_m_s2"}, {"latitude_deg", "height_m"}):
-            given = ", ".join(f"{name} = {getattr(self, name):g}" for name in told)
+            given = " with ".join(f"{name} = {getattr(self, name):g}" for name in told)
             raise ValueError(f"{given}, allowed: g_m_s2 (and u_g_m_s2), or latitude_deg and height_m together")
         return self

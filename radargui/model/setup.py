@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
+from radargui.model.antenna_fields import LEAST_SHARE, ReceivedField, received_fields
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.digitisation import iq_names
 from radargui.model.processing import Processing
@@ -57,6 +58,28 @@ class Setup(Section):
         if daq.remote_certificate is not None and daq.remote is None:
             raise ValueError("daq.remote_certificate is given, allowed: together with daq.remote")
         return self
+
+    @model_validator(mode="after")
+    def _every_receiver_gets_a_signal(self) -> Setup:
+        told = [n for n, one in enumerate(self.receiver, 1) if one.polarization_deg is not None]
+        if told and self.transmitter.polarization_deg is None:
+            raise ValueError(
+                f"receiver[{told[0]}].polarization_deg = {self.receiver[told[0] - 1].polarization_deg:g}, allowed: "
+                "together with transmitter.polarization_deg"
+            )
+        for n, field in enumerate(self.received_fields() if told else (), 1):
+            if field.share < LEAST_SHARE:
+                raise ValueError(
+                    f"receiver[{n}].polarization_deg = {field.angle_deg:g} gets {100.0 * field.share:.1f} % of the "
+                    f"strongest signal from the centre, allowed: {100.0 * LEAST_SHARE:g} % and more; "
+                    f"{field.strongest_deg:.1f} gives the strongest"
+                )
+        return self
+
+    def received_fields(self) -> tuple[ReceivedField, ...]:
+        """Return what each receiver gets from a metal sphere in the centre; no polarisation given counts as 0."""
+        polarization_deg = self.transmitter.polarization_deg or 0.0
+        return received_fields(self.radar, self.transmitter, self.receiver, self.tracer, polarization_deg)
 
     @property
     def n_receivers(self) -> int:

@@ -51,6 +51,8 @@ def _line(fault: Mapping[str, Any], model: type[BaseModel]) -> str:
         return f"{key} = {value_text(value)}: unknown key{_hint(fault['loc'], model)}"
     if kind == "value_error":
         text = str(fault["ctx"]["error"])
+        if key and place and place.is_table:
+            return f"{key}.{text}"
         return f"{key} = {value_text(value)}, {text}" if key else text
     return f"{key} = {value_text(value)}, allowed: {allowed}"
 

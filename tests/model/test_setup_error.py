@@ -79,7 +79,10 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
         ),
         (
             changed("[transmitter]\ndistance_m = 0.70", ""),
-            "[transmitter] is missing, allowed: a table with distance_m, u_distance_m",
+            (
+                "[transmitter] is missing, allowed: a table with distance_m, u_distance_m, position_m, "
+                "polarization_deg, u_polarization_deg"
+            ),
         ),
         (GOOD + "[daq]\nrate_hz = -5.0", "daq.rate_hz = -5.0, allowed: a number from 10 to 1e7"),
         (GOOD + "[daq]\nchannels = ['ai0']", 'daq.channels = ["ai0"], allowed: a list of 2 to 8 texts'),
@@ -121,19 +124,22 @@ def test_the_setup_that_all_bad_ones_are_made_from_is_good() -> None:
             GOOD + "tilt = 3",
             (
                 "receiver[1].tilt = 3: unknown key (did you mean tilt_deg?), allowed here: tilt_deg, azimuth_deg, "
-                "distance_m, u_tilt_deg, u_azimuth_deg, u_distance_m"
+                "distance_m, polarization_deg, u_tilt_deg, u_azimuth_deg, u_distance_m, u_polarization_deg"
             ),
         ),
         (
             GOOD + "[frobnicate]\nx = 1",
             (
                 "frobnicate = {x = 1}: unknown key, allowed here: schema, radar, transmitter, receiver, tracer, floor, "
-                "daq, recording, simulation, processing"
+                "site, daq, recording, simulation, processing"
             ),
         ),
         (
             "tracer = 3\n" + GOOD,
-            "tracer = 3, allowed: a table with diameter_m, release_position_m, u_release_m",
+            (
+                "tracer = 3, allowed: a table with diameter_m, u_diameter_m, density_kg_m3, release_position_m, "
+                "u_release_m"
+            ),
         ),
     ],
 )

@@ -1,0 +1,171 @@
+"""Air, polarisation, site and uncertainties in the setup: what they mean, what is refused, what is assumed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.changed import changed
+
+from radargui.geometry.antennas import place_antennas
+from radargui.model.assumed import assumed_uncertainties, uncertain_inputs
+from radargui.model.errors import SetupError
+from radargui.model.gravity import normal_gravity_m_s2, share_in_air
+from radargui.model.polarization import received_direction
+from radargui.model.radar import SPEED_OF_LIGHT_M_S
+from radargui.model.setup import Setup
+from radargui.model.setup_change import moved
+from radargui.model.setup_file import dump_setup, parse_setup
+
+GOOD = """\
+schema = 1
+[radar]
+frequency_hz = 10.0e9
+[transmitter]
+distance_m = 0.70
+polarization_deg = 0.0
+[[receiver]]
+tilt_deg = 40.0
+azimuth_deg = 211.0
+distance_m = 0.70
+"""
+
+
+def line_of(text: str) -> str:
+    with pytest.raises(SetupError) as caught:
+        parse_setup(text)
+    return str(caught.value)
+
+
+def test_the_wavelength_is_that_in_the_air_told_and_in_vacuum_where_none_is() -> None:
+    setup = parse_setup(GOOD)
+    assert setup.radar.wavelength_m == SPEED_OF_LIGHT_M_S / 10.0e9
+    in_air = changed(setup, radar={"refractive_index": 1.00032})
+    assert in_air.radar.wavelength_m == pytest.approx(SPEED_OF_LIGHT_M_S / 10.0e9 / 1.00032, rel=1e-15)
+
+
+def test_a_receiver_without_an_angle_is_turned_for_the_strongest_signal() -> None:
+    (field,) = parse_setup(GOOD).received_fields()
+    # 10 mm sphere, transmitter along x: the published worked example
+    found = received_direction(field.angle_deg, field.horizontal, field.vertical)
+    assert found == pytest.approx([0.83232, -0.15138, 0.53322], abs=1e-5)
+    assert field.share == 1.0
+
+
+def test_a_receiver_turned_across_the_field_is_refused_with_the_angle_that_is_not() -> None:
+    # a small sphere's field is nearly linear: across it there is nothing
+    small = GOOD.replace("[[rec", "[tracer]\ndiameter_m = 0.001\n[[rec")
+    (field,) = parse_setup(small).received_fields()
+    across = f"{small}polarization_deg = {field.strongest_deg + 90.0}\n"
+    assert f"{field.strongest_deg:.1f} gives the strongest" in line_of(across)
+    assert "receiver[1].polarization_deg" in line_of(across)
+    assert "5 % and more" in line_of(across)
+    beside = f"{small}polarization_deg = {field.strongest_deg + 85.0}\n"
+    assert parse_setup(beside).received_fields()[0].share == pytest.approx(np.sin(np.radians(5.0)), rel=1e-3)
+
+
+@pytest.mark.parametrize("by", [180.0, -180.0, -360.0])
+def test_half_a_turn_of_an_antenna_is_none(by: float) -> None:
+    own = parse_setup(f"{GOOD}polarization_deg = 20.0\n").received_fields()[0]
+    turned = parse_setup(f"{GOOD}polarization_deg = {20.0 + by}\n").received_fields()[0]
+    assert turned.share == pytest.approx(own.share, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("polarization_deg = 0.0\n", "", "receiver[1].polarization_deg = 20, allowed: together with transmitter.pol"),
+        ("= 0.0\n", "= 361.0\n", "transmitter.polarization_deg = 361.0, allowed: a number from -360 to 360"),
+        (
+            "distance_m = 0.70\npolarization_deg = 0",
+            "polarization_deg = 0",
+            "transmitter.distance_m is missing, allowed: a number above 0 to 100, or position_m instead",
+        ),
+        (
+            "distance_m = 0.70\npolarization_deg = 0",
+            "distance_m = 0.7\nposition_m = [0.0, 0.0, 0.7]\npolarization_deg = 0",
+            "transmitter.distance_m = 0.7 beside position_m, allowed: a number above",
+        ),
+        (
+            "distance_m = 0.70\npolarization_deg = 0",
+            "position_m = [0.0, 0.0, 0.0]\npolarization_deg = 0",
+            "transmitter.position_m = [0, 0, 0], allowed: any place but the centre",
+        ),
+        ("10.0e9\n", "10.0e9\nrefractive_index = 0.99\n", "refractive_index = 0.99, allowed: a number from 1 to 1.01"),
+        (
+            "[tr",
+            "[site]\nlatitude_deg = 50.0\n[tr",
+            "site.latitude_deg = 50, allowed: g_m_s2 (and u_g_m_s2), or latitude_deg and height_m",
+        ),
+        (
+            "[tr",
+            "[site]\ng_m_s2 = 9.8\nheight_m = 1.0\n[tr",
+            "site.g_m_s2 = 9.8 with height_m = 1, allowed: g_m_s2 (and",
+        ),
+        ("[tr", "[site]\nu_g_m_s2 = 0.1\n[tr", "site.u_g_m_s2 = 0.1, allowed: g_m_s2 (and u_g_m_s2), or latitude_deg"),
+        ("[tr", "[tracer]\ndensity_kg_m3 = 0.0\n[tr", "tracer.density_kg_m3 = 0.0, allowed: a number from 10 to 25000"),
+        ("[tr", "[floor]\nu_tilt_deg = 90.0\n[tr", "floor.u_tilt_deg = 90.0, allowed: a number from 0 to 45"),
+        ("[tr", "[daq]\nu_clock_ppm = -1.0\n[tr", "daq.u_clock_ppm = -1.0, allowed: a number from 0 to 10000"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_by_name(old: str, new: str, told: str) -> None:
+    text = f"{GOOD}polarization_deg = 20.0\n"
+    assert text.count(old) == 1
+    assert told in line_of(text.replace(old, new))
+
+
+def test_a_transmitter_stands_where_its_position_says() -> None:
+    text = GOOD.replace("distance_m = 0.70\npol", "position_m = [0.01, -0.02, 0.69]\npol")
+    setup = parse_setup(text)
+    assert place_antennas(setup).transmitter_m == pytest.approx([0.01, -0.02, 0.69])
+    assert parse_setup(dump_setup(setup)) == setup
+    farther = moved(setup, "transmitter.distance_m", 0.003)
+    assert np.linalg.norm(farther.transmitter.place_m) == pytest.approx(
+        np.linalg.norm(setup.transmitter.place_m) + 3e-3
+    )
+
+
+def test_what_the_setup_gives_is_taken_and_the_rest_assumed_of_every_input() -> None:
+    setup = parse_setup(f"{GOOD}u_tilt_deg = 0.2\n")
+    setup = changed(setup, tracer={"u_diameter_m": 0.0}, daq={"u_clock_ppm": 10.0})
+    assert assumed_uncertainties(setup) == {
+        "radar.u_frequency_hz": 10.0e9 * 1e-6,
+        "radar.refractive_index": 3.2e-4,
+        "transmitter.u_distance_m": 3e-3,
+        "transmitter.u_polarization_deg": 5.0,
+        "receiver[1].u_azimuth_deg": 0.5,
+        "receiver[1].u_distance_m": 3e-3,
+        "receiver[1].u_polarization_deg": 5.0,
+        "tracer.u_release_m": 1e-3,
+        "floor.u_tilt_deg": 0.3,
+    }
+    given = {one.key: one.u for one in uncertain_inputs(setup) if not one.assumed}
+    assert given == {"receiver[1].tilt_deg": 0.2, "tracer.diameter_m": 0.0, "daq.clock_ppm": 10.0}
+
+
+def test_every_value_with_an_uncertainty_can_be_moved_by_it() -> None:
+    setup = parse_setup(GOOD)
+    for one in uncertain_inputs(setup):
+        if one.key in ("floor.tilt_deg", "daq.clock_ppm"):
+            continue
+        there = moved(setup, one.key, one.u)
+        assert there != setup, one.key
+        assert moved(there, one.key, -one.u).radar.wavelength_m == pytest.approx(setup.radar.wavelength_m)
+
+
+def test_without_polarisation_no_angle_of_it_is_uncertain() -> None:
+    setup: Setup = parse_setup(GOOD.replace("polarization_deg = 0.0\n", ""))
+    assert not [one.key for one in uncertain_inputs(setup) if "polarization" in one.key]
+
+
+def test_normal_gravity_is_the_ellipsoids() -> None:
+    # NIMA TR8350.2, table 3.4: normal gravity at equator and pole; 45 degrees from the international tables
+    assert normal_gravity_m_s2(0.0, 0.0) == pytest.approx(9.7803253359, abs=1e-10)
+    assert normal_gravity_m_s2(90.0, 0.0) == pytest.approx(9.8321849378, abs=1e-9)
+    assert normal_gravity_m_s2(45.0, 0.0) == pytest.approx(9.806197769, abs=1e-8)
+    # free-air gradient, -0.3086 mGal/m at 45 degrees
+    assert normal_gravity_m_s2(45.0, 100.0) - normal_gravity_m_s2(45.0, 0.0) == pytest.approx(-3.085e-4, rel=1e-3)
+
+
+def test_steel_loses_one_and_a_half_times_the_ratio_of_densities_and_water_in_water_floats() -> None:
+    assert 1.0 - share_in_air(7800.0) == pytest.approx(1.5 * 1.2 / 7800.0, rel=1e-3)
+    assert share_in_air(1.2) == 0.0

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from radargui.geometry.reflectors import mirror
+from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.polarization import (
     received_direction,
     strongest_polarization_deg,
     transmitted_direction,
     transverse_axes,
 )
-from radargui.geometry.reflectors import mirror
 from radargui.model.scattering import ConductingSphere, conducting_sphere, scattered_field
-from radargui.model.arrays import ComplexArray, FloatArray
 
 WAVELENGTH_M = 0.0299792458
 TRANSMITTER_M = np.array([0.0, 0.0, 0.7])

@@ -1,6 +1,7 @@
 """Accuracy on seeded scenes, half generic, half physical: every correction and geometry against exact truth.
 
-python3 packaging/dev.py bench accuracy [--seed 500] [--scenes 40] [--method joint] [--kind physical] [--motion drop]
+python3 packaging/dev.py bench accuracy [--seed 500] [--scenes 40] [--method joint-exact] [--kind physical]
+python3 packaging/dev.py bench accuracy --kind laboratory [--setup drawn] [--hold snr_db=35 walls=2 ...] [--hostile]
 """
 
 from __future__ import annotations
@@ -8,8 +9,14 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+import tomllib
 
 import numpy as np
+from benchmarks.laboratory.draw import draw
+from benchmarks.laboratory.hostile import hostile_scenes
+from benchmarks.laboratory.run import run as run_laboratory
+from benchmarks.laboratory.stated import STATED
+from benchmarks.laboratory.table import table as laboratory_table
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import SceneRecord, make_record
 from benchmarks.scenes.score import Score, score
@@ -104,13 +111,31 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=500, help="first seed; others give fresh scenes")
     parser.add_argument("--scenes", type=int, default=40, help="half generic, half physical")
-    parser.add_argument("--kind", choices=("generic", "physical"))
+    parser.add_argument("--kind", choices=("generic", "physical", "laboratory"))
     parser.add_argument("--motion", choices=("drop", "circle", "pendulum", "bed"))
     parser.add_argument("--method", choices=METHODS, action="append")
+    laboratory = parser.add_argument_group("laboratory, vector fields in a real room, corrected as by default")
+    laboratory.add_argument("--setup", choices=STATED, action="append", help="what the setup states; default: exact")
+    laboratory.add_argument("--hold", nargs="+", default=[], metavar="NAME=VALUE", help="held instead of drawn, TOML")
+    laboratory.add_argument("--hostile", action="store_true", help="a list of hard drops instead, from the first seed")
     options = parser.parse_args()
+    if options.kind == "laboratory":
+        return _laboratory(options)
     kinds = (options.kind,) if options.kind else ("generic", "physical")
     seeds = range(options.seed, options.seed + -(-options.scenes // len(kinds)))
     print(table(run(seeds, kinds, tuple(options.method or METHODS), options.motion)))
+    return 0
+
+
+def _laboratory(options: argparse.Namespace) -> int:
+    """Score what each kind of setup makes of the same scenes."""
+    held = tomllib.loads("\n".join(options.hold))
+    scores = []
+    for stated in options.setup or STATED[:1]:
+        seeds = range(options.seed, options.seed + options.scenes)
+        drawn = hostile_scenes(options.seed, stated) if options.hostile else (draw(s, stated, **held) for s in seeds)
+        scores += run_laboratory(drawn)
+    print(laboratory_table(scores))
     return 0
 
 

@@ -1,0 +1,52 @@
+"""A polarised antenna: where it is, where it points, the direction of its field, its lobe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Antenna:
+    """A dipole-like field inside a cosine lobe.
+
+    Attributes
+    ----------
+    position_m, axis, polarization
+        Shape (3,); the axis points to where the lobe is strongest.
+    lobe
+        The field goes with the cosine of the angle from the axis to this power; none behind the antenna.
+    """
+
+    position_m: Array
+    axis: Array
+    polarization: Array
+    lobe: float
+
+    def field(self, direction: Array) -> Complex:
+        """Return the field sent along unit vectors (3, n), without the range: the polarisation across the direction."""
+        across = self.polarization[:, None] - direction * (self.polarization @ direction)
+        cosine = np.clip(self.axis @ direction, 0.0, None)
+        return (cosine**self.lobe * across).astype(complex)
+
+
+def transmitter(distance_m: float, polarization_deg: float, lobe: float) -> Antenna:
+    """Return the transmitter on the z axis; its field points from the x axis towards the y axis by the angle."""
+    angle = np.radians(polarization_deg)
+    place = np.array([0.0, 0.0, distance_m])
+    return Antenna(place, np.array([0.0, 0.0, -1.0]), np.array([np.cos(angle), np.sin(angle), 0.0]), lobe)
+
+
+def receiver(tilt_deg: float, azimuth_deg: float, distance_m: float, polarization_deg: float, lobe: float) -> Antenna:
+    """Return a receiver that points to the origin; its field is cos(p) h + sin(p) v, h horizontal, v = u x h."""
+    tilt, azimuth, angle = np.radians([tilt_deg, azimuth_deg, polarization_deg])
+    outward = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
+    horizontal = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    upward = np.cross(outward, horizontal)
+    field = np.cos(angle) * horizontal + np.sin(angle) * upward
+    return Antenna(distance_m * outward, -outward, field, lobe)

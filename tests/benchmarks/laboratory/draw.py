@@ -1,0 +1,213 @@
+"""Draws scenes of the laboratory from a seed; any value can be held instead of drawn, the others stay as they were."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from benchmarks.laboratory.antenna import Antenna, receiver, transmitter
+from benchmarks.laboratory.antenna_values import AntennaValues, signal_share
+from benchmarks.laboratory.drop import Body, Floor, fall
+from benchmarks.laboratory.mirror import Conductor, Dielectric, Mirror, permittivity_of
+from benchmarks.laboratory.receiver_chain import Converter, Mixer, Noise
+from benchmarks.laboratory.room import Room
+from benchmarks.laboratory.scene import Scene
+from benchmarks.laboratory.sphere import Sphere
+from benchmarks.laboratory.stated import Stated, TrueValues, setup_of
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+FREQUENCY_HZ = 10.0e9
+N_RECEIVERS = 3
+WEAKEST = 0.2
+"""A receiver's polarisation is drawn again where it gets less than this share of the strongest signal."""
+OPTIONS = (
+    "snr_db", "rate_hz", "skew_s", "skew_in_file", "height_m", "e", "scatter", "radius_m", "density_kg_m3",
+    "gravity_m_s2", "floor", "surface", "walls", "wall", "wall_distance_m", "corners", "crosstalk", "lively",
+    "kick_m_s", "tilt_deg", "depth_m", "flicker", "drift", "amplitude_v", "lobes",
+)  # fmt: skip
+"""Values to hold:
+`floor`, `wall`: share of the wave that comes back; `walls`: how many; `surface`: of the floor, conductor or dielectric;
+`corners`: whether waves go over wall and floor; `lively`: whether impacts kick and the floor leans; `depth_m`: caught
+within this depth, no rebound (None: it bounces); `lobes`: whether antennas have any; others as their units say."""
+
+
+class _Draws:
+    """Each value from a generator of its own, so that holding one changes no other."""
+
+    def __init__(self, seed: int, held: dict[str, Any]) -> None:
+        unknown = sorted(set(held) - set(OPTIONS))
+        if unknown:
+            raise ValueError(f"no such values: {', '.join(unknown)}; there are {', '.join(OPTIONS)}")
+        self._seed, self._held = seed, held
+
+    def rng(self, name: str) -> np.random.Generator:
+        return np.random.default_rng([self._seed, zlib.crc32(name.encode())])
+
+    def __call__(self, name: str, draw: Callable[[np.random.Generator], Any]) -> Any:
+        return self._held[name] if name in self._held else draw(self.rng(name))
+
+
+def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **held: Any) -> Scene:
+    """Return the scene of a seed.
+
+    Parameters
+    ----------
+    seed
+        Same seed, same world, whatever is stated of it.
+    stated
+        What the setup says: all exact, the same without polarisations, or values off by the u that stand beside them.
+    name
+        The scene's name is this and the seed.
+    held
+        Values of `OPTIONS` to hold instead of drawing.
+    """
+    value = _Draws(seed, held)
+    radius_m = value("radius_m", lambda r: r.uniform(0.0025, 0.008))
+    release = value.rng("release").uniform([-0.02, -0.02, 0.08], [0.02, 0.02, 0.14])
+    rate_hz = float(value("rate_hz", lambda r: r.choice([2000.0, 5000.0, 10000.0, 20000.0, 33333.0])))
+    scan_s = 1.0 / (2 * N_RECEIVERS * rate_hz)
+    skew_s = float(value("skew_s", lambda r: r.choice([0.0, 5e-6, min(15e-6, scan_s), scan_s])))
+    snr_db = value("snr_db", lambda r: r.uniform(20.0, 45.0))
+    lively = value("lively", lambda r: r.random() < 1 / 3)
+    tilt_deg = value("tilt_deg", lambda r: r.uniform(0.0, 1.0) if lively else 0.0)
+    tilt, slope = np.radians(tilt_deg), value.rng("slope").uniform(0.0, 2.0 * np.pi)
+    normal = np.array([np.sin(tilt) * np.cos(slope), np.sin(tilt) * np.sin(slope), np.cos(tilt)])
+    body = Body(
+        radius_m,
+        value("density_kg_m3", lambda r: r.choice([7850.0, 7850.0, 7850.0, 2700.0])),
+        value("gravity_m_s2", lambda r: r.uniform(9.785, 9.825)),
+    )
+    height_m = min(value("height_m", lambda r: r.uniform(0.06, 0.30)), release[2] + 0.16)
+    floor = Floor(
+        normal,
+        release - [0.0, 0.0, height_m],
+        value("e", lambda r: r.uniform(0.4, 0.92)),
+        value("scatter", lambda _: 0.01),
+        value("kick_m_s", lambda _: 0.03 if lively else 0.0),
+    )
+    start_s = value.rng("rest").uniform(0.2, 0.4)
+    depth_m = value("depth_m", lambda _: None)
+    drop = fall(
+        value.rng("impacts"), body, floor, release, start_s=start_s, duration_s=start_s + 0.9, caught_within_m=depth_m
+    )
+    true = TrueValues(
+        _antenna_values(value, Sphere(radius_m, 2.0 * np.pi * FREQUENCY_HZ / 299_792_458.0)),
+        release,
+        2.0 * radius_m,
+        body.density_kg_m3,
+        normal,
+        FREQUENCY_HZ,
+        rate_hz,
+        skew_s,
+        5.0,
+        int(value.rng("wiring").choice([-1, 1])),
+    )
+    antennas = _antennas(value, true.antennas)
+    sphere = Sphere(radius_m, true.wavenumber_rad_m)
+    bottom = floor.touch_m - (radius_m + (depth_m or 0.0)) * normal
+    mirrors, corners = _mirrors(value, bottom, normal)
+    crosstalk = value("crosstalk", lambda r: r.uniform(0.002, 0.01) if r.random() < 1 / 3 else 0.0)
+    noise = Noise(
+        10.0 ** (-snr_db / 20.0) / np.sqrt(2.0), value("flicker", lambda _: 0.0), value("drift", lambda _: 0.0)
+    )
+    return Scene(
+        f"{name}-{seed}",
+        seed,
+        stated,
+        setup_of(true, stated, value.rng("stated")),
+        Room(antennas, sphere, mirrors, corners),
+        body,
+        drop,
+        _mixers(value),
+        noise,
+        Converter(rate_hz, skew_s, crosstalk, true.range_v),
+        true.phase_sign,
+        tuple(value.rng("phases").uniform(0.0, 2.0 * np.pi, N_RECEIVERS)),
+        snr_db,
+        value("skew_in_file", lambda r: bool(r.random() < 0.67)),
+        {
+            "d": f"{2e3 * radius_m:.1f}mm",
+            "walls": len(mirrors) - bool(value("floor", lambda _: 1.0)),
+            "kappa": round(crosstalk, 4),
+            "tilt": round(tilt_deg, 2),
+            "kicks": floor.kick_m_s,
+        },
+    )
+
+
+def _antenna_values(value: _Draws, sphere: Sphere) -> tuple[AntennaValues, ...]:
+    rng = value.rng("antennas")
+    azimuths = 90.0 + 360.0 / N_RECEIVERS * np.arange(N_RECEIVERS) + rng.uniform(-15.0, 15.0, N_RECEIVERS)
+    sender = AntennaValues(0.0, 0.0, rng.uniform(0.6, 0.8), rng.uniform(0.0, 180.0))
+    receivers = []
+    for azimuth in azimuths % 360.0:
+        one = AntennaValues(rng.uniform(32.0, 50.0), azimuth, rng.uniform(0.6, 0.8), rng.uniform(0.0, 180.0))
+        while signal_share(sender, one, sphere) < WEAKEST:
+            one = replace(one, polarization_deg=rng.uniform(0.0, 180.0))
+        receivers.append(one)
+    return (sender, *receivers)
+
+
+def _antennas(value: _Draws, values: tuple[AntennaValues, ...]) -> tuple[Antenna, ...]:
+    """Return the antennas; their lobes fall to a half of the field at 17 to 34 degrees from the axis."""
+    drawn = value.rng("lobes").uniform(4.0, 16.0, len(values))
+    lobes = drawn if value("lobes", lambda _: True) else np.zeros(len(values))
+    sender, *receivers = values
+    return (
+        transmitter(sender.distance_m, sender.polarization_deg, lobes[0]),
+        *(
+            receiver(one.tilt_deg, one.azimuth_deg, one.distance_m, one.polarization_deg, lobe)
+            for one, lobe in zip(receivers, lobes[1:], strict=True)
+        ),
+    )
+
+
+def _mirrors(
+    value: _Draws, bottom: Array, normal: Array
+) -> tuple[tuple[Mirror, ...], tuple[tuple[Mirror, Mirror], ...]]:
+    """Return the floor below the lowest place and the walls around, and the corners between them."""
+    share = value("floor", lambda r: r.uniform(0.1, 0.3))
+    rng = value.rng("floor surface")
+    offset = float(normal @ bottom) - rng.uniform(0.0, 0.015)
+    floors: tuple[Mirror, ...] = ()
+    if share and value("surface", lambda _: "conductor") == "dielectric":
+        floors = (Dielectric(normal, offset, complex(permittivity_of(share))),)
+    elif share:
+        floors = (Conductor(normal, offset, _uneven(rng, share)),)
+    walls = []
+    for number in range(value("walls", lambda r: int(r.random() < 0.5))):
+        rng = value.rng(f"wall {number}")
+        size = value("wall", lambda _, rng=rng: rng.uniform(0.02, 0.04))
+        distance = value("wall_distance_m", lambda _, rng=rng: np.exp(rng.uniform(np.log(0.08), np.log(1.0))))
+        azimuth = rng.uniform(0.0, 2.0 * np.pi)
+        lean = np.radians(rng.normal(0.0, 0.5))
+        inward = np.array([-np.cos(lean) * np.cos(azimuth), -np.cos(lean) * np.sin(azimuth), np.sin(lean)])
+        walls.append(Conductor(inward, -distance, _uneven(rng, size)))
+    corners = [(wall, ground) for wall in walls for ground in floors] if value("corners", lambda _: True) else []
+    return (*floors, *walls), tuple(corners)
+
+
+def _uneven(rng: np.random.Generator, share: float) -> NDArray[np.complex128]:
+    """Return the reflection for each antenna: one surface, seen at another spot and angle by each."""
+    count = N_RECEIVERS + 1
+    phase = rng.uniform(0.0, 2.0 * np.pi) + rng.normal(0.0, 0.3, count)
+    return share * rng.uniform(0.8, 1.2, count) * np.exp(1j * phase)
+
+
+def _mixers(value: _Draws) -> tuple[Mixer, ...]:
+    rng = value.rng("mixers")
+    amplitude_v = value("amplitude_v", lambda r: r.choice([0.05, 0.5, 1.0, 1.5]))
+    return tuple(
+        Mixer(
+            amplitude_v * rng.uniform(0.8, 1.2),
+            rng.uniform(0.85, 1.15),
+            np.radians(rng.uniform(-10.0, 10.0)),
+            (rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5)),
+        )
+        for _ in range(N_RECEIVERS)
+    )

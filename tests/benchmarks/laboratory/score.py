@@ -1,0 +1,184 @@
+"""Scores of a result against the truth of its laboratory scene, from the tables that any reader of them gets."""
+
+from __future__ import annotations
+
+import csv
+import json
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from benchmarks.laboratory.scene import Record
+from numpy.typing import NDArray
+
+from radargui.model.result import RunResult
+from radargui.report.tables import write_tables
+
+Array = NDArray[np.float64]
+
+SEEN_M_S, NEAR_END_S, SAME_S = 0.15, 0.015, 0.003
+"""A rebound slower than this, or that late, need not be found; times closer than this are one impact."""
+POOLED = 500
+"""Times of a scene that count where scenes are pooled: each scene as much as any other."""
+WORST_RATIO = 2.5
+"""rms(error) / rms(u) above which a scene has to warn."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One estimated number: relative error in percent, and the error in units of its u, statistical and combined."""
+
+    error_percent: float
+    in_u: float
+    in_combined: float | None
+
+
+@dataclass(frozen=True)
+class Score:
+    """One estimate of one scene; None or empty where there is no such figure.
+
+    Attributes
+    ----------
+    rms_3d_mm
+        Over the motion.
+    inside_2u, inside_2u_combined
+        Share of the coordinates within 2u.
+    error_over_u
+        |error| / u of every coordinate at times evenly over the motion, shape (n,), statistical.
+    ratio, ratio_combined
+        rms(error) / rms(u).
+    e
+        Of each impact that is valid and really happened, in time order; `first_e` where the first is among them.
+    seconds
+        Of processor time.
+    """
+
+    scene: str
+    stated: str
+    snr_db: float
+    status: str
+    used: str
+    rms_3d_mm: float | None
+    inside_2u: float | None
+    inside_2u_combined: float | None
+    error_over_u: Array | None
+    ratio: float | None
+    ratio_combined: float | None
+    missed: int
+    false: int
+    e: tuple[Figure, ...]
+    first_e: Figure | None
+    g: Figure | None
+    warnings: tuple[str, ...]
+    seconds: float
+
+    @property
+    def silent(self) -> bool:
+        """Whether the uncertainty is too small by far and nothing was said."""
+        ratio = self.ratio if self.ratio_combined is None else self.ratio_combined
+        return ratio is not None and ratio > WORST_RATIO and not self.warnings
+
+
+def score(record: Record, result: RunResult, seconds: float) -> Score:
+    """Write the result's tables, read them, compare."""
+    with tempfile.TemporaryDirectory() as name:
+        write_tables(result, Path(name))
+        track = _table(Path(name, "track.csv"))
+        with Path(name, "bounces.csv").open(newline="", encoding="utf-8") as file:
+            bounces = list(csv.DictReader(file))
+        document = json.loads(Path(name, "result.json").read_text(encoding="utf-8"))
+    e, found_s = _restitution(record, bounces)
+    drop, end_s = record.scene.drop, record.scene.drop.duration_s - NEAR_END_S
+    seen = [one.time_s for one in drop.impacts if one.after_m_s > SEEN_M_S and one.time_s < end_s]
+    first = drop.impacts[0].time_s if drop.impacts else None
+    return Score(
+        scene=record.scene.name,
+        stated=record.scene.stated,
+        snr_db=record.scene.snr_db,
+        status=document["status"],
+        used=str(document["correction_used"]),
+        **_position(record, track),
+        missed=sum(bool(np.abs(found_s - time).min(initial=1.0) > SAME_S) for time in seen),
+        false=sum(bool(np.abs(record.truth.impact_time_s - time).min(initial=1.0) > SAME_S) for time in found_s),
+        e=tuple(e.values()),
+        first_e=None if first is None else e.get(first),
+        g=_gravity(record, document),
+        warnings=tuple(document["warnings"] or ()),
+        seconds=seconds,
+    )
+
+
+def _table(path: Path) -> dict[str, Array]:
+    with path.open(encoding="utf-8") as file:
+        header = file.readline().strip().split(",")
+        rows = np.loadtxt(file, delimiter=",", ndmin=2)
+    return dict(zip(header, rows.T, strict=True)) if rows.size else {}
+
+
+def _position(record: Record, track: dict[str, Array]) -> dict[str, Any]:
+    nothing: dict[str, Any] = dict.fromkeys(
+        ("rms_3d_mm", "inside_2u", "inside_2u_combined", "error_over_u", "ratio", "ratio_combined"), None
+    )
+    if "x_m" not in track:
+        return nothing
+    moving = np.arange(record.truth.position_m.shape[1]) >= record.scene.drop.start_s * record.scene.converter.rate_hz
+    known = moving & (track["valid"] == 1)
+    if not known.any():
+        return nothing
+    error = np.array([track[f"{axis}_m"] for axis in "xyz"])[:, known] - record.truth.position_m[:, known]
+    u = np.array([track[f"u{axis}_m"] for axis in "xyz"])[:, known]
+    chosen = np.linspace(0, error.shape[1] - 1, POOLED).astype(int)
+    combined = None
+    if "ux_combined_m" in track:
+        combined = np.array([track[f"u{axis}_combined_m"] for axis in "xyz"])[:, known]
+    return {
+        "rms_3d_mm": 1e3 * float(np.sqrt((error**2).sum(axis=0).mean())),
+        "inside_2u": _inside(error, u),
+        "inside_2u_combined": None if combined is None else _inside(error, combined),
+        "error_over_u": (np.abs(error) / np.maximum(u, 1e-12))[:, chosen].ravel(),
+        "ratio": _rms_ratio(error, u),
+        "ratio_combined": None if combined is None else _rms_ratio(error, combined),
+    }
+
+
+def _inside(error: Array, u: Array) -> float:
+    return float((np.abs(error) < 2.0 * u).mean())
+
+
+def _rms_ratio(error: Array, u: Array) -> float:
+    return float(np.sqrt((error**2).mean() / max(float((u**2).mean()), 1e-24)))
+
+
+def _restitution(record: Record, bounces: list[dict[str, str]]) -> tuple[dict[float, Figure], Array]:
+    """Return the figures of e by true time of impact, and the times found."""
+    found_s = np.array([float(row["time_s"]) for row in bounces])
+    out = {}
+    for impact in record.scene.drop.impacts:
+        for row, time_s in zip(bounces, found_s, strict=True):
+            if row["valid"] == "1" and impact.after_m_s > 0.0 and abs(impact.time_s - time_s) < SAME_S:
+                out[impact.time_s] = _figure(
+                    float(row["e"]), impact.e, float(row["u_e"]), _number(row.get("u_e_combined"))
+                )
+                break
+    return out, found_s
+
+
+def _gravity(record: Record, document: dict[str, Any]) -> Figure | None:
+    """Compare the acceleration measured with the true one, which buoyancy is part of."""
+    fall = document["free_fall"]
+    if fall is None or fall["g_m_s2"] is None:
+        return None
+    combined = ((document.get("uncertainty_budget") or {}).get("g_m_s2") or {}).get("combined")
+    return _figure(fall["g_m_s2"], record.scene.body.acceleration_m_s2, fall["u_g_m_s2"], combined)
+
+
+def _figure(value: float, truth: float, u: float, combined: float | None) -> Figure:
+    error = value - truth
+    return Figure(100.0 * error / truth, error / u, None if combined is None else error / combined)
+
+
+def _number(cell: str | None) -> float | None:
+    value = float(cell) if cell else float("nan")
+    return value if np.isfinite(value) else None

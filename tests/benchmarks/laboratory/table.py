@@ -1,0 +1,86 @@
+"""The lines and the table of the laboratory's scores."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from benchmarks.laboratory.scene import Scene
+from benchmarks.laboratory.score import Figure, Score
+
+LOUD_DB = 30.0
+"""The bars hold for scenes of this and more; the others are reported."""
+
+
+def line(scene: Scene, one: Score) -> str:
+    """Return what came of one scene."""
+    converter = scene.converter
+    facts = " ".join(f"{key} {value}" for key, value in scene.facts.items())
+    return (
+        f"{one.scene:16s} {one.stated:15s} {scene.snr_db:3.0f} dB {converter.rate_hz / 1e3:4.1f}k "
+        f"{1e6 * converter.skew_s:4.1f}us {facts} | 3D {_plain(one.rms_3d_mm, 4)} mm "
+        f"in2u {_plain(one.inside_2u, 2)}/{_plain(one.inside_2u_combined, 2)} |err|/u {_pooled([one])} "
+        f"missed {one.missed} false {one.false} e {_figure(one.first_e)} g {_figure(one.g)} by {one.used} "
+        f"warnings {len(one.warnings)}{' SILENT' if one.silent else ''} {one.seconds:.1f} s"
+    )
+
+
+def table(scores: Iterable[Score]) -> str:
+    """Return a row for each kind of setup, loud scenes and quiet ones apart."""
+    found = list(scores)
+    rows = []
+    for stated in dict.fromkeys(one.stated for one in found):
+        for loud in (True, False):
+            part = [one for one in found if one.stated == stated and (one.snr_db >= LOUD_DB) == loud]
+            if part:
+                rows.append(f"{stated} {'from' if loud else 'below'} {LOUD_DB:.0f} dB, n {len(part)}:\n{_row(part)}")
+    return "\n".join(rows)
+
+
+def _row(part: list[Score]) -> str:
+    e, g = [one for score in part for one in score.e], [score.g for score in part if score.g is not None]
+    first = [score.first_e for score in part if score.first_e is not None]
+    return (
+        f"  median/worst: 3D mm {_spread([one.rms_3d_mm for one in part])}, "
+        f"first e % {_spread([one.error_percent for one in first])}, "
+        f"g % {_spread([one.error_percent for one in g])}\n"
+        f"  inside 2u statistical: track {_mean([one.inside_2u for one in part])}, e {_share(e)}, g {_share(g)}; "
+        f"combined: track {_mean([one.inside_2u_combined for one in part])}, "
+        f"e {_share(e, combined=True)}, g {_share(g, combined=True)}\n"
+        f"  |error|/u pooled, median {_pooled(part)} (honest: 0.67); "
+        f"missed {sum(one.missed for one in part)} false {sum(one.false for one in part)}; "
+        f"warned {sum(bool(one.warnings) for one in part)} of {len(part)}; "
+        f"silent {', '.join(one.scene for one in part if one.silent) or 'none'}; "
+        f"without track {sum(one.rms_3d_mm is None for one in part)}\n"
+        f"  processor s median/worst {_spread([one.seconds for one in part], 1)}, "
+        f"in all {sum(one.seconds for one in part):.0f}"
+    )
+
+
+def _spread(values: list[float | None], digits: int = 4) -> str:
+    known = np.abs([v for v in values if v is not None])
+    return f"{np.median(known):.{digits}f}/{known.max():.{digits}f}" if known.size else "-"
+
+
+def _pooled(scores: list[Score]) -> str:
+    known = [one.error_over_u for one in scores if one.error_over_u is not None]
+    return f"{np.median(np.concatenate(known)):.2f}" if known else "-"
+
+
+def _mean(values: list[float | None]) -> str:
+    known = [v for v in values if v is not None]
+    return f"{np.mean(known):.3f}" if known else "-"
+
+
+def _share(figures: list[Figure], *, combined: bool = False) -> str:
+    known = [one.in_combined if combined else one.in_u for one in figures]
+    inside = [abs(v) < 2.0 for v in known if v is not None]
+    return f"{sum(inside)}/{len(inside)}" if inside else "-"
+
+
+def _figure(one: Figure | None) -> str:
+    return "-" if one is None else f"{one.error_percent:+.4f} % ({one.in_u:+.1f} u)"
+
+
+def _plain(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"

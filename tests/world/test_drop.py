@@ -1,0 +1,93 @@
+"""The motion against closed forms: fall in air, impacts along the leaning floor's normal, the endings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benchmarks.laboratory.drop import ROLLING, Body, Drop, Floor, fall
+
+STEEL = Body(0.005, 7850.0, 9.81)
+RELEASE = np.array([0.01, -0.02, 0.1])
+LEVEL = Floor(np.array([0.0, 0.0, 1.0]), RELEASE - [0.0, 0.0, 0.2], 0.8)
+
+
+def dropped(floor: Floor = LEVEL, *, body: Body = STEEL, seconds: float = 1.2, **options: float) -> Drop:
+    return fall(np.random.default_rng(5), body, floor, RELEASE, start_s=0.2, duration_s=seconds, **options)
+
+
+def leaning(degrees: float, kick_m_s: float = 0.03) -> Floor:
+    normal = np.array([np.sin(np.radians(degrees)), 0.0, np.cos(np.radians(degrees))])
+    return Floor(normal, LEVEL.touch_m, 0.8, kick_m_s=kick_m_s)
+
+
+def velocity(drop: Drop, time_s: float, step_s: float = 1e-6) -> np.ndarray:
+    before, after = drop.position(np.array([time_s - step_s, time_s + step_s])).T
+    return (after - before) / (2.0 * step_s)
+
+
+def test_it_hangs_until_it_is_let_go() -> None:
+    places = dropped().position(np.linspace(0.0, 0.2, 11))
+    np.testing.assert_array_equal(places, np.repeat(RELEASE[:, None], 11, axis=1))
+
+
+def test_the_first_fall_is_that_of_quadratic_drag() -> None:
+    light = replace(STEEL, density_kg_m3=300.0)
+    times = np.linspace(0.0, 0.19, 20)
+    g, k = light.acceleration_m_s2, light.drag_1_m
+    fallen = np.log(np.cosh(np.sqrt(g * k) * times)) / k
+    np.testing.assert_allclose(RELEASE[2] - dropped(body=light).position(0.2 + times)[2], fallen, atol=1e-12)
+
+
+def test_air_takes_one_and_a_half_times_the_ratio_of_densities_from_g() -> None:
+    assert STEEL.acceleration_m_s2 / 9.81 - 1.0 == pytest.approx(-1.5 * 1.2 / 7850.0, rel=1e-3)
+    assert STEEL.drag_1_m == pytest.approx(0.005, rel=0.05)  # what is known of a 10 mm steel sphere
+
+
+@pytest.mark.parametrize("floor", [LEVEL, leaning(0.6), leaning(3.0)], ids=["level", "0.6 deg", "3 deg"])
+def test_impacts_happen_on_the_floor_with_the_speeds_told(floor: Floor) -> None:
+    drop = dropped(floor)
+    assert len(drop.impacts) >= 3
+    for impact in drop.impacts[:3]:
+        place = drop.position(np.array([impact.time_s]))[:, 0]
+        assert floor.normal @ (place - floor.touch_m) == pytest.approx(0.0, abs=1e-10)
+        before = velocity(drop, impact.time_s - 2e-6)
+        after = velocity(drop, impact.time_s + 2e-6)
+        assert floor.normal @ before == pytest.approx(-impact.before_m_s, abs=1e-4)
+        assert floor.normal @ after == pytest.approx(impact.after_m_s, abs=1e-4)
+        assert impact.e == pytest.approx(0.8, abs=0.04)
+
+
+def test_between_impacts_it_never_sinks_into_the_floor() -> None:
+    floor = leaning(1.0)
+    heights = floor.normal @ (dropped(floor).position(np.linspace(0.0, 1.2, 5000)) - floor.touch_m[:, None])
+    assert heights.min() > -1e-9
+
+
+def test_a_leaning_floor_and_kicks_turn_speed_sideways_and_a_level_one_without_does_not() -> None:
+    ends = np.array([1.2])
+    np.testing.assert_allclose(dropped().position(ends)[:2, 0], RELEASE[:2], atol=1e-12)
+    assert np.linalg.norm(dropped(leaning(1.0, 0.0)).position(ends)[:2, 0] - RELEASE[:2]) > 1e-3
+    assert np.linalg.norm(dropped(leaning(0.0)).position(ends)[:2, 0] - RELEASE[:2]) > 1e-3
+
+
+def test_a_bouncing_sphere_comes_to_roll_down_the_slope() -> None:
+    floor = replace(leaning(1.0, 0.0), restitution=0.3)
+    drop = dropped(floor, seconds=2.0)
+    assert drop.impacts[-1].after_m_s == 0.0
+    late = drop.impacts[-1].time_s + 0.3
+    assert floor.normal @ velocity(drop, late) == pytest.approx(0.0, abs=1e-9)
+    gained = (velocity(drop, late + 0.2) - velocity(drop, late)) / 0.2
+    slope = ROLLING * STEEL.acceleration_m_s2 * np.sin(np.radians(1.0))
+    assert np.linalg.norm(gained) == pytest.approx(slope, rel=1e-4)
+
+
+def test_a_bed_catches_it_within_the_depth_without_an_impact() -> None:
+    drop = dropped(caught_within_m=0.01)
+    end = drop.position(np.array([1.2]))[:, 0]
+    assert drop.impacts == ()
+    np.testing.assert_allclose(end, LEVEL.touch_m - [0.0, 0.0, 0.01], atol=1e-9)
+    np.testing.assert_allclose(velocity(drop, 1.0), 0.0, atol=1e-9)
+    speed = np.linalg.norm(velocity(drop, 0.2 + np.sqrt(0.4 / 9.81)))
+    assert speed == pytest.approx(np.sqrt(2.0 * 9.81 * 0.2), rel=5e-3)  # it does not slow before it touches

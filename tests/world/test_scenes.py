@@ -1,0 +1,151 @@
+"""Draws of the laboratory: within what was asked for, the same world whatever is told of it, the record as made."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benchmarks.laboratory import stated as values
+from benchmarks.laboratory.draw import WEAKEST, draw
+from benchmarks.laboratory.hostile import HOSTILE, hostile_scenes
+from benchmarks.laboratory.room import Room
+from benchmarks.laboratory.scene import Scene, make_record
+
+from radargui.model.digitisation import channel_skew
+
+
+@pytest.fixture(scope="module")
+def scenes() -> list[Scene]:
+    return [draw(seed) for seed in range(80)]
+
+
+def test_draws_fill_the_ranges_asked_for_and_stay_inside(scenes: list[Scene]) -> None:
+    drawn = {
+        (20.0, 45.0): [one.snr_db for one in scenes],
+        (2.5e-3, 8e-3): [one.room.sphere.radius_m for one in scenes],
+        (2e3, 33333.0): [one.converter.rate_hz for one in scenes],
+    }
+    for (low, high), found in drawn.items():
+        assert low <= min(found) < low + 0.2 * (high - low)
+        assert high - 0.2 * (high - low) < max(found) <= high
+    fallen = [one.drop.position(np.array([0.0, one.drop.impacts[0].time_s]))[2] @ [1.0, -1.0] for one in scenes]
+    assert 0.06 <= min(fallen) < 0.1
+    assert 0.25 < max(fallen) <= 0.30
+
+
+def test_half_have_a_wall_a_third_crosstalk_a_third_kicks_and_a_tilt(scenes: list[Scene]) -> None:
+    # 80 draws: four standard deviations of a binomial number are 18 and 17
+    assert abs(sum(len(one.room.mirrors) == 2 for one in scenes) - 40) < 18
+    assert abs(sum(one.converter.crosstalk > 0.0 for one in scenes) - 27) < 17
+    assert abs(sum(one.facts["kicks"] > 0.0 for one in scenes) - 27) < 17
+
+
+def test_no_receiver_is_nearly_blind(scenes: list[Scene]) -> None:
+    centre = np.zeros((3, 1))
+    for one in scenes[:5]:
+        for number in range(3):
+            sender, antenna = one.room.antennas[0], one.room.antennas[number + 1]
+            outward = -antenna.axis
+            turned = [
+                Room((sender, type(antenna)(antenna.position_m, antenna.axis, field, antenna.lobe)), one.room.sphere)
+                for angle in np.radians(np.arange(0.0, 180.0, 5.0))
+                for field in [
+                    np.cos(angle) * antenna.polarization + np.sin(angle) * np.cross(outward, antenna.polarization)
+                ]
+            ]
+            strengths = [abs(room.received(0, centre)[0]) for room in turned]
+            assert strengths[0] > WEAKEST * max(strengths)
+
+
+def test_the_multiplexer_ends_a_scan_before_the_next(scenes: list[Scene]) -> None:
+    for one in scenes:
+        assert 6 * one.converter.skew_s * one.converter.rate_hz <= 1.0 + 1e-9
+
+
+def test_a_value_held_changes_no_other() -> None:
+    free, held = draw(3), draw(3, snr_db=50.0, walls=0, floor=0.0, crosstalk=0.0)
+    assert held.snr_db == 50.0
+    assert held.room.mirrors == ()
+    assert held.setup == free.setup
+    assert held.drop.impacts == free.drop.impacts
+    assert held.mixers == free.mixers
+
+
+def test_a_value_that_is_not_there_is_refused_by_name() -> None:
+    with pytest.raises(ValueError, match="snr"):
+        draw(0, snr=30.0)
+
+
+def test_the_world_is_the_same_whatever_the_setup_states() -> None:
+    exact, drawn = draw(4), draw(4, "drawn")
+    np.testing.assert_array_equal(
+        make_record(exact).recording.raw, make_record(drawn).recording.raw, err_msg="the record"
+    )
+    assert drawn.setup.receiver != exact.setup.receiver
+
+
+def test_an_exact_setup_states_the_truth() -> None:
+    scene = draw(5)
+    stated = scene.setup.receiver[1]
+    tilt, azimuth = np.radians([stated.tilt_deg, stated.azimuth_deg])
+    place = stated.distance_m * np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
+    np.testing.assert_allclose(place, scene.room.antennas[2].position_m, atol=1e-12)
+    assert 2.0 * np.pi / scene.setup.radar.wavelength_m == pytest.approx(scene.room.sphere.wavenumber_rad_m)
+    np.testing.assert_allclose(scene.setup.tracer.release_position_m, scene.drop.position(np.zeros(1))[:, 0])
+    assert scene.setup.tracer.diameter_m == pytest.approx(2.0 * scene.room.sphere.radius_m)
+    assert stated.u_tilt_deg == 0.0
+
+
+def test_a_drawn_setup_is_off_by_the_uncertainty_that_it_states() -> None:
+    off = []
+    for seed in range(25):
+        exact, drawn = draw(seed).setup, draw(seed, "drawn").setup
+        for true, told in zip(exact.receiver, drawn.receiver, strict=True):
+            assert told.u_tilt_deg == values.U_ANGLE_DEG
+            off.append((told.tilt_deg - true.tilt_deg) / told.u_tilt_deg)
+            off.append((told.azimuth_deg - true.azimuth_deg) / told.u_azimuth_deg)
+            off.append((told.distance_m - true.distance_m) / told.u_distance_m)
+        places = [np.array(one.tracer.release_position_m) for one in (exact, drawn)]
+        off.extend((places[1] - places[0]) / drawn.tracer.u_release_m)
+    # 300 standard normals: chi-square / 300 has a standard deviation of 0.082
+    assert np.mean(np.square(off)) == pytest.approx(1.0, abs=0.33)
+
+
+def test_skew_that_the_file_lacks_stands_in_the_setup() -> None:
+    for in_file in (True, False):
+        scene = draw(6, rate_hz=2000.0, skew_s=15e-6, skew_in_file=in_file)
+        found = channel_skew(make_record(scene).recording.digitisation, scene.setup.daq)
+        assert (found.delay_s, found.known_from) == (15e-6, "file" if in_file else "setup")
+
+
+def test_a_record_of_a_perfect_chain_turns_by_the_path() -> None:
+    """Almost no noise, no mirrors, a sphere that is a point: the phase of I and Q is that of the path."""
+    scene = draw(
+        7, snr_db=90.0, floor=0.0, walls=0, crosstalk=0.0, radius_m=1e-4, rate_hz=5000.0, skew_s=0.0,
+        density_kg_m3=25e3, amplitude_v=1.5,
+    )  # fmt: skip
+    record = make_record(scene)
+    volts = record.recording.volts()
+    for number, mixer in enumerate(scene.mixers):
+        i = volts[2 * number] / mixer.amplitude_v - mixer.offset[0]
+        q = (volts[2 * number + 1] / mixer.amplitude_v - mixer.offset[1]) / mixer.gain_ratio
+        q = (q - i * np.sin(mixer.quadrature_error_rad)) / np.cos(mixer.quadrature_error_rad)
+        turned = scene.phase_sign * np.unwrap(np.angle(i + 1j * q))
+        path = record.truth.path_m[number]
+        expected = scene.room.sphere.wavenumber_rad_m * (path - path[0])
+        np.testing.assert_allclose(turned - turned[0], expected, atol=2e-3)
+
+
+def test_white_noise_is_that_of_the_level_in_db() -> None:
+    scene = draw(8, snr_db=30.0, rate_hz=10000.0, crosstalk=0.0, amplitude_v=1.0)
+    rest = make_record(scene).recording.volts()[:, : int(0.19 * 10000.0)]
+    amplitudes = np.repeat([mixer.amplitude_v for mixer in scene.mixers], 2)
+    np.testing.assert_allclose(rest.std(axis=1) / amplitudes, 10.0**-1.5 / np.sqrt(2.0), rtol=0.08)
+
+
+def test_the_hostile_list_holds_what_its_names_say() -> None:
+    found = dict(zip(HOSTILE, hostile_scenes(9, "exact"), strict=True))
+    assert found["dead stop"].drop.impacts == ()
+    assert found["sphere of 16 mm"].room.sphere.radius_m == 0.008
+    assert len(found["two walls"].room.mirrors) == 3
+    assert found["2 kS/s, spread"].converter.skew_s == pytest.approx(1.0 / 12000.0)
+    assert found["dead stop, no floor"].room.mirrors == ()

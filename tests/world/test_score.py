@@ -1,0 +1,94 @@
+"""Scores of results that are wrong by a known amount."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benchmarks.laboratory.draw import draw
+from benchmarks.laboratory.scene import Record, make_record
+from benchmarks.laboratory.score import Score, score
+from benchmarks.laboratory.table import table
+
+from radargui.model.bounce import Bounce, Bounces, FreeFall
+from radargui.model.result import RunResult
+from radargui.model.track import Track
+
+U_M = 1e-5
+
+
+@pytest.fixture(scope="module")
+def record() -> Record:
+    return make_record(draw(11, rate_hz=2000.0, snr_db=35.0, walls=0))
+
+
+def result_of(record: Record, off_m: float, *, e_off: float = 0.0, g_off: float = 0.0) -> RunResult:
+    """The truth, with x wrong by so much and e and g wrong too; u 1e-5 m, 1e-4 of e, 1e-3 m/s^2."""
+    time_s, position_m = record.recording.time_s(), record.truth.position_m.copy()
+    position_m[0] += off_m
+    impacts = tuple(
+        Bounce(one.time_s, one.before_m_s, one.after_m_s, one.e + e_off, 1e-4, "speeds", valid=True)
+        for one in record.scene.drop.impacts
+        if one.after_m_s > 0.0
+    )
+    g = record.scene.body.acceleration_m_s2 + g_off
+    fall = FreeFall(g, 1e-3, 0.2, 0.4, 0.1, 0.2, (0.1, 0.0, -g / 2.0), 1e-6)
+    everywhere = np.ones(time_s.size, dtype=np.bool_)
+    track = Track(time_s, position_m, np.full_like(position_m, U_M), everywhere, "exact")
+    setup = record.scene.setup
+    return RunResult(record.recording, setup, "ok", track=track, bounces=Bounces(impacts, fall))
+
+
+def scored(record: Record, **off: float) -> Score:
+    return score(record, result_of(record, **off), 1.0)
+
+
+def test_the_truth_has_no_error_and_lies_inside(record: Record) -> None:
+    one = scored(record, off_m=0.0)
+    assert one.rms_3d_mm < 1e-6  # the table is written to the nanometre
+    assert (one.inside_2u, one.missed, one.false, one.silent) == (1.0, 0, 0, False)
+    assert len(one.e) == sum(impact.after_m_s > 0.0 for impact in record.scene.drop.impacts)
+    assert one.first_e.error_percent == pytest.approx(0.0, abs=1e-8)
+    assert one.g.error_percent == pytest.approx(0.0, abs=1e-8)
+
+
+def test_errors_are_told_in_millimetres_in_percent_and_in_u(record: Record) -> None:
+    one = scored(record, off_m=4e-5, e_off=3e-4, g_off=-5e-3)
+    assert one.rms_3d_mm == pytest.approx(0.04, rel=1e-4)
+    assert one.inside_2u == pytest.approx(2.0 / 3.0)
+    assert np.median(one.error_over_u.reshape(3, -1)[0]) == pytest.approx(4.0, rel=1e-3)
+    assert one.ratio == pytest.approx(4.0 / np.sqrt(3.0), rel=1e-3)
+    assert one.first_e.in_u == pytest.approx(3.0, rel=1e-6)
+    assert one.g.in_u == pytest.approx(-5.0, rel=1e-6)
+    assert one.g.error_percent == pytest.approx(-0.5 / record.scene.body.acceleration_m_s2)
+
+
+def test_an_uncertainty_too_small_by_far_is_silent_unless_a_warning_says_so(record: Record) -> None:
+    wrong = result_of(record, off_m=1e-4)
+    assert score(record, wrong, 1.0).silent
+    assert not score(record, replace(wrong, warnings=("Two answers are as likely.",)), 1.0).silent
+    assert not scored(record, off_m=2e-5).silent
+
+
+def test_impacts_not_found_and_found_where_none_was_are_counted(record: Record) -> None:
+    right = result_of(record, off_m=0.0)
+    first, *others = right.bounces.impacts
+    moved = Bounces((replace(first, time_s=first.time_s - 0.02), *others), right.bounces.free_fall)
+    one = score(record, replace(right, bounces=moved), 1.0)
+    assert (one.missed, one.false, one.first_e) == (1, 1, None)
+
+
+def test_a_rejected_run_has_no_figures_and_the_table_says_so(record: Record) -> None:
+    rejected = RunResult(record.recording, record.scene.setup, "rejected", reason="noise")
+    one = score(record, rejected, 1.0)
+    assert (one.rms_3d_mm, one.inside_2u, one.g, one.e) == (None, None, None, ())
+    assert "without track 1" in table([one])
+
+
+def test_loud_and_quiet_scenes_stand_in_rows_of_their_own(record: Record) -> None:
+    loud = scored(record, off_m=1e-5)
+    rows = table([loud, replace(loud, snr_db=25.0, rms_3d_mm=0.5)])
+    above, below = rows.split("below 30 dB")
+    assert "3D mm 0.0100/0.0100" in above
+    assert "3D mm 0.5000/0.5000" in below

@@ -10,6 +10,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from radargui.model.section import Flag, Real, Section, Whole
 
 Scene = Literal["drop", "circle", "pendulum", "bed", "rest"]
+Sphere = Literal["metal", "point"]
 Relative = Annotated[Real, Field(ge=0.0, le=0.5)]
 WallDistance = Annotated[Real, Field(gt=0.0, le=10.0)]
 WallAzimuth = Annotated[Real, Field(ge=-360.0, le=360.0)]
@@ -43,12 +44,22 @@ class Simulation(Section):
         0.005 for 10 mm of steel, 0.05 for light plastic. Circle and pendulum know no air.
     lateral_speed_m_s, lateral_azimuth_deg
         Drift of a falling sphere; the azimuth is also the direction of the circle's middle and of the swing.
+    restitution
+        e of every impact; 0: a dead stop.
+    kick_m_s
+        Standard deviation of the velocity that each impact adds in every direction along the floor, anew for each run.
+    floor_tilt_deg, floor_tilt_azimuth_deg
+        How far and in which direction the floor's normal leans away from what `floor.normal` says.
     bed_depth_m
         How deep the sphere goes into the grains.
     circle_radius_m, circle_period_s, circle_tilt_deg
         A circle that starts at the release, its middle `tilt` below the horizontal.
     turns
         Turns of the circle; swings to and fro of the pendulum, rounded to half swings.
+    sphere
+        metal: scatters as Mie theory says, between antennas polarised as the setup says (0 degrees and the strongest
+        where it does not), on the direct and on every mirrored path; point: alike in all directions. Left out: metal
+        where `transmitter.polarization_deg` is given.
     amplitude_v
         Of I and Q at the release.
     beamwidth_deg
@@ -84,6 +95,8 @@ class Simulation(Section):
         Root mean square of 1/f noise between 0.1 Hz and 1 kHz, independent in each of I and Q, whatever `noise` says.
     snr_db, noise
         White noise, 10 log10(A^2 / (2 sigma^2)) with A = `amplitude_v` and sigma of one channel; false: none.
+    crosstalk
+        Share of the channel before that the multiplexer leaves in each.
     adc_bits
         Bits of the converter over +-`daq.range_v`; 0: no converter, ideal volts.
     """
@@ -99,6 +112,9 @@ class Simulation(Section):
     drag_per_m: Annotated[Real, Field(ge=0.0, le=0.2)] = 0.0
     lateral_speed_m_s: Annotated[Real, Field(ge=0.0, le=5.0)] = 0.0
     lateral_azimuth_deg: Annotated[Real, Field(ge=-360.0, le=360.0)] = 30.0
+    kick_m_s: Annotated[Real, Field(ge=0.0, le=1.0)] = 0.0
+    floor_tilt_deg: Annotated[Real, Field(ge=0.0, le=20.0)] = 0.0
+    floor_tilt_azimuth_deg: Annotated[Real, Field(ge=-360.0, le=360.0)] = 0.0
     bed_depth_m: Annotated[Real, Field(gt=0.0, le=0.2)] = 0.01
     circle_radius_m: Annotated[Real, Field(gt=0.0, le=0.5)] = 0.08
     circle_period_s: Annotated[Real, Field(gt=0.01, le=60.0)] = 2.0
@@ -107,6 +123,7 @@ class Simulation(Section):
     pendulum_amplitude_deg: Annotated[Real, Field(gt=0.0, le=80.0)] = 8.0
     turns: Annotated[Real, Field(gt=0.0, le=1000.0)] = 2.0
 
+    sphere: Sphere | None = None
     amplitude_v: Annotated[Real, Field(gt=0.0, le=60.0)] = 1.0
     beamwidth_deg: Annotated[Real, Field(ge=1.0, le=180.0)] = 15.0
     mismatch: Relative = 0.02
@@ -129,6 +146,7 @@ class Simulation(Section):
 
     snr_db: Annotated[Real, Field(ge=0.0, le=400.0)] = 40.0
     noise: Flag = True
+    crosstalk: Annotated[Real, Field(ge=-0.1, le=0.1)] = 0.0
     adc_bits: Annotated[Whole, Field(ge=0, le=16)] = 16
 
     @field_validator("wall_azimuth_deg")
@@ -138,6 +156,10 @@ class Simulation(Section):
         if len(distances) != len(azimuths):
             raise ValueError(f"allowed: as many values as in simulation.wall_distance_m = {list(distances)}")
         return azimuths
+
+    def is_metal(self, *, polarized: bool) -> bool:
+        """Return whether the sphere scatters as metal, for a setup that gives the transmitter's polarisation or not."""
+        return polarized if self.sphere is None else self.sphere == "metal"
 
     def size(self, kind: MismatchKind) -> float:
         """Return the relative size of one kind of mismatch: its own value, else `mismatch`."""

@@ -18,7 +18,7 @@ SETUPS = shipped_setups()
 
 def test_setups_are_shipped_for_one_receiver_high_speed_a_bed_a_perfect_radar_and_physical_mismatch() -> None:
     names = {path.stem for path in SETUPS}
-    assert {"default", "clean", "granular-bed", "high-speed", "one-receiver", "physical"} <= names
+    assert {"default", "clean", "granular-bed", "high-speed", "one-receiver", "physical", "laboratory"} <= names
 
 
 def test_what_is_shipped_takes_the_best_correction_that_its_receivers_allow() -> None:

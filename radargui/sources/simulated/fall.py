@@ -12,7 +12,8 @@ from radargui.model.arrays import FloatArray
 from radargui.model.errors import SetupError
 from radargui.model.simulation import Simulation
 from radargui.sources.simulated.floor import ContactPlane
-from radargui.sources.simulated.trajectory import azimuth_direction
+from radargui.sources.simulated.seeds import Draw, generator
+from radargui.sources.simulated.trajectory import along_plane, azimuth_direction
 
 _REST_SPEED_M_S = 0.02
 _LONGEST_S = 600.0
@@ -27,7 +28,8 @@ class Fall:
 
     The flights are integrated (Dormand and Prince, eighth order) up to the very impacts; an impact turns the speed
     along the floor's normal round, e times as fast, and leaves the rest of the velocity (a smooth sphere on a smooth
-    floor). A rebound slower than 0.02 m/s does not lift off any more: the sphere rolls out evenly within 0.25 s.
+    floor) but for a random kick along the floor (`kick_m_s`: spin, a rough floor). A rebound slower than 0.02 m/s does
+    not lift off any more: the sphere rolls out evenly within 0.25 s. With e = 0 it is a dead stop.
 
     In a bed it comes to rest `bed_depth_m` below the surface without an impact: the deceleration along the normal is
     constant, v^2 / (2 depth), the speed along the surface falls to zero within the same time. Only rolling out and
@@ -49,7 +51,7 @@ class Fall:
         The sphere would bounce for more than ten minutes.
     """
 
-    def __init__(self, simulation: Simulation, release_m: FloatArray, surface: ContactPlane) -> None:
+    def __init__(self, simulation: Simulation, release_m: FloatArray, surface: ContactPlane, run: int = 0) -> None:
         bed = simulation.scene == "bed"
         upward = float(surface.normal[2])
         if not bed:
@@ -65,6 +67,7 @@ class Fall:
         height.terminal, height.direction = True, -1.0  # type: ignore[attr-defined]
         times, pieces = [0.0], []
         impacts: list[float] = []
+        kicks = generator(simulation.seed, Draw.KICK, run)
         time_s, state = 0.0, np.concatenate([release_m, np.zeros(3)])
         first_step_s: float | None = None
         while True:
@@ -92,6 +95,9 @@ class Fall:
                 break
             impacts.append(time_s)
             rebound = simulation.restitution * speed
+            if simulation.kick_m_s and rebound >= _REST_SPEED_M_S:
+                kick = simulation.kick_m_s * kicks.standard_normal(3)
+                velocity = velocity + kick - (kick @ surface.normal) * surface.normal
             if rebound < _REST_SPEED_M_S:
                 self._last_m_s, self._stop_s = velocity + speed * surface.normal, _ROLL_OUT_S
                 break
@@ -131,8 +137,7 @@ def _rate(force_m_s2: FloatArray, drag_per_m: float) -> Callable[[float, FloatAr
 def _push_velocity_m_s(simulation: Simulation, floor: ContactPlane) -> FloatArray:
     """Return the velocity that the push gives, along the floor, shape (3,)."""
     heading = azimuth_direction(simulation.lateral_azimuth_deg)
-    heading = heading - (heading @ floor.normal) * floor.normal
-    return np.asarray(simulation.lateral_speed_m_s * heading / np.linalg.norm(heading))
+    return simulation.lateral_speed_m_s * along_plane(heading, floor.normal)
 
 
 def _check_it_ends(simulation: Simulation, height_m: float, upward: float) -> None:

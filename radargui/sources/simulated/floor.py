@@ -9,6 +9,7 @@ import numpy as np
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
+from radargui.sources.simulated.trajectory import along_plane, azimuth_direction
 
 DEFAULT_DROP_M = 0.26
 _LEAST_DROP_M = 1e-4
@@ -38,8 +39,9 @@ class ContactPlane:
 def contact_plane(setup: Setup) -> ContactPlane:
     """Return the floor of the simulated scene.
 
-    It passes `simulation.drop_height_m` below the release; where that is left out, through `floor.height_m` on the
-    z axis; where that is left out too, 0.26 m below the release.
+    It leans by `simulation.floor_tilt_deg` from what the setup says. It passes `simulation.drop_height_m` below the
+    release; where that is left out, through `floor.height_m` on the z axis; where that is left out too, 0.26 m below
+    the release.
 
     Raises
     ------
@@ -47,13 +49,16 @@ def contact_plane(setup: Setup) -> ContactPlane:
         The floor does not face up, or the release does not lie above it.
     """
     release = np.array(setup.tracer.release_position_m)
-    normal = np.array(setup.floor.normal)
+    tilt, normal = np.radians(setup.simulation.floor_tilt_deg), np.array(setup.floor.normal)
     if normal[2] < _LEAST_NORMAL_Z:
         raise SetupError(
             f"floor.normal = {[round(float(part), 3) for part in normal]}: the simulated sphere needs a floor that "
             "faces up",
             remedy="Point the normal away from the floor, for example [0, 0, 1].",
         )
+    if tilt:
+        aside = along_plane(azimuth_direction(setup.simulation.floor_tilt_azimuth_deg), normal)
+        normal = np.cos(tilt) * normal + np.sin(tilt) * aside
     if setup.simulation.drop_height_m is not None:
         foot = release - np.array([0.0, 0.0, setup.simulation.drop_height_m])
     elif setup.floor.height_m is not None:

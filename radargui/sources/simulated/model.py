@@ -39,12 +39,13 @@ class SimulatedRadar:
         simulation = setup.simulation
         release = np.array(setup.tracer.release_position_m)
         self._antennas = place_antennas(setup)
-        self.scene = Scene(setup, repeat=repeat)
+        self.scene = Scene(setup, run=run, repeat=repeat)
         check_clearance(setup, self.scene, self._antennas, reflectors_of(setup))
         self._rate_hz = setup.daq.rate_hz
         self._skew_s = setup.daq.channel_skew_s
         self._sign = setup.radar.phase_sign
         self._amplitude_v = simulation.amplitude_v
+        self._crosstalk = simulation.crosstalk
         self._waves = make_waves(setup, self._antennas)
         self._mixers = [make_mixer(simulation, receiver) for receiver in range(setup.n_receivers)]
         self._tracer = [TracerMismatch(simulation, receiver, release) for receiver in range(setup.n_receivers)]
@@ -92,7 +93,13 @@ class SimulatedRadar:
         return self._kept[1]
 
     def _volts(self, time_s: FloatArray) -> FloatArray:
-        """Return the noiseless volts of all channels, shape (n_channels, n), at the times (n,) of channel 0."""
+        """Return the noiseless volts of all channels, shape (n_channels, n), at the times (n,) of channel 0.
+
+        The multiplexer leaves a share of the channel before in each: v + crosstalk (v_before - v); before channel 0
+        came the last one of the scan before.
+        """
+        if self._crosstalk:
+            time_s = np.concatenate([time_s[:1] - 1.0 / self._rate_hz, time_s])
         volts = np.empty((self.digitisation.n_channels, time_s.size))
         position = self._places(time_s)
         field = self._waves.at_tracer(position)
@@ -111,7 +118,10 @@ class SimulatedRadar:
             mixer = self._mixers[receiver]
             clean = mixer.q(signal) if is_q else mixer.i(signal)
             volts[channel] = self._amplitude_v * (clean + self._disturbance[channel].at(own_time_s))
-        return volts
+        if not self._crosstalk:
+            return volts
+        before = np.concatenate([volts[-1:, :-1], volts[:-1, 1:]])
+        return np.asarray(volts[:, 1:] + self._crosstalk * (before - volts[:, 1:]))
 
     def _places(self, time_s: FloatArray) -> FloatArray:
         """Return the positions (3, n), or (3, 1) where the sphere rests all the time: everything is computed once."""

@@ -10,6 +10,8 @@ from radargui.geometry.antennas import Antennas
 from radargui.geometry.reflectors import mirror
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SetupError
+from radargui.model.polarization import received_direction, transmitted_direction
+from radargui.model.scattering import conducting_sphere
 from radargui.model.setup import Setup
 from radargui.sources.simulated.floor import contact_plane
 from radargui.sources.simulated.seeds import Draw, generator
@@ -81,11 +83,12 @@ def reflectors_of(setup: Setup) -> tuple[Reflector, ...]:
 
 
 def mirrored(antenna: Antenna, reflector: Reflector, coefficient: complex) -> Antenna:
-    """Return the image of an antenna: place and lobe mirrored."""
+    """Return the image of an antenna: place, lobe and field mirrored."""
     return replace(
         antenna,
         place_m=mirror(antenna.place_m, reflector.normal, reflector.distance_m),
         axis=mirror(antenna.axis, reflector.normal, 0.0),
+        field=None if antenna.field is None else mirror(antenna.field, reflector.normal, 0.0),
         coefficient=coefficient,
     )
 
@@ -136,8 +139,14 @@ def make_waves(setup: Setup, antennas: Antennas) -> Waves:
     reference = np.array(setup.tracer.release_position_m)
     reflectors = reflectors_of(setup)
 
+    metal = setup.simulation.is_metal(polarized=setup.transmitter.polarization_deg is not None)
+    fields: tuple[FloatArray | None, ...] = (None,) * (1 + antennas.n_receivers)
+    if metal:
+        got = [received_direction(one.angle_deg, one.horizontal, one.vertical) for one in setup.received_fields()]
+        fields = (transmitted_direction(setup.transmitter.polarization_deg or 0.0), *got)
+
     def with_images(number: int, place_m: FloatArray) -> tuple[Antenna, ...]:
-        antenna = aimed_antenna(place_m, lobe)
+        antenna = aimed_antenna(place_m, lobe, fields[number])
         images: list[Antenna | None] = []
         for reflector in reflectors:
             if reflector.wall is None:
@@ -152,4 +161,5 @@ def make_waves(setup: Setup, antennas: Antennas) -> Waves:
         tuple(with_images(number, place) for number, place in enumerate(antennas.receivers_m, start=1)),
         setup.radar.wavelength_m,
         reference,
+        conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m) if metal else None,
     )

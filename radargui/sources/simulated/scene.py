@@ -73,6 +73,8 @@ class Scene:
     ----------
     setup
         Scene, release and floor.
+    run
+        Each run has its own kicks at the impacts.
     repeat
         After the run the sphere is carried back to the release within 1.5 s and the run begins again, for ever.
 
@@ -89,11 +91,11 @@ class Scene:
         The scene is impossible.
     """
 
-    def __init__(self, setup: Setup, *, repeat: bool = False) -> None:
+    def __init__(self, setup: Setup, *, run: int = 0, repeat: bool = False) -> None:
         simulation = setup.simulation
         self._repeat = repeat
         self._release_m = np.array(setup.tracer.release_position_m)
-        self.trajectory = _trajectory(setup, self._release_m)
+        self.trajectory = _trajectory(setup, self._release_m, run)
         self._rest_s = simulation.rest_s
         self._run_s = simulation.rest_s + self.trajectory.duration_s + simulation.settle_s
         self._end_m = self.trajectory.position_m(np.array([self.trajectory.duration_s]))[:, 0]
@@ -123,11 +125,11 @@ class Scene:
         return np.asarray(impacts[(impacts >= first_s) & (impacts < last_s)])
 
 
-def _trajectory(setup: Setup, release_m: FloatArray) -> Trajectory:
+def _trajectory(setup: Setup, release_m: FloatArray, run: int) -> Trajectory:
     simulation = setup.simulation
     match simulation.scene:
         case "drop" | "bed":
-            return Fall(simulation, release_m, contact_plane(setup))
+            return Fall(simulation, release_m, contact_plane(setup), run)
         case "circle":
             return Circle(simulation, release_m)
         case "pendulum":

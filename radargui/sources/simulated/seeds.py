@@ -21,6 +21,7 @@ class Draw(IntEnum):
     FLICKER = 9
     FLICKER_ANCHORS = 10
     WALL = 11
+    KICK = 12
 
 
 def generator(seed: int, purpose: Draw, *key: int) -> np.random.Generator:

@@ -41,6 +41,12 @@ class Rest:
         return np.repeat(self._place_m[:, None], time_s.size, axis=1)
 
 
+def along_plane(heading: FloatArray, normal: FloatArray) -> FloatArray:
+    """Return the unit vector of a heading along a plane, shape (3,)."""
+    along = heading - (heading @ normal) * normal
+    return np.asarray(along / np.linalg.norm(along))
+
+
 def azimuth_direction(azimuth_deg: float) -> FloatArray:
     """Return the horizontal unit vector of an azimuth, shape (3,)."""
     azimuth = np.radians(azimuth_deg)

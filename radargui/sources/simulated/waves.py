@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.model.scattering import ConductingSphere, scattered_field
 from radargui.sources.simulated.arrays import dot, phasor
 
 SIDE_LOBE = 0.1
@@ -50,12 +51,16 @@ class Antenna:
     coefficient
         1 for the real one, the reflection coefficient for a mirrored one: beside the direct path the mirrored one of
         length r' has the amplitude |coefficient| (r / r') (ratio of the lobes' gains).
+    field
+        Direction of the electric field that it sends or answers to, shape (3,); mirrored like a vector, the change of
+        sign stays in `coefficient`. Only a metal sphere asks for it.
     """
 
     place_m: FloatArray
     axis: FloatArray
     lobe: Lobe
     coefficient: complex = 1.0
+    field: FloatArray | None = None
 
     def gain(self, position_m: FloatArray) -> FloatArray:
         """Return the gain of its lobe towards positions (3, n), shape (n,)."""
@@ -71,16 +76,17 @@ class Antenna:
         return wave if self.coefficient == 1.0 else self.coefficient * wave
 
 
-def aimed_antenna(place_m: FloatArray, lobe: Lobe) -> Antenna:
+def aimed_antenna(place_m: FloatArray, lobe: Lobe, field: FloatArray | None = None) -> Antenna:
     """Return a real antenna that looks at the origin."""
-    return Antenna(place_m, -place_m / np.linalg.norm(place_m), lobe)
+    return Antenna(place_m, -place_m / np.linalg.norm(place_m), lobe, field=field)
 
 
 class Waves:
     """Complex signal of each receiver for a tracer anywhere, before mixer and converter.
 
     Z_i = a (sum of waves of the transmitter and its images) (sum of waves of receiver i and its images): by image
-    theory the product holds the direct path, one reflection on either leg, and one on both (coefficient squared).
+    theory the product holds the direct path, one reflection on either leg, and one on both (coefficient squared). A
+    metal sphere gives each of these pairs a factor of its own, f = e_b . E(image a -> sphere -> image b) (Mie).
 
     Parameters
     ----------
@@ -92,6 +98,8 @@ class Waves:
         Wavelength.
     reference_m
         Where the direct path has the amplitude 1, shape (3,).
+    sphere
+        The metal sphere; None: a point, f = 1.
     """
 
     def __init__(
@@ -100,27 +108,39 @@ class Waves:
         receivers: tuple[tuple[Antenna, ...], ...],
         wavelength_m: float,
         reference_m: FloatArray,
+        sphere: ConductingSphere | None = None,
     ) -> None:
         self._transmitters = transmitters
         self._receivers = receivers
         self._wavelength_m = wavelength_m
+        self._sphere = sphere
         place = reference_m[:, None]
-        outward = abs(transmitters[0].wave(place, wavelength_m)[0])
-        self._scale = [1.0 / (outward * abs(images[0].wave(place, wavelength_m)[0])) for images in receivers]
+        direct, n = [transmitters[0].wave(place, wavelength_m)], len(receivers)
+        self._scale = [1.0] * n
+        self._scale = [float(1.0 / abs(self.received(number, place, direct, 1)[0])) for number in range(n)]
 
-    def at_tracer(self, position_m: FloatArray) -> ComplexArray:
-        """Return the transmitted field at positions (3, n), shape (n,)."""
-        return _total(self._transmitters, position_m, self._wavelength_m)
+    def at_tracer(self, position_m: FloatArray) -> list[ComplexArray]:
+        """Return the waves of the transmitter and of its images at positions (3, n), shape (n,) each."""
+        return [antenna.wave(position_m, self._wavelength_m) for antenna in self._transmitters]
 
-    def received(self, receiver: int, position_m: FloatArray, at_tracer: ComplexArray) -> ComplexArray:
-        """Return the signal of a receiver, shape (n,), from the field at the tracer; amplitude 1 at the reference."""
-        return np.asarray(
-            self._scale[receiver] * at_tracer * _total(self._receivers[receiver], position_m, self._wavelength_m)
-        )
+    def received(
+        self, receiver: int, position_m: FloatArray, at_tracer: list[ComplexArray], n_images: int | None = None
+    ) -> ComplexArray:
+        """Return the signal of a receiver, shape (n,), from the waves at the tracer; amplitude 1 at the reference.
 
-
-def _total(antennas: tuple[Antenna, ...], position_m: FloatArray, wavelength_m: float) -> ComplexArray:
-    total = antennas[0].wave(position_m, wavelength_m)
-    for antenna in antennas[1:]:
-        total = total + antenna.wave(position_m, wavelength_m)
-    return total
+        Of all pairs of images, of the transmitter's those whose waves are given, of the receiver's the first
+        `n_images`, itself among them; None: all.
+        """
+        total: ComplexArray | float = 0.0
+        for antenna in self._receivers[receiver][:n_images]:
+            wave = antenna.wave(position_m, self._wavelength_m)
+            if self._sphere is None or antenna.field is None:
+                total = total + sum(at_tracer) * wave
+                continue
+            field: ComplexArray | float = 0.0
+            for source, sent in zip(self._transmitters, at_tracer, strict=False):
+                if source.field is not None:
+                    here, there = source.place_m, antenna.place_m
+                    field = field + sent * scattered_field(self._sphere, position_m, here, source.field, there)
+            total = total + (antenna.field @ field) * wave
+        return np.asarray(self._scale[receiver] * total)

@@ -35,7 +35,7 @@ def crowded_room() -> Room:
     wall = Conductor(np.array([-1.0, 0.0, 0.0]), -0.4, np.array([0.3j, 0.2]))
     floor = Dielectric(UP, -0.2, 2.0 + 0j)
     antennas = (transmitter(0.7, 25.0, 6.0), receiver(38.0, 100.0, 0.65, 70.0, 9.0))
-    return Room(antennas, Sphere(0.006, WAVENUMBER), (floor, wall), ((wall, floor),))
+    return Room(antennas, Sphere(0.006, WAVENUMBER), (floor, wall), ((wall, floor),), (floor,))
 
 
 def test_a_receiver_turned_for_the_strongest_signal_has_the_tabulated_field() -> None:
@@ -83,7 +83,7 @@ def test_sender_and_receiver_may_change_places_in_a_crowded_room() -> None:
     floor, wall = room.mirrors
     assert isinstance(wall, Conductor)
     swapped_wall = replace(wall, reflection=wall.reflection[::-1])
-    swapped = Room(room.antennas[::-1], room.sphere, (floor, swapped_wall), ((swapped_wall, floor),))
+    swapped = Room(room.antennas[::-1], room.sphere, (floor, swapped_wall), ((swapped_wall, floor),), (floor,))
     places = np.random.default_rng(3).uniform(-0.1, 0.1, (3, 20))
     np.testing.assert_allclose(swapped.received(0, places), room.received(0, places), rtol=1e-9)
 
@@ -113,3 +113,17 @@ def test_a_wall_between_antenna_and_sphere_reflects_nothing_of_that_antenna() ->
     room = Room((transmitter(0.7, 0.0, 4.0), behind), Sphere(0.005, WAVENUMBER), (wall,))
     assert len(list(room._ways(0, P))) == 2
     assert len(list(room._ways(1, P))) == 1
+
+
+def test_a_large_sphere_sends_a_mirror_what_a_convex_mirror_of_its_curvature_would() -> None:
+    """A wave straight up meets a mirror of focal length a / 2 and comes back over a conductor, 2 h away."""
+    radius_m, height_m = 0.5, 400.0
+    antenna = transmitter(5000.0, 30.0, 0.0)
+    floor = Conductor(UP, -height_m, np.ones(1, complex))
+    room = Room((antenna,), Sphere(radius_m, WAVENUMBER))
+    straight = list(room._ways(0, np.zeros((3, 1))))
+    upward = [(-straight[0][0], straight[0][1])]
+    direction, field = room._returned(floor, upward, np.zeros((3, 1)))
+    np.testing.assert_allclose(direction[:, 0], UP, atol=1e-12)
+    expected = radius_m / 2.0 / (2.0 * height_m)
+    assert np.linalg.norm(field) / np.linalg.norm(straight[0][1]) == pytest.approx(expected, rel=0.01)

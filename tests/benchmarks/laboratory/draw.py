@@ -29,11 +29,13 @@ OPTIONS = (
     "snr_db", "rate_hz", "skew_s", "skew_in_file", "height_m", "e", "scatter", "radius_m", "density_kg_m3",
     "gravity_m_s2", "floor", "surface", "walls", "wall", "wall_distance_m", "corners", "crosstalk", "lively",
     "kick_m_s", "tilt_deg", "depth_m", "flicker", "drift", "amplitude_v", "lobes",
+    "coupled",
 )  # fmt: skip
 """Values to hold:
 `floor`, `wall`: share of the wave that comes back; `walls`: how many; `surface`: of the floor, conductor or dielectric;
-`corners`: whether waves go over wall and floor; `lively`: whether impacts kick and the floor leans; `depth_m`: caught
-within this depth, no rebound (None: it bounces); `lobes`: whether antennas have any; others as their units say."""
+`corners`: whether waves go over wall and floor; `coupled`: whether the floor sends back what the sphere sends it;
+`lively`: whether impacts kick and the floor leans; `depth_m`: caught within this depth, no rebound (None: it bounces);
+`lobes`: whether antennas have any; others as their units say."""
 
 
 class _Draws:
@@ -120,7 +122,7 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
         seed,
         stated,
         setup_of(true, stated, value.rng("stated")),
-        Room(antennas, sphere, mirrors, corners),
+        Room(antennas, sphere, mirrors, corners, mirrors[:1] if value("coupled", lambda _: False) else ()),
         body,
         drop,
         _mixers(value),

@@ -26,6 +26,7 @@ HOSTILE: dict[str, dict[str, Any]] = {
     "two walls": {"walls": 2, "wall": 0.04},
     "wall at 35 cm": {"walls": 1, "wall": 0.04, "wall_distance_m": 0.35},
     "dielectric floor": {"surface": "dielectric", "floor": 0.3},
+    "wave between sphere and floor": {"coupled": True, "floor": 0.3},
     "2 kS/s, spread": _spread(2000.0),
     "5 kS/s, spread": _spread(5000.0),
     "crosstalk of 1 %": {"crosstalk": 0.01, "rate_hz": 33333.0},

@@ -19,13 +19,16 @@ Complex = NDArray[np.complex128]
 class Room:
     """Antennas (0 the transmitter), the sphere and the mirrors.
 
-    `corners` holds pairs of mirrors: the wave that meets both, the first one first, goes that way too.
+    `corners` holds pairs of mirrors: the wave that meets both, the first one first, goes that way too. `coupled` holds
+    mirrors that send back to the sphere, once, what it scatters straight at them: far from the sphere only, as the
+    returning wave counts as plane.
     """
 
     antennas: tuple[Antenna, ...]
     sphere: Sphere
     mirrors: tuple[Mirror, ...] = ()
     corners: tuple[tuple[Mirror, Mirror], ...] = ()
+    coupled: tuple[Mirror, ...] = ()
 
     def path_m(self, position_m: Array) -> Array:
         """Return the path lengths transmitter - sphere - receiver, shape (n_receivers, n)."""
@@ -40,7 +43,8 @@ class Room:
         """
         out = np.zeros(position_m.shape[1], complex)
         back = list(self._ways(receiver + 1, position_m))
-        for incoming, field in self._ways(0, position_m):
+        there = list(self._ways(0, position_m))
+        for incoming, field in there + [self._returned(mirror, there, position_m) for mirror in self.coupled]:
             for way, receiving in back:
                 out += self.sphere.scattered(incoming, field, -way, receiving)
         return out
@@ -61,6 +65,21 @@ class Room:
                 place = mirror.image(place)
             if seen:
                 yield self._way(number, over, position_m)
+
+    def _returned(self, mirror: Mirror, ways: list[tuple[Array, Complex]], position_m: Array) -> tuple[Array, Complex]:
+        """Return the wave that the sphere scatters straight at a mirror, back at the sphere.
+
+        The scattered field is i exp(i K r) / (K r) times the amplitude (Bohren & Huffman, eq. 3.12), r = 2 heights.
+        """
+        count = position_m.shape[1]
+        down = np.repeat(-mirror.normal[:, None], count, axis=1)
+        field = np.zeros((3, count), complex)
+        for axis in np.linalg.svd(mirror.normal[None])[2][1:]:
+            basis = np.repeat(axis[:, None], count, axis=1)
+            for incoming, one in ways:
+                field += basis * self.sphere.scattered(incoming, one, down, basis)
+        turns = 2.0 * self.sphere.wavenumber_rad_m * (mirror.normal @ position_m - mirror.offset_m)
+        return -down, mirror.reflected(down, field, 0) * 1j * np.exp(1j * turns) / turns
 
     def _way(self, number: int, over: tuple[Mirror, ...], position_m: Array) -> tuple[Array, Complex]:
         antenna = self.antennas[number]

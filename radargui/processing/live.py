@@ -12,6 +12,7 @@ from radargui.conditioning.noise import white_noise_v
 from radargui.conditioning.trigger import MotionTrigger
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.bistatic import locate_exact
+from radargui.geometry.sphere_delay import sphere_delay
 from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
@@ -76,7 +77,8 @@ class LiveProcessor:
     Samples are averaged to about 4 kHz, the multiplexer skew is interpolated away, and the hum learned at rest is
     taken off. Each receiver is corrected by a `MapFilter`: with what earlier runs taught at once, otherwise as soon as
     1.5 fringes have passed. The tracer is at its release when the first samples come, when `at_release` says so, and
-    when it has come to rest within 12 mm of it.
+    when it has come to rest within 12 mm of it. Where the setup tells the polarisation, what the phase of a metal
+    sphere's scattering adds to the direct path is taken off.
 
     Parameters
     ----------
@@ -93,6 +95,7 @@ class LiveProcessor:
         self._digitisation = digitisation
         self._memory = LiveMemory() if memory is None else memory
         self._antennas = place_antennas(setup)
+        self._delay = sphere_delay(setup)
         self._release_m = np.array(setup.tracer.release_position_m)
         self.reset()
 
@@ -209,17 +212,22 @@ class LiveProcessor:
         i = np.stack([z[0] for z, _ in followed])[:, skip:]
         q = np.stack([z[1] for z, _ in followed])[:, skip:]
         change = np.stack([change for _, change in followed])[:, skip:]
-        return LiveEstimate(new.index[skip:], i, q, change, self._locate(change), moving)
+        return LiveEstimate(new.index[skip:], i, q, *self._locate(change), moving)
 
-    def _locate(self, change_m: FloatArray) -> FloatArray:
+    def _locate(self, change_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the change of path length without the sphere's own, and the position."""
         n = change_m.shape[1]
         if not self._locates or n == 0:
-            return np.full((3, n), np.nan)
+            return change_m, np.full((3, n), np.nan)
         start = np.repeat(self._position_m[:, None], n, axis=1)
         position = locate_exact(change_m, self._antennas, self._release_m, start)
+        if self._delay is not None:
+            # one step is enough: the delay changes by a thousandth of what the place does
+            change_m = change_m - self._delay.at(position)
+            position = locate_exact(change_m, self._antennas, self._release_m, position)
         known = np.flatnonzero(np.isfinite(position).all(axis=0))
         self._position_m = position[:, known[-1]] if known.size else self._release_m.copy()
-        return position
+        return change_m, position
 
     def _unknown(self, index: IntArray, *, moving: bool) -> LiveEstimate:
         nothing = np.full((self._setup.n_receivers, index.size), np.nan)

@@ -171,3 +171,12 @@ def test_arming_while_the_sphere_lies_on_the_floor_does_not_move_it_to_its_relea
             wrong.append(np.linalg.norm(estimate.position_m - true, axis=0))
     assert truth.position_m[2, -1] == pytest.approx(-0.14)
     assert np.nanmax(np.concatenate(wrong)) < 20e-3
+
+
+def test_the_phase_of_a_metal_sphere_is_not_taken_for_motion(setup: Setup) -> None:
+    clean = {"mismatch": 0.0, "snr_db": 60.0, "sphere": "metal", "lateral_speed_m_s": 0.05}
+    plain = changed(setup, simulation=clean)
+    told = changed(plain, transmitter={"polarization_deg": 0.0})
+    as_point, as_metal = (rms(live_errors(one)[0]) for one in (plain, told))
+    assert as_metal < 0.15e-3
+    assert as_point > 2.0 * as_metal

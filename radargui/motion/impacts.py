@@ -53,6 +53,9 @@ class ImpactLimits:
         A sharp minimum rises within `turn_s` on both sides, smoothed over `smooth_s`.
     least_dip_m, dip_sigmas
         By more than this: 0.15 mm in 8 ms is a curvature of half of gravity.
+    least_stop_m_s, stopped_share, apart_from_impact_s
+        A fall ends without a rebound where its speed, at least the first, falls to this share of itself at once, so
+        far from every impact. Chosen by hand: a fall of 5 mm, and what noise leaves of a slope over 10 ms.
     """
 
     least_jump_m_s: float = 0.12
@@ -71,6 +74,9 @@ class ImpactLimits:
     smooth_s: float = 0.002
     least_dip_m: float = 1.5e-4
     dip_sigmas: float = 6.0
+    least_stop_m_s: float = 0.3
+    stopped_share: float = 0.2
+    apart_from_impact_s: float = 0.030
 
     def are_impacts(self, before_m_s: FloatArray, after_m_s: FloatArray, u_jump_m_s: FloatArray) -> BoolArray:
         """Return where a velocity falls before, rises after and jumps by enough; NaN is none."""
@@ -110,6 +116,27 @@ def find_impacts(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArra
     moment = at[best // len(limits.shift_s) * len(limits.shift_s)]
     kept = _possible(moment, before[best], after[best])
     return height.meetings(moment[kept], after[best][kept])
+
+
+def find_stops(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray, impact_s: FloatArray) -> FloatArray:
+    """Return where a fall ends at once without a rebound, shape (n_stops,).
+
+    There is no minimum then, only a kink. Parameters as in `find_impacts`; `impact_s` are those found.
+    """
+    limits, height = IMPACT_LIMITS, _Height(time_s, height_m, u_height_m)
+    if time_s.size < 2 * limits.least_points:
+        return np.zeros(0)
+    at = np.arange(time_s[0] + limits.side_s, time_s[-1] - limits.side_s, 0.1 * limits.side_s)
+    before, after, u_jump = height.speeds(at)
+    jump = after - before
+    stops = (before < -limits.least_stop_m_s) & (np.abs(after) < limits.stopped_share * np.abs(before))
+    stops &= (jump > limits.sigmas * u_jump) & (jump > limits.waves * height.waves_m_s())
+    found: list[float] = []
+    for k in np.flatnonzero(stops)[np.argsort(-(jump / u_jump)[stops])]:
+        if np.abs(np.append(impact_s, found) - at[k]).min(initial=np.inf) > limits.apart_from_impact_s:
+            found.append(float(at[k]))
+    moment = np.sort(found)
+    return height.meetings(moment, np.ones(moment.size))
 
 
 def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArray, sample_rate_hz: float) -> FloatArray:

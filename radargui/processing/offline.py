@@ -202,7 +202,8 @@ def _measure(
 
 def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
     given = "normal" in setup.floor.model_fields_set
-    return find_bounces(track, segment, setup.floor.normal if given else None, rate_hz)
+    normal = setup.floor.normal if given else None
+    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg)
 
 
 def _check(recording: Recording, setup: Setup) -> None:

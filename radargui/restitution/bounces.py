@@ -30,7 +30,11 @@ METHOD = "parabolas with shared g"
 
 
 def find_bounces(
-    track: Track, segment: Segment, normal: tuple[float, float, float] | None, sample_rate_hz: float
+    track: Track,
+    segment: Segment,
+    normal: tuple[float, float, float] | None,
+    sample_rate_hz: float,
+    u_tilt_deg: float | None = None,
 ) -> Bounces:
     """Return impacts with e = speed after / speed before along the floor's normal, and the first fall.
 
@@ -47,17 +51,18 @@ def find_bounces(
         Unit vector away from the floor; None: found from the impacts, its uncertainty a part of u_e.
     sample_rate_hz
         Rate of the samples.
+    u_tilt_deg
+        Standard deviation of the floor's slope from level, where the setup gives it and no normal.
     """
     bounces = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
     if normal is not None or not bounces.impacts:
         return bounces
     at = _velocities(track, segment, bounces)
     known = np.isfinite(at.u_side_m_s) & np.array([impact.valid for impact in bounces.impacts])
-    floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known])
-    if floor.tilted:
-        x, y, z = (float(part) for part in floor.normal)
-        bounces = _along(track, segment, (x, y, z), sample_rate_hz)
-        at = _velocities(track, segment, bounces)
+    floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known], u_tilt_deg)
+    x, y, z = (float(part) for part in floor.normal)
+    bounces = _along(track, segment, (x, y, z), sample_rate_hz)
+    at = _velocities(track, segment, bounces)
     impacts = tuple(_with_normal(impact, at, k, floor) for k, impact in enumerate(bounces.impacts))
     return replace(bounces, impacts=impacts, u_tilt_deg=floor.u_tilt_deg if impacts else None)
 

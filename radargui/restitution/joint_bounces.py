@@ -44,8 +44,8 @@ def joint_bounces(estimate: JointEstimate, setup: Setup) -> tuple[Bounces, Fligh
     given = "normal" in setup.floor.model_fields_set
     if not given:
         at = _Impacts.of(posterior, fit, floor.normal)
-        floor = normal_of_impacts(at.before_m_s, at.after_m_s, at.u_side_m_s)
-        if floor.tilted:
+        floor = normal_of_impacts(at.before_m_s, at.after_m_s, at.u_side_m_s, setup.floor.u_tilt_deg)
+        if floor.tilt_deg > FLIGHTS.near_vertical_deg:
             fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
     at = _Impacts.of(posterior, fit, floor.normal)
     bounces = tuple(at.bounce(number, floor) for number in range(at.time_s.size))

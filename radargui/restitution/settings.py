@@ -28,6 +28,8 @@ class FlightSettings:
     near_g_m_s2, about_g_m_s2
         A last segment whose acceleration is off by more than the first may be cut by the record's end; one of 50 ms
         that is off by more than the second does not fall: the sphere lay, or was carried back.
+    near_vertical_deg
+        Below this tilt of the floor the same breaks are impacts along its normal as along the vertical.
     good_misfit, slack
         A fit is good below chi-square = good_misfit n + slack, n degrees of freedom.
     shortest_fall_s
@@ -57,6 +59,7 @@ class FlightSettings:
     most_coefficients: int = 800
     near_g_m_s2: float = 0.5
     about_g_m_s2: float = 2.5
+    near_vertical_deg: float = 1.0
     good_misfit: float = 1.5
     slack: float = 20.0
     shortest_fall_s: float = 0.050
@@ -137,6 +140,9 @@ class CheckSettings:
         of them being wrong.
     least_speed_m_s
         After a slower rebound the next impact may be below what is resolved: nothing is told.
+    told_tilt_deg
+        A tilt that the impacts found is told where it is beyond `coverage` uncertainties above this: less is within
+        what a floor laid with a spirit level has.
     """
 
     least_samples: int = 16
@@ -144,6 +150,7 @@ class CheckSettings:
     coverage: float = 3.0
     model_share: float = 0.01
     least_speed_m_s: float = 0.15
+    told_tilt_deg: float = 0.5
 
 
 FLIGHTS, TRACKS, CHECKS = FlightSettings(), TrackSettings(), CheckSettings()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,10 +12,20 @@ from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.signal_model import ModelInputs, receiver_signal
 from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.geometry.antennas import Antennas
+from radargui.geometry.polarization import transmitted_direction, transverse_axes
+from radargui.geometry.scattering import conducting_sphere
 
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
+LARGE_SPHERE = PolarisedSphere(
+    conducting_sphere(0.008, 0.03),
+    np.stack([transmitted_direction(0.0), transmitted_direction(90.0)]),
+    np.array([transverse_axes(rx / np.linalg.norm(rx)) for rx in ANTENNAS.receivers_m]),
+    np.radians([20.0, 50.0, 0.0, 100.0]),
+    np.radians([5.0, 5.0, 5.0, 5.0]),
+)
 
 
 def test_the_motion_is_continuous_at_breaks_and_its_velocity_is_not() -> None:
@@ -52,14 +64,14 @@ def test_slopes_on_both_sides_of_a_break_are_the_motions() -> None:
         assert matrix @ c == pytest.approx(side * (beside[1] - beside[0]) / 1e-7, rel=1e-3, abs=0.1)
 
 
-def inputs_and_layout():
+def inputs_and_layout(body: PolarisedSphere | None = None):
     rng = np.random.default_rng(5)
     n = 40
     planes = (
         MirrorPlane(np.array([0.0, 0.0, -0.15]), np.array([0.0, 0.0, 1.0]), "floor"),
         MirrorPlane(np.array([0.15, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0]), "wall"),
     )
-    layout = make_layout(Sizes(0, 2, 3, 3, 2, 2))
+    layout = make_layout(Sizes(0, 2, 3, 3, 2, 2, 0 if body is None else 1))
     inputs = ModelInputs(
         ANTENNAS,
         np.array([0.0, 0.01, 0.12]),
@@ -74,11 +86,15 @@ def inputs_and_layout():
     theta[layout.planes] *= 0.05
     z = np.linspace(0.12, -0.1, n)
     node = np.stack([0.02 * z, 0.01 + 0 * z, z])[:, None, None, :] + 1e-4 * rng.standard_normal((3, 2, 2, n))
+    if body is not None:
+        fields = body.fields(node[:, 0, 0], ANTENNAS, inputs.release_m, planes, layout.plane_unknowns(theta))
+        inputs = replace(inputs, sphere=fields)
     return inputs, layout, theta, node
 
 
-def test_signal_derivatives_equal_numerical_ones() -> None:
-    inputs, layout, theta, node = inputs_and_layout()
+@pytest.mark.parametrize("body", [None, LARGE_SPHERE], ids=["point", "sphere"])
+def test_signal_derivatives_equal_numerical_ones(body: PolarisedSphere | None) -> None:
+    inputs, layout, theta, node = inputs_and_layout(body)
     own = layout.receivers[1]
     at = receiver_slopes(node, theta, layout, inputs, 1)
     drift = np.zeros((2, 40, 4))
@@ -89,12 +105,12 @@ def test_signal_derivatives_equal_numerical_ones() -> None:
         step[column] = 1e-6
         up, down = (receiver_signal(node, theta + s * step, layout, inputs, 1).value for s in (1, -1))
         assert by_own[:, :, column - own.first] == pytest.approx((up - down) / 2e-6, abs=1e-6)
-    for column in range(layout.mirrors.start, layout.mirrors.stop):
+    for column in range(layout.shared.start, layout.shared.stop):
         step = np.zeros_like(theta)
         step[column] = 1e-6
         up, down = (receiver_signal(node, theta + s * step, layout, inputs, 1).value for s in (1, -1))
         slope = (up - down) / 2e-6
-        assert at.by_mirrors[:, :, column - layout.planes.start] == pytest.approx(slope, abs=1e-5)
+        assert at.by_shared[:, :, column - layout.planes.start] == pytest.approx(slope, abs=1e-5)
 
 
 def test_position_derivative_is_right_up_to_the_amplitudes_slope() -> None:

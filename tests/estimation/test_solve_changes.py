@@ -54,7 +54,7 @@ def test_the_initial_problem_starts_with_the_constants_found_and_nothing_else() 
     for own, constants in zip(layout.receivers, CONSTANTS, strict=True):
         assert theta[own.constants].tolist() == constants.in_order().tolist()
         assert not theta[own.constants.stop : own.last].any()
-    assert not theta[layout.mirrors].any()
+    assert not theta[layout.shared].any()
     assert start.problem.inputs.wavenumber == pytest.approx(2.0 * np.pi / 0.03)
 
 

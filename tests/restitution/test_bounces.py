@@ -127,7 +127,6 @@ def test_the_normal_of_a_tilted_floor_is_found_from_the_impacts(tilt_deg: float)
     at = impact_velocities(time, track_m, impacts)
     known = np.isfinite(at.u_side_m_s)
     floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known])
-    assert floor.tilted == (tilt_deg > 0.0)
     between_deg = np.degrees(np.arccos(min(1.0, float(normal @ floor.normal))))
     assert between_deg < max(0.05, 3.0 * floor.u_tilt_deg)
     assert floor.u_tilt_deg < 0.1

@@ -17,11 +17,12 @@ from radargui.estimation.adaptive.rounds import (
     timed_round,
 )
 from radargui.estimation.forward.bins import BinnedData, bin_by_fringe
+from radargui.estimation.forward.sphere import polarised_sphere
 from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.geometry.antennas import place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
-from radargui.motion.impacts import find_impacts, find_turns
+from radargui.motion.impacts import find_impacts, find_stops, find_turns
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +66,7 @@ class AdaptiveRounds:
     impact_s
         Impacts seen in the places; empty with fewer than three receivers.
     turn_s
-        Further sharp minima of the height, some of them impacts.
+        Further sharp minima of the height, some of them impacts, and where a fall ends without a rebound.
     """
 
     signals: ScaledSignals
@@ -93,11 +94,11 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     onset, start = signals.onset_s, signals.rest_end_s
     rough = rough_phases(signals, onset)
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
-    impacts = np.zeros(0)
+    impacts, sphere = np.zeros(0), polarised_sphere(setup)
     for _ in range(2):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         data = BinnedData(
-            bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s, onset
+            bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s, onset, sphere
         )
         counted = np.array([np.interp(bins.time_s, rough.time_s, row) for row in rough.phase_rad])
         still = still_round(data, rough.ellipses, counted)
@@ -127,10 +128,14 @@ def _with_maps(data: BinnedData, still: Round, first: Round) -> Round:
 
 
 def _turns(data: BinnedData, last: Round, normal: FloatArray, impact_s: FloatArray) -> FloatArray:
-    """Return the sharp minima of the height that are not impacts already."""
-    turns = find_turns(data.bins.time_s, *_height(data, last, normal))
+    """Return the sharp minima of the height that are not impacts already, and its dead stops."""
+    height, noise = _height(data, last, normal)
+    turns = find_turns(data.bins.time_s, height, noise)
     near = (np.abs(turns[:, None] - impact_s[None]) < START.same_turn_s).any(axis=1)
-    return np.asarray(turns[~near])
+    turns = turns[~near]
+    stops = find_stops(data.bins.time_s, height, noise, impact_s)
+    near = (np.abs(turns[:, None] - stops[None]) < START.same_turn_s).any(axis=1)
+    return np.sort(np.concatenate([turns[~near], stops]))
 
 
 def _impacts(data: BinnedData, last: Round, normal: FloatArray) -> FloatArray:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.signals import ScaledSignals
 from radargui.geometry.antennas import Antennas
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
@@ -91,6 +92,8 @@ class BinnedData:
         Delay of each channel against channel 0, shape (n_channels,).
     onset_s
         End of the rest as seen in the samples.
+    sphere
+        The tracer and the antennas' polarisation; None where it counts as a point.
     """
 
     bins: Bins
@@ -100,6 +103,7 @@ class BinnedData:
     rest: BoolArray
     delay_s: FloatArray
     onset_s: float
+    sphere: PolarisedSphere | None = None
 
 
 def pool(signals: ScaledSignals, spacing_s: float) -> Bins:

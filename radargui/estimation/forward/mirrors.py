@@ -47,10 +47,17 @@ class MirrorPlane:
 
     def image(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return the mirror image of a point for two tilts (rad) and a shift along the normal (m)."""
+        normal = self._tilted(unknown)
+        return mirror(point_m, normal, float(normal @ (self.foot_m + unknown[2] * self.normal)))
+
+    def turned(self, direction: FloatArray, unknown: FloatArray) -> FloatArray:
+        """Return the mirror image of directions, shape (..., 3)."""
+        return mirror(direction, self._tilted(unknown), 0.0)
+
+    def _tilted(self, unknown: FloatArray) -> FloatArray:
         first, second = _tangents(tuple(self.normal.tolist()))
         normal = self.normal + unknown[0] * first + unknown[1] * second
-        normal = normal / np.linalg.norm(normal)
-        return mirror(point_m, normal, float(normal @ (self.foot_m + unknown[2] * self.normal)))
+        return np.asarray(normal / np.linalg.norm(normal))
 
     def image_slope(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return d image / d unknown, shape (3 unknowns, 3).

@@ -6,7 +6,7 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +53,8 @@ class ReceiverLayout:
         Real and imaginary parts of R and X by turns, two a mirror.
     receiver_lobe
         How ln |R| changes with height, two a mirror.
+    polarization
+        Angle of the antenna (rad), one place; none where the sphere counts as a point.
     drift_i, drift_q
         Coefficients of the slow noise of each channel.
     """
@@ -68,6 +70,7 @@ class ReceiverLayout:
     receiver_reflection: slice
     receiver_lobe: slice
     double_reflection: slice
+    polarization: slice
     drift_i: slice
     drift_q: slice
 
@@ -94,7 +97,7 @@ class ReceiverLayout:
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Numbers of breaks, mirrors, receivers, functions of each bias and amplitude map, and of slow noise."""
+    """Numbers of breaks, mirrors, receivers, functions of each bias and amplitude map, of slow noise, angles each."""
 
     breaks: int
     mirrors: int
@@ -102,6 +105,7 @@ class Sizes:
     bias: int
     amplitude_map: int
     drift: int
+    polarization: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +122,8 @@ class Layout:
         Real and imaginary part of T by turns, two a mirror.
     transmitter_lobe
         How ln |T| changes with height, two a mirror.
+    polarization
+        Angle of the transmitter (rad), one place; none where the sphere counts as a point.
     receivers
         One a receiver.
     sizes
@@ -130,14 +136,15 @@ class Layout:
     planes: slice
     transmitter_reflection: slice
     transmitter_lobe: slice
+    polarization: slice
     receivers: tuple[ReceiverLayout, ...]
     sizes: Sizes
     size: int
 
     @property
-    def mirrors(self) -> slice:
-        """Places of all that the receivers share of the mirrors."""
-        return slice(self.planes.start, self.transmitter_lobe.stop)
+    def shared(self) -> slice:
+        """Places of what the receivers share besides the motion: mirrors and the transmitter's angle."""
+        return slice(self.planes.start, self.polarization.stop)
 
     def plane_unknowns(self, theta: FloatArray) -> FloatArray:
         """Return two tilts (rad) and the shift (m) of each mirror, shape (n_mirrors, 3)."""
@@ -147,6 +154,12 @@ class Layout:
 def pair_of(places: slice, mirror: int) -> slice:
     """Return the two places of one mirror among places of two a mirror."""
     return slice(places.start + 2 * mirror, places.start + 2 * mirror + 2)
+
+
+def polarisation_places(layout: Layout) -> IntArray:
+    """Return the places of the antennas' angles, the transmitter's first; none where the sphere counts as a point."""
+    places = [layout.polarization, *(own.polarization for own in layout.receivers)]
+    return np.concatenate([np.arange(one.start, one.stop) for one in places])
 
 
 def make_layout(sizes: Sizes) -> Layout:
@@ -159,8 +172,8 @@ def make_layout(sizes: Sizes) -> Layout:
         return slice(end - count, end)
 
     two_a_mirror = 2 * sizes.mirrors
-    breaks, planes, reflection, lobe = (
-        take(count) for count in (sizes.breaks, 3 * sizes.mirrors, two_a_mirror, two_a_mirror)
+    breaks, planes, reflection, lobe, polarization = (
+        take(count) for count in (sizes.breaks, 3 * sizes.mirrors, two_a_mirror, two_a_mirror, sizes.polarization)
     )
     receivers = [
         ReceiverLayout(
@@ -175,9 +188,10 @@ def make_layout(sizes: Sizes) -> Layout:
             receiver_reflection=take(two_a_mirror),
             receiver_lobe=take(two_a_mirror),
             double_reflection=take(two_a_mirror),
+            polarization=take(sizes.polarization),
             drift_i=take(sizes.drift),
             drift_q=take(sizes.drift),
         )
         for _ in range(sizes.receivers)
     ]
-    return Layout(breaks, planes, reflection, lobe, tuple(receivers), sizes, end)
+    return Layout(breaks, planes, reflection, lobe, polarization, tuple(receivers), sizes, end)

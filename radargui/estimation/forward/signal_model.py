@@ -8,6 +8,7 @@ import numpy as np
 
 from radargui.estimation.forward.mirrors import MirrorPlane, detour_ratio, turned
 from radargui.estimation.forward.parameters import Layout, ReceiverLayout, pair_of
+from radargui.estimation.forward.sphere import SphereFactors, SphereFields, point_factors
 from radargui.geometry.antennas import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end_equations import channels_of, q_by_quadrature_error
@@ -31,6 +32,8 @@ class ModelInputs:
         Of the amplitude at the bins, one at rest, shape (n_receivers, n_bins).
     drift
         Functions of slow noise at the bins, shape (n_bins, n_functions).
+    sphere
+        What it scatters along every path at the bins; None where it counts as a point.
     """
 
     antennas: Antennas
@@ -41,6 +44,7 @@ class ModelInputs:
     amplitude_map: FloatArray
     range_factor: FloatArray
     drift: FloatArray
+    sphere: SphereFields | None = None
 
     def of_bins(self, part: slice) -> ModelInputs:
         """Return the inputs of some of the bins."""
@@ -50,7 +54,15 @@ class ModelInputs:
             amplitude_map=self.amplitude_map[part],
             range_factor=self.range_factor[:, part],
             drift=self.drift[part],
+            sphere=None if self.sphere is None else self.sphere.of_bins(part),
         )
+
+    def sphere_factors(self, theta: FloatArray, layout: Layout, receiver: int) -> SphereFactors:
+        """Return what the sphere multiplies the paths to a receiver with, the antennas turned as theta has them."""
+        if self.sphere is None:
+            return point_factors(len(self.planes))
+        angles = theta[layout.polarization.start], theta[layout.receivers[receiver].polarization.start]
+        return self.sphere.factors(receiver, *(float(angle) for angle in angles))
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +112,9 @@ def receiver_signal(
     """Evaluate I = Re Z + c_I, Q = g (sin eps Re Z + cos eps Im Z) + c_Q as means over the bins' two nodes (method 1).
 
     Z = A exp(j phi) F + beta with phi = K (L - L at release) + phi_0, A from the range factor and a map, beta a map,
-    F = (1 + sum T rho_tx) (1 + sum R rho_rx) + sum X rho_tx rho_rx over the mirrors; the mirrored antennas look at the
-    tracer with other parts of their lobes, so that ln |T| and ln |R| change with height (method 4, Mirrors).
+    F = 1 + sum T rho_tx M_m0 + sum R rho_rx M_0m + sum (T R + X) rho_tx rho_rx M_mn over the mirrors; the mirrored
+    antennas look at the tracer with other parts of their lobes, so that ln |T| and ln |R| change with height (method 4,
+    Mirrors). A sphere scatters into each path by its angles (M, and A by f / f at release); of a point M is one.
 
     Parameters
     ----------
@@ -115,8 +128,9 @@ def receiver_signal(
         Number.
     """
     own = layout.receivers[receiver]
-    direct = field_at_nodes(node_m, theta, layout, inputs, receiver)
-    z = (direct * _reflection_factor(node_m, theta, layout, inputs, receiver)).mean(axis=1)
+    sphere = inputs.sphere_factors(theta, layout, receiver)
+    direct = field_at_nodes(node_m, theta, layout, inputs, receiver, sphere)
+    z = (direct * _reflection_factor(node_m, theta, layout, inputs, receiver, sphere)).mean(axis=1)
     bias, front_end = bias_of(theta, own, inputs), FrontEndState.of(theta, own)
     drift = np.stack([inputs.drift @ theta[own.drift_i], inputs.drift @ theta[own.drift_q]])
     besides = front_end.channels(np.stack([bias, bias])) + theta[own.offset][:, None] + drift
@@ -124,7 +138,12 @@ def receiver_signal(
 
 
 def field_at_nodes(
-    node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int
+    node_m: FloatArray,
+    theta: FloatArray,
+    layout: Layout,
+    inputs: ModelInputs,
+    receiver: int,
+    sphere: SphereFactors,
 ) -> ComplexArray:
     """Return A exp(j phi) without mirrors at the nodes, shape (2, 2, n_bins)."""
     own = layout.receivers[receiver]
@@ -133,13 +152,15 @@ def field_at_nodes(
         x, y, z = node_m - antenna[:, None, None, None]
         path += np.sqrt(x * x + y * y + z * z) - np.linalg.norm(inputs.release_m - antenna)
     phase = inputs.wavenumber * path + theta[own.phase]
-    return np.asarray(amplitude_of(theta, own, inputs, receiver) * turned(phase))
+    return np.asarray(amplitude_of(theta, own, inputs, receiver, sphere) * turned(phase))
 
 
-def amplitude_of(theta: FloatArray, own: ReceiverLayout, inputs: ModelInputs, receiver: int) -> FloatArray:
-    """Return A from the range factor and the map, shape (n_bins,)."""
+def amplitude_of(
+    theta: FloatArray, own: ReceiverLayout, inputs: ModelInputs, receiver: int, sphere: SphereFactors
+) -> ComplexArray:
+    """Return A from the range factor, the map and what the sphere scatters, shape (n_bins,)."""
     log_amplitude = theta[own.log_amplitude] + inputs.amplitude_map @ theta[own.amplitude_map]
-    return np.asarray(inputs.range_factor[receiver] * np.exp(log_amplitude))
+    return np.asarray(sphere.direct * (inputs.range_factor[receiver] * np.exp(log_amplitude)))
 
 
 def bias_of(theta: FloatArray, own: ReceiverLayout, inputs: ModelInputs) -> ComplexArray:
@@ -148,7 +169,12 @@ def bias_of(theta: FloatArray, own: ReceiverLayout, inputs: ModelInputs) -> Comp
 
 
 def _reflection_factor(
-    node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int
+    node_m: FloatArray,
+    theta: FloatArray,
+    layout: Layout,
+    inputs: ModelInputs,
+    receiver: int,
+    sphere: SphereFactors,
 ) -> ComplexArray | float:
     """Return F, what the mirrors make of the direct field."""
     if not inputs.planes:
@@ -158,20 +184,23 @@ def _reflection_factor(
         complex_of(theta[places])
         for places in (layout.transmitter_reflection, own.receiver_reflection, own.double_reflection)
     )
-    by_transmitter, by_receiver = np.ones(node_m.shape[1:], complex), np.ones(node_m.shape[1:], complex)
-    double = np.zeros(node_m.shape[1:], complex)
     antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
-    height = height_above_release(node_m, inputs)
+    height, scattered = height_above_release(node_m, inputs), sphere.mirrored
+    out, sent, got = np.ones(node_m.shape[1:], complex), [], []
     for m, (plane, unknown) in enumerate(zip(inputs.planes, layout.plane_unknowns(theta), strict=True)):
         over_tx, over_rx = (
             detour_ratio(node_m, antenna, plane, unknown, inputs.release_m, inputs.wavenumber)
             * lobe_factor(theta[pair_of(lobes, m)], height)
             for antenna, lobes in zip(antennas, (layout.transmitter_lobe, own.receiver_lobe), strict=True)
         )
-        by_transmitter += t[m] * over_tx
-        by_receiver += r[m] * over_rx
-        double += x[m] * over_tx * over_rx
-    return np.asarray(by_transmitter * by_receiver + double)
+        sent.append(t[m] * over_tx)
+        got.append(r[m] * over_rx)
+        out += sent[m] * scattered[1 + m, 0] + got[m] * scattered[0, 1 + m]
+        out += x[m] * scattered[1 + m, 1 + m] * (over_tx * over_rx)
+    for m, over_tx in enumerate(sent):
+        for n, over_rx in enumerate(got):
+            out += over_tx * over_rx * scattered[1 + m, 1 + n]
+    return out
 
 
 def height_above_release(node_m: FloatArray, inputs: ModelInputs) -> FloatArray:

@@ -17,6 +17,7 @@ from radargui.estimation.forward.signal_model import (
     height_above_release,
     lobe_factor,
 )
+from radargui.estimation.forward.sphere import SphereFactors
 from radargui.model.arrays import ComplexArray, FloatArray
 
 
@@ -31,13 +32,14 @@ class ReceiverSlopes:
     by_own
         With respect to the receiver's own unknowns before those of its slow noise, shape (2, n_bins, n_own); the slow
         noise of a channel adds the inputs' functions to that channel alone.
-    by_mirrors
-        With respect to planes, the transmitter's reflections and their lobes, shape (2, n_bins, n).
+    by_shared
+        With respect to planes, the transmitter's reflections, their lobes and the transmitter's angle, shape (2,
+        n_bins, n).
     """
 
     by_position: FloatArray
     by_own: FloatArray
-    by_mirrors: FloatArray
+    by_shared: FloatArray
 
 
 def receiver_slopes(
@@ -50,10 +52,11 @@ def receiver_slopes(
     from_tx, from_rx = node_m - tx[:, None, None, None], node_m - rx[:, None, None, None]
     r_tx, r_rx = (np.sqrt((away * away).sum(axis=0)) for away in (from_tx, from_rx))
     at_rest = np.linalg.norm(inputs.release_m - tx) + np.linalg.norm(inputs.release_m - rx)
-    amplitude = amplitude_of(theta, own, inputs, receiver)
+    sphere = inputs.sphere_factors(theta, layout, receiver)
+    amplitude = amplitude_of(theta, own, inputs, receiver, sphere)
     wave = amplitude * turned(k * (r_tx + r_rx - at_rest) + theta[own.phase])
     gradient = k * (from_tx / r_tx + from_rx / r_rx)
-    mirrored = _mirrors(node_m, wave, theta, layout, inputs, receiver)
+    mirrored = _mirrors(node_m, wave, theta, layout, inputs, receiver, sphere)
     z = _mean(mirrored.field)
     by_position = _mean(mirrored.slope + 1j * mirrored.field * gradient)
     bias = bias_of(theta, own, inputs)
@@ -88,8 +91,13 @@ def receiver_slopes(
     by_transmitter = _complex_columns(front_end, mirrored.by_transmitter, n_bins)
     lobes = [_stack([front_end.channels(_mean(slope)) for slope in by], n_bins) for by in mirrored.by_lobes]
     by_own[:, :, columns(own.receiver_lobe)] = lobes[1]
-    by_mirrors = np.concatenate([_stack(by_planes, n_bins), by_transmitter, lobes[0]], axis=2)
-    return ReceiverSlopes(_front_vector(front_end, by_position), by_own, by_mirrors)
+    angles = [
+        front_end.channels(z * by_direct + _mean(slope))
+        for by_direct, slope in zip(sphere.direct_slopes, mirrored.by_angle, strict=True)
+    ]
+    by_own[:, :, columns(own.polarization)] = _stack(angles[1:], n_bins)
+    by_shared = [_stack(by_planes, n_bins), by_transmitter, lobes[0], _stack(angles[:1], n_bins)]
+    return ReceiverSlopes(_front_vector(front_end, by_position), by_own, np.concatenate(by_shared, axis=2))
 
 
 def _front_vector(front_end: FrontEndState, z: ComplexArray) -> FloatArray:
@@ -129,13 +137,20 @@ class _Mirrored:
     by_receiver: list[ComplexArray]
     by_double: list[ComplexArray]
     by_lobes: tuple[list[ComplexArray], list[ComplexArray]]
+    by_angle: list[ComplexArray]
 
 
 def _mirrors(
-    node_m: FloatArray, wave: ComplexArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int
+    node_m: FloatArray,
+    wave: ComplexArray,
+    theta: FloatArray,
+    layout: Layout,
+    inputs: ModelInputs,
+    receiver: int,
+    sphere: SphereFactors,
 ) -> _Mirrored:
     if not inputs.planes:
-        return _Mirrored(wave, 0.0, [], [], [], [], ([], []))
+        return _Mirrored(wave, 0.0, [], [], [], [], ([], []), [np.zeros_like(wave) for _ in sphere.direct_slopes])
     own = layout.receivers[receiver]
     unknown = layout.plane_unknowns(theta)
     t = complex_of(theta[layout.transmitter_reflection])
@@ -152,16 +167,17 @@ def _mirrors(
 
     over_tx = detours(inputs.antennas.transmitter_m, layout.transmitter_lobe)
     over_rx = detours(inputs.antennas.receivers_m[receiver], own.receiver_lobe)
-    through_transmitter, through_receiver, field = wave, np.ones(wave.shape, complex), np.zeros(wave.shape, complex)
-    by_double = []
+    scattered = sphere.mirrored
+    sent = [t[m] * (wave * one.ratio) for m, one in enumerate(over_tx)]
+    got = [r[n] * one.ratio for n, one in enumerate(over_rx)]
+    field, by_double, by_transmitter, by_receiver = wave.copy(), [], [], []
     for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
-        through_transmitter = through_transmitter + t[m] * (wave * a.ratio)
-        through_receiver += r[m] * b.ratio
-        by_double.append(wave * a.ratio * b.ratio)
-        field += x[m] * by_double[m]
-    field += through_transmitter * through_receiver
-    by_transmitter = [wave * through_receiver * a.ratio for a in over_tx]
-    by_receiver = [through_transmitter * b.ratio for b in over_rx]
+        after = scattered[1 + m, 0] + sum(one * scattered[1 + m, 1 + n] for n, one in enumerate(got))
+        before = wave * scattered[0, 1 + m] + sum(one * scattered[1 + n, 1 + m] for n, one in enumerate(sent))
+        by_transmitter.append(wave * a.ratio * after)
+        by_receiver.append(before * b.ratio)
+        by_double.append(wave * a.ratio * b.ratio * scattered[1 + m, 1 + m])
+        field += sent[m] * after + got[m] * (wave * scattered[0, 1 + m]) + x[m] * by_double[m]
     slope, by_plane = np.zeros(node_m.shape, complex), []
     by_lobes: tuple[list[ComplexArray], list[ComplexArray]] = ([], [])
     for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
@@ -171,4 +187,12 @@ def _mirrors(
         by_plane += list(by_a * a.plane + by_b * b.plane)
         for by, one in zip(by_lobes, (by_a, by_b), strict=True):
             by += [one * height, one * height**2]
-    return _Mirrored(field, slope, by_plane, by_transmitter, by_receiver, by_double, by_lobes)
+    by_angle = []
+    for change in sphere.mirrored_slopes:
+        total = np.zeros(wave.shape, complex)
+        for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
+            total += sent[m] * change[1 + m, 0] + got[m] * (wave * change[0, 1 + m])
+            total += x[m] * change[1 + m, 1 + m] * (wave * a.ratio * b.ratio)
+            total += sent[m] * sum(one * change[1 + m, 1 + n] for n, one in enumerate(got))
+        by_angle.append(total)
+    return _Mirrored(field, slope, by_plane, by_transmitter, by_receiver, by_double, by_lobes, by_angle)

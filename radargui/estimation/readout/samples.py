@@ -177,9 +177,11 @@ class _Circle:
         self.solution, self.signals, self.receiver = solution, signals, receiver
         self.change_m, self.at_rest_m = change_m, at_rest_m
         self.own, signal = solution.problem.layout.receivers[receiver], solution.at.signals[receiver]
-        ratio = signal.field / signal.direct
+        inputs, layout = solution.problem.inputs, solution.problem.layout
+        scattered = inputs.sphere_factors(solution.state.theta, layout, receiver).direct
+        ratio = signal.field / signal.direct * scattered / np.abs(scattered)
         self.curves = np.stack([np.abs(signal.direct), ratio.real, ratio.imag, *signal.besides])
-        antennas = solution.problem.inputs.antennas
+        antennas = inputs.antennas
         self.antennas = Antennas(antennas.transmitter_m, antennas.receivers_m[receiver : receiver + 1])
 
     def at(self, part: slice) -> ComplexArray:

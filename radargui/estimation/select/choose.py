@@ -35,6 +35,8 @@ class ChoiceSettings:
         Gain in ln E of a floor above which it is not compared again when the breaks are settled.
     good_misfit
         Median local chi-square above which something is missing in the model.
+    bad_misfit
+        The same above which models cannot be compared: they are compared again when it has gone.
     lost_misfit
         The same above which the start of the first adaptive round is tried too.
     hopeless_misfit
@@ -58,6 +60,7 @@ class ChoiceSettings:
     floor_below_m: float = 0.010
     beyond_doubt: float = 100.0
     good_misfit: float = 1.15
+    bad_misfit: float = 2.0
     lost_misfit: float = 4.0
     hopeless_misfit: float = 100.0
     grown_bias: float = 0.002
@@ -173,9 +176,7 @@ class _Selection:
         """Converge from an adaptive round with bias maps of a length, with or without a floor that reflects."""
         breaks = np.sort(np.concatenate([self.found.impact_s, self.found.turn_s]))
         motion = first_motion(self.data, start.place, self.found.signals.rest_end_s, breaks)
-        lowest = start.place[:, int(np.argmin(self.normal @ start.place))]
-        floor = MirrorPlane(lowest - self.settings.floor_below_m * self.normal, self.normal, FLOOR)
-        planes = (floor,) if reflects else ()
+        planes = (self.floor_below(start.place),) if reflects else ()
         constants = start.receiver_constants()
         initial = initial_problem(self.data, motion, constants, planes, length_m, self.drift, self.known_front_ends)
         return self.converged(initial, self.settings.first_rounds)
@@ -191,16 +192,24 @@ class _Selection:
         gain = log_evidence(floored) - log_evidence(plain)
         best = floored if gain > 0.0 else plain
         alternatives = self._alternatives(best, [plain, floored])
+        blind = _typical_misfit(best) > settings.bad_misfit
         solution = settle_breaks(self.data, best, self.normal, self.round_done)
-        if 0.0 < gain < settings.beyond_doubt:
+        if blind or 0.0 < gain < settings.beyond_doubt:
             solution, gain = self.floor_compared_again(solution)
+            if blind:
+                alternatives = ()
         return solution, gain, alternatives
 
+    def floor_below(self, place: FloatArray) -> MirrorPlane:
+        """Return where the floor is sought for places (3, n)."""
+        lowest = place[:, int(np.argmin(self.normal @ place))]
+        return MirrorPlane(lowest - self.settings.floor_below_m * self.normal, self.normal, FLOOR)
+
     def floor_compared_again(self, solution: Solution) -> tuple[Solution, float]:
-        """Return the solution with its floor or without, and what the floor gains now that the breaks are settled."""
+        """Return the solution with a floor or without, and what the floor gains now that the breaks are settled."""
+        floor = solution.problem.inputs.planes or (self.floor_below(positions_at_bins(solution)),)
         with_floor, bare = (
-            self.converged(problem_with_mirrors(solution, planes), self.settings.first_rounds)
-            for planes in (solution.problem.inputs.planes, ())
+            self.converged(problem_with_mirrors(solution, planes), self.settings.first_rounds) for planes in (floor, ())
         )
         gain = log_evidence(with_floor) - log_evidence(bare)
         return (with_floor if gain > 0.0 else bare), gain

@@ -80,7 +80,8 @@ def converge(start: Start, rounds: int, round_done: Callable[[], None], settings
         problem = update_priors(solution)
         if number >= settings.noise_from_round:
             problem = replace(problem, noise_scale=updated_noise_scale(solution))
-        solution = minimise(Start(problem.at_places(positions_at_bins(solution)), solution.state), settings.steps)
+        problem = problem.at_places(positions_at_bins(solution), solution.state.theta)
+        solution = minimise(Start(problem, solution.state), settings.steps)
         now = log_evidence(solution)
         if number > 3 and abs(now - evidence) < settings.settled_ln_evidence:
             break

@@ -10,6 +10,7 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csr_matrix, eye_array, kron
 
 from radargui.estimation.forward.mirrors import WALL, MirrorPlane, detour_ratio
+from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import FrontEndState, field_at_nodes
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.select.converge import converge
@@ -17,7 +18,7 @@ from radargui.estimation.solve.changed_problem import carried_places, positions_
 from radargui.estimation.solve.minimise import Solution, log_evidence
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem, State, assemble, linearise
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import ComplexArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,10 +28,13 @@ class WallSettings:
     Attributes
     ----------
     azimuths, distances_m
-        Grid around the middle of the motion: 9 degrees apart, within what one converges from; the field of view ends
-        at 15 cm.
-    fine_deg, fine_m, nearest_m
-        Grid around a wall that was found; no wall is nearer than the last.
+        Grid around the middle of the motion: 9 degrees apart, within what one converges from, and geometric steps from
+        the field of view to 1 m. Where the grid ends before the wall a false one is taken: 0.5 mm for a wall at 35 cm
+        on a grid to 20 cm.
+    fine_deg, fine_share, nearest_m
+        Grid around a wall that was found, distances as shares of its own; no wall is nearer than the last.
+    u_shift_share, least_u_shift_m
+        Deviation of a wall's shift as a share of its distance, half a step of the grid, and its least: a wavelength.
     carried, carried_again
         Local maxima that are converged in the first and in later searches: the linearised ranking is not reliable.
     stiff_bias, stiff_log_amplitude
@@ -50,9 +54,11 @@ class WallSettings:
     """
 
     azimuths: int = 40
-    distances_m: tuple[float, ...] = (0.08, 0.11, 0.14, 0.17, 0.20)
+    distances_m: tuple[float, ...] = (0.08, 0.115, 0.165, 0.235, 0.34, 0.485, 0.695, 1.0)
     fine_deg: tuple[float, ...] = (-16.0, -12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 12.0, 16.0)
-    fine_m: tuple[float, ...] = (-0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03)
+    fine_share: tuple[float, ...] = (0.8, 0.865, 0.93, 1.0, 1.075, 1.16, 1.25)
+    u_shift_share: float = 0.2
+    least_u_shift_m: float = 0.03
     nearest_m: float = 0.05
     carried: int = 4
     carried_again: int = 2
@@ -68,6 +74,7 @@ class WallSettings:
 
 
 WALLS = WallSettings()
+_THIN = 8  # bins, a third of a fringe: what the sphere scatters over a wall changes over decimetres
 
 
 @dataclass(frozen=True)
@@ -129,7 +136,7 @@ def search_wall(
     without = log_evidence(converge(problem_with_mirrors(solution, mirrors), settings.rounds, round_done))
     base, tried = solution, WallSearch(())
     for number in range(settings.searches):
-        planes = upright_planes(middle, normal, azimuth, distance, settings.u_azimuth_rad)
+        planes = upright_planes(middle, normal, azimuth, distance, settings)
         gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
         most = settings.carried if thorough and number == 0 else settings.carried_again
         numbers = _peaks(gains, around=number == 0)[:most]
@@ -144,7 +151,7 @@ def search_wall(
         base = _without_last_mirror(best, solution.problem)
         found = _place_of_last(best, middle, normal)
         azimuth = found[0] + np.radians(settings.fine_deg)
-        distance = np.maximum(found[1] + np.array(settings.fine_m), settings.nearest_m)
+        distance = np.maximum(found[1] * np.array(settings.fine_share), settings.nearest_m)
     return tried
 
 
@@ -187,14 +194,17 @@ def upright_planes(
     normal: FloatArray,
     azimuth_rad: FloatArray,
     distance_m: FloatArray,
-    u_azimuth_rad: float = WALLS.u_azimuth_rad,
+    settings: WallSettings = WALLS,
 ) -> list[MirrorPlane]:
     """Return planes along the floor's normal around the middle of the motion, azimuth by azimuth."""
     first, second = _tangents(normal)
     out = []
     for angle in azimuth_rad:
         outward = np.cos(angle) * first + np.sin(angle) * second
-        out += [MirrorPlane(middle_m + away * outward, -outward, WALL, u_azimuth_rad) for away in distance_m]
+        for away in distance_m:
+            u_shift = max(settings.u_shift_share * float(away), settings.least_u_shift_m)
+            foot = middle_m + away * outward
+            out.append(MirrorPlane(foot, -outward, WALL, settings.u_azimuth_rad, u_shift_m=u_shift))
     return out
 
 
@@ -227,7 +237,9 @@ class _LinearisedSearch:
         self.breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients).T
         theta, layout, inputs = solution.state.theta, problem.layout, problem.inputs
         self.nodes = [solution.at.node_m[:, 2 * n : 2 * n + 2] for n in range(self.n_receivers)]
-        self.fields = [field_at_nodes(node, theta, layout, inputs, n) for n, node in enumerate(self.nodes)]
+        spheres = [inputs.sphere_factors(theta, layout, n) for n in range(self.n_receivers)]
+        self.fields = [field_at_nodes(node, theta, layout, inputs, n, spheres[n]) for n, node in enumerate(self.nodes)]
+        self.place = positions_at_bins(solution)
         self.slopes = [receiver_slopes(node, theta, layout, inputs, n) for n, node in enumerate(self.nodes)]
 
     def gain(self, plane: MirrorPlane) -> float:
@@ -238,16 +250,16 @@ class _LinearisedSearch:
         slope, curvature = np.zeros(n_new), np.zeros((n_new, n_new))
         to_global = np.zeros((old.size, n_new))
         pulled = np.zeros((self.n_bins, 3, n_new))
-        mirrors = old.mirrors
+        shared, scattered = old.shared, self._scattered(plane)
         for receiver, before in enumerate(self.slopes):
             own = old.receivers[receiver]
             front_end, j = FrontEndState.of(self.solution.state.theta, own), np.zeros((2, self.n_bins, n_new))
             antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
-            for first, antenna in zip((0, 2 + 2 * receiver), antennas, strict=True):
+            for first, antenna, body in zip((0, 2 + 2 * receiver), antennas, scattered[receiver], strict=True):
                 ratio = detour_ratio(
                     self.nodes[receiver], antenna, plane, np.zeros(3), inputs.release_m, inputs.wavenumber
                 )
-                z = (self.fields[receiver] * ratio).mean(axis=1)
+                z = (self.fields[receiver] * ratio).mean(axis=1) * body
                 j[:, :, first], j[:, :, first + 1] = front_end.channels(z), front_end.channels(1j * z)
             pair = slice(2 * receiver, 2 * receiver + 2)
             weighed = at.weight[pair][:, :, None] * j
@@ -258,7 +270,7 @@ class _LinearisedSearch:
             to_global[own.without_drift] += before.by_own.reshape(2 * self.n_bins, -1).T @ flat
             to_global[own.drift_i] += inputs.drift.T @ weighed[0]
             to_global[own.drift_q] += inputs.drift.T @ weighed[1]
-            to_global[mirrors] += before.by_mirrors.reshape(2 * self.n_bins, -1).T @ flat
+            to_global[shared] += before.by_shared.reshape(2 * self.n_bins, -1).T @ flat
             for part in range(2):
                 pulled += before.by_position[part].T[:, :, None] * weighed[part][:, None, :]
         pull = pulled.reshape(3 * self.n_bins, n_new)
@@ -272,6 +284,17 @@ class _LinearisedSearch:
         if sign <= 0:
             return -np.inf
         return float(0.5 * slope @ np.linalg.solve(a, slope) - 0.5 * log_determinant - n_new * np.log(self.reflection))
+
+    def _scattered(self, plane: MirrorPlane) -> list[tuple[ComplexArray | float, ComplexArray | float]]:
+        """Return M of the paths over a plane, by the transmitter's and by each receiver's image; one for a point."""
+        problem = self.solution.problem
+        if problem.sphere is None:
+            return [(1.0, 1.0)] * self.n_receivers
+        thin = np.unique(np.append(np.arange(0, self.n_bins, _THIN), self.n_bins - 1))
+        angles = self.solution.state.theta[polarisation_places(problem.layout)]
+        ratios = problem.sphere.over_mirror(self.place[:, thin], problem.inputs.antennas, plane, angles)
+        every = np.arange(self.n_bins)
+        return [(np.interp(every, thin, a), np.interp(every, thin, b)) for a, b in ratios]
 
 
 def _stiffened(problem: JointProblem, settings: WallSettings) -> JointProblem:

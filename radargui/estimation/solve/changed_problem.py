@@ -9,7 +9,7 @@ import numpy as np
 from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.motion_spline import SplineMotion
-from radargui.estimation.forward.parameters import Layout, ReceiverConstants, make_layout
+from radargui.estimation.forward.parameters import Layout, ReceiverConstants, make_layout, polarisation_places
 from radargui.estimation.forward.position_map import PositionBasis
 from radargui.estimation.solve.initial_problem import INITIAL, usable_bins
 from radargui.estimation.solve.minimise import Solution
@@ -89,6 +89,8 @@ def problem_with_mirrors(
     for was, now in zip(old.receivers, layout.receivers, strict=True):
         for a, b in ((was.log_gain, now.log_gain), (was.quadrature_error, now.quadrature_error)):
             prior.mean[b], prior.sd[b] = mean[a], sd[a]
+    for values, known in ((prior.mean, mean), (prior.sd, sd)):
+        values[polarisation_places(layout)] = known[polarisation_places(old)]
     problem = replace(
         before,
         layout=layout,
@@ -97,8 +99,8 @@ def problem_with_mirrors(
         spline=solution.at.spline,
         bias_basis=before.bias_basis if bias is None else bias,
     )
-    if bias is not None:
-        problem = problem.at_places(positions_at_bins(solution))
+    if bias is not None or problem.sphere is not None:
+        problem = problem.at_places(positions_at_bins(solution), new_theta)
     return Start(problem, State(solution.state.coefficients, new_theta))
 
 
@@ -121,6 +123,7 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntA
     pairs += [
         (old.transmitter_reflection, new.transmitter_reflection),
         (old.transmitter_lobe, new.transmitter_lobe),
+        (old.polarization, new.polarization),
     ]
     for was, now in zip(old.receivers, new.receivers, strict=True):
         pairs += [(was.constants, now.constants), (was.amplitude_map, now.amplitude_map)]
@@ -130,6 +133,7 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntA
             (was.receiver_reflection, now.receiver_reflection),
             (was.receiver_lobe, now.receiver_lobe),
             (was.double_reflection, now.double_reflection),
+            (was.polarization, now.polarization),
         ]
         pairs += [(was.drift_i, now.drift_i), (was.drift_q, now.drift_q)]
     shared = [(a.start, b.start, min(a.stop - a.start, b.stop - b.start)) for a, b in pairs]

@@ -10,13 +10,13 @@ import numpy as np
 from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
-from radargui.estimation.forward.parameters import ReceiverConstants, Sizes, make_layout
+from radargui.estimation.forward.parameters import ReceiverConstants, Sizes, make_layout, polarisation_places
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.solve.normal import solve_sparse
-from radargui.estimation.solve.priors import make_prior, with_known_front_ends
+from radargui.estimation.solve.priors import make_prior, with_known_front_ends, with_polarisation
 from radargui.estimation.solve.problem import JointProblem, Start, State, diagonal
 from radargui.model.arrays import BoolArray, FloatArray
 
@@ -118,6 +118,7 @@ def initial_problem(
             bias=bias.size,
             amplitude_map=amplitude.size,
             drift=drift.count,
+            polarization=0 if data.sphere is None else 1,
         )
     )
     theta = np.zeros(layout.size)
@@ -127,6 +128,10 @@ def initial_problem(
     prior = make_prior(layout, planes, spline.break_s, constants, drift.sd)
     if known_front_ends is not None:
         prior = with_known_front_ends(prior, layout, known_front_ends)
+    if data.sphere is not None:
+        prior = with_polarisation(prior, layout, data.sphere)
+        angles = polarisation_places(layout)
+        theta[angles] = prior.mean[angles]
     not_yet = np.zeros((bins.n_bins, 0))
     problem = JointProblem(
         bins=bins,
@@ -150,8 +155,9 @@ def initial_problem(
         bias_basis=bias,
         amplitude_basis=amplitude,
         released_s=data.onset_s + settings.release_s,
+        sphere=data.sphere,
     )
-    return Start(problem.at_places(place), State(motion.coefficients, theta))
+    return Start(problem.at_places(place, theta), State(motion.coefficients, theta))
 
 
 def usable_bins(data: BinnedData, break_s: FloatArray) -> BoolArray:

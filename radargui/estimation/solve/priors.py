@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
-from radargui.estimation.forward.parameters import Layout, ReceiverConstants, pair_of
+from radargui.estimation.forward.parameters import Layout, ReceiverConstants, pair_of, polarisation_places
+from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.model.arrays import FloatArray, IntArray
 
@@ -164,6 +165,14 @@ def make_prior(
         group([own.bias_i, own.bias_q], settings.bias)
         group([own.amplitude_map], settings.log_amplitude_map)
     return prior
+
+
+def with_polarisation(prior: Prior, layout: Layout, sphere: PolarisedSphere) -> Prior:
+    """Return a prior in which the antennas' angles are what the setup says."""
+    mean, sd = prior.mean.copy(), prior.sd.copy()
+    places = polarisation_places(layout)
+    mean[places], sd[places] = sphere.angle_rad, sphere.u_angle_rad
+    return Prior(mean, sd, prior.groups)
 
 
 def with_known_front_ends(prior: Prior, layout: Layout, known: Sequence[LogFrontEnd]) -> Prior:

@@ -13,6 +13,7 @@ from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.position_map import PositionBasis
 from radargui.estimation.forward.signal_model import ModelInputs, ReceiverSignal, receiver_signal
 from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.estimation.solve.priors import Prior
 from radargui.geometry.path_length import range_factor
@@ -49,6 +50,8 @@ class JointProblem:
         Functions of position for bias and log amplitude.
     released_s
         From here on the release is over.
+    sphere
+        The tracer and the antennas' polarisation; None where it counts as a point.
     """
 
     bins: Bins
@@ -63,19 +66,26 @@ class JointProblem:
     bias_basis: PositionBasis
     amplitude_basis: PositionBasis
     released_s: float
+    sphere: PolarisedSphere | None = None
 
     @property
     def n_receivers(self) -> int:
         """Number of receivers."""
         return len(self.layout.receivers)
 
-    def at_places(self, place: FloatArray) -> JointProblem:
-        """Return the problem with maps and range factor evaluated at new places (3, n_bins)."""
+    def at_places(self, place: FloatArray, theta: FloatArray) -> JointProblem:
+        """Return the problem with maps, range factor and scattering evaluated at new places (3, n_bins).
+
+        They change little over what a round moves the motion or a mirror: no derivative of theirs is needed.
+        """
+        antennas, release, planes = self.inputs.antennas, self.inputs.release_m, self.inputs.planes
+        unknown, body = self.layout.plane_unknowns(theta), self.sphere
         inputs = replace(
             self.inputs,
+            sphere=None if body is None else body.fields(place, antennas, release, planes, unknown),
             bias=self.bias_basis(place),
             amplitude_map=self.amplitude_basis(place),
-            range_factor=range_factor(place, self.inputs.antennas, self.inputs.release_m),
+            range_factor=range_factor(place, antennas, release),
         )
         return replace(self, inputs=inputs)
 
@@ -192,7 +202,7 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
     breaks = at.spline.break_slopes(bins.time_s, state.coefficients)
     pull, curvature = np.zeros((n_bins, 3)), np.zeros((n_bins, 3, 3))
     c, m, slope = np.zeros((motion.shape[1], layout.size)), np.zeros((layout.size, layout.size)), np.zeros(layout.size)
-    mirrors = np.arange(layout.mirrors.start, layout.mirrors.stop)
+    shared = np.arange(layout.shared.start, layout.shared.stop)
     for part in pieces(n_bins, _BINS_TOGETHER):
         rows, inputs = slice(3 * part.start, 3 * part.stop), problem.inputs.of_bins(part)
         near, near_motion = _touched(motion[rows])
@@ -203,8 +213,8 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
             weighted = slopes.by_position * weight[:, None]
             pull[part] += (weighted * misfit[:, None]).sum(axis=0).T
             curvature[part] += np.einsum("pan,pbn->nab", weighted, slopes.by_position)
-            places = np.concatenate([mirrors, np.arange(own.without_drift.start, own.without_drift.stop)])
-            columns = np.concatenate([slopes.by_mirrors, slopes.by_own], axis=2)
+            places = np.concatenate([shared, np.arange(own.without_drift.start, own.without_drift.stop)])
+            columns = np.concatenate([slopes.by_shared, slopes.by_own], axis=2)
             root = np.sqrt(weight).ravel()
             scaled = columns.reshape(root.size, -1) * root[:, None]
             m[np.ix_(places, places)] += scaled.T @ scaled

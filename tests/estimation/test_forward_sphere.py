@@ -1,0 +1,65 @@
+"""What the sphere does to the paths, against the worked example with a floor and against the setup's angles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
+from radargui.geometry.antennas import place_antennas
+from radargui.model.setup import Setup
+
+PLACE_M, RELEASE_M = np.array([[0.01], [-0.005], [0.05]]), np.array([0.0, 0.0, 0.125])
+PLANE = MirrorPlane(np.array([0.0, 0.0, -0.145]), np.array([0.0, 0.0, 1.0]), FLOOR)
+
+
+def setup(**transmitter: float) -> Setup:
+    return Setup.model_validate(
+        {
+            "schema": 1,
+            "radar": {},
+            "transmitter": {"distance_m": 0.7, **transmitter},
+            "receiver": [{"tilt_deg": 40.0, "azimuth_deg": 211.0, "distance_m": 0.7}],
+            "tracer": {"diameter_m": 0.010},
+        }
+    )
+
+
+def worked_example() -> tuple[PolarisedSphere, Setup]:
+    given = setup(polarization_deg=0.0)
+    body = polarised_sphere(given)
+    assert body is not None
+    return body, given
+
+
+def test_a_setup_without_polarisation_has_a_point() -> None:
+    assert polarised_sphere(setup()) is None
+
+
+def test_the_factors_are_those_of_the_worked_example() -> None:
+    body, given = worked_example()
+    fields = body.fields(PLACE_M, place_antennas(given), RELEASE_M, (PLANE,), np.zeros((1, 3)))
+    found = fields.factors(0, *body.angle_rad)
+    assert found.direct == pytest.approx(1.03274 + 0.01324j, abs=2e-5)
+    assert found.mirrored[1, 0] == pytest.approx(0.4374 + 0.4004j, abs=1e-4)
+    assert found.mirrored[0, 1] == pytest.approx(0.5513 + 0.4213j, abs=1e-4)
+    assert found.mirrored[1, 1] == pytest.approx(1.0514 + 0.0334j, abs=1e-4)
+
+
+def test_the_single_mirror_of_the_wall_search_is_that_of_all_paths() -> None:
+    body, given = worked_example()
+    antennas = place_antennas(given)
+    angles = body.angle_rad + 0.2
+    whole = body.fields(PLACE_M, antennas, RELEASE_M, (PLANE,), np.zeros((1, 3))).factors(0, *angles).mirrored
+    by_transmitter, by_receiver = body.over_mirror(PLACE_M, antennas, PLANE, angles)[0]
+    assert by_transmitter == pytest.approx(whole[1, 0])
+    assert by_receiver == pytest.approx(whole[0, 1])
+
+
+def test_polarisations_that_the_setup_calls_exact_are_held() -> None:
+    body = polarised_sphere(setup(polarization_deg=30.0, u_polarization_deg=0.0))
+    assert body is not None
+    assert np.degrees(body.angle_rad[0]) == pytest.approx(30.0)
+    assert body.u_angle_rad[0] < 1e-5
+    assert np.degrees(body.u_angle_rad[1]) == pytest.approx(5.0)

@@ -129,7 +129,8 @@ def test_the_normal_of_a_tilted_floor_is_found_from_the_impacts(tilt_deg: float)
     floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known])
     between_deg = np.degrees(np.arccos(min(1.0, float(normal @ floor.normal))))
     assert between_deg < max(0.05, 3.0 * floor.u_tilt_deg)
-    assert floor.u_tilt_deg < 0.1
+    # four impacts that change the speed by 3 m/s, each with a kick that may be 1 cm/s: 0.1 degrees at best
+    assert floor.u_tilt_deg < 0.15
     everywhere = np.ones(time.size, dtype=bool)
     track = Track(time, track_m, np.full_like(track_m, 20e-6), everywhere, "exact")
     found = find_bounces(track, Segment(0, time.size, 0, 0), None, rate)

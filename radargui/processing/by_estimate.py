@@ -76,12 +76,11 @@ def measure_by_estimate(
     # the matrices are many and small: threads of the linear algebra cost four times what they save
     with threadpool_limits(limits=1, user_api="blas"):
         rounds = adaptive_rounds(conditioned, setup)
-        adaptive = _motion_of(estimate_adaptive(rounds), conditioned, setup)
+        estimate = estimate_adaptive(rounds)
+        adaptive = _motion_of(estimate, conditioned, setup)
         if conditioned.n_receivers < LEAST_RECEIVERS:
             adaptive = _in_band_where_better(adaptive, conditioned, setup)
-        rejected = sum(one.verdict == "rejected" for one in adaptive.corrected.channels)
-        if method == "joint" and 2 * rejected > conditioned.n_receivers:
-            # what no receiver by itself makes sense of is not searched for floors and walls
+        if method == "joint" and _is_hopeless(estimate, adaptive):
             return adaptive
         if method == "joint":
             if on_preliminary is not None:
@@ -91,6 +90,19 @@ def measure_by_estimate(
                 return _with_prior(_motion_of(joint, conditioned, setup), tried, why)
     warnings = (f"the joint correction does not stand here ({why}): the adaptive one was used",) if why else ()
     return replace(adaptive, warnings=adaptive.warnings + warnings)
+
+
+def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
+    """Whether the joint estimate has nothing to begin with.
+
+    It mends a circle that reflections bend, not a count of fringes that is lost (what follows its circle, but not its
+    signal), nor receivers of which most make no sense by themselves; and one of four is better left out.
+    """
+    rejected = np.array([channel.verdict == "rejected" for channel in adaptive.corrected.channels])
+    lost = rejected & [channel.verdict != "rejected" for channel in estimate.channels]
+    return bool(
+        lost.any() or 2 * rejected.sum() > rejected.size or 0 < rejected.sum() <= rejected.size - LEAST_RECEIVERS
+    )
 
 
 def _in_band_where_better(motion: MeasuredMotion, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:

@@ -86,6 +86,9 @@ def process(
     report(0.1)
     part = Part.sound(setup, conditioned)
     motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
+    while faults := _left_out(part, motion):
+        part = part.without(faults)
+        motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
     report(0.9)
     return _result(recording, part, motion, warnings)
 
@@ -113,12 +116,16 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     setup, conditioned = part.setup, part.conditioned
     rate_hz, segment = conditioned.sample_rate_hz, conditioned.segment
     whole = Whole(recording, conditioned, part.receivers)
-    corrected, track = whole.corrected(motion.corrected, part.faults), motion.track
+    corrected, paths, track = whole.corrected(motion.corrected, part.faults), whole.paths(motion.paths), motion.track
     warnings = [*before, *motion.warnings]
-    rejected = [f"receiver {one.name}: {one.reason}" for one in corrected.channels if one.verdict == "rejected"]
+    reasons = {k: f"receiver {k + 1}: {c.reason}" for k, c in enumerate(corrected.channels) if c.verdict == "rejected"}
     if part.goes_on_without:
-        warnings += [f"{sentence}: the others go on without it" for sentence in rejected]
-        rejected = []
+        left_out = [k for k, fault in enumerate(part.faults) if fault]
+        warnings += [f"{reasons.pop(k)}: the others go on without it" for k in left_out]
+    rejected = list(reasons.values())
+    if rejected:
+        paths = replace(paths, valid=np.zeros_like(paths.valid))
+        track = None if track is None else replace(track, valid=np.zeros_like(track.valid))
     if track is not None and not segment.has_rest:
         after_gap = conditioned.samples.start > 0
         warnings.append(NO_REST_AFTER_GAP if after_gap else NO_REST)
@@ -144,13 +151,20 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         reason="; ".join(rejected),
         segment=whole.segment(segment),
         corrected=corrected,
-        paths=whole.paths(motion.paths),
+        paths=paths,
         track=None if track is None else whole.track(track),
         bounces=bounces,
         calibration_uncertainty=calibration,
         warnings=tuple(warnings),
         front_end_prior=motion.front_end_prior,
     )
+
+
+def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, str]:
+    """Return why receivers are left out that the correction rejected, where enough others remain; else nothing."""
+    channels = zip(part.receivers, motion.corrected.channels, strict=True)
+    faults = {number: channel.reason for number, channel in channels if channel.verdict == "rejected"}
+    return faults if len(part.receivers) - len(faults) >= LEAST_RECEIVERS else {}
 
 
 def _measure_part(

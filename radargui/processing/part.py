@@ -57,6 +57,10 @@ class Part:
         """Whether there is a track although receivers are left out."""
         return any(self.faults) and len(self.receivers) >= LEAST_RECEIVERS
 
+    def without(self, faults: dict[int, str]) -> Part:
+        """Return what is left without further receivers, by number, each with its reason."""
+        return replace(self, faults=tuple(faults.get(number, fault) for number, fault in enumerate(self.faults)))
+
     def prior(self, known: FrontEndPrior) -> FrontEndPrior:
         """Return what is known about the front ends of these receivers."""
         return replace(known, front_ends=tuple(known.front_ends[number] for number in self.receivers))

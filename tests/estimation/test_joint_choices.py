@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks.robust_scenes.drops import make_drop
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import SceneRecord, make_record
 from support.estimates import conditioned_of, joint_of, rounds_of
@@ -12,6 +13,8 @@ from radargui.estimation.adaptive.rough import rough_phases
 from radargui.estimation.adaptive.rounds import best_round, next_round
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.signals import scaled_signals
+from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import path_lengths
 from radargui.restitution.flight_plan import fit_free_flights, fit_with_alternatives
 
 
@@ -59,6 +62,35 @@ def test_a_receiver_that_sees_a_tenth_of_a_turn_gets_a_circle_as_large_as_the_ot
     turns = (rough.phase_rad - rough.phase_rad[:, rough.time_s < 0.25].mean(axis=1)[:, None]) / (2.0 * np.pi)
     for found, true in zip(turns, path, strict=True):
         assert np.sqrt(((found - np.interp(rough.time_s, signals.time_s, true)) ** 2).mean()) < 0.05
+
+
+def test_a_weak_echo_that_went_round_is_not_taken_for_a_short_arc_of_a_strong_one() -> None:
+    drop = make_drop(9, "whole", 3)
+    signals = scaled_signals(conditioned_of(drop.recording, drop.setup))
+    rough = rough_phases(signals, signals.onset_s)
+    assert set(rough.seen) == {2}
+    path = path_lengths(drop.position_m, place_antennas(drop.setup)) / drop.setup.radar.wavelength_m
+    turns = 2.0 * np.pi * (path - path[:, :1])
+
+    def worst(time_s: np.ndarray, phase_rad: np.ndarray) -> float:
+        true = np.array([np.interp(time_s, drop.recording.time_s(), row) for row in turns])
+        return float(np.abs(phase_rad - phase_rad[:, :20].mean(axis=1)[:, None] - true).max())
+
+    assert worst(rough.time_s, rough.phase_rad) > 50.0
+    assert worst(rough.time_s, rough.as_seen(2).phase_rad) < 1.0
+    found = rounds_of(drop.recording, drop.setup)
+    assert worst(found.data.bins.time_s, found.last.phase_rad) < 0.3
+
+
+@pytest.mark.parametrize(("seed", "kind"), [(703, "generic"), (712, "physical")])
+def test_the_fits_tell_a_short_arc_from_a_small_circle(seed: int, kind: str) -> None:
+    """Pendulums: in the first the completed arc is right, in the second what the samples say by themselves."""
+    record = make_record(draw_scene(seed, kind, "pendulum"))
+    found = rounds_of(record.recording, record.setup)
+    change = found.last.phase_rad * record.setup.radar.wavelength_m / (2.0 * np.pi)
+    true = record.truth.path_m - record.truth.path_m[:, :1]
+    here = np.array([np.interp(found.data.bins.time_s, record.recording.time_s(), row) for row in true])
+    assert np.sqrt(((change - here) ** 2).mean()) < 1e-3
 
 
 def test_the_slow_beginning_of_a_pendulum_is_not_taken_for_a_hum() -> None:

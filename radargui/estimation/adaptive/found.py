@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.estimation.adaptive.rough import rough_phases
+from radargui.estimation.adaptive.rough import RoughPhases, rough_phases
 from radargui.estimation.adaptive.rounds import (
     Round,
     best_round,
@@ -100,10 +100,12 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
         data = BinnedData(
             bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s, onset, sphere
         )
-        counted = np.array([np.interp(bins.time_s, rough.time_s, row) for row in rough.phase_rad])
-        still = still_round(data, rough.ellipses, counted)
-        first = first_round(data, still)
-        last = _with_maps(data, still, first)
+        first, last = _from_count(data, rough)
+        for receiver in () if impacts.size else rough.seen:
+            other = rough.as_seen(receiver)
+            tried = _from_count(data, other)
+            if tried[1].log_evidence > last.log_evidence:
+                rough, (first, last) = other, tried
         if impacts.size or antennas.n_receivers < 3:
             break
         impacts = _impacts(data, last, np.asarray(setup.floor.normal))
@@ -111,6 +113,14 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
             break
     turns = np.zeros(0) if antennas.n_receivers < 3 else _turns(data, last, np.asarray(setup.floor.normal), impacts)
     return AdaptiveRounds(signals, data, first, last, impacts, turns)
+
+
+def _from_count(data: BinnedData, rough: RoughPhases) -> tuple[Round, Round]:
+    """Return the first round and the best one with maps from still ellipses that count the fringes."""
+    counted = np.array([np.interp(data.bins.time_s, rough.time_s, row) for row in rough.phase_rad])
+    still = still_round(data, rough.ellipses, counted)
+    first = first_round(data, still)
+    return first, _with_maps(data, still, first)
 
 
 def _with_maps(data: BinnedData, still: Round, first: Round) -> Round:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -61,15 +61,26 @@ class RoughPhases:
     phase_rad
         Unwrapped, shape (n_receivers, n).
     turns_hz
-        Fringes per second of the fastest receiver, smoothed, shape (n,).
+        Fringes per second of the fastest receiver by any of its ellipses, smoothed, shape (n,).
     ellipses
         One a receiver.
+    seen
+        Of a receiver whose arc was completed, by number: ellipse and phases that its samples by themselves say. A weak
+        echo that went round a small circle looks like a short arc of a large one: only the fits tell them apart.
     """
 
     time_s: FloatArray
     phase_rad: FloatArray
     turns_hz: FloatArray
     ellipses: tuple[StillEllipse, ...]
+    seen: dict[int, tuple[StillEllipse, FloatArray]]
+
+    def as_seen(self, receiver: int) -> RoughPhases:
+        """Return the same with one receiver's arc not completed."""
+        ellipse, own = self.seen[receiver]
+        phase, ellipses = self.phase_rad.copy(), list(self.ellipses)
+        phase[receiver], ellipses[receiver] = own, ellipse
+        return replace(self, phase_rad=phase, ellipses=tuple(ellipses))
 
 
 def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings = ROUGH) -> RoughPhases:
@@ -79,7 +90,7 @@ def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings
     width = max(1, round(settings.smooth_s / spacing))
     smooth = uniform_filter1d(pooled.value, width, axis=1, mode="nearest")
     moving = pooled.time_s >= onset_s
-    phases, ellipses = [], []
+    fitted = []
     for i, q, smooth_i, smooth_q in zip(
         pooled.value[0::2], pooled.value[1::2], smooth[0::2], smooth[1::2], strict=True
     ):
@@ -90,15 +101,21 @@ def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings
         ellipse = fit_still_ellipse(i[moving], q[moving], weight)
         for _ in range(2):
             ellipse = _drop_outliers(i[moving], q[moving], weight, ellipse, settings)
-        ellipses.append(ellipse)
-    ellipses = _arcs_completed(smooth, moving, ellipses, signals.scale_v, settings)
-    for i, q, ellipse in zip(pooled.value[0::2], pooled.value[1::2], ellipses, strict=True):
-        x, y = ellipse.point(i, q)
-        phases.append(np.unwrap(np.arctan2(y, x)))
-    phase = np.array(phases)
-    slope = np.gradient(uniform_filter1d(phase, 2 * width, axis=1, mode="nearest"), pooled.time_s, axis=1)
+        fitted.append(ellipse)
+    ellipses = _arcs_completed(smooth, moving, fitted, signals.scale_v, settings)
+    pairs = pooled.value.reshape(-1, 2, pooled.time_s.size)
+    phase = np.array([_unwrapped(pair, ellipse) for pair, ellipse in zip(pairs, ellipses, strict=True)])
+    changed = [k for k, ellipse in enumerate(ellipses) if ellipse is not fitted[k]]
+    seen = {k: (fitted[k], _unwrapped(pairs[k], fitted[k])) for k in changed}
+    every = np.array([*phase, *(own for _, own in seen.values())])
+    slope = np.gradient(uniform_filter1d(every, 2 * width, axis=1, mode="nearest"), pooled.time_s, axis=1)
     turns = np.abs(uniform_filter1d(slope, width, axis=1, mode="nearest")).max(axis=0) / (2.0 * np.pi)
-    return RoughPhases(pooled.time_s, phase, turns, tuple(ellipses))
+    return RoughPhases(pooled.time_s, phase, turns, tuple(ellipses), seen)
+
+
+def _unwrapped(pair: FloatArray, ellipse: StillEllipse) -> FloatArray:
+    x, y = ellipse.point(pair[0], pair[1])
+    return np.unwrap(np.arctan2(y, x))
 
 
 def _arcs_completed(

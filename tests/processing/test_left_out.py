@@ -1,0 +1,52 @@
+"""A receiver that only the correction finds wanting: of four it is left out, of three nothing is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from benchmarks.robust_scenes.budget import with_correction
+from benchmarks.robust_scenes.drops import Drop, make_drop
+
+from radargui.model.result import RunResult
+from radargui.processing.offline import process
+
+
+def drowned(n_receivers: int, receivers: tuple[int, ...]) -> tuple[Drop, RunResult]:
+    """A drop in which white noise drowns some receivers: I and Q still show one echo, but no fringe can be counted."""
+    drop = make_drop(3, "whole", n_receivers)
+    rng = np.random.default_rng(1)
+    raw = drop.recording.raw.astype(float)
+    for receiver in receivers:
+        pair = raw[2 * receiver : 2 * receiver + 2]
+        pair += rng.normal(0.0, 1.2 * pair.std(), pair.shape)
+    recording = replace(drop.recording, raw=np.round(raw).astype(np.int16))
+    return drop, process(recording, with_correction(drop.setup, "ellipse"))
+
+
+def test_four_receivers_go_on_without_the_one_that_the_correction_rejects() -> None:
+    drop, result = drowned(4, (1,))
+    assert result.status == "ok"
+    assert result.corrected is not None
+    assert [one.verdict for one in result.corrected.channels] == ["good", "rejected", "good", "good"]
+    assert [warning for warning in result.warnings if "go on without" in warning] == [
+        f"receiver 2: {result.corrected.channels[1].reason}: the others go on without it"
+    ]
+    assert result.track is not None
+    moving = slice(*drop.moving)
+    wrong_m = np.linalg.norm((result.track.position_m - drop.position_m)[:, moving], axis=0)
+    assert np.median(wrong_m) < 1e-3
+    assert result.paths is not None
+    assert not result.paths.valid[1].any()
+
+
+def test_of_three_receivers_none_can_be_left_out_and_nothing_is_valid() -> None:
+    for n_receivers, receivers in ((3, (1,)), (4, (1, 2))):
+        _, result = drowned(n_receivers, receivers)
+        assert result.status == "rejected"
+        for receiver in receivers:
+            assert f"receiver {receiver + 1}: " in result.reason
+        assert result.paths is not None
+        assert not result.paths.valid.any()
+        assert result.track is None or not result.track.valid.any()
+        assert not result.bounces.impacts

@@ -18,8 +18,10 @@ from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
+from radargui.processing.site_check import site_check
 from radargui.report.curve_taker import take_curves
 from radargui.report.curves import RunCurves
+from radargui.restitution.site_gravity import SiteCheck
 
 _logger = logging.getLogger(__name__)
 Progress = Callable[[float], None]
@@ -74,6 +76,7 @@ class RunFacts:
     since: str = "the first sample"
     channels: tuple[ChannelQuality, ...] = ()
     bounces: Bounces = field(default_factory=Bounces)
+    site_check: SiteCheck | None = None
     calibration_uncertainty: dict[str, float] | None = None
     warnings: tuple[str, ...] = ()
     curves: RunCurves | None = field(default=None, repr=False)
@@ -161,6 +164,7 @@ def take_facts(result: RunResult, name: str) -> RunFacts:
         since=result.zero[1],
         channels=corrected.channels if corrected else (),
         bounces=result.bounces,
+        site_check=site_check(result),
         calibration_uncertainty=result.calibration_uncertainty,
         warnings=result.warnings,
         curves=take_curves(result),

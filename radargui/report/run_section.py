@@ -36,6 +36,8 @@ def run_section(run: RunFacts, setup: Setup) -> Chapter:
     )
     blocks: list[Content] = [Facts(rows)]
     blocks += [Note(text, warning=True) for text in run.warnings]
+    if run.site_check and run.site_check.agrees is False:
+        blocks.append(Note(f"g is not that of the site. {run.site_check.compared}", warning=True))
     blocks += _impacts(run)
     blocks += _quality(run)
     blocks += _gaps(run)
@@ -53,6 +55,7 @@ def _fall_rows(run: RunFacts, name: str) -> tuple[tuple[str, str], ...]:
     return (
         (name, f"{drop}{release}"),
         ("g", quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²")),
+        *((("g against the site", run.site_check.compared),) if run.site_check else ()),
         ("Residual of the fit", f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms"),
     )
 

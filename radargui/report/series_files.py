@@ -10,7 +10,7 @@ from radargui import __version__
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.plane_wave import condition_number, t_matrix
 from radargui.report.run_facts import RunFacts
-from radargui.report.tables import number
+from radargui.report.tables import free_fall_document, number
 from radargui.restitution.series import Statistics, series_of
 from radargui.session.info import SessionInfo
 
@@ -100,7 +100,7 @@ def _run_document(run: RunFacts) -> dict[str, object]:
         "zero_is": run.since,
         "summary": run.figures,
         "bounces": run.bounces.impacts,
-        "free_fall": run.bounces.free_fall,
+        "free_fall": free_fall_document(run.bounces.free_fall, run.site_check),
         "channels": run.channels,
         "calibration_uncertainty": run.calibration_uncertainty,
         "gaps": run.gaps,

@@ -7,6 +7,7 @@ import io
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,13 @@ from radargui import __version__
 from radargui.files.fixed_point import Column, lines
 from radargui.files.fresh_file import write_whole
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.bounce import FreeFall
 from radargui.model.digitisation import channel_skew
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.site_check import site_check
 from radargui.report.plain_values import json_bytes
+from radargui.restitution.site_gravity import SiteCheck
 
 _PIECE = 1 << 18
 LENGTH_DECIMALS = 9
@@ -73,10 +77,15 @@ def result_document(result: RunResult) -> dict[str, object]:
         "channel_skew_s": skew.delay_s,
         "channel_skew_from": skew.known_from,
         "channels": corrected.channels if corrected is not None else None,
-        "free_fall": result.bounces.free_fall,
+        "free_fall": free_fall_document(result.bounces.free_fall, site_check(result)),
         "calibration_uncertainty": result.calibration_uncertainty,
         "warnings": result.warnings,
     }
+
+
+def free_fall_document(fall: FreeFall | None, check: SiteCheck | None) -> dict[str, object] | None:
+    """Return what is written of the first fall: the acceleration as measured, and its check against the site's g."""
+    return None if fall is None else {**asdict(fall), "site": check}
 
 
 def _track(result: RunResult) -> Iterator[bytes]:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.changed import changed
 from support.results import drop_result, quiet_result, rejected_result
 from support.work import python_calls
 
@@ -198,6 +199,19 @@ def test_the_result_document_says_what_was_used_and_never_nan(tmp_path: Path) ->
     assert document["channels"][0]["fringes"] is None
     assert document["channels"][1]["snr_db"] == pytest.approx(41.3)
     assert document["reason"] is None
+
+
+def test_the_first_fall_is_written_as_measured_with_its_check_against_the_site_beside_it(tmp_path: Path) -> None:
+    result = drop_result(rate_hz=1000.0)
+    write_tables(result, tmp_path)
+    assert strict_json(tmp_path / "result.json")["free_fall"]["site"] is None
+    somewhere = changed(result.setup, site={"latitude_deg": 45.0, "height_m": 0.0})
+    write_tables(replace(result, setup=somewhere), tmp_path)
+    fall = strict_json(tmp_path / "result.json")["free_fall"]
+    assert fall["g_m_s2"] == pytest.approx(9.8123)
+    assert fall["site"]["site_g_m_s2"] == pytest.approx(9.80620, abs=1e-5)
+    assert fall["site"]["difference_m_s2"] == pytest.approx(fall["g_m_s2"] - fall["site"]["expected_m_s2"])
+    assert "normal gravity at 45" in fall["site"]["compared"]
 
 
 def test_lost_samples_keep_their_place_in_time(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from radargui.gui.theme import Theme
 from radargui.model.quality import ChannelQuality
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, plain, quantity
+from radargui.processing.site_check import site_check
 
 _STATUS = {"ok": "ok", "no_motion": "no motion", "rejected": "rejected"}
 
@@ -46,7 +47,7 @@ def page_of(result: RunResult, theme: Theme) -> str:
     reason = f": {escape(result.reason)}" if result.reason else ""
     preliminary = ", preliminary" if result.preliminary else ""
     parts = [f"<p{alarm}><b>{_STATUS[result.status]}{preliminary}</b>{reason}</p>"]
-    parts += _fall(result)
+    parts += _fall(result, theme)
     parts += _bounces(result)
     if result.corrected is not None:
         parts.append(f"<h4>Receivers, correction {escape(result.corrected.method)}</h4>")
@@ -63,7 +64,7 @@ def page_of(result: RunResult, theme: Theme) -> str:
     return "".join(parts)
 
 
-def _fall(result: RunResult) -> list[str]:
+def _fall(result: RunResult, theme: Theme) -> list[str]:
     fall = result.bounces.free_fall
     if fall is None:
         return []
@@ -73,7 +74,11 @@ def _fall(result: RunResult) -> list[str]:
         ("Residual of the parabola, rms", plain(fall.residual_rms_m, 3, unit="µm", scale=1e6)),
     )
     cells = "".join(f"<tr><td>{words}&nbsp;&nbsp;</td><td align='right'>{value}</td></tr>" for words, value in rows)
-    return [f"<h4>First fall</h4><table>{cells}</table>"]
+    parts, check = [f"<h4>First fall</h4><table>{cells}</table>"], site_check(result)
+    if check is not None:
+        alarm = f' style="color:{theme.colours.alarm}"' if check.agrees is False else ""
+        parts.append(f"<p{alarm}>g against the site: {escape(check.compared)}</p>")
+    return parts
 
 
 def _bounces(result: RunResult) -> list[str]:

@@ -1,0 +1,89 @@
+"""The acceleration of the first fall against the gravity of the laboratory's place."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from radargui.model.bounce import FreeFall
+from radargui.model.gravity import U_NORMAL_GRAVITY_M_S2, normal_gravity_m_s2, share_in_air
+from radargui.model.rounding import plain, quantity
+from radargui.model.setup import Setup
+
+U_AIR = 0.1
+"""Of the density of air, relative: weather, and heights up to a kilometre."""
+COVERAGE = 2.0
+"""They agree within so many standard uncertainties of the difference (GUM 6.2, about 95 %)."""
+
+
+@dataclass(frozen=True, slots=True)
+class SiteCheck:
+    """What was measured against what was to be expected.
+
+    Attributes
+    ----------
+    site_g_m_s2, u_site_g_m_s2
+        Gravity of the place and its standard uncertainty.
+    expected_m_s2, u_expected_m_s2
+        What a sphere of this density falls with there, in air.
+    difference_m_s2
+        Measured less expected.
+    u_difference_m_s2
+        Of both together; None where only the statistical uncertainty of g is known, which says nothing here.
+    agrees
+        Whether the difference is within two of these; None where that is not known.
+    compared
+        All this in a sentence.
+    """
+
+    site_g_m_s2: float
+    u_site_g_m_s2: float
+    expected_m_s2: float
+    u_expected_m_s2: float
+    difference_m_s2: float
+    u_difference_m_s2: float | None
+    agrees: bool | None
+    compared: str
+
+
+def check_against_site(fall: FreeFall, setup: Setup, u_combined_m_s2: float | None) -> SiteCheck | None:
+    """Return the check of g; None where the setup does not say where it stands.
+
+    Parameters
+    ----------
+    fall
+        With the acceleration measured, which stays as it is.
+    setup
+        Its site, and the sphere's density for buoyancy and added mass.
+    u_combined_m_s2
+        Of the acceleration, with antennas, clock and wavelength in it; None where it is not known.
+    """
+    site, density = setup.site, setup.tracer.density_kg_m3
+    if site.g_m_s2 is not None:
+        g, origin = site.g_m_s2, "the site's"
+        u_g = U_NORMAL_GRAVITY_M_S2 if site.u_g_m_s2 is None else site.u_g_m_s2
+    elif site.latitude_deg is not None and site.height_m is not None:
+        g, u_g = normal_gravity_m_s2(site.latitude_deg, site.height_m), U_NORMAL_GRAVITY_M_S2
+        origin = f"normal gravity at {site.latitude_deg:g}°, {site.height_m:g} m"
+    else:
+        return None
+    share = 1.0 if density is None else share_in_air(density)
+    expected, u_expected = g * share, math.hypot(u_g, U_AIR * g * (1.0 - share))
+    difference = fall.g_m_s2 - expected
+    u = None if u_combined_m_s2 is None else math.hypot(u_combined_m_s2, u_expected)
+    agrees = None if u is None else abs(difference) <= COVERAGE * u
+    air = "nothing for air, the sphere's density is not given"
+    if density is not None:
+        air = f"{plain(100.0 * (1.0 - share), 2)} % that air takes off a sphere of {density:g} kg/m³"
+    vacuum = "" if setup.radar.refractive_index else " The wavelength is that of vacuum: in air g is 0.03 % smaller."
+    verdict = {
+        None: "no more can be said without the antennas' uncertainty",
+        True: f"they agree within {COVERAGE:g} u",
+        False: f"they differ by more than {COVERAGE:g} u",
+    }[agrees]
+    compared = (
+        f"Measured {quantity(fall.g_m_s2, u_combined_m_s2 or fall.u_g_m_s2, 'm/s²')}, expected "
+        f"{quantity(expected, u_expected, 'm/s²')}: {origin} {plain(g, 6)} m/s² less {air}. "
+        f"Difference {quantity(difference, u, 'm/s²')}: {verdict}.{vacuum}"
+    )
+    return SiteCheck(g, u_g, expected, u_expected, difference, u, agrees, compared)

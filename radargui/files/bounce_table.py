@@ -16,7 +16,7 @@ from radargui.model.bounce import Bounce, Bounces, FreeFall
 
 _NAME = "bounces"
 _METHOD_BYTES = 40
-_UNITS = ("s", "m/s", "m/s", "1", "1", "text", "1", "1", "1")
+_UNITS = ("s", "m/s", "m/s", "1", "1", "text", "1", "1", "1", "1")
 _KINDS: dict[Any, Any] = {"float": "<f8", "bool": "?", "str": h5py.string_dtype("utf-8", _METHOD_BYTES)}
 BOUNCE_TYPE = np.dtype([(one.name, _KINDS[one.type]) for one in fields(Bounce)])
 

@@ -7,7 +7,7 @@ import numpy as np
 
 FORMAT = "radargui-run"
 FORMAT_VERSION = 1
-RESULTS_VERSION = 1
+RESULTS_VERSION = 2
 SUFFIX = ".h5"
 
 RAW = "raw"

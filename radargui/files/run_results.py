@@ -130,7 +130,8 @@ def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
     hdf5.put_text(group.attrs, "processed_at", datetime.now(UTC).isoformat(timespec="seconds"))
     hdf5.put_text(group.attrs, "summary", json.dumps(summary))
     hdf5.put_text(group.attrs, "warnings", json.dumps(list(result.warnings)))
-    hdf5.put_text(group.attrs, "calibration_uncertainty", json.dumps(result.calibration_uncertainty))
+    budget = None if result.uncertainty_budget is None else asdict(result.uncertainty_budget)
+    hdf5.put_text(group.attrs, "uncertainty_budget", json.dumps(budget))
     channels = result.corrected.channels if result.corrected else ()
     hdf5.put_text(group.attrs, "channels", json.dumps([asdict(channel) for channel in channels]))
     prior = None if result.front_end_prior is None else asdict(result.front_end_prior)
@@ -159,6 +160,8 @@ def _write_values(group: Any, result: RunResult, chunk: int) -> None:
     if result.track is not None:
         track = group.require_group("track")
         _write_columns(track, result.track, ("time_s", "position_m", "u_position_m", "valid"), chunk)
+        if result.track.u_combined_m is not None:
+            _write_columns(track, result.track, ("u_combined_m",), chunk)
 
 
 def _write_columns(group: Any, values: Any, names: tuple[str, ...], chunk: int, dtype: DTypeLike | None = None) -> None:

@@ -26,6 +26,7 @@ from radargui.model.result import RunResult, Status
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
 from radargui.model.track import Track
+from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
 
 def read_whole_result(
@@ -84,7 +85,7 @@ class _Stored:
             paths=paths,
             track=self._track(recording),
             bounces=bounces_in(self._group, self._path),
-            calibration_uncertainty=self._json("calibration_uncertainty"),
+            uncertainty_budget=self._budget(),
             warnings=tuple(self._json("warnings")),
             preliminary=bool(self._json("summary")["preliminary"]),
             front_end_prior=prior_in(self._group.attrs),
@@ -131,7 +132,15 @@ class _Stored:
             self._values(group, "u_position_m", (3, count)),
             self._values(group, "valid", (count,), np.bool_),
             self._text("geometry"),
+            self._values(group, "u_combined_m", (3, count)) if "u_combined_m" in group else None,
         )
+
+    def _budget(self) -> UncertaintyBudget | None:
+        values = self._json("uncertainty_budget")
+        if values is None:
+            return None
+        lines = {key: BudgetLine(**value) for key, value in values.items() if key != "assumed"}
+        return UncertaintyBudget(**lines, assumed=values["assumed"])
 
     def _segment(self, count: int) -> Segment | None:
         if "segment" not in self._group.attrs:

@@ -27,6 +27,8 @@ class Bounce:
         From the time until the next impact, g T / (2 v_before); NaN without a next impact.
     e_height
         From the height of the apex that follows, sqrt(2 g h) / v_before; NaN without a next impact.
+    u_e_combined
+        Standard uncertainty of e with what antennas, floor and sphere leave open; NaN where it was not carried.
     """
 
     time_s: float
@@ -38,6 +40,7 @@ class Bounce:
     valid: bool
     e_flight_time: float = float("nan")
     e_height: float = float("nan")
+    u_e_combined: float = float("nan")
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from radargui.model.recording import Recording
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
 from radargui.model.track import Track
+from radargui.model.uncertainty_budget import UncertaintyBudget
 
 Status = Literal["ok", "no_motion", "rejected"]
 
@@ -33,9 +34,8 @@ class RunResult:
         The values on the way; None where the flow ended before. `track` is None with fewer than 3 receivers.
     bounces
         Impacts and first fall.
-    calibration_uncertainty
-        Standard uncertainties that the antennas' and the release position's own uncertainty adds, by name, in the
-        unit that the name ends with; None where the setup gives none.
+    uncertainty_budget
+        Whose share of the uncertainty is how large; None without a track.
     warnings
         Sentences for the operator.
     preliminary
@@ -55,7 +55,7 @@ class RunResult:
     paths: PathLengths | None = field(default=None, repr=False)
     track: Track | None = field(default=None, repr=False)
     bounces: Bounces = field(default_factory=Bounces)
-    calibration_uncertainty: dict[str, float] | None = None
+    uncertainty_budget: UncertaintyBudget | None = None
     warnings: tuple[str, ...] = ()
     preliminary: bool = False
     front_end_prior: FrontEndPrior | None = None

@@ -23,6 +23,9 @@ class Track:
         Shape (n_samples,).
     geometry
         exact or plane.
+    u_combined_m
+        Standard uncertainty with what antennas, release and sphere leave open, shape (3, n_samples); None where it was
+        not carried.
     """
 
     time_s: FloatArray
@@ -30,3 +33,4 @@ class Track:
     u_position_m: FloatArray
     valid: BoolArray
     geometry: str
+    u_combined_m: FloatArray | None = None

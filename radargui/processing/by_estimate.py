@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -27,6 +26,7 @@ from radargui.processing.continuity import checked
 from radargui.processing.locate import LEAST_RECEIVERS, locate
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.processing.whole import as_wired
+from radargui.restitution.input_changes import joint_changes
 from radargui.restitution.joint_bounces import joint_bounces
 
 WHOLE = 0.97
@@ -153,16 +153,16 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     corrected = CorrectedIQ(
         estimate.time_s, estimate.i, estimate.q, estimate.valid, u_phase, estimate.method, estimate.channels
     )
-    bounces, shift = None, None
+    bounces, changes = None, None
     warnings: tuple[str, ...] = ()
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
         try:
             bounces, fit = joint_bounces(estimate, setup)
-            shift = None if fit is None else partial(fit.shifted, np.asarray(bounces.normal))
+            changes = joint_changes(estimate, bounces, fit, setup)
         except SolveError as error:
             why = error.message.rstrip(".")
             warnings = (f"the flights could not be fitted ({why}): the bounces were taken from the track",)
-    motion = MeasuredMotion(corrected, paths, _track(estimate, paths, setup), bounces, shift, warnings=warnings)
+    motion = MeasuredMotion(corrected, paths, _track(estimate, paths, setup), bounces, changes, warnings=warnings)
     return checked(motion, conditioned, setup.radar.wavelength_m)
 
 

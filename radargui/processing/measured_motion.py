@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.model.arrays import FloatArray
 from radargui.model.bounce import Bounces
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.path import PathLengths
 from radargui.model.track import Track
+from radargui.model.uncertainty_budget import InputChange
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +27,8 @@ class MeasuredMotion:
         None with fewer than three receivers.
     bounces
         Where the estimate holds them itself; None: to be found from the track.
-    shift
-        Changes of the first e and of g where the track is shifted a little (times, shift of shape (3, n)), where the
-        estimate knows them itself.
+    changes
+        What they change by with each uncertain input of the setup, where the estimate knows it itself.
     front_end_prior
         What was known about the front ends, and whether it was used.
     warnings
@@ -41,7 +39,7 @@ class MeasuredMotion:
     paths: PathLengths
     track: Track | None
     bounces: Bounces | None = None
-    shift: Callable[[FloatArray, FloatArray], tuple[float, float]] | None = None
+    changes: tuple[InputChange, ...] | None = None
     front_end_prior: FrontEndPrior | None = None
     warnings: tuple[str, ...] = ()
 

@@ -19,11 +19,11 @@ from radargui.model.segment import Segment
 from radargui.model.setup import Setup
 from radargui.model.track import Track
 from radargui.processing.by_receiver import measure_by_receiver
-from radargui.processing.calibration_uncertainty import calibration_uncertainty
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.processing.long_recording import shortened
 from radargui.processing.measured_motion import MeasuredMotion, nothing_measured
 from radargui.processing.part import Part
+from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements
@@ -131,11 +131,14 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         warnings.append(NO_REST_AFTER_GAP if after_gap else NO_REST)
         if after_gap:
             track = _unknown(track)
-    bounces, calibration = Bounces(), None
+    bounces, budget = Bounces(), None
     if track is not None and not rejected:
         bounces = motion.bounces or _bounces_of(track, segment, setup, rate_hz)
         if segment.has_rest:
-            calibration = calibration_uncertainty(motion.paths, setup, segment, _bounces_of, rate_hz, motion.shift)
+            changes = motion.changes
+            if changes is None:
+                changes = changes_of_track(motion.paths, track, setup, segment, _bounces_of, rate_hz)
+            track, bounces, budget = with_budget(track, bounces, changes, segment, setup)
         else:
             bounces = _unsupported(bounces)
         warnings += disagreements(bounces)
@@ -154,7 +157,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         paths=paths,
         track=None if track is None else whole.track(track),
         bounces=bounces,
-        calibration_uncertainty=calibration,
+        uncertainty_budget=budget,
         warnings=tuple(warnings),
         front_end_prior=motion.front_end_prior,
     )

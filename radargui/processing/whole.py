@@ -93,6 +93,7 @@ class Whole:
             position_m=self._spread(track.position_m),
             u_position_m=self._spread(track.u_position_m),
             valid=self._spread_mask(track.valid),
+            u_combined_m=None if track.u_combined_m is None else self._spread(track.u_combined_m),
         )
 
     def _steps(self, step: object) -> object:

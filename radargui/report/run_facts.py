@@ -18,6 +18,7 @@ from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
+from radargui.model.uncertainty_budget import UncertaintyBudget
 from radargui.processing.site_check import site_check
 from radargui.report.curve_taker import take_curves
 from radargui.report.curves import RunCurves
@@ -77,7 +78,7 @@ class RunFacts:
     channels: tuple[ChannelQuality, ...] = ()
     bounces: Bounces = field(default_factory=Bounces)
     site_check: SiteCheck | None = None
-    calibration_uncertainty: dict[str, float] | None = None
+    uncertainty_budget: UncertaintyBudget | None = None
     warnings: tuple[str, ...] = ()
     curves: RunCurves | None = field(default=None, repr=False)
 
@@ -165,7 +166,7 @@ def take_facts(result: RunResult, name: str) -> RunFacts:
         channels=corrected.channels if corrected else (),
         bounces=result.bounces,
         site_check=site_check(result),
-        calibration_uncertainty=result.calibration_uncertainty,
+        uncertainty_budget=result.uncertainty_budget,
         warnings=result.warnings,
         curves=take_curves(result),
     )

@@ -7,6 +7,7 @@ from math import isfinite
 
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
+from radargui.model.uncertainty_budget import budget_rows
 from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
 from radargui.report.figure_paths import paths_page
 from radargui.report.figure_signals import signals_page, steps_page
@@ -151,10 +152,10 @@ def _gaps(run: RunFacts) -> list[Content]:
 
 
 def _calibration(run: RunFacts) -> list[Content]:
-    if not run.calibration_uncertainty:
+    if run.uncertainty_budget is None:
         return []
-    rows = tuple((name, plain(value, 2)) for name, value in run.calibration_uncertainty.items())
-    return [Facts(rows, "Standard uncertainties from antennas and release position")]
+    header, *rows = budget_rows(run.uncertainty_budget)
+    return [Grid(header, tuple(rows), "Standard uncertainties", left=(0,))]
 
 
 def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:

@@ -102,7 +102,7 @@ def _run_document(run: RunFacts) -> dict[str, object]:
         "bounces": run.bounces.impacts,
         "free_fall": free_fall_document(run.bounces.free_fall, run.site_check),
         "channels": run.channels,
-        "calibration_uncertainty": run.calibration_uncertainty,
+        "uncertainty_budget": run.uncertainty_budget,
         "gaps": run.gaps,
         "warnings": run.warnings,
     }

@@ -29,7 +29,8 @@ LENGTH_DECIMALS = 9
 """Metres are written to the nanometre."""
 _POSITION = ("x_m", "y_m", "z_m")
 _U_POSITION = ("ux_m", "uy_m", "uz_m")
-BOUNCE_HEADER = ("time_s", "speed_before_m_s", "speed_after_m_s", "e", "u_e", "method", "valid")
+_U_COMBINED = ("ux_combined_m", "uy_combined_m", "uz_combined_m")
+BOUNCE_HEADER = ("time_s", "speed_before_m_s", "speed_after_m_s", "e", "u_e", "method", "valid", "u_e_combined")
 
 
 def write_tables(result: RunResult, folder: Path) -> None:
@@ -55,8 +56,8 @@ def write_tables(result: RunResult, folder: Path) -> None:
 def track_header(n_receivers: int) -> tuple[str, ...]:
     """Return the columns of track.csv; position needs three receivers."""
     lengths = _length_names(n_receivers)
-    position = (*_POSITION, *_U_POSITION) if n_receivers >= 3 else ()
-    return ("time_s", *lengths, *position, "valid", "piece", *(f"u_{name}" for name in lengths))
+    position, combined = ((*_POSITION, *_U_POSITION), _U_COMBINED) if n_receivers >= 3 else ((), ())
+    return ("time_s", *lengths, *position, "valid", "piece", *(f"u_{name}" for name in lengths), *combined)
 
 
 def _length_names(n_receivers: int) -> tuple[str, ...]:
@@ -78,7 +79,7 @@ def result_document(result: RunResult) -> dict[str, object]:
         "channel_skew_from": skew.known_from,
         "channels": corrected.channels if corrected is not None else None,
         "free_fall": free_fall_document(result.bounces.free_fall, site_check(result)),
-        "calibration_uncertainty": result.calibration_uncertainty,
+        "uncertainty_budget": result.uncertainty_budget,
         "warnings": result.warnings,
     }
 
@@ -108,7 +109,7 @@ def _track(result: RunResult) -> Iterator[bytes]:
 def _columns(result: RunResult) -> dict[str, Column]:
     """Return the columns of the samples processed by name, those of a position too."""
     change_m, u_m, piece = _lengths(result)
-    position_m, u_position_m = _positions(result)
+    position_m, u_position_m, u_combined_m = _positions(result)
     lengths = _length_names(result.recording.n_receivers)
     columns = {
         "time_s": Column(result.recording.time_s(), _time_decimals(result)),
@@ -119,6 +120,7 @@ def _columns(result: RunResult) -> dict[str, Column]:
         (lengths, change_m, False),
         (_POSITION, position_m, False),
         (_U_POSITION, u_position_m, True),
+        (_U_COMBINED, u_combined_m, True),
         ([f"u_{name}" for name in lengths], u_m, True),
     ):
         columns |= {name: Column(row, LENGTH_DECIMALS, upwards=upwards) for name, row in zip(names, rows, strict=True)}
@@ -161,11 +163,11 @@ def _lengths(result: RunResult) -> tuple[FloatArray, FloatArray, IntArray]:
     return paths.change_m, u_m, whole if paths.piece is None else paths.piece
 
 
-def _positions(result: RunResult) -> tuple[FloatArray, FloatArray]:
-    if result.track is None:
-        unknown = np.broadcast_to(np.nan, (3, result.recording.n_samples))
-        return unknown, unknown
-    return result.track.position_m, result.track.u_position_m
+def _positions(result: RunResult) -> tuple[FloatArray, FloatArray, FloatArray]:
+    unknown, track = np.broadcast_to(np.nan, (3, result.recording.n_samples)), result.track
+    if track is None:
+        return unknown, unknown, unknown
+    return track.position_m, track.u_position_m, unknown if track.u_combined_m is None else track.u_combined_m
 
 
 def _valid(result: RunResult) -> BoolArray:
@@ -185,7 +187,7 @@ def _bounces(result: RunResult) -> bytes:
     if result.status != "no_motion" and result.recording.n_receivers >= 3:
         for impact in result.bounces.impacts:
             figures = (impact.time_s, impact.speed_before_m_s, impact.speed_after_m_s, impact.e, impact.u_e)
-            writer.writerow([*map(number, figures), impact.method, int(impact.valid)])
+            writer.writerow([*map(number, figures), impact.method, int(impact.valid), number(impact.u_e_combined)])
     return text.getvalue().encode()
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from radargui.estimation.readout.flight_information import MotionInformation
-from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.estimation.readout.input_response import InputResponse
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, ImpactLayout
@@ -30,8 +30,8 @@ class FlightFit:
         Times of the apexes, one a flight.
     first_end_s
         End of the first flight.
-    free, response
-        The free motion, and the derivative of `values` with respect to its first coefficients (x, y, z interleaved).
+    information, response
+        What it was fitted to, and the derivative of `values` with respect to the slope of its -ln L.
     """
 
     layout: ImpactLayout
@@ -40,8 +40,8 @@ class FlightFit:
     misfit: tuple[float, int]
     apex_s: FloatArray
     first_end_s: float
-    free: FreeMotion
-    response: FloatArray
+    information: MotionInformation = field(repr=False)
+    response: FloatArray = field(repr=False)
 
     @property
     def g_m_s2(self) -> float:
@@ -92,35 +92,16 @@ class FlightFit:
         places = slice(self.layout.before(impact).start, self.layout.after(impact).stop)
         return self.covariance[places, places]
 
-    def shifted(self, normal: FloatArray, time_s: FloatArray, moved_m: FloatArray) -> tuple[float, float]:
-        """Return the changes of the first e and of g with a small shift of the motion that the flights were fitted to.
+    def follow(self, response: InputResponse) -> FloatArray:
+        """Return the changes of `values` where an input of the estimate changes.
 
-        As by antennas that stand elsewhere than the setup says. The flights minimise
-        (x(q) - x0)^T Lambda (x(q) - x0) / 2, so that with J = dx/dq, N = J^T Lambda J + prior a shift d of x0 moves
-        them by dq = N^-1 J^T Lambda d: gravity, drag and impacts share it as they share the samples.
-
-        Parameters
-        ----------
-        normal
-            Away from the floor, shape (3,).
-        time_s, moved_m
-            Shift of the position at some times, shapes (n,) and (3, n); NaN where unknown.
-
-        Returns
-        -------
-        tuple of float
-            NaN where unknown, as e without an impact.
+        The flights minimise -ln L(x(q)) + prior. A change s of its slope, all else marginalised, moves them by
+        dq = -N^-1 J^T s with J = dx/dq, N = J^T Lambda J + prior: gravity, drag and impacts share it as they share the
+        samples.
         """
-        shift = self.free.coefficients_of(time_s, moved_m, self.response.shape[1] // 3)
-        if shift is None:
-            return float("nan"), float("nan")
-        change = self.response @ shift.ravel()
-        d_g = float(change[self.layout.gravity])
-        if self.layout.n_impacts == 0:
-            return float("nan"), d_g
-        first, last = self.layout.before(0), self.layout.after(0)
-        before, after = float(self.values[first] @ normal), float(self.values[last] @ normal)
-        return -float(change[last] @ normal) / before + after * float(change[first] @ normal) / before**2, d_g
+        return np.asarray(
+            self.response @ self.information.eliminated.marginal(response.slope_motion, response.slope_global)
+        )
 
 
 def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
@@ -194,8 +175,8 @@ def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> Flig
         (float(away @ information.times(away)), information.x0.size - q.size),
         unknowns.apexes(q),
         float(motion.results[layout.time(0)]) if layout.n_impacts else unknowns.last_s(0),
-        information.free,
-        information.times(slopes.x @ inverse).T[:, : 3 * information.size],
+        information,
+        -(slopes.x @ inverse).T,
     )
 
 

@@ -58,20 +58,6 @@ def test_the_first_coefficient_from_a_time_on_moves_nothing_before_it() -> None:
     assert design[:, number - 2].any()
 
 
-def test_coefficients_of_places_are_the_motions_own_against_where_it_began() -> None:
-    spline = wandering().motion.spline
-    time = np.linspace(0.1, 0.5, 2000)
-    swing = 0.05 * np.sin(np.outer(time - 0.1, [8.0, 12.0, 20.0]))
-    free = FreeMotion(
-        SplineMotion(spline, np.linalg.lstsq(spline.design(time).toarray(), swing, rcond=None)[0]), RELEASE
-    )
-    count = free.segments[1].stop_coefficient - 1
-    found = free.coefficients_of(time, free.position_m(time), count)
-    assert found is not None
-    assert found == pytest.approx(free.motion.coefficients[:count], abs=2e-5)
-    assert free.coefficients_of(time[:5], free.position_m(time[:5]), count) is None
-
-
 @pytest.fixture
 def solved() -> tuple[SimpleNamespace, np.ndarray]:
     """Return what the readout takes of a solution, and the dense inverse of its normal matrix."""

@@ -199,18 +199,32 @@ def test_samples_that_are_not_numbers_are_passed_over(setup: Setup) -> None:
     assert result.bounces.impacts[0].e == pytest.approx(E, rel=0.01)
 
 
-def test_uncertainty_of_the_calibration_is_carried_separately(setup: Setup) -> None:
+def test_the_budget_holds_what_the_setup_leaves_open_and_names_what_was_assumed(setup: Setup) -> None:
     recording, _ = simulate_recording(setup)
-    assert process(recording, setup).calibration_uncertainty is None
     plain = setup.model_dump(by_alias=True)
     for receiver in plain["receiver"]:
         receiver["u_tilt_deg"] = 0.5
     plain["tracer"]["u_release_m"] = 0.003
-    carried = process(recording, Setup.model_validate(plain)).calibration_uncertainty
-    assert carried is not None
-    assert 0.5e-3 < carried["u_position_m"] < 10e-3
-    assert 0 < carried["u_e"] < 0.02
-    assert 0 < carried["u_g_m_s2"] < 0.5
+    result = process(recording, Setup.model_validate(plain))
+    budget, track, segment = result.uncertainty_budget, result.track, result.segment
+    assert budget is not None
+    assert track is not None
+    assert segment is not None
+    assert "receiver[1].u_tilt_deg" not in budget.assumed
+    assert budget.assumed["receiver[1].u_azimuth_deg"] == 0.5
+    assert 0.5e-3 < budget.position_m.calibration < 10e-3
+    assert 0 < budget.e.calibration < 0.02
+    assert 0 < budget.g_m_s2.calibration < 0.5
+    for line in (budget.position_m, budget.e, budget.g_m_s2):
+        parts = (line.statistical, line.calibration, line.sphere)
+        assert line.combined == pytest.approx(np.sqrt(sum(part**2 for part in parts)))
+    assert result.bounces.impacts[0].u_e_combined == pytest.approx(budget.e.combined)
+    assert track.u_combined_m is not None
+    known = track.valid & (np.arange(track.time_s.size) >= segment.first)
+    begin, end = np.flatnonzero(known)[[0, -1]]
+    # at the release only its own place is open, where the sphere came down the antennas' angles too
+    assert track.u_combined_m[:, begin] == pytest.approx(0.003, rel=0.1)
+    assert (track.u_combined_m[:, end] > track.u_combined_m[:, begin]).any()
 
 
 def test_a_release_position_that_the_setup_does_not_give_is_told(setup: Setup) -> None:

@@ -21,9 +21,12 @@ from radargui.model.errors import FileError
 from radargui.model.recording import Excerpt, Recording
 from radargui.report.tables import write_tables
 
-TRACK = "time_s,L1_m,L2_m,L3_m,x_m,y_m,z_m,ux_m,uy_m,uz_m,valid,piece,u_L1_m,u_L2_m,u_L3_m"
+TRACK = (
+    "time_s,L1_m,L2_m,L3_m,x_m,y_m,z_m,ux_m,uy_m,uz_m,valid,piece,u_L1_m,u_L2_m,u_L3_m,"
+    "ux_combined_m,uy_combined_m,uz_combined_m"
+)
 VALID, PIECE = 10, 11
-BOUNCES = "time_s,speed_before_m_s,speed_after_m_s,e,u_e,method,valid"
+BOUNCES = "time_s,speed_before_m_s,speed_after_m_s,e,u_e,method,valid,u_e_combined"
 KEYS = [
     "status",
     "reason",
@@ -35,7 +38,7 @@ KEYS = [
     "channel_skew_from",
     "channels",
     "free_fall",
-    "calibration_uncertainty",
+    "uncertainty_budget",
     "warnings",
 ]
 
@@ -53,6 +56,8 @@ def strict_json(path: Path) -> dict[str, object]:
 
 def test_the_track_has_one_row_per_sample_with_the_columns_of_the_contract(tmp_path: Path) -> None:
     result = drop_result(rate_hz=2000.0)
+    combined = 3.0 * result.track.u_position_m
+    result = replace(result, track=replace(result.track, u_combined_m=combined))
     write_tables(result, tmp_path / "new" / "run-0001")
     path = tmp_path / "new" / "run-0001" / "track.csv"
     data = path.read_bytes()
@@ -60,7 +65,7 @@ def test_the_track_has_one_row_per_sample_with_the_columns_of_the_contract(tmp_p
     assert b"\r" not in data
     assert data.endswith(b"\n")
     table = np.loadtxt(path, delimiter=",", skiprows=1)
-    assert table.shape == (result.recording.n_samples, 15)
+    assert table.shape == (result.recording.n_samples, 18)
     assert result.paths is not None
     assert result.track is not None
     np.testing.assert_allclose(table[:, 0], np.arange(len(table)) / 2000.0, atol=1e-12)
@@ -69,7 +74,8 @@ def test_the_track_has_one_row_per_sample_with_the_columns_of_the_contract(tmp_p
     np.testing.assert_allclose(table[:, 7:10], result.track.u_position_m.T, atol=1.01e-9)
     assert set(table[:, VALID]) == {1.0}
     assert set(table[:, PIECE]) == {0.0}
-    np.testing.assert_allclose(table[:, 12:], result.paths.u_m.T, atol=1.01e-9)
+    np.testing.assert_allclose(table[:, 12:15], result.paths.u_m.T, atol=1.01e-9)
+    np.testing.assert_allclose(table[:, 15:], result.track.u_combined_m.T, atol=1.01e-9)
     assert sorted(item.name for item in path.parent.iterdir()) == ["bounces.csv", "result.json", "track.csv"]
 
 
@@ -90,7 +96,7 @@ def test_unknown_values_are_nan_and_not_valid(tmp_path: Path) -> None:
     assert row[2] == "nan"
     assert row[4:7] == ["nan", "nan", "nan"]
     assert row[VALID] == "0"
-    assert row[12:] == ["0.000024000", "nan", "0.000024000"]
+    assert row[12:15] == ["0.000024000", "nan", "0.000024000"]
     assert read_csv(tmp_path / "track.csv")[700][VALID] == "1"
 
 
@@ -113,7 +119,7 @@ def test_one_row_per_impact_with_positive_speeds(tmp_path: Path) -> None:
     assert len(rows) == 1 + len(result.bounces.impacts) > 3
     assert float(rows[1][3]) == pytest.approx(0.8)
     assert float(rows[1][2]) / float(rows[1][1]) == pytest.approx(float(rows[1][3]), rel=1e-11)
-    assert rows[1][5:] == ["hand", "1"]
+    assert rows[1][5:] == ["hand", "1", "nan"]
 
 
 def test_no_motion_gives_headers_only_and_says_so(tmp_path: Path) -> None:
@@ -124,7 +130,7 @@ def test_no_motion_gives_headers_only_and_says_so(tmp_path: Path) -> None:
     assert list(document) == KEYS
     assert document["status"] == "no_motion"
     assert document["reason"] == "nothing moves in this recording"
-    for key in ("correction_used", "geometry_used", "channels", "free_fall", "calibration_uncertainty"):
+    for key in ("correction_used", "geometry_used", "channels", "free_fall", "uncertainty_budget"):
         assert document[key] is None
 
 
@@ -132,7 +138,7 @@ def test_a_rejected_run_has_its_samples_but_nothing_known_of_them(tmp_path: Path
     write_tables(rejected_result(samples=500), tmp_path)
     rows = read_csv(tmp_path / "track.csv")
     assert len(rows) == 501
-    assert rows[250][1:] == ["nan"] * 9 + ["0", "0"] + ["nan"] * 3
+    assert rows[250][1:] == ["nan"] * 9 + ["0", "0"] + ["nan"] * 6
     assert strict_json(tmp_path / "result.json")["status"] == "rejected"
 
 

@@ -24,6 +24,7 @@ from radargui.model.setup import Setup
 from radargui.model.setup_file import dump_setup
 from radargui.model.track import Track
 from radargui.model.truth import Truth
+from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
 RATE_HZ = 1000.0
 
@@ -164,6 +165,8 @@ def result_of(recording: Recording) -> RunResult:
         paths=PathLengths(time_s, volts(3, n), volts(3, n), volts(3, n), valid),
         track=Track(time_s, volts(3, n), volts(3, n), valid[0], "exact"),
         bounces=bounces,
-        calibration_uncertainty={"g_m_s2": 0.01},
+        uncertainty_budget=UncertaintyBudget(
+            e=BudgetLine(0.001, 0.002, None, 0.003), assumed={"daq.u_clock_ppm": 50.0}
+        ),
         warnings=("A warning.",),
     )

@@ -23,9 +23,13 @@ from radargui.model.result import RunResult
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
 from radargui.model.track import Track
+from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
 G = 9.81
 REST_S = 0.3
+BUDGET = UncertaintyBudget(
+    BudgetLine(4e-5, 4e-4, 1e-4, 4.1e-4), BudgetLine(1e-4, 2e-4, 1e-5, 2.2e-4), BudgetLine(0.003, 0.004, None, 0.005)
+)
 
 
 def default_setup() -> Setup:
@@ -113,7 +117,7 @@ def drop_result(
         paths=PathLengths(t, phase, change, u, valid),
         track=track,
         bounces=Bounces(bounces, replace(fall, parabola=parabola)) if track else Bounces(),
-        calibration_uncertainty={"u_position_m": 0.0004, "u_e": 0.0002},
+        uncertainty_budget=BUDGET,
         warnings=("the antennas' own uncertainty is not known",) if gap is None else ("30 ms of samples were lost",),
     )
 

@@ -34,6 +34,8 @@ class ModelInputs:
         Functions of slow noise at the bins, shape (n_bins, n_functions).
     sphere
         What it scatters along every path at the bins; None where it counts as a point.
+    body
+        Factors of each receiver in its place: a sphere of which the layout has no unknowns.
     """
 
     antennas: Antennas
@@ -45,6 +47,7 @@ class ModelInputs:
     range_factor: FloatArray
     drift: FloatArray
     sphere: SphereFields | None = None
+    body: tuple[SphereFactors, ...] | None = None
 
     def of_bins(self, part: slice) -> ModelInputs:
         """Return the inputs of some of the bins."""
@@ -59,6 +62,8 @@ class ModelInputs:
 
     def sphere_factors(self, theta: FloatArray, layout: Layout, receiver: int) -> SphereFactors:
         """Return what the sphere multiplies the paths to a receiver with, the antennas turned as theta has them."""
+        if self.body is not None:
+            return self.body[receiver]
         if self.sphere is None:
             return point_factors(len(self.planes))
         angles = theta[layout.polarization.start], theta[layout.receivers[receiver].polarization.start]

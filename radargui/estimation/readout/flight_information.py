@@ -13,7 +13,7 @@ from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.normal import BlockTridiagonal
 from radargui.estimation.solve.problem import Assembled, assemble, diagonal
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import SolveError
 
 _JITTER = 1e-13
@@ -21,6 +21,80 @@ _JITTER = 1e-13
 _UNSEEN = 1e-10
 """Least curvature of a coefficient against the typical one: what no bin sees stays where it is."""
 _UNDETERMINED = "The samples do not determine the motion of the flights."
+
+
+@dataclass(frozen=True)
+class _MotionAfter:
+    """The motion's unknowns from `kept` on, eliminated by their block tridiagonal factor L.
+
+    Attributes
+    ----------
+    kept, touched
+        How many unknowns stay, and which of them are coupled.
+    factor
+        L L^T.
+    near, far
+        L^-1 of the coupling to those touched and to the global parameters.
+    """
+
+    kept: int
+    touched: IntArray
+    factor: BlockTridiagonal
+    near: FloatArray
+    far: FloatArray
+
+    @staticmethod
+    def of(blocks: Assembled, kept: int) -> _MotionAfter:
+        """Eliminate; SolveError where the samples do not determine it."""
+        coupling = blocks.s[kept:, :kept].tocsc()
+        touched = np.flatnonzero(np.diff(coupling.indptr))
+        after = blocks.s[kept:, kept:]
+        try:
+            factor = BlockTridiagonal(csr_matrix(after + _JITTER * diagonal(after.diagonal())))
+        except np.linalg.LinAlgError as error:
+            raise SolveError(_UNDETERMINED) from error
+        half = factor.half_solve(np.concatenate([coupling[:, touched].toarray(), blocks.c[kept:]], axis=1))
+        return _MotionAfter(kept, touched, factor, half[:, : touched.size], half[:, touched.size :])
+
+    def taken_off(self, blocks: Assembled) -> tuple[csr_matrix, FloatArray, FloatArray]:
+        """Return the blocks S, C and M with these unknowns marginalised."""
+        kept, touched = self.kept, self.touched
+        place = np.repeat(touched, touched.size), np.tile(touched, touched.size)
+        near = csr_matrix(((self.near.T @ self.near).ravel(), place), shape=(kept, kept))
+        c = blocks.c[:kept].copy()
+        c[touched] -= self.near.T @ self.far
+        return csr_matrix(blocks.s[:kept, :kept] - near), c, blocks.m - self.far.T @ self.far
+
+
+@dataclass(frozen=True)
+class Eliminated:
+    """What was eliminated to leave the quadratic form of the first coefficients and breaks.
+
+    Attributes
+    ----------
+    kept, n_breaks
+        Unknowns of the motion and breaks that stay.
+    after
+        The motion after them; None where all stays.
+    root, lost
+        Cholesky factor of the global parameters but the breaks, and P.
+    """
+
+    kept: int
+    n_breaks: int
+    after: _MotionAfter | None
+    root: FloatArray
+    lost: FloatArray
+
+    def marginal(self, slope_motion: FloatArray, slope_global: FloatArray) -> FloatArray:
+        """Return what a slope over all unknowns leaves for x: s_x - H_xo H_oo^-1 s_o, o the others, shape (n,)."""
+        motion, rest = slope_motion[: self.kept].copy(), slope_global
+        if self.after is not None:
+            half = self.after.factor.half_solve(slope_motion[self.kept :, None])[:, 0]
+            motion[self.after.touched] -= self.after.near.T @ half
+            rest = rest - self.after.far.T @ half
+        lower = solve_triangular(self.root, rest[self.n_breaks :], lower=True)
+        return np.asarray(np.concatenate([motion, rest[: self.n_breaks]]) - self.lost @ lower)
 
 
 @dataclass(frozen=True)
@@ -43,6 +117,8 @@ class MotionInformation:
         K and P, shapes (n, n) and (n, n_mismatch).
     slope
         g.
+    eliminated
+        How what is not in x was eliminated.
     """
 
     free: FreeMotion
@@ -52,6 +128,7 @@ class MotionInformation:
     known: csr_matrix
     lost: FloatArray
     slope: FloatArray
+    eliminated: Eliminated
 
     def times(self, vectors: FloatArray) -> FloatArray:
         """Return Lambda applied to vectors, shape (n,) or (n, m)."""
@@ -105,8 +182,10 @@ def motion_information(
     blocks = assemble(problem, state, solution.at)
     kept, breaks = 3 * size, slice(0, n_breaks)
     band, coupling, constants = blocks.s[:kept, :kept], blocks.c[:kept], blocks.m
+    after = None
     if kept < blocks.s.shape[0]:
-        band, coupling, constants = _without_motion_after(blocks, kept)
+        after = _MotionAfter.of(blocks, kept)
+        band, coupling, constants = after.taken_off(blocks)
     jerk, _, _ = solution.at.spline.jerk()
     stiffness = np.zeros(problem.jerk_sd.size)
     stiffness[lifted] = problem.jerk_sd[lifted] ** -2.0
@@ -123,25 +202,8 @@ def motion_information(
         [-(stiff @ state.coefficients[:size]).ravel(), -precision * (tau - problem.prior.mean[breaks])]
     )
     x0 = np.concatenate([state.coefficients[:size].ravel(), tau])
-    return MotionInformation(free, size, n_breaks, x0, csr_matrix(known), lost, slope)
-
-
-def _without_motion_after(blocks: Assembled, kept: int) -> tuple[csr_matrix, FloatArray, FloatArray]:
-    """Return the blocks S, C and M with the motion's unknowns from `kept` on marginalised."""
-    coupling = blocks.s[kept:, :kept].tocsc()
-    touched = np.flatnonzero(np.diff(coupling.indptr))
-    after = blocks.s[kept:, kept:]
-    try:
-        factor = BlockTridiagonal(csr_matrix(after + _JITTER * diagonal(after.diagonal())))
-    except np.linalg.LinAlgError as error:
-        raise SolveError(_UNDETERMINED) from error
-    half = factor.half_solve(np.concatenate([coupling[:, touched].toarray(), blocks.c[kept:]], axis=1))
-    near, far = half[:, : touched.size], half[:, touched.size :]
-    place = np.repeat(touched, touched.size), np.tile(touched, touched.size)
-    band = csr_matrix(blocks.s[:kept, :kept] - csr_matrix(((near.T @ near).ravel(), place), shape=(kept, kept)))
-    c = blocks.c[:kept].copy()
-    c[touched] -= near.T @ far
-    return band, c, blocks.m - far.T @ far
+    eliminated = Eliminated(kept, n_breaks, after, root, lost)
+    return MotionInformation(free, size, n_breaks, x0, csr_matrix(known), lost, slope, eliminated)
 
 
 def _root(matrix: FloatArray) -> FloatArray:

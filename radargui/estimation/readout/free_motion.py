@@ -6,14 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import BSpline
-from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.motion_spline import SplineMotion
-from radargui.estimation.solve.normal import solve_sparse
 from radargui.model.arrays import FloatArray
-
-_LEAST_SMOOTH = 1e-14
-"""Weight of the squared jerk against that of places where coefficients follow given places: below what is measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,35 +98,3 @@ class FreeMotion:
     def first_coefficient_from(self, time_s: float) -> int:
         """Return the number of the first coefficient whose function is zero before a time."""
         return int(np.searchsorted(self.motion.spline.knots(), time_s))
-
-    def coefficients_of(self, time_s: FloatArray, moved_m: FloatArray, count: int) -> FloatArray | None:
-        """Return the first coefficients of a motion through places, against the first of them, shape (count, 3).
-
-        Parameters
-        ----------
-        time_s, moved_m
-            Places at some times, shapes (n,) and (3, n); NaN where unknown.
-        count
-            How many; coefficient 0 is not among them.
-
-        Returns
-        -------
-        FloatArray or None
-            None with fewer places than coefficients.
-
-        Raises
-        ------
-        SolveError
-            The places do not determine the coefficients.
-        """
-        spline = self.motion.spline
-        last = float(spline.knots()[count + 1])
-        known = np.isfinite(moved_m).all(axis=0) & (time_s >= spline.edge_s[0]) & (time_s <= last)
-        if known.sum() < count:
-            return None
-        design = spline.design(time_s[known])[:, :count]
-        jerk, middle, _ = spline.jerk()
-        jerk = jerk[middle < last][:, :count]
-        moved = moved_m[:, known] - moved_m[:, known][:, :1]
-        normal = design.T @ design + _LEAST_SMOOTH * (jerk.T @ jerk)
-        return solve_sparse(csr_matrix(normal), np.ascontiguousarray(design.T @ moved.T))

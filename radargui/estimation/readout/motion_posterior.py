@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from radargui.estimation.forward.motion_spline import SplineMotion
 from radargui.estimation.readout.flight_information import MotionInformation, motion_information
 from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.estimation.readout.input_response import InputResponse, OtherInputs, input_responses
 from radargui.estimation.solve.break_velocities import BreakVelocities, break_velocities
 from radargui.estimation.solve.minimise import Solution
+from radargui.model.arrays import FloatArray
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,15 @@ class MotionPosterior:
     def breaks(self) -> BreakVelocities:
         """Velocities on both sides of the breaks."""
         return break_velocities(self.solution)
+
+    def responses(self, others: Sequence[OtherInputs], time_s: FloatArray) -> tuple[InputResponse, ...]:
+        """Return how the motion follows other inputs, see `input_responses`."""
+        return input_responses(self.solution, others, time_s)
+
+    @property
+    def is_point(self) -> bool:
+        """Whether the sphere counts as a point."""
+        return self.solution.problem.sphere is None
 
     def information(self, n_coefficients: int, n_breaks: int, lifted: slice) -> MotionInformation:
         """Return what the samples say about the first coefficients and breaks, see `motion_information`."""

@@ -10,6 +10,7 @@ from radargui.gui.theme import Theme
 from radargui.model.quality import ChannelQuality
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, plain, quantity
+from radargui.model.uncertainty_budget import budget_rows
 from radargui.processing.site_check import site_check
 
 _STATUS = {"ok": "ok", "no_motion": "no motion", "rejected": "rejected"}
@@ -52,12 +53,12 @@ def page_of(result: RunResult, theme: Theme) -> str:
     if result.corrected is not None:
         parts.append(f"<h4>Receivers, correction {escape(result.corrected.method)}</h4>")
         parts.append(_quality(result.corrected.channels))
-    if result.calibration_uncertainty:
+    if result.uncertainty_budget is not None:
         rows = "".join(
-            f"<tr><td>{escape(name)}&nbsp;&nbsp;</td><td align='right'>{plain(value)}</td></tr>"
-            for name, value in result.calibration_uncertainty.items()
+            "<tr>" + "".join(f"<td align='right'>{escape(cell)}&nbsp;</td>" for cell in cells) + "</tr>"
+            for cells in budget_rows(result.uncertainty_budget)
         )
-        parts.append(f"<h4>What the calibration's uncertainty adds</h4><table>{rows}</table>")
+        parts.append(f"<h4>Standard uncertainties</h4><table>{rows}</table>")
     if result.warnings:
         items = "".join(f"<li>{escape(text)}</li>" for text in result.warnings)
         parts.append(f"<h4>Warnings</h4><ul>{items}</ul>")

@@ -1,4 +1,4 @@
-"""The reported calibration uncertainty of a joint result against processing again with the antennas elsewhere."""
+"""The calibration's share of a joint result against processing again with an antenna elsewhere."""
 
 from __future__ import annotations
 
@@ -20,17 +20,25 @@ def with_receiver(setup: Setup, **keys: float) -> Setup:
     return Setup.model_validate(plain)
 
 
-def test_e_g_and_position_move_with_an_antenna_as_their_calibration_uncertainty_says() -> None:
+def test_e_g_and_position_move_with_an_antenna_as_the_budget_says() -> None:
     fixed = {"rate_hz": 5000.0, "snr_db": 40.0, "skew_s": 0.0, "floor": 0.0, "wall": 0.0, "flicker": 0.0}
     record = make_record(draw_scene(9, "physical", "drop", drag=0.0, e=0.7, height_m=0.2, **fixed))
     recording = record.recording
     joint = changed(record.setup, processing={"correction": "joint"}, floor={"normal": (0.0, 0.0, 1.0)})
-    setup = with_receiver(joint, u_tilt_deg=U_TILT_DEG)
+    exact = dict.fromkeys(("u_tilt_deg", "u_azimuth_deg", "u_distance_m"), 0.0)
+    plain = joint.model_dump(by_alias=True)
+    for receiver in plain["receiver"]:
+        receiver.update(exact)
+    plain["transmitter"]["u_distance_m"] = plain["tracer"]["u_release_m"] = 0.0
+    plain["radar"].update(u_frequency_hz=0.0, refractive_index=1.0)
+    plain["floor"]["u_tilt_deg"] = plain["daq"]["u_clock_ppm"] = 0.0
+    setup = with_receiver(Setup.model_validate(plain), u_tilt_deg=U_TILT_DEG)
     tilt = setup.receiver[0].tilt_deg
     here = process(recording, setup)
     there = process(recording, with_receiver(setup, tilt_deg=tilt + U_TILT_DEG))
-    reported = here.calibration_uncertainty
-    assert reported is not None
+    budget = here.uncertainty_budget
+    assert budget is not None
+    assert budget.assumed == {"tracer.u_diameter_m": 2e-5}
     assert here.track is not None
     assert there.track is not None
     assert here.segment is not None
@@ -38,11 +46,11 @@ def test_e_g_and_position_move_with_an_antenna_as_their_calibration_uncertainty_
     assert there.bounces.free_fall is not None
     part = slice(here.segment.first, here.segment.last)
     moved = (there.track.position_m - here.track.position_m)[:, part]
-    assert reported["u_position_m"] == pytest.approx(float(np.sqrt(np.nanmean(moved**2))), rel=0.05)
+    assert budget.position_m.calibration == pytest.approx(float(np.sqrt(np.nanmean(moved**2))), rel=0.05)
     e = there.bounces.impacts[0].e - here.bounces.impacts[0].e
-    assert reported["u_e"] == pytest.approx(abs(e), rel=0.3)
+    assert budget.e.calibration == pytest.approx(abs(e), rel=0.3)
     g = there.bounces.free_fall.g_m_s2 - here.bounces.free_fall.g_m_s2
-    assert reported["u_g_m_s2"] == pytest.approx(abs(g), rel=0.1)
+    assert budget.g_m_s2.calibration == pytest.approx(abs(g), rel=0.1)
     # else the test would compare noise with noise
     assert abs(e) > 5e-6
     assert abs(g) > 2.0 * here.bounces.free_fall.u_g_m_s2

@@ -1,0 +1,171 @@
+"""How a solution follows small changes of what the setup says: antennas, release, wavelength, sphere (method 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import eye_array, kron
+
+from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.forward.sphere import PolarisedSphere, SphereFactors, polarised_sphere
+from radargui.estimation.solve.break_velocities import one_sided_slopes
+from radargui.estimation.solve.minimise import Solution
+from radargui.estimation.solve.problem import linearise
+from radargui.geometry.antennas import Antennas, place_antennas
+from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.model.pieces import pieces
+from radargui.model.setup import Setup
+from radargui.model.setup_change import moved
+
+STEP = 0.01
+"""Share of an uncertainty by which an input is moved: the response is linear, half a degree of an antenna is not."""
+HYPOTHETICAL_DEG = (0.0, 45.0, 90.0, 135.0)
+"""Polarisations of the transmitter tried where none is given: the field turns on itself after 180 degrees."""
+DIAMETER = "tracer.diameter_m"
+_BINS_TOGETHER = 2048  # slopes of so many bins at a time: bounds the memory, changes nothing
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OtherInputs:
+    """What the setup could say instead.
+
+    Attributes
+    ----------
+    antennas, release_m, wavenumber
+        Geometry; 1/m.
+    sphere
+        In the place of the solution's; None: the sphere stays as it is.
+    body
+        Where the solution takes the sphere for a point: what a sphere would multiply the paths with, were it one.
+    """
+
+    antennas: Antennas
+    release_m: FloatArray
+    wavenumber: float
+    sphere: PolarisedSphere | None = None
+    body: PolarisedSphere | None = None
+
+
+def moved_inputs(setup: Setup, key: str, by: float) -> OtherInputs:
+    """Return the inputs with one value of the setup, by its key as in `model.assumed`, moved by `STEP` of `by`."""
+    other = moved(setup, key, STEP * by)
+    sphere, like = polarised_sphere(other), polarised_sphere(setup)
+    # what an antenna elsewhere changes in the sphere's factors is of second order
+    turned = None if key != DIAMETER or sphere is None or like is None else replace(like, sphere=sphere.sphere)
+    release, wavenumber = np.asarray(other.tracer.release_position_m), 2.0 * np.pi / other.radar.wavelength_m
+    return OtherInputs(place_antennas(other), release, wavenumber, turned)
+
+
+def possible_spheres(setup: Setup) -> list[OtherInputs]:
+    """Return the inputs with a conducting sphere for the point, receivers turned for the strongest signal."""
+    out = []
+    for angle in HYPOTHETICAL_DEG:
+        turned = setup.transmitter.model_copy(update={"polarization_deg": angle})
+        body = polarised_sphere(setup.model_copy(update={"transmitter": turned}))
+        release, wavenumber = np.asarray(setup.tracer.release_position_m), 2.0 * np.pi / setup.radar.wavelength_m
+        out.append(OtherInputs(place_antennas(setup), release, wavenumber, body=body))
+    return out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InputResponse:
+    """The response to one input moved by its uncertainty.
+
+    Attributes
+    ----------
+    slope_motion, slope_global
+        By how much -ln L changes its slope, shapes (3 size,) and (n_global,).
+    moved_m
+        Shift of the motion at some times, shape (3, n).
+    before_m_s, after_m_s
+        Changes of the velocities at the breaks, shape (n_breaks, 3).
+    """
+
+    slope_motion: FloatArray
+    slope_global: FloatArray
+    moved_m: FloatArray
+    before_m_s: FloatArray
+    after_m_s: FloatArray
+
+
+def input_responses(solution: Solution, others: Sequence[OtherInputs], time_s: FloatArray) -> tuple[InputResponse, ...]:
+    """Return the response to each of some inputs that differ by `STEP` of their uncertainty.
+
+    A solution minimises -ln L(x, a) - ln prior over all unknowns x for inputs a. With m the model and J = dm/dx, the
+    slope J^T W (m(a + da) - m(a)) moves it by -H^-1 times that: motion, mirrors and maps follow together, as they
+    would in an estimate with those inputs.
+
+    Parameters
+    ----------
+    solution
+        Converged.
+    others
+        Inputs moved by `STEP` of their uncertainty.
+    time_s
+        Where the shift is asked for, shape (n,).
+    """
+    changes = np.stack([_change(solution, other) for other in others], axis=2)
+    by_motion, by_global = _slopes(solution, changes)
+    spline, release = solution.at.spline, solution.problem.inputs.release_m
+    bin_s, layout = solution.problem.bins.time_s, solution.problem.layout
+    by_breaks = spline.break_slopes(bin_s, solution.state.coefficients)
+    sides, out = one_sided_slopes(spline), []
+    for number, other in enumerate(others):
+        motion, rest = solution.normal.solve(-by_motion[:, number], -by_global[:, number])
+        coefficients = motion.reshape(-1, 3)
+        along = solution.at.design @ coefficients + (by_breaks @ rest[layout.breaks]).reshape(-1, 3)
+        along = along + (other.release_m - release) / STEP
+        moved = np.array([np.interp(time_s, bin_s, row) for row in along.T])
+        before, after = (side @ coefficients for side in sides)
+        out.append(InputResponse(by_motion[:, number], by_global[:, number], moved, before, after))
+    return tuple(out)
+
+
+def _change(solution: Solution, other: OtherInputs) -> FloatArray:
+    """Return by how much the model changes with the inputs at the same motion against the release, (n_channels, n)."""
+    problem, state = solution.problem, solution.state
+    inputs = replace(problem.inputs, antennas=other.antennas, release_m=other.release_m, wavenumber=other.wavenumber)
+    place = (solution.at.design @ state.coefficients + other.release_m).T
+    unknown = problem.layout.plane_unknowns(state.theta)
+    if other.sphere is not None:
+        fields = other.sphere.fields(place, other.antennas, other.release_m, inputs.planes, unknown)
+        inputs = replace(inputs, sphere=fields)
+    if other.body is not None:
+        body = other.body
+        fields = body.fields(place, other.antennas, other.release_m, inputs.planes, unknown)
+        angles = body.angle_rad
+        factors = [fields.factors(n, angles[0], angles[1 + n]) for n in range(problem.n_receivers)]
+        inputs = replace(inputs, body=tuple(_weakened(own) for own in factors))
+    moved = linearise(replace(problem, inputs=inputs), state)
+    return np.concatenate([a.value - b.value for a, b in zip(moved.signals, solution.at.signals, strict=True)]) / STEP
+
+
+def _weakened(factors: SphereFactors) -> SphereFactors:
+    """Return the factors of a sphere of which only `STEP` is there."""
+    nothing: ComplexArray = np.zeros((0, 1), complex)
+    direct, mirrored = np.exp(STEP * np.log(factors.direct)), 1.0 + STEP * (factors.mirrored - 1.0)
+    return SphereFactors(direct, mirrored, nothing, np.zeros((0, *mirrored.shape), complex))
+
+
+def _slopes(solution: Solution, changes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return J^T W of changes of the model, (n_channels, n_bins, n): shapes (3 size, n) and (n_global, n)."""
+    problem, state, at = solution.problem, solution.state, solution.at
+    layout, inputs, n_bins = problem.layout, problem.inputs, problem.bins.n_bins
+    pull, by_global = np.zeros((n_bins, 3, changes.shape[2])), np.zeros((layout.size, changes.shape[2]))
+    for part in pieces(n_bins, _BINS_TOGETHER):
+        here = inputs.of_bins(part)
+        for receiver, own in enumerate(layout.receivers):
+            pair = slice(2 * receiver, 2 * receiver + 2)
+            slopes = receiver_slopes(at.node_m[:, pair, :, part], state.theta, layout, here, receiver)
+            weighed = at.weight[pair, part][:, :, None] * changes[pair, part]
+            pull[part] += np.einsum("can,cnk->nak", slopes.by_position, weighed)
+            by_global[layout.shared] += np.einsum("cnp,cnk->pk", slopes.by_shared, weighed)
+            by_global[own.without_drift] += np.einsum("cnp,cnk->pk", slopes.by_own, weighed)
+            for channel, drift in enumerate((own.drift_i, own.drift_q)):
+                by_global[drift] += here.drift.T @ weighed[channel]
+    flat = pull.reshape(3 * n_bins, -1)
+    breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients)
+    by_global[layout.breaks] += breaks.T @ flat
+    return kron(at.design, eye_array(3), format="csr").T @ flat, by_global

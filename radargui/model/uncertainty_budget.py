@@ -1,0 +1,90 @@
+"""The uncertainty budget of a run: what noise, the antennas' calibration and the sphere each leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from radargui.model.arrays import FloatArray
+from radargui.model.rounding import plain
+
+Share = Literal["calibration", "sphere"]
+
+
+@dataclass(frozen=True, slots=True)
+class InputChange:
+    """What results change by where one input of the setup is off by its standard uncertainty.
+
+    Attributes
+    ----------
+    key
+        Which, as in `model.assumed`.
+    share
+        To which part of the budget it belongs.
+    moved_m
+        Of the position, shape (3, n_samples); NaN where unknown.
+    e
+        Of each impact's e, shape (n_impacts,); NaN where unknown.
+    g_m_s2
+        Of the acceleration in free fall; NaN where unknown.
+    """
+
+    key: str
+    share: Share
+    moved_m: FloatArray = field(repr=False)
+    e: FloatArray
+    g_m_s2: float
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetLine:
+    """Standard uncertainties of one result, in its unit; None where unsupported.
+
+    Attributes
+    ----------
+    statistical
+        Of noise and of all that the run itself determines: what differs between runs on one setup.
+    calibration
+        Of the antennas' places, the release, the floor, the frequency and the clock: common to runs on one setup.
+    sphere
+        Of the diameter; where no polarisation is given, what taking the sphere for a point may cost.
+    combined
+        All of them in squares (JCGM 100, 5.1.2).
+    """
+
+    statistical: float | None = None
+    calibration: float | None = None
+    sphere: float | None = None
+    combined: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class UncertaintyBudget:
+    """Who holds how much of the uncertainty.
+
+    Attributes
+    ----------
+    position_m
+        Root mean square over the motion, one axis.
+    e
+        Of the first impact.
+    g_m_s2
+        Of the acceleration measured.
+    assumed
+        Uncertainties that the setup does not give, by key, and the values taken.
+    """
+
+    position_m: BudgetLine = BudgetLine()
+    e: BudgetLine = BudgetLine()
+    g_m_s2: BudgetLine = BudgetLine()
+    assumed: Mapping[str, float] = field(default_factory=dict)
+
+
+def budget_rows(budget: UncertaintyBudget) -> list[tuple[str, ...]]:
+    """Return a budget as a table for people: a header, then position, e and g, two digits each (GUM 7.2.6)."""
+    lines = (("position / mm", budget.position_m, 1e3), ("e", budget.e, 1.0), ("g / m/s²", budget.g_m_s2, 1.0))
+    shares = ("statistical", "calibration", "sphere", "combined")
+    return [("u of", *shares)] + [
+        (name, *(plain(getattr(line, share), 2, scale=scale) for share in shares)) for name, line, scale in lines
+    ]

@@ -1,0 +1,171 @@
+"""The uncertainty budget of a result, and the combined uncertainties of its track and its impacts (method 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from radargui.geometry.antennas import place_antennas
+from radargui.geometry.polarization import received_direction, transmitted_direction
+from radargui.geometry.scattering import conducting_sphere, scattered_field
+from radargui.model.arrays import FloatArray
+from radargui.model.assumed import assumed_uncertainties, uncertain_inputs
+from radargui.model.bounce import Bounces
+from radargui.model.path import PathLengths
+from radargui.model.segment import Segment
+from radargui.model.setup import Setup
+from radargui.model.setup_change import moved
+from radargui.model.track import Track
+from radargui.model.uncertainty_budget import BudgetLine, InputChange, UncertaintyBudget
+from radargui.processing.locate import locate
+
+POINTS = 2000
+HYPOTHETICAL_DEG = (0.0, 45.0, 90.0, 135.0)
+BouncesOf = Callable[[Track, Segment, Setup, float], Bounces]
+
+
+def with_budget(
+    track: Track, bounces: Bounces, changes: Iterable[InputChange], segment: Segment, setup: Setup
+) -> tuple[Track, Bounces, UncertaintyBudget]:
+    """Return track and bounces with their combined uncertainties, and the budget.
+
+    Parameters
+    ----------
+    track, bounces
+        With their statistical uncertainties.
+    changes
+        What they change by with each uncertain input.
+    segment
+        The motion, over which the position's uncertainty is averaged.
+    setup
+        Says which uncertainties were assumed.
+    """
+    squares: dict[str, FloatArray] = {}
+    e_squares: dict[str, FloatArray] = {}
+    g_squares: dict[str, float] = {}
+    for one in changes:
+        squares[one.share] = squares.get(one.share, np.zeros(track.u_position_m.shape)) + one.moved_m**2
+        e_squares[one.share] = e_squares.get(one.share, np.zeros(one.e.shape)) + one.e**2
+        g_squares[one.share] = g_squares.get(one.share, 0.0) + one.g_m_s2**2
+    combined = np.sqrt(track.u_position_m**2 + sum(squares.values()))
+    e_all = sum(e_squares.values()) if e_squares else np.zeros(len(bounces.impacts))
+    impacts = tuple(
+        replace(own, u_e_combined=float(np.hypot(own.u_e, np.sqrt(more))))
+        for own, more in zip(bounces.impacts, np.broadcast_to(e_all, len(bounces.impacts)), strict=True)
+    )
+    part = slice(segment.first, segment.last)
+
+    def motion(square: FloatArray) -> float:
+        known = square[:, part][:, track.valid[part]]
+        return float(np.sqrt(np.nanmean(known))) if np.isfinite(known).any() else float("nan")
+
+    fall = bounces.free_fall
+    budget = UncertaintyBudget(
+        _line(motion(track.u_position_m**2), {name: motion(value) for name, value in squares.items()}),
+        _line(
+            bounces.impacts[0].u_e if bounces.impacts else float("nan"),
+            {name: float(np.sqrt(value[0])) for name, value in e_squares.items() if value.size},
+        ),
+        _line(float("nan") if fall is None else fall.u_g_m_s2, {k: float(np.sqrt(v)) for k, v in g_squares.items()}),
+        assumed_uncertainties(setup),
+    )
+    return replace(track, u_combined_m=combined), replace(bounces, impacts=impacts), budget
+
+
+def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
+    if not np.isfinite(statistical):
+        return BudgetLine()
+    calibration, sphere = shares.get("calibration", 0.0), shares.get("sphere", 0.0)
+    combined = float(np.sqrt(statistical**2 + calibration**2 + sphere**2))
+    known = [value if np.isfinite(value) else None for value in (statistical, calibration, sphere, combined)]
+    return BudgetLine(*known)
+
+
+def changes_of_track(
+    paths: PathLengths, track: Track, setup: Setup, segment: Segment, bounces_of: BouncesOf, sample_rate_hz: float
+) -> tuple[InputChange, ...]:
+    """Return what a located track changes by with each uncertain input of the setup, by finite differences.
+
+    The track is located again from the same path lengths (GUM, 5.1.3). That these change with the geometry too,
+    through maps of position, is of second order; a sphere that is no point adds the phase it scatters with.
+
+    Parameters
+    ----------
+    paths, track, segment
+        Of the run.
+    bounces_of
+        Finds bounces in a track, of which e and g are taken.
+    sample_rate_hz
+        Of the paths.
+    """
+    size = max(1, (segment.last - segment.first) // POINTS)
+    thin = _thinned(paths, size)
+    inner = Segment(segment.first // size, segment.last // size, segment.rest_first // size, segment.rest_last // size)
+    rate_hz = sample_rate_hz / size
+    base = _located(thin, setup)
+    if base is None:
+        return ()
+    before = bounces_of(base, inner, setup, rate_hz)
+    out = []
+
+    def add(key: str, share: str, other: Track | None, used: Setup, part: float = 1.0) -> None:
+        if other is None:
+            return
+        after = bounces_of(other, inner, used, rate_hz)
+        e = np.full(len(before.impacts), np.nan)
+        if len(after.impacts) == len(before.impacts):
+            e = part * np.array([b.e - a.e for a, b in zip(before.impacts, after.impacts, strict=True)])
+        g = after.free_fall.g_m_s2 - before.free_fall.g_m_s2 if after.free_fall and before.free_fall else float("nan")
+        shift = part * (other.position_m - base.position_m)
+        whole = np.array([np.interp(track.time_s, thin.time_s, row) for row in np.nan_to_num(shift)])
+        out.append(InputChange(key, "sphere" if share == "sphere" else "calibration", whole, e, part * g))
+
+    for one in uncertain_inputs(setup):
+        if one.u == 0.0 or one.key in ("tracer.diameter_m", "daq.clock_ppm", "floor.tilt_deg"):
+            continue
+        if one.key.endswith("polarization_deg"):
+            continue
+        other = moved(setup, one.key, one.u)
+        longer = other.radar.wavelength_m / setup.radar.wavelength_m
+        add(one.key, "calibration", _located(replace(thin, change_m=longer * thin.change_m), other), other)
+    for angle in HYPOTHETICAL_DEG:
+        body = replace(thin, change_m=thin.change_m - _scattered_m(base, setup, angle))
+        add("sphere", "sphere", _located(body, setup), setup, 1.0 / np.sqrt(len(HYPOTHETICAL_DEG)))
+    return tuple(out)
+
+
+def _scattered_m(track: Track, setup: Setup, polarization_deg: float) -> FloatArray:
+    """Return the path that a conducting sphere's phase f / f(release) looks like, shape (n_receivers, n)."""
+    turned = setup.model_copy(
+        update={"transmitter": setup.transmitter.model_copy(update={"polarization_deg": polarization_deg})}
+    )
+    antennas, sphere = (
+        place_antennas(setup),
+        conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m),
+    )
+    sent, release = transmitted_direction(polarization_deg), np.asarray(setup.tracer.release_position_m)[:, None]
+    out = []
+    for own, rx in zip(turned.received_fields(), antennas.receivers_m, strict=True):
+        got = received_direction(own.angle_deg, own.horizontal, own.vertical)
+        here, there = (
+            got @ scattered_field(sphere, place, antennas.transmitter_m, sent, rx)
+            for place in (track.position_m, release)
+        )
+        out.append(np.angle(here / there) * setup.radar.wavelength_m / (2.0 * np.pi))
+    return np.array(out)
+
+
+def _located(paths: PathLengths, setup: Setup) -> Track | None:
+    release = np.array(setup.tracer.release_position_m)
+    return locate(paths, place_antennas(setup), release, setup.processing.geometry)
+
+
+def _thinned(paths: PathLengths, size: int) -> PathLengths:
+    def mean(x: FloatArray) -> FloatArray:
+        count = x.shape[-1] // size
+        return np.asarray(x[..., : count * size].reshape(*x.shape[:-1], count, size).mean(axis=-1))
+
+    valid = mean(paths.valid.astype(np.float64)) == 1.0
+    return PathLengths(mean(paths.time_s), mean(paths.phase_rad), mean(paths.change_m), mean(paths.u_m), valid)

@@ -1,0 +1,116 @@
+"""What position, e and g of a joint estimate change by where an input of the setup is off by its uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from radargui.estimation.joint import JointEstimate
+from radargui.estimation.readout.input_response import DIAMETER, InputResponse, moved_inputs, possible_spheres
+from radargui.model.arrays import FloatArray
+from radargui.model.assumed import uncertain_inputs
+from radargui.model.bounce import Bounces
+from radargui.model.setup import Setup
+from radargui.model.uncertainty_budget import InputChange
+from radargui.restitution.flight_fit import FlightFit
+
+TILT, CLOCK = "floor.tilt_deg", "daq.clock_ppm"
+
+
+def joint_changes(
+    estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, setup: Setup
+) -> tuple[InputChange, ...]:
+    """Return the change with each uncertain input of the setup, carried by the estimate's own equations (method 6).
+
+    Where no polarisation is given the sphere counts as a point: then the estimate's response to a conducting sphere of
+    this diameter is added, root mean square over the transmitter's directions.
+
+    Parameters
+    ----------
+    estimate, bounces, fit
+        Of the run; None where no flight was fitted.
+    setup
+        What it was estimated with.
+    """
+    posterior = estimate.posterior
+    inputs = [one for one in uncertain_inputs(setup) if one.u > 0.0]
+    # the motion has polarisations as unknowns, and does not depend on the floor and the clock
+    asked = [
+        (one.key, moved_inputs(setup, one.key, one.u))
+        for one in inputs
+        if one.key not in (TILT, CLOCK)
+        and not one.key.endswith("polarization_deg")
+        and not (one.key == DIAMETER and posterior.is_point)
+    ]
+    if posterior.is_point:
+        asked += [("sphere", other) for other in possible_spheres(setup)]
+    responses = posterior.responses([other for _, other in asked], estimate.time_s)
+    out = [
+        InputChange(
+            key,
+            "sphere" if key in ("sphere", DIAMETER) else "calibration",
+            response.moved_m,
+            _e_changes(estimate, bounces, fit, response),
+            _g_change(fit, response),
+        )
+        for (key, _), response in zip(asked, responses, strict=True)
+    ]
+    n_bodies = sum(key == "sphere" for key, _ in asked)
+    out = [_shared(one, n_bodies) if one.key == "sphere" else one for one in out]
+    nothing = np.zeros((3, estimate.time_s.size))
+    for one in inputs:
+        if one.key == TILT and "normal" in setup.floor.model_fields_set:
+            out += [InputChange(TILT, "calibration", nothing, e, 0.0) for e in _by_tilt(estimate, bounces, fit, one.u)]
+        if one.key == CLOCK and fit is not None:
+            # true times are (1 + c) as long: velocities change alike, accelerations twice
+            none = np.zeros(len(bounces.impacts))
+            out.append(InputChange(CLOCK, "calibration", nothing, none, -2e-6 * one.u * fit.g_m_s2))
+    return tuple(out)
+
+
+def _shared(change: InputChange, count: int) -> InputChange:
+    """Return one of `count` possibilities, so that their squares add up to the mean square."""
+    share = 1.0 / np.sqrt(count)
+    return replace(change, moved_m=share * change.moved_m, e=share * change.e, g_m_s2=share * change.g_m_s2)
+
+
+def _g_change(fit: FlightFit | None, response: InputResponse) -> float:
+    return float("nan") if fit is None else float(fit.follow(response)[fit.layout.gravity])
+
+
+def _e_changes(estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, response: InputResponse) -> FloatArray:
+    """Return de of each impact: of fitted flights by them, of others by the motion's one-sided velocities."""
+    if bounces.normal is None:
+        return np.zeros(0)
+    n, breaks = np.asarray(bounces.normal), estimate.posterior.breaks
+    before, after = response.before_m_s.copy(), response.after_m_s.copy()
+    if fit is not None:
+        values = fit.follow(response)
+        for k in range(fit.layout.n_impacts):
+            before[k], after[k] = values[fit.layout.before(k)], values[fit.layout.after(k)]
+    places = _impact_breaks(bounces, breaks.time_s)
+    speeds = np.array([[one.speed_before_m_s, one.e] for one in bounces.impacts]).reshape(-1, 2).T
+    return np.asarray((after[places] @ n + speeds[1] * (before[places] @ n)) / speeds[0])
+
+
+def _impact_breaks(bounces: Bounces, break_s: FloatArray) -> list[int]:
+    """Return which break each impact is."""
+    return [int(np.argmin(np.abs(break_s - one.time_s))) for one in bounces.impacts]
+
+
+def _by_tilt(estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, u_deg: float) -> list[FloatArray]:
+    """Return the changes of all e where the floor leans by u_deg towards x, and towards y."""
+    if bounces.normal is None:
+        return []
+    breaks, n = estimate.posterior.breaks, np.asarray(bounces.normal)
+    before, after = breaks.before_m_s.copy(), breaks.after_m_s.copy()
+    if fit is not None:
+        count = fit.layout.n_impacts
+        before[:count], after[:count] = fit.before_m_s, fit.after_m_s
+    places, out = _impact_breaks(bounces, breaks.time_s), []
+    for axis in np.eye(3)[:2]:
+        side = np.tan(np.radians(u_deg)) * (axis - n * (axis @ n))
+        down, up = before[places] @ n, after[places] @ n
+        out.append(np.asarray(-(after[places] @ side) / down + up / down**2 * (before[places] @ side)))
+    return out

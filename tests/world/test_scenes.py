@@ -56,6 +56,20 @@ def test_no_receiver_is_nearly_blind(scenes: list[Scene]) -> None:
             assert strengths[0] > WEAKEST * max(strengths)
 
 
+def test_a_wall_sends_back_its_share_of_the_field_at_the_centre() -> None:
+    scene = draw(1, walls=1, wall=0.04, floor=0.0, wall_distance_m=0.6)
+    (wall,) = scene.room.mirrors
+    for antenna, reflection in zip(scene.room.antennas, wall.reflection, strict=True):
+        away = wall.height_m(antenna.position_m)
+        centre = wall.height_m(np.zeros(3))
+        foot = antenna.position_m - away * wall.normal
+        spot = foot + away / (away + centre) * (-centre * wall.normal - foot)  # equal angles there
+        towards = (spot - antenna.position_m) / np.linalg.norm(spot - antenna.position_m)
+        share = abs(reflection) * antenna.strength(towards[:, None])[0]
+        assert 0.8 * 0.04 <= share <= 1.2 * 0.04
+        assert antenna.strength(antenna.axis[:, None])[0] == pytest.approx(1.0, abs=0.006)
+
+
 def test_the_multiplexer_ends_a_scan_before_the_next(scenes: list[Scene]) -> None:
     for one in scenes:
         assert 6 * one.converter.skew_s * one.converter.rate_hz <= 1.0 + 1e-9

@@ -13,26 +13,33 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Antenna:
-    """A dipole-like field inside a cosine lobe.
+    """A dipole-like field inside a cosine lobe on a floor of side lobes.
 
     Attributes
     ----------
     position_m, axis, polarization
         Shape (3,); the axis points to where the lobe is strongest.
     lobe
-        The field goes with the cosine of the angle from the axis to this power; none behind the antenna.
+        The field goes with the cosine of the angle from the axis to this power.
+    side_lobe
+        The field far from the axis over that on it.
     """
 
     position_m: Array
     axis: Array
     polarization: Array
     lobe: float
+    side_lobe: float = 0.0
+
+    def strength(self, direction: Array) -> Array:
+        """Return the lobe along unit vectors (3, n), shape (n,)."""
+        cosine = np.clip(self.axis @ direction, 0.0, None)
+        return np.hypot(cosine**self.lobe, self.side_lobe)
 
     def field(self, direction: Array) -> Complex:
         """Return the field sent along unit vectors (3, n), without the range: the polarisation across the direction."""
         across = self.polarization[:, None] - direction * (self.polarization @ direction)
-        cosine = np.clip(self.axis @ direction, 0.0, None)
-        return (cosine**self.lobe * across).astype(complex)
+        return (self.strength(direction) * across).astype(complex)
 
 
 def transmitter(distance_m: float, polarization_deg: float, lobe: float) -> Antenna:

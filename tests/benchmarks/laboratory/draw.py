@@ -25,6 +25,8 @@ FREQUENCY_HZ = 10.0e9
 N_RECEIVERS = 3
 WEAKEST = 0.2
 """A receiver's polarisation is drawn again where it gets less than this share of the strongest signal."""
+SIDE_LOBE = 0.1
+"""Minus 20 dB, as of a small horn: what walls get of an antenna that looks elsewhere."""
 OPTIONS = (
     "snr_db", "rate_hz", "skew_s", "skew_in_file", "height_m", "e", "scatter", "radius_m", "density_kg_m3",
     "gravity_m_s2", "floor", "surface", "walls", "wall", "wall_distance_m", "corners", "crosstalk", "lively",
@@ -32,10 +34,10 @@ OPTIONS = (
     "coupled",
 )  # fmt: skip
 """Values to hold:
-`floor`, `wall`: share of the wave that comes back; `walls`: how many; `surface`: of the floor, conductor or dielectric;
-`corners`: whether waves go over wall and floor; `coupled`: whether the floor sends back what the sphere sends it;
-`lively`: whether impacts kick and the floor leans; `depth_m`: caught within this depth, no rebound (None: it bounces);
-`lobes`: whether antennas have any; others as their units say."""
+`floor`: share of the field that comes back; `wall`: the same at the centre, lobes counted; `walls`: how many;
+`surface`: of the floor, conductor or dielectric; `corners`: whether waves go over wall and floor; `coupled`: whether
+the floor sends back what the sphere sends it; `lively`: whether impacts kick and the floor leans; `depth_m`: caught
+within this depth, no rebound (None: it bounces); `lobes`: whether antennas have any; others as their units say."""
 
 
 class _Draws:
@@ -112,7 +114,7 @@ def draw(seed: int, stated: Stated = "exact", *, name: str = "laboratory", **hel
     antennas = _antennas(value, true.antennas)
     sphere = Sphere(radius_m, true.wavenumber_rad_m)
     bottom = floor.touch_m - (radius_m + (depth_m or 0.0)) * normal
-    mirrors, corners = _mirrors(value, bottom, normal)
+    mirrors, corners = _mirrors(value, antennas, bottom, normal)
     crosstalk = value("crosstalk", lambda r: r.uniform(0.002, 0.01) if r.random() < 1 / 3 else 0.0)
     noise = Noise(
         10.0 ** (-snr_db / 20.0) / np.sqrt(2.0), value("flicker", lambda _: 0.0), value("drift", lambda _: 0.0)
@@ -158,19 +160,19 @@ def _antenna_values(value: _Draws, sphere: Sphere) -> tuple[AntennaValues, ...]:
 def _antennas(value: _Draws, values: tuple[AntennaValues, ...]) -> tuple[Antenna, ...]:
     """Return the antennas; their lobes fall to a half of the field at 17 to 34 degrees from the axis."""
     drawn = value.rng("lobes").uniform(4.0, 16.0, len(values))
-    lobes = drawn if value("lobes", lambda _: True) else np.zeros(len(values))
+    has_lobes = value("lobes", lambda _: True)
     sender, *receivers = values
-    return (
-        transmitter(sender.distance_m, sender.polarization_deg, lobes[0]),
-        *(
-            receiver(one.tilt_deg, one.azimuth_deg, one.distance_m, one.polarization_deg, lobe)
-            for one, lobe in zip(receivers, lobes[1:], strict=True)
-        ),
+    plain = (
+        transmitter(sender.distance_m, sender.polarization_deg, 0.0),
+        *(receiver(one.tilt_deg, one.azimuth_deg, one.distance_m, one.polarization_deg, 0.0) for one in receivers),
     )
+    if not has_lobes:
+        return plain
+    return tuple(replace(one, lobe=lobe, side_lobe=SIDE_LOBE) for one, lobe in zip(plain, drawn, strict=True))
 
 
 def _mirrors(
-    value: _Draws, bottom: Array, normal: Array
+    value: _Draws, antennas: tuple[Antenna, ...], bottom: Array, normal: Array
 ) -> tuple[tuple[Mirror, ...], tuple[tuple[Mirror, Mirror], ...]]:
     """Return the floor below the lowest place and the walls around, and the corners between them."""
     share = value("floor", lambda r: r.uniform(0.1, 0.3))
@@ -189,9 +191,17 @@ def _mirrors(
         azimuth = rng.uniform(0.0, 2.0 * np.pi)
         lean = np.radians(rng.normal(0.0, 0.5))
         inward = np.array([-np.cos(lean) * np.cos(azimuth), -np.cos(lean) * np.sin(azimuth), np.sin(lean)])
-        walls.append(Conductor(inward, -distance, _uneven(rng, size)))
+        wall = Conductor(inward, -distance)
+        walls.append(replace(wall, reflection=_uneven(rng, size) / _lobes_by(wall, antennas)))
     corners = [(wall, ground) for wall in walls for ground in floors] if value("corners", lambda _: True) else []
     return (*floors, *walls), tuple(corners)
+
+
+def _lobes_by(mirror: Mirror, antennas: tuple[Antenna, ...]) -> Array:
+    """Return how much weaker each antenna sends towards its image of the centre than on its axis."""
+    images = [mirror.image(one.position_m) for one in antennas]
+    directions = [mirror.mirrored(-image / np.linalg.norm(image)) for image in images]
+    return np.array([one.strength(d[:, None])[0] for one, d in zip(antennas, directions, strict=True)])
 
 
 def _uneven(rng: np.random.Generator, share: float) -> NDArray[np.complex128]:

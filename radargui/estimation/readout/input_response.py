@@ -106,6 +106,8 @@ def input_responses(solution: Solution, others: Sequence[OtherInputs], time_s: F
     time_s
         Where the shift is asked for, shape (n,).
     """
+    if not others:
+        return ()
     changes = np.stack([_change(solution, other) for other in others], axis=2)
     by_motion, by_global = _slopes(solution, changes)
     spline, release = solution.at.spline, solution.problem.inputs.release_m

@@ -14,6 +14,7 @@ from benchmarks.laboratory.table import table
 from radargui.model.bounce import Bounce, Bounces, FreeFall
 from radargui.model.result import RunResult
 from radargui.model.track import Track
+from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
 U_M = 1e-5
 
@@ -92,3 +93,19 @@ def test_loud_and_quiet_scenes_stand_in_rows_of_their_own(record: Record) -> Non
     above, below = rows.split("below 30 dB")
     assert "3D mm 0.0100/0.0100" in above
     assert "3D mm 0.5000/0.5000" in below
+
+
+def test_combined_uncertainties_are_read_beside_the_statistical_ones(record: Record) -> None:
+    wrong = result_of(record, off_m=4e-5, e_off=3e-4, g_off=-5e-3)
+    track = replace(wrong.track, u_combined_m=np.full_like(wrong.track.position_m, 4.0 * U_M))
+    impacts = tuple(replace(one, u_e_combined=3e-4) for one in wrong.bounces.impacts)
+    budget = UncertaintyBudget(g_m_s2=BudgetLine(statistical=1e-3, combined=2e-3))
+    told = replace(wrong, track=track, bounces=replace(wrong.bounces, impacts=impacts), uncertainty_budget=budget)
+    one = score(record, told, 1.0)
+    assert (one.inside_2u, one.inside_2u_combined) == (pytest.approx(2.0 / 3.0), 1.0)
+    assert one.ratio_combined == pytest.approx(one.ratio / 4.0, rel=1e-3)
+    assert one.first_e.in_combined == pytest.approx(1.0, rel=1e-6)
+    assert one.g.in_combined == pytest.approx(-2.5, rel=1e-6)
+    assert score(record, wrong, 1.0).g.in_combined is None
+    further = replace(track, position_m=track.position_m + 6e-5)  # 7.6 times the statistical, 1.9 times the combined
+    assert not score(record, replace(told, track=further), 1.0).silent

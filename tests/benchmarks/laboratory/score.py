@@ -22,6 +22,7 @@ SEEN_M_S, NEAR_END_S, SAME_S = 0.15, 0.015, 0.003
 """A rebound slower than this, or that late, need not be found; times closer than this are one impact."""
 POOLED = 500
 """Times of a scene that count where scenes are pooled: each scene as much as any other."""
+LEAST_U_M = 1e-12
 WORST_RATIO = 2.5
 """rms(error) / rms(u) above which a scene has to warn."""
 
@@ -45,8 +46,8 @@ class Score:
         Over the motion.
     inside_2u, inside_2u_combined
         Share of the coordinates within 2u.
-    error_over_u
-        |error| / u of every coordinate at times evenly over the motion, shape (n,), statistical.
+    error_over_u, error_over_u_combined
+        |error| / u of every coordinate at times evenly over the motion, shape (n,).
     ratio, ratio_combined
         rms(error) / rms(u).
     e
@@ -64,6 +65,7 @@ class Score:
     inside_2u: float | None
     inside_2u_combined: float | None
     error_over_u: Array | None
+    error_over_u_combined: Array | None
     ratio: float | None
     ratio_combined: float | None
     missed: int
@@ -118,37 +120,24 @@ def _table(path: Path) -> dict[str, Array]:
 
 
 def _position(record: Record, track: dict[str, Array]) -> dict[str, Any]:
-    nothing: dict[str, Any] = dict.fromkeys(
-        ("rms_3d_mm", "inside_2u", "inside_2u_combined", "error_over_u", "ratio", "ratio_combined"), None
-    )
+    names = ("inside_2u", "error_over_u", "ratio")
+    out: dict[str, Any] = dict.fromkeys(("rms_3d_mm", *names, *(f"{name}_combined" for name in names)))
     if "x_m" not in track:
-        return nothing
+        return out
     moving = np.arange(record.truth.position_m.shape[1]) >= record.scene.drop.start_s * record.scene.converter.rate_hz
     known = moving & (track["valid"] == 1)
     if not known.any():
-        return nothing
+        return out
     error = np.array([track[f"{axis}_m"] for axis in "xyz"])[:, known] - record.truth.position_m[:, known]
-    u = np.array([track[f"u{axis}_m"] for axis in "xyz"])[:, known]
+    out["rms_3d_mm"] = 1e3 * float(np.sqrt((error**2).sum(axis=0).mean()))
     chosen = np.linspace(0, error.shape[1] - 1, POOLED).astype(int)
-    combined = None
-    if "ux_combined_m" in track:
-        combined = np.array([track[f"u{axis}_combined_m"] for axis in "xyz"])[:, known]
-    return {
-        "rms_3d_mm": 1e3 * float(np.sqrt((error**2).sum(axis=0).mean())),
-        "inside_2u": _inside(error, u),
-        "inside_2u_combined": None if combined is None else _inside(error, combined),
-        "error_over_u": (np.abs(error) / np.maximum(u, 1e-12))[:, chosen].ravel(),
-        "ratio": _rms_ratio(error, u),
-        "ratio_combined": None if combined is None else _rms_ratio(error, combined),
-    }
-
-
-def _inside(error: Array, u: Array) -> float:
-    return float((np.abs(error) < 2.0 * u).mean())
-
-
-def _rms_ratio(error: Array, u: Array) -> float:
-    return float(np.sqrt((error**2).mean() / max(float((u**2).mean()), 1e-24)))
+    for end in ("", "_combined"):
+        u = np.array([track[f"u{axis}{end}_m"] for axis in "xyz"])[:, known]
+        if np.isfinite(u).all():
+            out[f"inside_2u{end}"] = float((np.abs(error) < 2.0 * u).mean())
+            out[f"error_over_u{end}"] = (np.abs(error) / np.maximum(u, LEAST_U_M))[:, chosen].ravel()
+            out[f"ratio{end}"] = float(np.sqrt((error**2).mean() / max((u**2).mean(), LEAST_U_M**2)))
+    return out
 
 
 def _restitution(record: Record, bounces: list[dict[str, str]]) -> tuple[dict[float, Figure], Array]:

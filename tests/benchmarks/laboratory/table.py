@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 from benchmarks.laboratory.scene import Scene
-from benchmarks.laboratory.score import Figure, Score
+from benchmarks.laboratory.score import Array, Figure, Score
 
 LOUD_DB = 30.0
 """The bars hold for scenes of this and more; the others are reported."""
@@ -19,7 +19,8 @@ def line(scene: Scene, one: Score) -> str:
     return (
         f"{one.scene:16s} {one.stated:15s} {scene.snr_db:3.0f} dB {converter.rate_hz / 1e3:4.1f}k "
         f"{1e6 * converter.skew_s:4.1f}us {facts} | 3D {_plain(one.rms_3d_mm, 4)} mm "
-        f"in2u {_plain(one.inside_2u, 2)}/{_plain(one.inside_2u_combined, 2)} |err|/u {_pooled([one])} "
+        f"in2u {_plain(one.inside_2u, 2)}/{_plain(one.inside_2u_combined, 2)} "
+        f"|err|/u {_pooled([one.error_over_u])}/{_pooled([one.error_over_u_combined])} "
         f"missed {one.missed} false {one.false} e {_figure(one.first_e)} g {_figure(one.g)} by {one.used} "
         f"warnings {len(one.warnings)}{' SILENT' if one.silent else ''} {one.seconds:.1f} s"
     )
@@ -47,7 +48,8 @@ def _row(part: list[Score]) -> str:
         f"  inside 2u statistical: track {_mean([one.inside_2u for one in part])}, e {_share(e)}, g {_share(g)}; "
         f"combined: track {_mean([one.inside_2u_combined for one in part])}, "
         f"e {_share(e, combined=True)}, g {_share(g, combined=True)}\n"
-        f"  |error|/u pooled, median {_pooled(part)} (honest: 0.67); "
+        f"  |error|/u pooled, median {_pooled([one.error_over_u for one in part])}, "
+        f"combined {_pooled([one.error_over_u_combined for one in part])} (honest: 0.67); "
         f"missed {sum(one.missed for one in part)} false {sum(one.false for one in part)}; "
         f"warned {sum(bool(one.warnings) for one in part)} of {len(part)}; "
         f"silent {', '.join(one.scene for one in part if one.silent) or 'none'}; "
@@ -62,8 +64,8 @@ def _spread(values: list[float | None], digits: int = 4) -> str:
     return f"{np.median(known):.{digits}f}/{known.max():.{digits}f}" if known.size else "-"
 
 
-def _pooled(scores: list[Score]) -> str:
-    known = [one.error_over_u for one in scores if one.error_over_u is not None]
+def _pooled(ratios: list[Array | None]) -> str:
+    known = [one for one in ratios if one is not None]
     return f"{np.median(np.concatenate(known)):.2f}" if known else "-"
 
 

@@ -87,11 +87,13 @@ def test_a_rejected_run_has_no_figures_and_the_table_says_so(record: Record) -> 
     assert "without track 1" in table([one])
 
 
-def test_loud_and_quiet_scenes_stand_in_rows_of_their_own(record: Record) -> None:
+def test_loud_and_quiet_scenes_stand_in_rows_of_their_own_and_leaning_floors_apart(record: Record) -> None:
     loud = scored(record, off_m=1e-5)
-    rows = table([loud, replace(loud, snr_db=25.0, rms_3d_mm=0.5)])
+    leaning = replace(loud, leaning=True, first_e=replace(loud.first_e, error_percent=-0.25))
+    rows = table([replace(loud, leaning=False), leaning, replace(loud, snr_db=25.0, rms_3d_mm=0.5)])
     above, below = rows.split("below 30 dB")
     assert "3D mm 0.0100/0.0100" in above
+    assert "first e % 0.0000/0.0000 level, 0.2500/0.2500 leaning" in above
     assert "3D mm 0.5000/0.5000" in below
 
 

@@ -42,6 +42,8 @@ class Score:
 
     Attributes
     ----------
+    leaning
+        Whether the floor leans.
     rms_3d_mm
         Over the motion.
     inside_2u, inside_2u_combined
@@ -59,6 +61,7 @@ class Score:
     scene: str
     stated: str
     snr_db: float
+    leaning: bool
     status: str
     used: str
     rms_3d_mm: float | None
@@ -99,6 +102,7 @@ def score(record: Record, result: RunResult, seconds: float) -> Score:
         scene=record.scene.name,
         stated=record.scene.stated,
         snr_db=record.scene.snr_db,
+        leaning=bool(record.scene.facts["tilt"]),
         status=document["status"],
         used=str(document["correction_used"]),
         **_position(record, track),

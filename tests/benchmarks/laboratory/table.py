@@ -40,10 +40,13 @@ def table(scores: Iterable[Score]) -> str:
 
 def _row(part: list[Score]) -> str:
     e, g = [one for score in part for one in score.e], [score.g for score in part if score.g is not None]
-    first = [score.first_e for score in part if score.first_e is not None]
+    level, leaning = (
+        [one.first_e.error_percent for one in part if one.first_e is not None and one.leaning == leans]
+        for leans in (False, True)
+    )
     return (
         f"  median/worst: 3D mm {_spread([one.rms_3d_mm for one in part])}, "
-        f"first e % {_spread([one.error_percent for one in first])}, "
+        f"first e % {_spread(level)} level, {_spread(leaning)} leaning, "
         f"g % {_spread([one.error_percent for one in g])}\n"
         f"  inside 2u statistical: track {_mean([one.inside_2u for one in part])}, e {_share(e)}, g {_share(g)}; "
         f"combined: track {_mean([one.inside_2u_combined for one in part])}, "

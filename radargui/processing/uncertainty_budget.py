@@ -22,6 +22,8 @@ from radargui.model.uncertainty_budget import BudgetLine, InputChange, Uncertain
 from radargui.processing.locate import locate
 
 POINTS = 2000
+SAME_IMPACT_S = 0.005
+"""Impacts of two tracks nearer than this are one: neighbours are 13 ms apart at least."""
 HYPOTHETICAL_DEG = (0.0, 45.0, 90.0, 135.0)
 BouncesOf = Callable[[Track, Segment, Setup, float], Bounces]
 
@@ -84,7 +86,13 @@ def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
 
 
 def changes_of_track(
-    paths: PathLengths, track: Track, setup: Setup, segment: Segment, bounces_of: BouncesOf, sample_rate_hz: float
+    paths: PathLengths,
+    track: Track,
+    bounces: Bounces,
+    setup: Setup,
+    segment: Segment,
+    bounces_of: BouncesOf,
+    sample_rate_hz: float,
 ) -> tuple[InputChange, ...]:
     """Return what a located track changes by with each uncertain input of the setup, by finite differences.
 
@@ -93,7 +101,7 @@ def changes_of_track(
 
     Parameters
     ----------
-    paths, track, segment
+    paths, track, bounces, segment
         Of the run.
     bounces_of
         Finds bounces in a track, of which e and g are taken.
@@ -108,15 +116,14 @@ def changes_of_track(
     if base is None:
         return ()
     before = bounces_of(base, inner, setup, rate_hz)
+    impact_s = np.array([own.time_s for own in bounces.impacts])
     out = []
 
     def add(key: str, share: str, other: Track | None, used: Setup, part: float = 1.0) -> None:
         if other is None:
             return
         after = bounces_of(other, inner, used, rate_hz)
-        e = np.full(len(before.impacts), np.nan)
-        if len(after.impacts) == len(before.impacts):
-            e = part * np.array([b.e - a.e for a, b in zip(before.impacts, after.impacts, strict=True)])
+        e = part * (_e_at(impact_s, after) - _e_at(impact_s, before))
         g = after.free_fall.g_m_s2 - before.free_fall.g_m_s2 if after.free_fall and before.free_fall else float("nan")
         shift = part * (other.position_m - base.position_m)
         whole = np.array([np.interp(track.time_s, thin.time_s, row) for row in np.nan_to_num(shift)])
@@ -134,6 +141,17 @@ def changes_of_track(
         body = replace(thin, change_m=thin.change_m - _scattered_m(base, setup, angle))
         add("sphere", "sphere", _located(body, setup), setup, 1.0 / np.sqrt(len(HYPOTHETICAL_DEG)))
     return tuple(out)
+
+
+def _e_at(time_s: FloatArray, bounces: Bounces) -> FloatArray:
+    """Return e of the impacts at these times (n,); NaN where another track shows none: the last are small."""
+    out = np.full(time_s.shape, np.nan)
+    found_s = np.array([own.time_s for own in bounces.impacts])
+    for place, own_s in enumerate(time_s if found_s.size else ()):
+        nearest = int(np.argmin(np.abs(found_s - own_s)))
+        if abs(found_s[nearest] - own_s) < SAME_IMPACT_S:
+            out[place] = bounces.impacts[nearest].e
+    return out
 
 
 def _scattered_m(track: Track, setup: Setup, polarization_deg: float) -> FloatArray:

@@ -12,7 +12,7 @@ from radargui.conditioning.noise import white_noise_v
 from radargui.conditioning.trigger import MotionTrigger
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.bistatic import locate_exact
-from radargui.geometry.sphere_delay import sphere_delay
+from radargui.geometry.scattering import sphere_delay
 from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.geometry.antennas import place_antennas
-from radargui.geometry.polarization import received_direction, transmitted_direction
-from radargui.geometry.scattering import conducting_sphere, scattered_field
+from radargui.geometry.scattering import scattering_delay_m
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import assumed_uncertainties, uncertain_inputs
 from radargui.model.bounce import Bounces
@@ -138,7 +137,9 @@ def changes_of_track(
         longer = other.radar.wavelength_m / setup.radar.wavelength_m
         add(one.key, "calibration", _located(replace(thin, change_m=longer * thin.change_m), other), other)
     for angle in HYPOTHETICAL_DEG:
-        body = replace(thin, change_m=thin.change_m - _scattered_m(base, setup, angle))
+        sent = setup.transmitter.model_copy(update={"polarization_deg": angle})
+        delay_m = scattering_delay_m(base.position_m, setup.model_copy(update={"transmitter": sent}))
+        body = replace(thin, change_m=thin.change_m - delay_m)
         add("sphere", "sphere", _located(body, setup), setup, 1.0 / np.sqrt(len(HYPOTHETICAL_DEG)))
     return tuple(out)
 
@@ -152,27 +153,6 @@ def _e_at(time_s: FloatArray, bounces: Bounces) -> FloatArray:
         if abs(found_s[nearest] - own_s) < SAME_IMPACT_S:
             out[place] = bounces.impacts[nearest].e
     return out
-
-
-def _scattered_m(track: Track, setup: Setup, polarization_deg: float) -> FloatArray:
-    """Return the path that a conducting sphere's phase f / f(release) looks like, shape (n_receivers, n)."""
-    turned = setup.model_copy(
-        update={"transmitter": setup.transmitter.model_copy(update={"polarization_deg": polarization_deg})}
-    )
-    antennas, sphere = (
-        place_antennas(setup),
-        conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m),
-    )
-    sent, release = transmitted_direction(polarization_deg), np.asarray(setup.tracer.release_position_m)[:, None]
-    out = []
-    for own, rx in zip(turned.received_fields(), antennas.receivers_m, strict=True):
-        got = received_direction(own.angle_deg, own.horizontal, own.vertical)
-        here, there = (
-            got @ scattered_field(sphere, place, antennas.transmitter_m, sent, rx)
-            for place in (track.position_m, release)
-        )
-        out.append(np.angle(here / there) * setup.radar.wavelength_m / (2.0 * np.pi))
-    return np.array(out)
 
 
 def _located(paths: PathLengths, setup: Setup) -> Track | None:

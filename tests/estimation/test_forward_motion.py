@@ -15,8 +15,8 @@ from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.geometry.antennas import Antennas
-from radargui.geometry.polarization import transmitted_direction, transverse_axes
-from radargui.geometry.scattering import conducting_sphere
+from radargui.model.polarization import transmitted_direction, transverse_axes
+from radargui.model.scattering import conducting_sphere
 
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
 LARGE_SPHERE = PolarisedSphere(

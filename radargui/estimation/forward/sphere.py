@@ -9,10 +9,10 @@ import numpy as np
 
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.geometry.antennas import Antennas
-from radargui.geometry.polarization import transmitted_direction
-from radargui.geometry.scattering import ConductingSphere, conducting_sphere, scattered_field
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.assumed import uncertain_inputs
+from radargui.model.polarization import transmitted_direction
+from radargui.model.scattering import ConductingSphere, conducting_sphere, scattered_field
 from radargui.model.setup import Setup
 
 LEAST_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it

@@ -161,5 +161,8 @@ def test_the_hostile_list_holds_what_its_names_say() -> None:
     assert found["dead stop"].drop.impacts == ()
     assert found["sphere of 16 mm"].room.sphere.radius_m == 0.008
     assert len(found["two walls"].room.mirrors) == 3
+    assert found["two walls"].room.corners == ()
+    assert len(found["wave over wall and floor"].room.corners) == 1
+    assert len(found["wave between sphere and floor"].room.coupled) == 1
     assert found["2 kS/s, spread"].converter.skew_s == pytest.approx(1.0 / 12000.0)
     assert found["dead stop, no floor"].room.mirrors == ()

@@ -193,7 +193,7 @@ def _mirrors(
         inward = np.array([-np.cos(lean) * np.cos(azimuth), -np.cos(lean) * np.sin(azimuth), np.sin(lean)])
         wall = Conductor(inward, -distance)
         walls.append(replace(wall, reflection=_uneven(rng, size) / _lobes_by(wall, antennas)))
-    corners = [(wall, ground) for wall in walls for ground in floors] if value("corners", lambda _: True) else []
+    corners = [(wall, ground) for wall in walls for ground in floors] if value("corners", lambda _: False) else []
     return (*floors, *walls), tuple(corners)
 
 

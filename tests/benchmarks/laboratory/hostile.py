@@ -24,6 +24,7 @@ HOSTILE: dict[str, dict[str, Any]] = {
     "sphere of 16 mm, no floor": {"radius_m": 0.008, "floor": 0.0},
     "sphere of 5 mm": {"radius_m": 0.0025},
     "two walls": {"walls": 2, "wall": 0.04},
+    "wave over wall and floor": {"walls": 1, "wall": 0.04, "corners": True},
     "wall at 35 cm": {"walls": 1, "wall": 0.04, "wall_distance_m": 0.35},
     "dielectric floor": {"surface": "dielectric", "floor": 0.3},
     "wave between sphere and floor": {"coupled": True, "floor": 0.3},

@@ -12,7 +12,7 @@ from radargui.conditioning.doppler import Doppler, measure_doppler
 from radargui.conditioning.fading import lost_echo
 from radargui.conditioning.hum import SETTINGS as HUM
 from radargui.conditioning.hum import Hum, find_hum
-from radargui.conditioning.lines import without_standing_lines
+from radargui.conditioning.lines import without_ends, without_standing_lines
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.conditioning.onset import find_onset
 from radargui.conditioning.receiver_check import check_receiver, same_channels
@@ -134,7 +134,7 @@ def _conditioned(
     volts, lines = without_standing_lines(volts, rate_hz, noise_v)
     if lines:
         found = find_motion(volts, rate_hz, noise_v)
-        if found is None:
+        if found is None or find_motion(without_ends(volts, rate_hz), rate_hz, noise_v) is None:
             tones = ", ".join(f"{frequency:.0f}" for frequency in lines[:4])
             return NoMotion(f"nothing but a hum or tones ({tones} Hz) moves the voltages")
         motion = found
@@ -201,7 +201,7 @@ def _faults(
         for k, own in enumerate(doppler)
     ]
     names = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"]
-    for a, b in same_channels(volts[:, moving], noise_v):
+    for a, b in same_channels(volts[:, moving], noise_v, volts[:, : moving.start]):
         for one, other in ((a, b), (b, a)):
             faults[one // 2] = faults[one // 2] or f"{names[one]} shows what {names[other]} shows: one cable on both"
     return tuple(faults)

@@ -86,6 +86,15 @@ def without_standing_lines(
     return out, frequencies
 
 
+def without_ends(volts: FloatArray, sample_rate_hz: float, settings: LineSettings = SETTINGS) -> FloatArray:
+    """Return the voltages without a window at both ends (a quarter of short ones): there the lines leave something.
+
+    Half a window does not tell a line's amplitude, and what that leaves, the next line's window spreads further.
+    """
+    end = min(round(settings.notch_s * sample_rate_hz), volts.shape[1] // 4)
+    return volts[:, end : volts.shape[1] - end]
+
+
 def find_standing_lines(
     volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray, settings: LineSettings = SETTINGS
 ) -> tuple[float, ...]:

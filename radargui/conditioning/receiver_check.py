@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from radargui.conditioning.doppler import Doppler
+from radargui.conditioning.noise import LEAST_SAMPLES, SIXTH_DIFFERENCE_GAIN, sixth_differences
 from radargui.model.arrays import BoolArray, FloatArray
 
 
@@ -44,6 +45,9 @@ class PairSettings:
         Two channels are one where they differ by less than this share of what they show.
     least_noise
         Share of the variance below which noise tells nothing.
+    most_white, least_seen
+        White share of what moves I and Q above which it is noise that comes and goes, where fewer frames than the
+        second show a line: an echo 10 dB below the noise of a sample still stands 15 dB out of a frame.
     near
         Mean square difference, as a share of the variance, below which I and Q of two receivers agree.
     shared_noise
@@ -64,6 +68,8 @@ class PairSettings:
     most_clipped: float = 0.25
     same: float = 0.02
     least_noise: float = 1e-8
+    most_white: float = 0.9
+    least_seen: float = 0.1
     near: float = 0.1
     shared_noise: float = 0.5
 
@@ -96,6 +102,14 @@ def check_receiver(
     weak, strong = ("I", "Q") if spread[0] < spread[1] else ("Q", "I")
     if spread.min() <= 0.02 * spread.max():
         return f"{weak} shows nothing of the motion that {strong} shows: a cable is off, or the mixer is dead"
+    moved = pair_v - pair_v.mean(axis=1, keepdims=True)
+    # either sign: where the wiring inverts Q, it was inverted again
+    apart = min(float(np.mean((moved[0] + sign * moved[1]) ** 2)) for sign in (-1.0, 1.0))
+    if apart < min(settings.same**2 * spread.min() ** 2 + 1.2 * float((noise_v**2).sum()), 0.05 * spread.min() ** 2):
+        return "Q shows what I shows: one signal on both inputs"
+    white = (sixth_differences(pair_v) ** 2).sum(axis=1) / (SIXTH_DIFFERENCE_GAIN * pair_v.shape[1])
+    if (white > settings.most_white * pair_v.var(axis=1)).all() and doppler.clear.mean() < settings.least_seen:
+        return "white noise that comes and goes moves I and Q, and no echo: a cable is loose, or a source disturbs them"
     # slower than some bins of the spectrum, a turn round and the bias that turns with it fill the same frame
     clear = doppler.clear & (doppler.frequency_hz >= settings.least_bins * doppler.resolution_hz)
     mixed = doppler.mixed
@@ -122,24 +136,31 @@ def check_receiver(
 
 
 def same_channels(
-    volts: FloatArray, noise_v: FloatArray, settings: PairSettings = SETTINGS
+    volts: FloatArray, noise_v: FloatArray, rest_v: FloatArray, settings: PairSettings = SETTINGS
 ) -> tuple[tuple[int, int], ...]:
     """Return pairs of channels of different receivers that show one and the same voltage: one cable on two inputs.
 
     Two echoes seldom agree in offset, amplitude and phase at once within a few hundredths; where they do in I and in Q,
-    as ideal mixers around a target on the axis do, one cable is told from two by noise that both share.
+    as ideal mixers around a target on the axis do, one cable is told from two by noise that both share (at rest, where
+    a multiplexer's delay makes no difference; 60 dB are enough). Where two conversions share none, nothing is said.
 
     Parameters
     ----------
     volts
-        At one time, shape (2 n_receivers, n_samples).
+        In the motion, shape (2 n_receivers, n_samples).
     noise_v
         White noise of each channel.
+    rest_v
+        At rest before it, shape (2 n_receivers, n_at_rest); with too little of it the motion is compared.
     settings
         How alike is one.
     """
     n_receivers = volts.shape[0] // 2
     apart = np.array([[np.mean((a - b) ** 2) for b in volts] for a in volts])
+    unlike = apart
+    if rest_v.shape[1] > LEAST_SAMPLES:
+        steps = np.diff(rest_v, axis=1)
+        unlike = np.array([[np.mean((a - b) ** 2) / 2.0 for b in steps] for a in steps])
     noise = np.add.outer(noise_v**2, noise_v**2)
     shown = np.minimum.outer(volts.var(axis=1), volts.var(axis=1))
     alike = (shown > 0.0) & (apart < np.minimum(settings.same**2 * shown + 2.0 * noise, 0.05 * shown))
@@ -149,6 +170,6 @@ def same_channels(
         same = alike[block]
         if (apart[block] < settings.near * shown[block] + 2.0 * noise[block]).diagonal().all():
             audible = noise[block] > settings.least_noise * shown[block]
-            same = same & audible & (apart[block] < settings.shared_noise * noise[block])
+            same = same & audible & (unlike[block] < settings.shared_noise * noise[block])
         found.extend((2 * one + int(a), 2 * other + int(b)) for a, b in np.argwhere(same))
     return tuple(found)

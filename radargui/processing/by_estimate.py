@@ -95,14 +95,12 @@ def measure_by_estimate(
 def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
     """Whether the joint estimate has nothing to begin with.
 
-    It mends a circle that reflections bend, not a count of fringes that is lost (what follows its circle, but not its
-    signal), nor receivers of which most make no sense by themselves; and one of four is better left out.
+    It mends circles that reflections bend, not a lost count of fringes (a path that follows its circle, but not its
+    signal), nor receivers of which most make no sense by themselves.
     """
     rejected = np.array([channel.verdict == "rejected" for channel in adaptive.corrected.channels])
     lost = rejected & [channel.verdict != "rejected" for channel in estimate.channels]
-    return bool(
-        lost.any() or 2 * rejected.sum() > rejected.size or 0 < rejected.sum() <= rejected.size - LEAST_RECEIVERS
-    )
+    return bool(lost.any() or 2 * rejected.sum() > rejected.size)
 
 
 def _in_band_where_better(motion: MeasuredMotion, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -14,13 +15,16 @@ from benchmarks.robust_scenes.budget import timed, with_correction
 from benchmarks.robust_scenes.drops import BROKEN, WHOLE, drop_setup, make_drop
 from benchmarks.robust_scenes.garbage import GARBAGE, make_garbage
 from benchmarks.robust_scenes.generator import KINDS, make_scene
+from benchmarks.robust_scenes.reflecting import make_scene_drop
 from benchmarks.robust_scenes.score import Judgement, judge
 from benchmarks.robust_scenes.score_drops import DropJudgement, judge_drop
 
 CORRECTIONS = ("adaptive", "ellipse", "published", "none")
 GARBAGE_S = 3.0
-FOUR_RECEIVERS_EVERY = 4
+FOUR_RECEIVERS_EVERY = 3
 """One drop in so many has a fourth receiver."""
+MISMATCHES = ("none", "generic", "physical")
+"""Of the drops, in turn: a clean echo, smooth bias and amplitude, a floor that reflects."""
 
 Item = TypeVar("Item")
 Found = TypeVar("Found")
@@ -55,10 +59,13 @@ def run_garbage(item: tuple[str, int], limit_s: float) -> tuple[str, str, str, f
     return kind, status, reason, processor_s
 
 
-def run_drop(item: tuple[str, int, int], limit_s: float) -> tuple[str, str, DropJudgement]:
+def run_drop(item: tuple[str, int, int, str], limit_s: float) -> tuple[str, str, DropJudgement]:
     """Return name, kind and judgement of one drop."""
-    kind, seed, n_receivers = item
-    drop = make_drop(seed, kind, n_receivers)
+    kind, seed, n_receivers, mismatch = item
+    if mismatch == "none":
+        drop = make_drop(seed, kind, n_receivers)
+    else:
+        drop = make_scene_drop(seed, kind, n_receivers, mismatch)
     result, processor_s = timed(drop.recording, drop.setup, limit_s)
     return drop.name, kind, judge_drop(drop, result, processor_s)
 
@@ -144,15 +151,14 @@ def garbage(options: argparse.Namespace) -> int:
 
 
 def broken(options: argparse.Namespace) -> int:
-    """Print the drops with broken channels; return how many say something wrong."""
-    kinds = [options.kind] if options.kind in (*BROKEN, WHOLE) else [*BROKEN, WHOLE]
+    """Print the drops with broken channels, and as many sound ones; return how many say something wrong."""
+    groups = [(options.kind,)] if options.kind in (*BROKEN, WHOLE) else [BROKEN, (WHOLE,)]
     items = []
-    for number in range(options.drops):  # kinds take turns within each number of receivers
-        fours, rest = divmod(number, FOUR_RECEIVERS_EVERY)
-        if rest == FOUR_RECEIVERS_EVERY - 1:
-            items.append((kinds[fours % len(kinds)], options.seed + number, 4))
-        else:
-            items.append((kinds[(number - fours) % len(kinds)], options.seed + number, 3))
+    for kinds, number in itertools.product(groups, range(options.drops)):
+        turn, place = divmod(number, len(kinds))
+        n_receivers = 4 if (number + turn) % FOUR_RECEIVERS_EVERY == 0 else 3
+        mismatch = MISMATCHES[(number // 2 + turn) % len(MISMATCHES)]
+        items.append((kinds[place], 1000 * options.seed + number, n_receivers, mismatch))
     print(f"\n{'drop':42}{'processor time':>15}  outcome")
     rows = []
     for name, kind, one in spread(partial(run_drop, limit_s=options.limit_s), items, options.workers):
@@ -161,10 +167,18 @@ def broken(options: argparse.Namespace) -> int:
         faults += ["false track"] if one.false_track else []
         outcome = "WRONG: " + ", ".join(faults) if faults else "right" if one.right else "not right"
         print(f"{name:42}{one.processor_s:13.1f} s  {outcome}; {one.status} {one.reason[:70]}", flush=True)
-    called, tracks = sum(bool(one.called_good) for _, one in rows), sum(one.false_track for _, one in rows)
-    right = sum(one.right for _, one in rows)
-    print(f"broken channels: wrong receiver called good {called}, false track {tracks}, right {right} of {len(rows)}")
+    for name, group in (("broken", [one for kind, one in rows if kind != WHOLE]), ("sound", _sound(rows))):
+        called, tracks = sum(bool(one.called_good) for one in group), sum(one.false_track for one in group)
+        right, longest_s = sum(one.right for one in group), max((one.processor_s for one in group), default=0.0)
+        print(
+            f"{name}: wrong receiver called good {called}, false track {tracks}, right {right} of {len(group)}; "
+            f"longest {longest_s:.1f} s"
+        )
     return sum(bool(one.called_good or one.false_track) for _, one in rows)
+
+
+def _sound(rows: list[tuple[str, DropJudgement]]) -> list[DropJudgement]:
+    return [one for kind, one in rows if kind == WHOLE]
 
 
 PARTS = {"scenes": scenes, "garbage": garbage, "broken": broken}

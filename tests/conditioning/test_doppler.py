@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks.robust_scenes.drops import drop_setup
+from benchmarks.robust_scenes.garbage import make_garbage
 
+from radargui.conditioning.condition import NoMotion, condition
 from radargui.conditioning.doppler import Doppler, measure_doppler
 from radargui.conditioning.fading import lost_echo
 from radargui.conditioning.lines import find_standing_lines, without_standing_lines
@@ -96,7 +99,8 @@ def test_what_is_wrong_with_a_receiver_is_named() -> None:
     noise = 0.01 * np.random.default_rng(5).normal(size=TIME.size)
     cases = {
         "shows nothing of the motion": np.stack([good[0], noise]),
-        "0 degrees apart": np.stack([good[0], good[0] + noise]),
+        "one signal on both": np.stack([good[0], 1.0 - good[0] + noise]),
+        "0 degrees apart": np.stack([good[0], 1.2 * good[0] + noise]),
         "do not belong together": np.stack([good[0], other[1]]),
     }
     for words, pair in cases.items():
@@ -106,8 +110,45 @@ def test_what_is_wrong_with_a_receiver_is_named() -> None:
     assert "33 % of its samples" in check_receiver(measured(good), good, NOISE, clipped)
 
 
+def test_white_noise_that_comes_and_goes_is_no_echo() -> None:
+    noise = np.random.default_rng(3).normal(size=(2, TIME.size))
+    assert "no echo" in check_receiver(measured(noise), noise, NOISE, usable(noise))
+    drowned = noise + echo(2 * np.pi * 240.0 * TIME, amplitude=0.45)
+    assert check_receiver(measure_doppler(drowned, RATE, np.ones(2)), drowned, np.ones(2), usable(drowned)) == ""
+
+
+def test_what_tones_leave_at_both_ends_is_no_motion() -> None:
+    setup, recording = drop_setup(3), make_garbage(13, "sinusoids")
+    found = condition(recording, setup)
+    assert isinstance(found, NoMotion)
+    assert found.reason.startswith("nothing but a hum or tones (242, 226,")
+
+
 def test_one_cable_on_two_inputs_is_found() -> None:
     first, second = echo(2 * np.pi * 240.0 * TIME), echo(2 * np.pi * 250.0 * TIME + 1.0)
-    assert same_channels(np.concatenate([first, second]), np.full(4, 0.01)) == ()
+    no_rest = np.zeros((4, 0))
+    assert same_channels(np.concatenate([first, second]), np.full(4, 0.01), no_rest) == ()
     second[1] = first[0] + 0.01 * np.random.default_rng(9).normal(size=TIME.size)
-    assert same_channels(np.concatenate([first, second]), np.full(4, 0.01)) == ((0, 3),)
+    assert same_channels(np.concatenate([first, second]), np.full(4, 0.01), no_rest) == ((0, 3),)
+
+
+@pytest.mark.parametrize("snr_db", [40.0, 60.0, 80.0])
+@pytest.mark.parametrize("delay_s", [0.0, 5e-6])
+def test_receivers_around_a_fall_on_the_axis_are_told_from_one_cable_by_their_noise(
+    snr_db: float, delay_s: float
+) -> None:
+    """All show the same wave, and a multiplexer's delay parts them by more than noise does."""
+    delays = delay_s * np.arange(4)[:, None]
+    phase = 2 * np.pi * 180.0 * (np.maximum(TIME + delays - 0.5, 0.0)) ** 2
+    sigma = np.sqrt(0.5 * 10.0 ** (-snr_db / 10.0))
+    noise = sigma * np.random.default_rng(0).normal(size=phase.shape)
+    wave = np.where((np.arange(4) % 2 == 0)[:, None], np.cos(phase), np.sin(phase))
+    rest, moving = slice(0, 10000), slice(10000, None)
+
+    def told(volts: FloatArray) -> tuple[tuple[int, int], ...]:
+        return same_channels(volts[:, moving], np.full(4, sigma), volts[:, rest])
+
+    assert told(wave + noise) == ()
+    doubled = wave + noise
+    doubled[2] = wave[2] + noise[0]
+    assert told(doubled) == ((0, 2),)

@@ -15,7 +15,7 @@ from radargui.conditioning.hum import Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
 from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.conditioning.onset import find_onset
-from radargui.conditioning.receiver_check import check_receiver, same_channels
+from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
 from radargui.conditioning.segment import Motion, find_motion, held
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.digitisation import channel_skew
@@ -161,7 +161,7 @@ def _conditioned(
         lines,
         doppler,
         _lost(doppler, volts.shape[1]),
-        _faults(volts, noise_v, usable, doppler, moving),
+        _faults(volts, noise_v, usable, doppler, moving, phase_sign),
         channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64),
         rate_hz,
         phase_sign,
@@ -191,7 +191,12 @@ def _lost(doppler: tuple[Doppler, ...], n_samples: int) -> BoolArray:
 
 
 def _faults(
-    volts: FloatArray, noise_v: FloatArray, usable: BoolArray, doppler: tuple[Doppler, ...], moving: slice
+    volts: FloatArray,
+    noise_v: FloatArray,
+    usable: BoolArray,
+    doppler: tuple[Doppler, ...],
+    moving: slice,
+    phase_sign: int,
 ) -> tuple[str, ...]:
     """Return why a receiver is none, one a receiver."""
     faults = [
@@ -200,10 +205,14 @@ def _faults(
         )
         for k, own in enumerate(doppler)
     ]
-    names = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"]
-    for a, b in same_channels(volts[:, moving], noise_v, volts[:, : moving.start]):
+    names, own = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"], tuple(faults)
+    # as wired: a cable on I and on Q of another shows the same there
+    wired = volts * np.where(np.arange(volts.shape[0]) % 2, phase_sign, 1)[:, None]
+    for a, b in same_channels(wired[:, moving], noise_v, wired[:, : moving.start]):
         for one, other in ((a, b), (b, a)):
-            faults[one // 2] = faults[one // 2] or f"{names[one]} shows what {names[other]} shows: one cable on both"
+            innocent = own[other // 2] or is_worse_pair(doppler[other // 2], doppler[one // 2])
+            if own[one // 2] or not innocent:
+                faults[one // 2] = f"{names[one]} shows what {names[other]} shows: one cable on both"
     return tuple(faults)
 
 

@@ -43,6 +43,9 @@ class PairSettings:
         Share of clipped samples in the motion.
     same
         Two channels are one where they differ by less than this share of what they show.
+    sure_deg, doubtful_deg
+        Of two receivers with one cable, the one whose I and Q are a quarter of a turn apart within the first has its
+        own, where the other misses it by more than the second: more than mixers do.
     least_noise
         Share of the variance below which noise tells nothing.
     most_white, least_seen
@@ -67,6 +70,8 @@ class PairSettings:
     most_mixed: float = 0.7
     most_clipped: float = 0.25
     same: float = 0.02
+    sure_deg: float = 12.0
+    doubtful_deg: float = 30.0
     least_noise: float = 1e-8
     most_white: float = 0.9
     least_seen: float = 0.1
@@ -124,7 +129,7 @@ def check_receiver(
             return "I and Q show different motions: they do not belong together"
         weak, strong = ("Q", "I") if gain < 1.0 else ("I", "Q")
         return f"{weak} shows {100 * min(gain, 1 / gain):.0f} % of the motion that {strong} shows: the channel is dead"
-    angle = np.abs(np.degrees(np.angle(doppler.q[clear] * doppler.i[clear].conj())))
+    angle = _angles_deg(doppler, clear)
     typical = float(np.median(angle))
     if np.sin(np.radians(typical)) < settings.least_sine:
         return f"I and Q are {typical:.0f} degrees apart instead of 90: one signal on both, or not a pair"
@@ -133,6 +138,19 @@ def check_receiver(
     if short and odd.size >= settings.frames_for_odd and odd.mean() > settings.most_odd:
         return "I and Q keep no phase to each other: they do not belong together"
     return ""
+
+
+def is_worse_pair(one: Doppler, other: Doppler, settings: PairSettings = SETTINGS) -> bool:
+    """Whether of two receivers, one of which has a cable of the other, it is the first: its I and Q are no pair."""
+    if min(int(one.clear.sum()), int(other.clear.sum())) < settings.least_frames:
+        return False
+    of_one, of_other = (abs(90.0 - float(np.median(_angles_deg(x, x.clear)))) for x in (one, other))
+    return of_one > settings.doubtful_deg and of_other < settings.sure_deg
+
+
+def _angles_deg(doppler: Doppler, frames: BoolArray) -> FloatArray:
+    """Return the phase between I and Q in some frames, 0 to 180 degrees."""
+    return np.abs(np.degrees(np.angle(doppler.q[frames] * doppler.i[frames].conj())))
 
 
 def same_channels(

@@ -119,10 +119,12 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     corrected, paths, track = whole.corrected(motion.corrected, part.faults), whole.paths(motion.paths), motion.track
     warnings = [*before, *motion.warnings]
     reasons = {k: f"receiver {k + 1}: {c.reason}" for k, c in enumerate(corrected.channels) if c.verdict == "rejected"}
+    # what is no receiver first: without it, its neighbours are hard to judge
+    left_out = [reasons.pop(number) for number, fault in enumerate(part.faults) if fault]
     if part.goes_on_without:
-        left_out = [k for k, fault in enumerate(part.faults) if fault]
-        warnings += [f"{reasons.pop(k)}: the others go on without it" for k in left_out]
-    rejected = list(reasons.values())
+        warnings += [f"{sentence}: the others go on without it" for sentence in left_out]
+        left_out = []
+    rejected = [*left_out, *reasons.values()]
     if rejected:
         paths = replace(paths, valid=np.zeros_like(paths.valid))
         track = None if track is None else replace(track, valid=np.zeros_like(track.valid))

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from benchmarks.robust_scenes.drops import drop_setup
 from benchmarks.robust_scenes.garbage import make_garbage
+from benchmarks.robust_scenes.reflecting import make_scene_drop
 
 from radargui.conditioning.condition import NoMotion, condition
+from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import Doppler, measure_doppler
 from radargui.conditioning.fading import lost_echo
 from radargui.conditioning.lines import find_standing_lines, without_standing_lines
-from radargui.conditioning.receiver_check import check_receiver, same_channels
+from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
 from radargui.model.arrays import FloatArray
 from radargui.model.front_end_equations import channels_of
 
@@ -152,3 +156,26 @@ def test_receivers_around_a_fall_on_the_axis_are_told_from_one_cable_by_their_no
     doubled = wave + noise
     doubled[2] = wave[2] + noise[0]
     assert told(doubled) == ((0, 2),)
+
+
+def test_of_two_receivers_with_one_cable_the_one_whose_i_and_q_are_no_pair_is_named() -> None:
+    good, tilted = (measured(echo(2 * np.pi * 240.0 * TIME, 1.0, np.radians(eps))) for eps in (5.0, 40.0))
+    assert is_worse_pair(tilted, good)
+    assert not is_worse_pair(good, tilted)
+    assert not is_worse_pair(tilted, tilted)
+    assert not is_worse_pair(measured(echo(0.0 * TIME)), good)
+
+
+@pytest.mark.parametrize("phase_sign", [1, -1])
+def test_a_cable_on_the_q_of_another_receiver_is_found_however_q_is_wired(phase_sign: int) -> None:
+    drop = next(
+        drop
+        for seed in range(20)
+        if (drop := make_scene_drop(seed, "whole", 3, "generic")).setup.radar.phase_sign == phase_sign
+    )
+    raw = drop.recording.raw.copy()
+    raw[0] = raw[3]
+    found = condition(replace(drop.recording, raw=raw), drop.setup)
+    assert isinstance(found, Conditioned)
+    assert found.faults[0] == "I1 shows what Q2 shows: one cable on both"
+    assert not found.faults[2]

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from radargui.acquisition.live_track import LiveSpan
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.result import RunResult
 
 
@@ -69,7 +69,7 @@ def live_agreement(span: LiveSpan, first_index: int, result: RunResult) -> LiveA
         away = np.linalg.norm(span.position_m[:, there] - offline, axis=0)
     else:
         offline, valid = result.paths.change_m[:, place], np.asarray(result.paths.valid[:, place].all(axis=0))
-        away = np.abs(span.change_m[:, there] - offline).max(axis=0)
+        away = np.abs(_without_zeros(span.change_m[:, there] - offline, result.paths.piece, place, valid)).max(axis=0)
     live_known = np.isfinite(away) | ~np.isfinite(offline).all(axis=0)
     compared: FloatArray = away[np.isfinite(away) & valid]
     if compared.size == 0:
@@ -80,6 +80,22 @@ def live_agreement(span: LiveSpan, first_index: int, result: RunResult) -> LiveA
         n_compared=int(compared.size),
         share_known=float(np.mean(live_known)),
     )
+
+
+def _without_zeros(apart_m: FloatArray, piece: IntArray | None, place: IntArray, valid: BoolArray) -> FloatArray:
+    """Return differences of paths, shape (n_receivers, n), less their mean in each piece after the first.
+
+    The first counts from the rest in both; where a later one counts from, each knows for itself.
+    """
+    if piece is None:
+        return apart_m
+    number, out = piece[place], apart_m.copy()
+    for one in range(1, int(number.max()) + 1):
+        for row in out:
+            known = (number == one) & valid & np.isfinite(row)
+            if known.any():
+                row[number == one] -= row[known].mean()
+    return out
 
 
 def _after_first_fringe(result: RunResult) -> int:

@@ -79,9 +79,18 @@ class FlightFit:
         return self.misfit[0] / self.misfit[1]
 
     @property
+    def is_determined(self) -> bool:
+        """Whether the samples determine the flights: a form that is positive makes no misfit below zero.
+
+        What the mismatch costs and the smoothness that is lifted are taken off a band. Where that leaves nothing the
+        difference has directions of negative curvature, along which any flight fits.
+        """
+        return self.misfit[0] > -FLIGHTS.slack
+
+    @property
     def is_good(self) -> bool:
         """Whether the flights obey the equation of free flight within what the samples say."""
-        return self.misfit[0] < FLIGHTS.good_misfit * self.misfit[1] + FLIGHTS.slack
+        return self.is_determined and self.misfit[0] < FLIGHTS.good_misfit * self.misfit[1] + FLIGHTS.slack
 
     def widened(self) -> FlightFit:
         """Return the fit with its covariance widened by the reduced misfit, where that is above one."""

@@ -85,7 +85,10 @@ def _fitted(posterior: MotionPosterior, plan: FlightPlan) -> FlightFit:
     return fit_flights(plan.information(posterior), plan)
 
 
-def _better(best: FlightFit | None, fit: FlightFit) -> FlightFit:
+def _better(best: FlightFit | None, fit: FlightFit) -> FlightFit | None:
+    """Return the one of less misfit; one that the samples do not determine never."""
+    if not fit.is_determined:
+        return best
     return fit if best is None or fit.reduced_misfit < best.reduced_misfit else best
 
 
@@ -109,7 +112,7 @@ def _fit_first_fall(posterior: MotionPosterior, first: int) -> FlightFit | None:
         best = _better(best, fit)
         if fit.is_good:
             before = [other for other in ends if knot[other] <= knot[last] - FLIGHTS.before_contact_s]
-            return _fitted(posterior, FlightPlan(1, first, before[0])) if before else fit
+            return _better(None, _fitted(posterior, FlightPlan(1, first, before[0]))) if before else fit
     return best
 
 

@@ -31,7 +31,8 @@ class FlightSettings:
     near_vertical_deg
         Below this tilt of the floor the same breaks are impacts along its normal as along the vertical.
     good_misfit, slack
-        A fit is good below chi-square = good_misfit n + slack, n degrees of freedom.
+        A fit is good below chi-square = good_misfit n + slack, n degrees of freedom; below -slack, which rounding does
+        not reach, the samples do not determine it.
     shortest_fall_s
         A first fall alone lasts at least so long: over less, g is known to no more than some percent.
     before_contact_s

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from radargui.correction.quality import circularity, image_rejection_db
+from radargui.correction.quality import LIMITS, assess, circularity, image_rejection_db, judge
+from radargui.model.quality import ChannelQuality
 
 PHASES = {
     "steady": np.linspace(0.0, 2 * np.pi * 60, 20000),
@@ -46,3 +49,98 @@ def test_an_offset_is_not_round() -> None:
     turn = np.linspace(0.0, 300.0, 20000)
     z = np.exp(1j * turn) + 0.3
     assert circularity(np.stack([z.real, z.imag]), np.unwrap(np.angle(z))) == pytest.approx(0.3 / np.sqrt(2), rel=0.1)
+
+
+GOOD = ChannelQuality("1", circularity=0.02, fringes=9.0, fraction_valid=1.0, fraction_clipped=0.0)
+NOISE = 0.01
+"""Far below every limit."""
+
+
+def beyond(limit: float) -> float:
+    """The circularity that leaves this beyond the noise."""
+    return float(np.hypot(limit, NOISE))
+
+
+@pytest.mark.parametrize(
+    ("changed", "counted_noise", "misfit", "verdict", "words"),
+    [
+        ({}, NOISE, None, "good", ""),
+        ({}, 0.99 * LIMITS.good_noise, None, "good", ""),
+        ({}, 1.01 * LIMITS.good_noise, None, "usable", "low signal-to-noise"),
+        ({}, 0.99 * LIMITS.most_noise, None, "usable", "low signal-to-noise"),
+        ({}, 1.01 * LIMITS.most_noise, None, "rejected", "fringes cannot be counted"),
+        ({"circularity": beyond(0.99 * LIMITS.good_circularity)}, NOISE, None, "good", ""),
+        ({"circularity": beyond(1.01 * LIMITS.good_circularity)}, NOISE, None, "usable", "leave the circle"),
+        ({"circularity": beyond(0.99 * LIMITS.most_circularity)}, NOISE, None, "usable", "leave the circle"),
+        ({"circularity": beyond(1.01 * LIMITS.most_circularity)}, NOISE, None, "rejected", "leave the circle"),
+        ({"circularity": None}, NOISE, None, "rejected", "leave the circle"),
+        ({}, NOISE, 0.99 * LIMITS.good_misfit, "good", ""),
+        ({}, NOISE, 1.01 * LIMITS.good_misfit, "usable", "uncertainties are widened"),
+        # round in spite of a misfit: a small mismatch under little noise
+        ({}, NOISE, 100.0 * LIMITS.most_misfit, "usable", "uncertainties are widened"),
+        ({"circularity": beyond(1.01 * LIMITS.most_misfit_circularity)}, NOISE, 9.9, "usable", "leave the circle"),
+        ({"circularity": beyond(1.01 * LIMITS.most_misfit_circularity)}, NOISE, 10.1, "rejected", "cycles lost"),
+        ({}, NOISE, float("nan"), "good", ""),
+        ({"circularity": beyond(1.01 * LIMITS.most_misfit_circularity)}, NOISE, float("nan"), "rejected", "model"),
+        ({"fringes": 0.99}, NOISE, None, "usable", "less than one fringe"),
+        ({"fringes": 1.01}, NOISE, None, "good", ""),
+        ({"fraction_valid": 0.89}, NOISE, None, "usable", "89 % of the samples are valid"),
+        ({"fraction_valid": 0.91}, NOISE, None, "good", ""),
+        ({"fraction_clipped": 0.002}, NOISE, None, "usable", "0.2 % of the samples are clipped"),
+    ],
+)
+def test_each_limit_parts_two_verdicts(
+    changed: dict[str, float | None], counted_noise: float, misfit: float | None, verdict: str, words: str
+) -> None:
+    found, reason = judge(replace(GOOD, **changed), NOISE, counted_noise, misfit)
+    assert found == verdict
+    assert words in reason
+    assert bool(reason) == (verdict != "good")
+
+
+def test_what_rejects_comes_before_what_only_lowers() -> None:
+    poor = replace(GOOD, fringes=0.2, fraction_clipped=0.5, circularity=0.9)
+    assert judge(poor, NOISE, NOISE, None)[0] == "rejected"
+
+
+def assessed(iq: np.ndarray, phase: np.ndarray, **more: object) -> ChannelQuality:
+    valid = np.ones(phase.size, dtype=np.bool_)
+    values: dict[str, object] = {"valid": valid, "noise": NOISE, "fraction_clipped": 0.0, **more}
+    return assess("1", iq=iq, phase_rad=phase, **values)  # type: ignore[arg-type]
+
+
+def test_what_is_assessed_is_what_was_made() -> None:
+    phase = np.linspace(0.0, 2 * np.pi * 40, 20000)
+    noise = NOISE * np.random.default_rng(0).normal(size=(2, phase.size))
+    circle = np.stack([np.cos(phase), np.sin(phase)]) + noise
+    found = assessed(circle, phase, gain_ratio=1.1)
+    assert found.verdict == "good"
+    assert found.fringes == pytest.approx(40.0, rel=0.01)
+    assert found.snr_db == pytest.approx(10 * np.log10(0.5 / NOISE**2))
+    assert found.circularity == pytest.approx(NOISE, rel=0.1)
+    assert found.gain_ratio == 1.1
+
+
+def test_an_echo_that_grows_is_round_unless_the_correction_rescaled_it() -> None:
+    phase = np.linspace(0.0, 2 * np.pi * 40, 20000)
+    grows = np.linspace(0.4, 1.6, phase.size) * np.stack([np.cos(phase), np.sin(phase)])
+    assert assessed(grows, phase).verdict == "good"
+    assert assessed(grows, phase, rescaled=True).verdict == "usable"
+
+
+def test_invalid_samples_do_not_count_and_without_any_valid_one_nothing_is_round() -> None:
+    phase = np.linspace(0.0, 2 * np.pi * 40, 20000)
+    circle = np.stack([np.cos(phase), np.sin(phase)])
+    circle[:, :1000] *= 9.0
+    valid = np.arange(phase.size) >= 1000
+    assert assessed(circle, phase, valid=valid).verdict == "good"
+    nothing = assessed(circle, phase, valid=np.zeros_like(valid))
+    assert nothing.verdict == "rejected"
+    assert nothing.circularity is None
+
+
+def test_noise_is_judged_where_the_fringes_are_counted() -> None:
+    phase = np.linspace(0.0, 2 * np.pi * 40, 20000)
+    circle = np.stack([np.cos(phase), np.sin(phase)])
+    assert assessed(circle, phase, noise=0.6).verdict == "rejected"
+    assert assessed(circle, phase, noise=0.6, counted_noise=0.1).verdict == "good"

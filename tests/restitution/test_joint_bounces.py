@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from benchmarks.scenes.draw import draw_scene
@@ -12,12 +14,14 @@ from support.estimates import joint_of
 from threadpoolctl import threadpool_limits
 
 from radargui.estimation.joint import JointEstimate
+from radargui.estimation.readout.flight_information import MotionInformation
 from radargui.estimation.solve.problem import assemble
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
 from radargui.restitution.cross_check import disagreements
-from radargui.restitution.flight_fit import fit_flights
+from radargui.restitution.flight_fit import FlightFit, fit_flights
+from radargui.restitution.flight_plan import fit_free_flights
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.sources.simulated.model import simulate_recording
@@ -69,6 +73,28 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     scale = np.sqrt(np.outer(np.diag(dense), np.diag(dense)))
     assert np.abs((lifted - expected) / scale).max() < 1e-8
     assert fit.misfit[0] < 1.5 * fit.misfit[1] + 20.0
+
+
+def test_flights_that_the_samples_do_not_determine_are_never_the_best(
+    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    posterior, normal = drop[1].posterior, np.array([0.0, 0.0, 1.0])
+    honest = fit_free_flights(posterior, normal)
+    assert honest is not None
+    assert honest.is_good
+    assert honest.layout.n_impacts > 1
+
+    def negative(information: MotionInformation, plan: FlightPlan) -> FlightFit:
+        fit = fit_flights(information, plan)
+        return replace(fit, misfit=(-1000.0, fit.misfit[1])) if fit.layout == honest.layout else fit
+
+    monkeypatch.setattr("radargui.restitution.flight_plan.fit_flights", negative)
+    without = fit_free_flights(posterior, normal)
+    assert without is not None
+    assert without.layout.n_impacts == honest.layout.n_impacts - 1
+    assert without.is_good
+    assert not replace(honest, misfit=(-21.0, 100)).is_good
+    assert replace(honest, misfit=(-1e-3, 100)).is_good
 
 
 def test_each_flight_is_moved_by_the_unknowns_of_the_flights_before_it(drop: tuple[SceneRecord, JointEstimate]) -> None:

@@ -157,7 +157,7 @@ def broken(options: argparse.Namespace) -> int:
     for kinds, number in itertools.product(groups, range(options.drops)):
         turn, place = divmod(number, len(kinds))
         n_receivers = 4 if (number + turn) % FOUR_RECEIVERS_EVERY == 0 else 3
-        mismatch = MISMATCHES[(number // 2 + turn) % len(MISMATCHES)]
+        mismatch = MISMATCHES[number // 3 % len(MISMATCHES)]
         items.append((kinds[place], 1000 * options.seed + number, n_receivers, mismatch))
     print(f"\n{'drop':42}{'processor time':>15}  outcome")
     rows = []

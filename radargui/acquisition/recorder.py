@@ -7,8 +7,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from radargui.acquisition.disk import MINIMUM_FREE_BYTES, free_bytes, low_disk_error, want_writable
-from radargui.acquisition.history import History
-from radargui.acquisition.run_output import FinishedRun, OpenRun, RunOutput, TruthOf
+from radargui.acquisition.run_output import FinishedRun, History, OpenRun, RunOutput, TruthOf
 from radargui.acquisition.run_plan import FixedPlan, MotionPlan, RunPlan
 from radargui.acquisition.state import Ending, RecorderState
 from radargui.conditioning.fall import FallTest

@@ -12,7 +12,7 @@ from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
 from radargui.sources.ni.device import NiDevice
 from radargui.sources.ni.discovery import find_devices
-from radargui.sources.ni.setup_check import check_setup
+from radargui.sources.ni.source import check_setup
 
 
 def list_devices(remote: str | None, certificate: str | None = None, setup: Path | None = None) -> int:

@@ -15,7 +15,7 @@ from radargui.files.channel_map import ChannelMap, parse_channel_map
 from radargui.files.raw_file import RawLayout, parse_raw_layout
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup_file import read_setup
-from radargui.session.data_folder import default_data_folder
+from radargui.session.folder import default_data_folder
 from radargui.session.importing import ImportInput
 
 

@@ -16,7 +16,7 @@ from radargui import __version__
 from radargui.cli.log import log_path
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
-from radargui.session.data_folder import default_data_folder
+from radargui.session.folder import default_data_folder
 
 PACKAGES = ("numpy", "scipy", "h5py", "matplotlib", "nidaqmx", "PySide6-Essentials", "pyqtgraph", "PyOpenGL")
 _GL_NAMES = {"win32": ("opengl32",), "darwin": ("OpenGL",)}

@@ -22,7 +22,7 @@ from radargui.model.errors import RadarGuiError, SourceError, UsageError
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.setup_change import changed
-from radargui.session.data_folder import default_data_folder
+from radargui.session.folder import default_data_folder
 from radargui.session.info import Calibration, SessionInfo, calibration_of_file
 from radargui.session.session import Session
 from radargui.sources.contract import Source

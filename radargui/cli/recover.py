@@ -14,7 +14,7 @@ from radargui.files.summary import summarise
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.rounding import UNKNOWN, quantity
 from radargui.session.catalogue import RunLine
-from radargui.session.data_folder import default_data_folder
+from radargui.session.folder import default_data_folder
 from radargui.session.recovery import unfinished_runs
 
 

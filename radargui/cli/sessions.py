@@ -14,7 +14,7 @@ from radargui.model.rounding import UNKNOWN, quantity
 from radargui.model.setup_file import read_setup
 from radargui.restitution.series import series_of
 from radargui.session.catalogue import Catalogue, Query, RunLine, SessionSummary
-from radargui.session.data_folder import default_data_folder
+from radargui.session.folder import default_data_folder
 
 NOTES_WIDTH = 40
 

@@ -9,8 +9,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from radargui.conditioning.noise import block_means
-from radargui.model.arrays import FloatArray
-from radargui.model.pieces import pieces
+from radargui.model.arrays import FloatArray, pieces
 
 MAINS_HZ = (50.0, 60.0)
 HARMONICS = 5

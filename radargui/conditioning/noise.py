@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
-from radargui.model.pieces import pieces
+from radargui.model.arrays import FloatArray, pieces
 
 SIXTH_DIFFERENCE_GAIN = 924.0
 """Sum of the squared binomial coefficients of order 6: variance of the sixth difference of unit white noise."""

@@ -10,7 +10,7 @@ import pickle
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
@@ -19,10 +19,32 @@ from typing import Any
 
 from radargui.experiment.finished import FinishedJob, preliminary_result, process_finished
 from radargui.experiment.live_agreement import LiveAgreement
-from radargui.experiment.spawning import workers_ignoring_interrupts
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
 from radargui.model.result import RunResult
 from radargui.processing.long_recording import read_again
+
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+
+
+@contextlib.contextmanager
+def workers_ignoring_interrupts() -> Iterator[None]:
+    """Let processes that are started here use one thread for numerics, and not hear Ctrl-C."""
+    kept = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    is_main = threading.current_thread() is threading.main_thread()
+    # What a process ignores, its children ignore from their first instruction on.
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
+    try:
+        yield
+    finally:
+        if is_main:
+            signal.signal(signal.SIGINT, handler)
+        for name, value in kept.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
 
 _logger = logging.getLogger(__name__)
 _STOP, _SOON = "stop", "soon"

@@ -8,11 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from radargui.files.lost_samples import are_possible
 from radargui.files.signals import Signal, Signals
 from radargui.files.time_axis import uniform
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.block import Gap
+from radargui.model.block import Gap, are_possible
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, UsageError
 from radargui.model.recording import Recording

@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from radargui.files.csv_writer import write_csv
+from radargui.files.csv_file import write_csv
 from radargui.files.fresh_file import fresh_files, make_folder
 from radargui.files.mat_writer import write_mat
 from radargui.files.progress import Progress, silent
-from radargui.files.run_stream import run_stream
-from radargui.files.sigmf_writer import write_sigmf
-from radargui.files.tdms_writer import write_tdms
+from radargui.files.run_file import run_stream
+from radargui.files.sigmf_file import write_sigmf
+from radargui.files.tdms_file import write_tdms
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,9 @@ from typing import Any
 import tomlkit
 
 from radargui import __version__
-from radargui.files.lost_samples import LARGEST_INDEX, are_possible
-from radargui.files.run_file import Marker
-from radargui.model.block import Gap
+from radargui.model.block import LARGEST_INDEX, Gap, Marker, are_possible
 from radargui.model.digitisation import Digitisation
-from radargui.model.toml_source import load_toml
+from radargui.model.setup_file import load_toml
 
 FORMAT = "radargui-export"
 FORMAT_VERSION = 1

@@ -17,8 +17,6 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat
 
-from radargui.files.mat_variable import Variable, variable_of
-
 HEADER_BYTES = 128
 _INT8, _INT32, _UINT32, _MATRIX, _COMPRESSED = 1, 5, 6, 14, 15
 _ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
@@ -33,15 +31,14 @@ _RATIO = 1100
 _TAG_BYTES = 8
 
 
-def read_variables(path: Path) -> dict[str, Variable]:
-    """Return all variables and fields of structures by dotted name; whatever scipy raises on damage passes.
+def read_values(path: Path, only: str | None = None) -> dict[str, Any]:
+    """Return all variables and fields of structures by dotted name, or `only` one; what scipy raises on damage passes.
 
     Objects, functions and sparse matrices are left out: they are no samples.
     """
-    names = sound_variables(path)
+    names = [name for name in sound_variables(path) if only in (None, name)]
     content = loadmat(str(path), variable_names=names, simplify_cells=True) if names else {}
-    named = {name: content[name] for name in names if name in content}
-    return {name: variable_of(name, value) for name, value in _leaves("", named)}
+    return dict(_leaves("", {name: content[name] for name in names if name in content}))
 
 
 def _leaves(prefix: str, content: dict[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
 
 from radargui.files import hdf5
-from radargui.files.mat_variable import Variable
+from radargui.files.export_facts import LARGEST_TEXT, ExportFacts, facts_of_text
+from radargui.files.mat5 import read_values
+from radargui.files.mat_writer import CODES, FACTS
 from radargui.files.refusal import listed, reading, resolved
 from radargui.files.signals import TIME_NAME, ChannelInfo, Signal, Signals
+from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.errors import FileError
 
 WHAT = "a MATLAB file"
@@ -25,6 +32,57 @@ _YEAR_ZERO_DAYS = 366
 """Days by which MATLAB's datenum (day 1: 1 January of the year 0) is ahead of Python's ordinal (1 January of 1)."""
 _DATESTR = "%d-%b-%Y %H:%M:%S"
 """What MATLAB's `datestr` writes unless told otherwise."""
+_SMALL = 64
+"""Values of an array that is read unasked: single numbers and dates stand in such, samples do not."""
+_LONGEST_TEXT = 256
+"""Characters of a text that is read unasked: a unit or a date is shorter."""
+_DEEPEST = 16
+_MOST = 10_000
+"""Groups within groups, and arrays in all, that are looked at: damaged files hold loops. Chosen by hand."""
+_WRITTEN_BY = re.compile(r"\b(?:written )?by (.+)", re.DOTALL)
+"""In the text at the beginning of a file, where other programs than MATLAB name themselves."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A variable, or a field of a structure, by its dotted name.
+
+    Attributes
+    ----------
+    name
+        Such as `src1.Data`.
+    shape
+        Without sides of length 1; empty for single values.
+    is_real
+        Whether it holds real numbers.
+    value
+        Samples (n,), a number, a text; None where it was not read or is none of these.
+    """
+
+    name: str
+    shape: tuple[int, ...] = ()
+    value: FloatArray | float | str | None = field(default=None, repr=False)
+    is_real: bool = False
+
+    @property
+    def is_vector(self) -> bool:
+        """Whether it can be a channel."""
+        return self.is_real and len(self.shape) == 1 and self.shape[0] > 0
+
+
+def variable_of(name: str, value: Any) -> Variable:
+    """Return an array, number or text as a variable."""
+    if isinstance(value, str):
+        return Variable(name, value=value)
+    array = np.squeeze(np.asarray(value))
+    if array.ndim == 0:
+        single = array.item() if array.dtype.kind in "iufb" else None
+        return Variable(name, value=None if single is None else float(single))
+    is_real = array.dtype.kind in "iufb"
+    # A damaged file may hold signalling NaN; that they are no numbers is said where samples are looked at.
+    with np.errstate(invalid="ignore"):
+        vector = np.ascontiguousarray(array, dtype=np.float64) if is_real and array.ndim == 1 and array.size else None
+    return Variable(name, array.shape, vector, is_real)
 
 
 def list_mat(path: Path) -> tuple[ChannelInfo, ...]:
@@ -78,12 +136,8 @@ def read_mat(path: Path, names: Sequence[str]) -> Signals:
 def _variables(path: Path, wanted: Sequence[str]) -> dict[str, Variable]:
     with reading(path, WHAT):
         if hdf5.is_hdf5(path):
-            from radargui.files.mat73 import read_variables
-
-            return read_variables(path, wanted)
-        from radargui.files.mat5 import read_variables as read_v5
-
-        return read_v5(path)
+            return _variables_73(path, wanted)
+        return {name: variable_of(name, value) for name, value in read_values(path).items()}
 
 
 def _beside(variables: dict[str, Variable], name: str, keys: Sequence[str]) -> list[Variable]:
@@ -137,3 +191,83 @@ def _date(value: object) -> str:
         return ""
     # a datenum of our days resolves 10 us
     return start.isoformat(timespec="milliseconds")
+
+
+def _variables_73(path: Path, wanted: Sequence[str]) -> dict[str, Variable]:
+    """Return all variables and fields by dotted name; of long vectors only the wanted ones with their samples.
+
+    Raises
+    ------
+    FileError
+        Damaged, or a wanted vector claims more than the file holds.
+    """
+    with hdf5.opened(path, WHAT) as file:
+        found: dict[str, Variable] = {}
+        for name, item in _datasets(file, "", 0):
+            if len(found) >= _MOST:
+                break
+            found[name] = _variable_73(file, path, name, item, name in wanted)
+        return found
+
+
+def _datasets(group: Any, prefix: str, depth: int) -> Iterator[tuple[str, Any]]:
+    for name in group:
+        # Beside the variables, MATLAB keeps the content of cells in #refs#; links out of the file are not followed.
+        if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            continue
+        item = group[name]
+        if isinstance(item, h5py.Dataset):
+            yield f"{prefix}{name}", item
+        elif isinstance(item, h5py.Group) and depth < _DEEPEST and "MATLAB_sparse" not in item.attrs:
+            yield from _datasets(item, f"{prefix}{name}.", depth + 1)
+
+
+def _variable_73(file: Any, path: Path, name: str, item: Any, wanted: bool) -> Variable:
+    shape = tuple(int(size) for size in item.shape if size != 1)
+    if "MATLAB_empty" in item.attrs or item.shape is None or item.ndim > 2 or item.dtype.kind not in "iufb":
+        return Variable(name, shape)
+    is_text = hdf5.text(item.attrs, "MATLAB_class") == "char"
+    read = item.size <= _LONGEST_TEXT and item.dtype == np.uint16 if is_text else wanted or item.size <= _SMALL
+    if not read:
+        return Variable(name, shape, is_real=not is_text)
+    values = hdf5.dataset(file, name.replace(".", "/"), path, (0, 1, 2))[...]
+    if is_text:
+        return Variable(name, value="".join(chr(code) for code in np.ravel(values, order="F")))
+    return variable_of(name, values)
+
+
+def mat_facts(path: Path) -> ExportFacts | None:
+    """Return what the variable `radargui` of a MATLAB file tells; None where it is no export of ours."""
+    text = _mat_variable(path, FACTS)
+    return facts_of_text(text) if isinstance(text, str) else None
+
+
+def mat_codes(path: Path, facts: ExportFacts) -> RawArray | None:
+    """Return the codes in a MATLAB file, shape (n_channels, n_samples); None where they are not what was exported."""
+    codes = _mat_variable(path, CODES)
+    shape = (facts.digitisation.n_channels, facts.n_samples)
+    if not isinstance(codes, np.ndarray) or codes.dtype != np.int16 or codes.size != shape[0] * shape[1]:
+        return None
+    return codes.reshape(shape) if codes.ndim == 1 else codes.T if codes.shape == shape[::-1] else None
+
+
+def _mat_variable(path: Path, name: str) -> Any:
+    with reading(path, WHAT):
+        if not hdf5.is_hdf5(path):
+            return read_values(path, name).get(name)
+        with hdf5.opened(path, WHAT) as file:
+            if name not in file:
+                return None
+            found = hdf5.dataset(file, name, path)
+            if hdf5.text(found.attrs, "MATLAB_class") != "char":
+                return found[...].T
+            if found.dtype != np.uint16 or found.size > LARGEST_TEXT:
+                return None
+            return np.ravel(found[...], order="F").astype("<u2").tobytes().decode("utf-16-le", "replace")
+
+
+def mat_program(path: Path) -> str:
+    """Return the program that the text at the beginning of a MATLAB file names; empty where there is none."""
+    with path.open("rb") as file:
+        found = _WRITTEN_BY.search(file.read(116).decode("ascii", "replace"))
+    return found[1].strip(" .\0")[:80] if found else ""

@@ -13,8 +13,8 @@ from scipy.io import savemat
 from radargui.files import run_layout as layout
 from radargui.files.export_facts import ExportFacts
 from radargui.files.progress import Progress
+from radargui.files.run_file import RunStream
 from radargui.files.run_header import padded
-from radargui.files.run_stream import RunStream
 from radargui.model.arrays import RawArray
 
 LARGEST_V5_BYTES = 200_000_000

@@ -13,7 +13,6 @@ from radargui.files import run_layout as layout
 from radargui.files.run_file import markers_in
 from radargui.files.run_header import is_run
 from radargui.files.run_health import health_in
-from radargui.files.seal import is_sound
 from radargui.files.summary import summary_in
 from radargui.model.drop import RunOrigin
 
@@ -62,7 +61,7 @@ def read_run_card(path: Path) -> RunCard:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
         finished = hdf5.number(file.attrs, "complete") != 0.0
         # the header's own checksum is left to those who read samples: it would double the time
-        is_processed = layout.RESULTS in file and is_sound(file[layout.RESULTS].attrs)
+        is_processed = layout.RESULTS in file and hdf5.is_sound(file[layout.RESULTS].attrs)
         return RunCard(
             started_at=hdf5.text(raw.attrs, "started_at"),
             finished=finished,

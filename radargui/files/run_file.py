@@ -1,10 +1,9 @@
-"""The run file read: samples, setup, markers, and the truth of a simulated run."""
+"""The run file read, whole or piece by piece: samples, setup, markers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,24 +11,15 @@ import numpy as np
 
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.lost_samples import are_possible
+from radargui.files.export_facts import ExportFacts
+from radargui.files.progress import Progress, silent
 from radargui.files.run_header import is_run, read_digitisation, read_trigger, whole_samples
-from radargui.files.seal import is_sound, rows_crc
 from radargui.model.arrays import RawArray
-from radargui.model.block import Gap
+from radargui.model.block import Gap, Marker, are_possible
 from radargui.model.errors import FileError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.setup_file import parse_setup
-from radargui.model.truth import Truth
-
-
-@dataclass(frozen=True, slots=True)
-class Marker:
-    """An operator's note at a sample (counted from the first, lost samples included)."""
-
-    index: int
-    text: str
 
 
 def read_run(path: Path) -> Recording:
@@ -82,43 +72,12 @@ def read_run_setup(path: Path) -> Setup | None:
     return parse_setup(toml, f"setup in {path}") if toml.strip() else None
 
 
-def read_markers(path: Path) -> tuple[Marker, ...]:
-    """Return the operator's notes in the order they were made.
-
-    Raises
-    ------
-    FileError
-        Unreadable, or no run file.
-    """
-    with opened_run(path) as file:
-        return markers_in(file, path)
-
-
 def markers_in(file: Any, path: Path) -> tuple[Marker, ...]:
     """Return the notes in an opened run file; FileError where they are damaged."""
     if layout.MARKERS not in file:
         return ()
     rows = hdf5.dataset(file, layout.MARKERS, path, (1,))[:]
     return tuple(Marker(int(row["index"]), _text(row["text"])) for row in rows)
-
-
-def read_run_truth(path: Path) -> Truth | None:
-    """Return what really happened in a simulated run, for tests and tools only; None for real ones.
-
-    Raises
-    ------
-    FileError
-        Unreadable, or no run file.
-    """
-    with opened_run(path) as file:
-        if layout.TRUTH not in file:
-            return None
-        group = file[layout.TRUTH]
-        position, path_m, impacts = (
-            np.asarray(hdf5.dataset(group, name, path)[...], dtype=np.float64)
-            for name in ("position_m", "path_m", "impact_time_s")
-        )
-        return Truth(position, path_m, impacts)
 
 
 @contextmanager
@@ -132,7 +91,7 @@ def opened_run(path: Path) -> Iterator[Any]:
     """
     with hdf5.opened(path, "a run file", is_run) as file:
         # Where a crash stopped the recording, it may have come between the header and its checksum.
-        if _complete(file) and not (is_sound(file.attrs) and is_sound(file[layout.RAW].attrs)):
+        if _complete(file) and not (hdf5.is_sound(file.attrs) and hdf5.is_sound(file[layout.RAW].attrs)):
             raise FileError(f"{path}: its header is damaged.", remedy="Take the file from a backup.")
         yield file
 
@@ -140,7 +99,7 @@ def opened_run(path: Path) -> Iterator[Any]:
 def _want_untouched(attributes: Any, samples: RawArray, path: Path) -> None:
     if "crc32" not in attributes:
         return
-    crcs = rows_crc(samples, [0] * samples.shape[0])
+    crcs = hdf5.rows_crc(samples, [0] * samples.shape[0])
     if hdf5.number(attributes, "n_samples") != samples.shape[1] or crcs != np.ravel(attributes["crc32"]).tolist():
         raise FileError(f"{path}: its samples are damaged.", remedy="Take the file from a backup.")
 
@@ -168,3 +127,87 @@ def read_gaps(file: Any, path: Path) -> tuple[Gap, ...]:
 
 def _text(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+PIECE = 1 << 18
+"""Samples of each channel that are in memory at a time."""
+
+
+class RunStream:
+    """The samples of an opened run file in pieces, with all that is known of them; see `run_stream`."""
+
+    def __init__(self, file: Any, path: Path, facts: ExportFacts) -> None:
+        self._file = file
+        self.path = path
+        self.facts = facts
+
+    def pieces(self, tell: Progress = silent) -> Iterator[RawArray]:
+        """Yield the stored samples in order, untouched, shape (n_channels, at most PIECE), checked at the end.
+
+        Parameters
+        ----------
+        tell
+            Called with the share done after each piece.
+
+        Raises
+        ------
+        FileError
+            A piece cannot be read, or the whole does not have the checksum that was stored with it.
+        """
+        raw = self._file[layout.RAW]
+        crcs = [0] * raw.shape[0]
+        # Whole chunks of the file: each is inflated once only.
+        length = max(PIECE // raw.chunks[1], 1) * raw.chunks[1] if raw.chunks else PIECE
+        for first in range(0, self.facts.n_samples, length):
+            piece = self.part(first, min(first + length, self.facts.n_samples))
+            crcs = hdf5.rows_crc(piece, crcs)
+            yield piece
+            tell((first + piece.shape[1]) / self.facts.n_samples)
+        attributes = self._file.attrs
+        if "crc32" in attributes and crcs != np.ravel(attributes["crc32"]).tolist():
+            raise FileError(f"{self.path}: its samples are damaged.", remedy="Take the file from a backup.")
+
+    def part(self, first: int, last: int) -> RawArray:
+        """Return the stored samples first:last, untouched.
+
+        Raises
+        ------
+        FileError
+            They cannot be read.
+        """
+        try:
+            return np.asarray(self._file[layout.RAW][:, first:last])
+        except (OSError, RuntimeError, ValueError) as error:
+            raise FileError(f"{self.path}: its samples are damaged.") from error
+
+
+@contextmanager
+def run_stream(path: Path, session: Mapping[str, str] | None = None) -> Iterator[RunStream]:
+    """Open a run file for reading piece by piece.
+
+    Parameters
+    ----------
+    path
+        Run file, also one that was never closed.
+    session
+        Facts of its session that shall travel with it.
+
+    Raises
+    ------
+    FileError
+        Unreadable, damaged, or no run file.
+    """
+    with opened_run(path) as file:
+        raw = hdf5.dataset(file, layout.RAW, path, (2,))
+        facts = ExportFacts(
+            name=path.stem,
+            digitisation=read_digitisation(raw, path),
+            n_samples=int(raw.shape[1]) if "crc32" in file.attrs else whole_samples(raw),
+            gaps=read_gaps(file, path),
+            trigger_index=read_trigger(raw.attrs),
+            started_at=hdf5.text(raw.attrs, "started_at"),
+            markers=markers_in(file, path),
+            setup_toml=hdf5.text(file.attrs, "setup"),
+            session=dict(session or {}),
+        )
+        yield RunStream(file, path, facts)

@@ -14,7 +14,6 @@ import numpy as np
 from radargui import __version__
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.seal import seal
 from radargui.model.arrays import FloatArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError
@@ -81,7 +80,7 @@ def write_trigger(file: Any, index: int | None, sample_rate_hz: float) -> None:
     for place in (file, file[layout.RAW]):
         place.attrs["trigger_index"] = layout.NO_TRIGGER if index is None else int(index)
         place.attrs["trigger_time_s"] = math.nan if index is None else index / sample_rate_hz
-        seal(place.attrs)
+        hdf5.seal(place.attrs)
 
 
 def write_end(file: Any, count: int, crcs: list[int], *, complete: bool) -> None:
@@ -89,7 +88,7 @@ def write_end(file: Any, count: int, crcs: list[int], *, complete: bool) -> None
     file.attrs["n_samples"] = count
     file.attrs["crc32"] = np.array(crcs, dtype=np.uint32)
     file.attrs["complete"] = complete
-    seal(file.attrs)
+    hdf5.seal(file.attrs)
 
 
 def read_digitisation(raw: Any, path: Path) -> Digitisation:

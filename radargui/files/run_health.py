@@ -9,7 +9,6 @@ from typing import Any
 
 from radargui.files import hdf5
 from radargui.files.run_header import is_run
-from radargui.files.seal import is_sound, seal
 
 HEALTH = "health"
 _RECORD = "record"
@@ -19,7 +18,7 @@ def put_health(file: Any, record: Mapping[str, object]) -> None:
     """Store a record in an open run file, in place of an older one; NaN and infinity are refused."""
     group = file.require_group(HEALTH)
     hdf5.put_text(group.attrs, _RECORD, json.dumps(dict(record), allow_nan=False))
-    seal(group.attrs)
+    hdf5.seal(group.attrs)
 
 
 def read_health(path: Path) -> dict[str, object] | None:
@@ -36,7 +35,7 @@ def read_health(path: Path) -> dict[str, object] | None:
 
 def health_in(file: Any) -> dict[str, object] | None:
     """Return the health record in an open run file; None where it holds none, or a damaged one."""
-    if HEALTH not in file or not is_sound(file[HEALTH].attrs):
+    if HEALTH not in file or not hdf5.is_sound(file[HEALTH].attrs):
         return None
     try:
         record = json.loads(hdf5.text(file[HEALTH].attrs, _RECORD) or "null")

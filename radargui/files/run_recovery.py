@@ -14,7 +14,6 @@ from radargui.files import run_layout as layout
 from radargui.files.overview import OverviewMaker, write_overview
 from radargui.files.rewriting import copy_attribute, rewritten
 from radargui.files.run_header import read_digitisation, stored_unit, whole_samples, write_end
-from radargui.files.seal import rows_crc, seal
 from radargui.model.errors import FileError
 
 ASIDE = ".unfinished"
@@ -53,7 +52,7 @@ def finish_run(path: Path, *, now: str) -> int:
                 source.copy(name, target)
         _copy_samples(raw, target, count, path)
         hdf5.put_text(target.attrs, "recovered_at", now)
-        seal(target.attrs)
+        hdf5.seal(target.attrs)
         if count < raw.shape[1]:
             _keep(path)
     return count
@@ -72,13 +71,13 @@ def _copy_samples(raw: Any, target: Any, count: int, path: Path) -> None:
     )
     for key in raw.attrs:
         copy_attribute(raw.attrs, copy.attrs, key)
-    seal(copy.attrs)
+    hdf5.seal(copy.attrs)
     overview, crcs, copied = OverviewMaker(n_channels, raw.dtype), [0] * n_channels, [0] * n_channels
     for first in range(0, count, _PIECE):
         piece = raw[:, first : min(first + _PIECE, count)]
         copy[:, first : first + piece.shape[1]] = piece
-        crcs = rows_crc(piece, crcs)
-        copied = rows_crc(np.asarray(copy[:, first : first + piece.shape[1]]), copied)
+        crcs = hdf5.rows_crc(piece, crcs)
+        copied = hdf5.rows_crc(np.asarray(copy[:, first : first + piece.shape[1]]), copied)
         overview.add(piece)
     if crcs != copied:
         raise FileError(f"{path} cannot be finished: the copy differs from the original, which is as it was.")

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, astuple
+from dataclasses import asdict, astuple, fields
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import DTypeLike
 
 from radargui import __version__
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.bounce_table import put_bounces
 from radargui.files.rewriting import copy_attribute, rewritten
 from radargui.files.run_header import is_run
 from radargui.files.run_health import health_in, put_health
-from radargui.files.seal import is_sound, seal
 from radargui.files.stored_front_ends import PRIOR
 from radargui.files.stored_results import keep_earlier
 from radargui.files.summary import summarise, summary_in
 from radargui.files.thumbnail import put_thumbnail
+from radargui.model.bounce import Bounce, Bounces, FreeFall
 from radargui.model.errors import FileError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
@@ -75,22 +75,6 @@ def _want_ended(attributes: Any, path: Path) -> None:
         )
 
 
-def read_summary(path: Path) -> dict[str, object] | None:
-    """Return the summary stored with a run (see `summarise`); None where it was not processed yet.
-
-    Raises
-    ------
-    FileError
-        Unreadable, or no run file.
-    """
-    with hdf5.opened(path, "a run file", is_run) as file:
-        if layout.RESULTS not in file:
-            return None
-        if not is_sound(file[layout.RESULTS].attrs):
-            raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
-        return summary_in(file[layout.RESULTS]) or None
-
-
 def results_are_current(path: Path, setup: Setup) -> bool:
     """Return whether a run holds sound, final results that this version made of its samples with this setup.
 
@@ -100,7 +84,7 @@ def results_are_current(path: Path, setup: Setup) -> bool:
         Unreadable, or no run file.
     """
     with hdf5.opened(path, "a run file", is_run) as file:
-        if layout.RESULTS not in file or not is_sound(file[layout.RESULTS].attrs):
+        if layout.RESULTS not in file or not hdf5.is_sound(file[layout.RESULTS].attrs):
             return False
         summary = summary_in(file[layout.RESULTS])
         return bool(summary) and not summary.get("preliminary") and are_made_of(file, setup)
@@ -141,7 +125,7 @@ def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
     group.attrs["first_sample"] = 0 if excerpt is None else excerpt.first_stored
     if result.segment is not None:
         group.attrs["segment"] = astuple(result.segment)
-    seal(group.attrs)
+    hdf5.seal(group.attrs)
     put_bounces(group, result.bounces)
     _write_values(group, result, layout.chunk_length(result.recording.digitisation.sample_rate_hz))
     put_thumbnail(group, result)
@@ -168,3 +152,59 @@ def _write_columns(group: Any, values: Any, names: tuple[str, ...], chunk: int, 
     for name in names:
         unit = _UNITS.get(name.rpartition("_")[2], "1")
         hdf5.store(group, name, np.asarray(getattr(values, name), dtype), chunk, unit=unit)
+
+
+_NAME = "bounces"
+_METHOD_BYTES = 40
+_BOUNCE_UNITS = ("s", "m/s", "m/s", "1", "1", "text", "1", "1", "1", "1")
+_KINDS: dict[Any, Any] = {"float": "<f8", "bool": "?", "str": h5py.string_dtype("utf-8", _METHOD_BYTES)}
+BOUNCE_TYPE = np.dtype([(one.name, _KINDS[one.type]) for one in fields(Bounce)])
+
+
+def put_bounces(group: Any, bounces: Bounces) -> None:
+    """Store bounces in a group of results."""
+    rows = np.array([_row(bounce) for bounce in bounces.impacts], dtype=BOUNCE_TYPE)
+    # compressed for the checksum that comes with it: a damaged figure is told, not shown
+    options = {"chunks": rows.shape, **layout.COMPRESSION} if rows.size else {}
+    table = group.create_dataset(_NAME, data=rows, **options)
+    hdf5.put_texts(table.attrs, "units", _BOUNCE_UNITS)
+    if bounces.free_fall is not None:
+        for key, value in asdict(bounces.free_fall).items():
+            table.attrs[key] = value
+    for key in ("normal", "u_tilt_deg"):
+        if (value := getattr(bounces, key)) is not None:
+            table.attrs[key] = value
+    hdf5.seal(table.attrs)
+
+
+def bounces_in(group: Any, path: Path) -> Bounces:
+    """Return the bounces in a group of results.
+
+    Raises
+    ------
+    FileError, KeyError, TypeError, ValueError
+        They are damaged.
+    """
+    table = hdf5.dataset(group, _NAME, path, (1,))
+    known = table.attrs
+    if not hdf5.is_sound(known):
+        raise ValueError
+    fall = FreeFall(**{one.name: _value(known, one.name) for one in fields(FreeFall)}) if "g_m_s2" in known else None
+    normal = _value(known, "normal") if "normal" in known else None
+    u_tilt_deg = _value(known, "u_tilt_deg") if "u_tilt_deg" in known else None
+    return Bounces(tuple(_bounce(row) for row in table[:]), fall, normal, u_tilt_deg)
+
+
+def _value(attributes: Any, key: str) -> Any:
+    value = np.asarray(attributes[key], dtype=np.float64).tolist()
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _row(bounce: Bounce) -> tuple[Any, ...]:
+    values = asdict(bounce) | {"method": layout.fitted(bounce.method, _METHOD_BYTES)}
+    return tuple(values[str(name)] for name in BOUNCE_TYPE.names or ())
+
+
+def _bounce(row: Any) -> Bounce:
+    values = {name: row[name].item() for name in BOUNCE_TYPE.names or () if name != "method"}
+    return Bounce(**values, method=bytes(row["method"]).decode("utf-8", "replace"))

@@ -20,7 +20,6 @@ from radargui.files.overview import OverviewMaker, write_overview
 from radargui.files.refusal import why
 from radargui.files.run_header import Attribute, stored_unit, write_end, write_header, write_trigger
 from radargui.files.run_health import put_health
-from radargui.files.seal import rows_crc
 from radargui.files.staged_file import StagedFile, TakenAwayError
 from radargui.model.arrays import RawArray
 from radargui.model.block import Block
@@ -228,7 +227,7 @@ class RunWriter:
             raw.resize(first + self._filled, axis=1)
             for channel in range(self._buffer.shape[0]):
                 raw[channel, first:] = self._buffer[channel, : self._filled]
-        self._crcs = rows_crc(self._buffer[:, : self._filled], self._crcs)
+        self._crcs = hdf5.rows_crc(self._buffer[:, : self._filled], self._crcs)
         self._overview.add(self._buffer[:, : self._filled])
         self._filled = 0
 

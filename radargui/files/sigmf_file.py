@@ -1,9 +1,11 @@
-"""SigMF recordings: complex channel k becomes I(k+1), Q(k+1); real channels are pairs in their order."""
+"""SigMF files, read and written: complex channel k becomes I(k+1), Q(k+1); real channels are pairs in their order."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
+import re
 import tarfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,9 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from radargui import __version__
+from radargui.files.export_facts import ExportFacts, facts_of_table
+from radargui.files.progress import Progress
 from radargui.files.refusal import reading, resolved
+from radargui.files.run_file import RunStream
 from radargui.files.signals import ChannelInfo, Signal, Signals
-from radargui.model.block import Gap
+from radargui.model.block import Gap, stored_starts
 from radargui.model.digitisation import iq_names
 from radargui.model.errors import FileError
 
@@ -212,3 +218,118 @@ def _gaps(captures: list[dict[str, Any]]) -> tuple[Gap, ...]:
         if lost > 0:
             gaps.append(Gap(next_index - lost - placed[0][1] + placed[0][0], lost, "told by the SigMF captures"))
     return tuple(gaps)
+
+
+def sigmf_facts(path: Path) -> ExportFacts | None:
+    """Return what `radargui:facts` of a SigMF recording tells; None where it is no export of ours."""
+    with reading(path, WHAT):
+        table = _sigmf_global(path)
+    return facts_of_table(table.get(FACTS))
+
+
+def sigmf_program(path: Path) -> str:
+    """Return the program that a SigMF recording says wrote it; empty where it does not say."""
+    with reading(path, WHAT):
+        told = _sigmf_global(path).get("core:recorder")
+    return told[:80] if isinstance(told, str) else ""
+
+
+def _sigmf_global(path: Path) -> dict[str, Any]:
+    metadata = json.loads(_archived_meta(path) if path.suffix.lower() == ARCHIVE_SUFFIX else _meta(path))
+    table = metadata.get("global") if isinstance(metadata, dict) else None
+    return table if isinstance(table, dict) else {}
+
+
+def _meta(path: Path) -> str:
+    meta = path.with_suffix(META_SUFFIX)
+    return meta.read_text(encoding="utf-8") if meta.stat().st_size <= LARGEST_META else "{}"
+
+
+def _archived_meta(path: Path) -> str:
+    # "r:": an archive that is not compressed, as the format wants it; nothing can swell.
+    with tarfile.open(path, "r:") as archive:
+        for member in archive:
+            if member.isfile() and member.name.endswith(META_SUFFIX) and member.size <= LARGEST_META:
+                content = archive.extractfile(member)
+                return content.read().decode("utf-8") if content else "{}"
+    return "{}"
+
+
+NAMESPACE = "radargui"
+FACTS = f"{NAMESPACE}:facts"
+"""Global field that holds all facts."""
+EXTENSION_VERSION = "1.0.0"
+_PAIRED = re.compile(r"[IQ]\d+")
+
+
+def write_sigmf(run: RunStream, meta: Path, data: Path, tell: Progress) -> None:
+    """Write the pair of files of a SigMF recording.
+
+    Codes are stored untouched (`ci16_le`), values as `cf64_le`; where the channels are no I and Q, real samples are
+    stored. SigMF knows no volts: `radargui:facts` holds the scaling, the unit, the skew and all else.
+    """
+    facts = run.facts
+    names = facts.digitisation.channel_names
+    is_paired = len(names) % 2 == 0 and all(_PAIRED.fullmatch(name) for name in names)
+    is_code = facts.digitisation.scaling is not None
+    kind, dtype = ("i16", "<i2") if is_code else ("f64", "<f8")
+    digest = hashlib.sha512()
+    with data.open("wb") as file:
+        for piece in run.pieces(tell):
+            content = np.ascontiguousarray(piece.T, dtype=dtype).tobytes()
+            digest.update(content)
+            file.write(content)
+    metadata = {
+        "global": {
+            "core:datatype": f"{'c' if is_paired else 'r'}{kind}_le",
+            "core:num_channels": len(names) // 2 if is_paired else len(names),
+            "core:sample_rate": facts.digitisation.sample_rate_hz,
+            "core:version": _specification(),
+            "core:recorder": f"RadarGUI {__version__}",
+            "core:sha512": digest.hexdigest(),
+            **_texts(facts),
+            "core:extensions": [{"name": NAMESPACE, "version": EXTENSION_VERSION, "optional": True}],
+            FACTS: facts.table(),
+        },
+        "captures": _captures(facts),
+        "annotations": _annotations(facts),
+    }
+    meta.write_text(json.dumps(metadata, indent=2, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n")
+
+
+def _specification() -> str:
+    from sigmf import __specification__
+
+    return str(__specification__)
+
+
+def _texts(facts: ExportFacts) -> dict[str, str]:
+    texts = {
+        "core:description": f"RadarGUI run {facts.name}",
+        "core:hw": facts.digitisation.device,
+        "core:author": facts.session.get("operator", ""),
+    }
+    return {key: text for key, text in texts.items() if text}
+
+
+def _captures(facts: ExportFacts) -> list[dict[str, Any]]:
+    captures: list[dict[str, Any]] = [
+        {"core:sample_start": stored, "core:global_index": absolute}
+        for stored, absolute in stored_starts(facts.gaps, facts.n_samples)
+    ]
+    if (start := facts.started_utc()) is not None:
+        captures[0]["core:datetime"] = start.isoformat(timespec="microseconds") + "Z"
+    return captures
+
+
+def _annotations(facts: ExportFacts) -> list[dict[str, Any]]:
+    marks = [(marker.index, marker.text) for marker in facts.markers]
+    if facts.trigger_index is not None:
+        marks.append((facts.trigger_index, "trigger"))
+    lost = stored_starts(facts.gaps, facts.n_samples)
+    found = []
+    for index, text in sorted(marks):
+        stored = next((index - absolute + first for first, absolute in reversed(lost) if index >= absolute), 0)
+        if 0 <= stored < facts.n_samples:
+            found.append({"core:sample_start": stored, "core:sample_count": 1, "core:comment": text})
+    return found

@@ -11,7 +11,6 @@ from typing import Any
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.run_header import is_run
-from radargui.files.seal import is_sound
 from radargui.model.errors import FileError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.setup import Setup
@@ -45,19 +44,13 @@ class StoredFrontEnds:
 def read_front_ends(path: Path) -> StoredFrontEnds | None:
     """Return the front ends of a run's present result; None where it is no sound joint one with good receivers."""
     try:
-        with hdf5.opened(path, "a run file", is_run) as file:
-            attributes = file[layout.RESULTS].attrs if layout.RESULTS in file else {}
-            if not attributes or not is_sound(attributes):
-                return None
-            if (hdf5.text(attributes, "status"), hdf5.text(attributes, "correction")) != ("ok", "joint"):
-                return None
-            channels = json.loads(hdf5.text(attributes, "channels"))
-            if not channels or any(channel["verdict"] != "good" for channel in channels):
-                return None
-            front_ends = tuple(_front_end(channel) for channel in channels)
-            prior = prior_in(attributes)
-            had_prior = prior is not None and prior.used
-            return StoredFrontEnds(path.stem, hdf5.text(attributes, "setup"), front_ends, had_prior)
+        attributes = _attributes(path)
+        channels = json.loads(hdf5.text(attributes, "channels"))
+        made = hdf5.text(attributes, "status"), hdf5.text(attributes, "correction")
+        if made != ("ok", "joint") or not channels or any(channel["verdict"] != "good" for channel in channels):
+            return None
+        front_ends, prior = tuple(_front_end(channel) for channel in channels), prior_in(attributes)
+        return StoredFrontEnds(path.stem, hdf5.text(attributes, "setup"), front_ends, prior is not None and prior.used)
     except (FileError, ValueError, LookupError, TypeError):
         return None
 
@@ -68,15 +61,20 @@ def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
     None where it had none, or was not made with this setup, where one is given.
     """
     try:
-        with hdf5.opened(path, "a run file", is_run) as file:
-            attributes = file[layout.RESULTS].attrs if layout.RESULTS in file else {}
-            if not attributes or not is_sound(attributes):
-                return None
-            if setup is not None and hdf5.text(attributes, "setup") != dump_setup(setup):
-                return None
-            return prior_in(attributes)
+        attributes = _attributes(path)
+        is_other = setup is not None and hdf5.text(attributes, "setup") != dump_setup(setup)
+        return None if is_other else prior_in(attributes)
     except (FileError, ValueError, LookupError, TypeError):
         return None
+
+
+def _attributes(path: Path) -> Mapping[str, Any]:
+    """Return the attributes of a run's present result; LookupError where it holds none, or a damaged one."""
+    with hdf5.opened(path, "a run file", is_run) as file:
+        attributes = file[layout.RESULTS].attrs
+        if not hdf5.is_sound(attributes):
+            raise LookupError(path)
+        return dict(attributes)
 
 
 def prior_in(attributes: Any) -> FrontEndPrior | None:

@@ -10,7 +10,6 @@ from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.rewriting import copy_attribute
 from radargui.files.run_header import is_run
-from radargui.files.seal import is_sound
 from radargui.files.summary import summary_in
 from radargui.files.thumbnail import Thumbnail, thumbnail_in
 from radargui.model.errors import FileError
@@ -85,7 +84,7 @@ def keep_earlier(source: Any, target: Any, same_as: tuple[str, str]) -> None:
     same_as
         Version and setup of the results that come in their place: those of the same are replaced, not kept.
     """
-    if layout.RESULTS not in source or not is_sound(source[layout.RESULTS].attrs):
+    if layout.RESULTS not in source or not hdf5.is_sound(source[layout.RESULTS].attrs):
         return
     old = source[layout.RESULTS]
     known = [made_by(group) for group in target.get(layout.EARLIER, {}).values()]
@@ -107,7 +106,7 @@ def made_by(group: Any) -> tuple[str, str]:
 
 
 def _result(group: Any, path: Path, is_present: bool) -> StoredResult:
-    if not is_sound(group.attrs):
+    if not hdf5.is_sound(group.attrs):
         raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
     version, setup_toml = made_by(group)
     return StoredResult(

@@ -1,22 +1,87 @@
-"""NI TDMS files through npTDMS; int16 codes with a polynomial scaling stay codes."""
+"""NI TDMS files through npTDMS, read and written; int16 codes with a polynomial scaling stay codes."""
 
 from __future__ import annotations
 
 import io
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
+from radargui.files.export_facts import ExportFacts, facts_of_text
+from radargui.files.progress import Progress
 from radargui.files.refusal import listed, reading, resolved
+from radargui.files.run_file import RunStream
 from radargui.files.signals import ChannelInfo, Signal, Signals
-from radargui.files.tdms_scaling import code_polynomial, is_sound
 from radargui.files.time_axis import rate_of_step
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
+
+_RAW = 0xFFFFFFFF
+"""Input of a scale that takes the samples as they are stored."""
+_HIGHEST_DEGREE = 12
+"""NI devices store polynomials of degree 1 to 3; linear scales chained to one do not raise it. Chosen by hand."""
+_MOST_SCALES = 64
+"""A chain of that many is damage; each costs a step. Chosen by hand."""
+_KINDS = frozenset(
+    ["Linear", "Polynomial", "RTD", "Strain", "Table", "Thermistor", "Thermocouple", "Add", "Subtract", "AdvancedAPI"],
+)
+_LINEAR, _POLYNOMIAL = "Linear", "Polynomial"
+
+
+def is_sound(properties: Mapping[str, Any]) -> bool:
+    """Return whether the scales of a channel can be true: not too many, each of a kind that TDMS knows.
+
+    The reading library leaves out a scale of an unknown kind, which would make codes pass for volts.
+    """
+    count = properties.get("NI_Number_Of_Scales", 0)
+    if not isinstance(count, int | np.integer) or not 0 <= count <= _MOST_SCALES:
+        return False
+    kinds = [properties.get(f"NI_Scale[{index}]_Scale_Type") for index in range(int(count))]
+    return not kinds or (kinds[-1] is not None and all(kind is None or kind in _KINDS for kind in kinds))
+
+
+def code_polynomial(properties: Mapping[str, Any]) -> tuple[float, ...] | None:
+    """Return c_k of value = sum c_k code^k, or None where the scaling is not a polynomial.
+
+    Scale i takes the output of another scale or the codes; the last scale gives the values. A scale without
+    properties is the device's own and passes the codes on.
+    """
+    if not is_sound(properties):
+        return None
+    outputs: dict[int, np.ndarray[Any, np.dtype[np.float64]]] = {}
+    last = np.array([0.0, 1.0])
+    for index in range(int(properties.get("NI_Number_Of_Scales", 0))):
+        prefix = f"NI_Scale[{index}]"
+        kind = properties.get(f"{prefix}_Scale_Type")
+        if kind is None:
+            outputs[index] = np.array([0.0, 1.0])
+            continue
+        source = properties.get(f"{prefix}_{kind}_Input_Source", _RAW)
+        inner = np.array([0.0, 1.0]) if source == _RAW else outputs.get(int(source))
+        outer = _coefficients(properties, prefix, kind)
+        if inner is None or outer is None or (len(outer) - 1) * (len(inner) - 1) > _HIGHEST_DEGREE:
+            return None
+        last = outputs[index] = np.asarray(Polynomial(outer)(Polynomial(inner)).coef, dtype=np.float64)
+    return tuple(last.tolist()) if np.isfinite(last).all() else None
+
+
+def _coefficients(properties: Mapping[str, Any], prefix: str, kind: str) -> list[float] | None:
+    if kind == _LINEAR:
+        keys = [f"{prefix}_Linear_Y_Intercept", f"{prefix}_Linear_Slope"]
+    elif kind == _POLYNOMIAL:
+        count = properties.get(f"{prefix}_Polynomial_Coefficients_Size", 4)
+        if not 1 <= int(count) <= _HIGHEST_DEGREE + 1:
+            return None
+        keys = [f"{prefix}_Polynomial_Coefficients[{order}]" for order in range(int(count))]
+    else:
+        return None
+    return [float(properties[key]) for key in keys] if all(key in properties for key in keys) else None
+
 
 WHAT = "an NI TDMS file"
 _VOLTS = {"volts": "V", "volt": "V"}
@@ -172,3 +237,77 @@ def _started(channel: Any) -> str:
         if isinstance(start, np.datetime64) and start >= np.datetime64("1970-01-02"):
             return f"{np.datetime_as_string(start, unit='us')}+00:00"
     return ""
+
+
+def tdms_facts(path: Path) -> ExportFacts | None:
+    """Return what the property `RadarGUI` of a TDMS file tells; None where it is no export of ours."""
+    with opened_tdms(path) as file:
+        text = file.properties.get(FACTS)
+    return facts_of_text(text) if isinstance(text, str) else None
+
+
+FACTS = "RadarGUI"
+"""Property of the file that holds all facts as TOML."""
+_LINEAR_TERMS = 2
+
+
+def write_tdms(run: RunStream, path: Path, tell: Progress) -> None:
+    """Write one group of the run's name with one channel each; LabVIEW and DIAdem show volts at their times.
+
+    NI_Scale properties turn codes into volts, wf_increment and wf_start_time give the times. TDMS has no record of
+    lost samples: they stand in the property `RadarGUI` of the file, as all facts do.
+    """
+    from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+
+    facts = run.facts
+    group = facts.name
+    names = facts.digitisation.channel_names
+    properties = [_properties(facts, place) for place in range(len(names))]
+    with TdmsWriter(path) as writer:
+        writer.write_segment(
+            [
+                RootObject({"name": facts.name, FACTS: facts.text()}),
+                GroupObject(group, dict(facts.session)),
+                *(ChannelObject(group, name, None, own) for name, own in zip(names, properties, strict=True)),
+            ]
+        )
+        for piece in run.pieces(tell):
+            writer.write_segment(
+                [ChannelObject(group, name, np.ascontiguousarray(row)) for name, row in zip(names, piece, strict=True)]
+            )
+
+
+def _properties(facts: ExportFacts, place: int) -> dict[str, Any]:
+    known = facts.digitisation
+    properties: dict[str, Any] = {
+        "wf_increment": 1.0 / known.sample_rate_hz,
+        "wf_start_offset": 0.0,
+        "wf_samples": 1,
+        "unit_string": known.unit,
+    }
+    if known.channel_skew_s is not None:
+        properties["channel_skew_s"] = known.channel_skew_s
+    if (start := facts.started_utc()) is not None:
+        properties["wf_start_time"] = np.datetime64(start, "us")
+    if known.scaling is not None:
+        properties |= _scale(known.scaling[place])
+    return properties
+
+
+def _scale(coefficients: tuple[float, ...]) -> dict[str, Any]:
+    scale: dict[str, Any] = {"NI_Scaling_Status": "unscaled", "NI_Number_Of_Scales": 1}
+    if len(coefficients) <= _LINEAR_TERMS:
+        offset, slope = (*coefficients, 0.0)[:2]
+        scale |= {
+            "NI_Scale[0]_Scale_Type": "Linear",
+            "NI_Scale[0]_Linear_Slope": slope,
+            "NI_Scale[0]_Linear_Y_Intercept": offset,
+            "NI_Scale[0]_Linear_Input_Source": np.uint32(0xFFFFFFFF),
+        }
+        return scale
+    scale |= {
+        "NI_Scale[0]_Scale_Type": "Polynomial",
+        "NI_Scale[0]_Polynomial_Coefficients_Size": np.uint32(len(coefficients)),
+        "NI_Scale[0]_Polynomial_Input_Source": np.uint32(0xFFFFFFFF),
+    }
+    return scale | {f"NI_Scale[0]_Polynomial_Coefficients[{k}]": value for k, value in enumerate(coefficients)}

@@ -12,10 +12,8 @@ from numpy.typing import DTypeLike, NDArray
 
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.bounce_table import bounces_in
 from radargui.files.run_header import is_run
-from radargui.files.run_results import are_made_of
-from radargui.files.seal import is_sound
+from radargui.files.run_results import are_made_of, bounces_in
 from radargui.files.stored_front_ends import prior_in
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import FileError
@@ -55,7 +53,7 @@ def read_whole_result(
         if layout.RESULTS not in file:
             return None
         group = file[layout.RESULTS]
-        if not is_sound(group.attrs):
+        if not hdf5.is_sound(group.attrs):
             raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
         if not are_made_of(file, setup):
             return None

@@ -7,8 +7,7 @@ import numpy as np
 from radargui.geometry.antennas import Antennas
 from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.geometry.plane_wave import locate_plane
-from radargui.model.arrays import FloatArray
-from radargui.model.pieces import pieces
+from radargui.model.arrays import FloatArray, pieces
 
 _MAXIMUM_STEPS = 40
 _TOLERANCE_M = 1e-8  # the next step would be its square over the distance of the antennas

@@ -47,7 +47,7 @@ from radargui.gui.theme import Theme
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.wiring.wiring_controller import WiringController
 from radargui.gui.work_strip import WorkStrip
-from radargui.session.data_folder import default_data_folder
+from radargui.session.folder import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 
 FRAME_MS = 33

@@ -5,13 +5,119 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cache
 from itertools import islice
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from radargui.model.setup_place import Place, find_place
+_NAMES = {
+    "boolean": ("true or false", "of true or false"),
+    "integer": ("a whole number", "whole numbers"),
+    "number": ("a number", "numbers"),
+    "string": ("a text", "texts"),
+}
+_OTHER = ("a value of another kind", "values of another kind")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """What may stand at one place of the setup, in words.
+
+    Attributes
+    ----------
+    schema
+        JSON schema of this place, as pydantic makes it, resolved and without null.
+    definitions
+        The schemas that it refers to.
+    """
+
+    schema: Mapping[str, Any]
+    definitions: Mapping[str, Any]
+
+    @property
+    def is_list(self) -> bool:
+        """Whether several values stand here."""
+        return self.schema.get("type") == "array"
+
+    @property
+    def is_table(self) -> bool:
+        """Whether a table, or several, stands here."""
+        return self.entry(0).is_table if self.is_list else "properties" in self.schema
+
+    def keys(self) -> list[str]:
+        """Return the keys of the table here, as they are written."""
+        return list(self.schema.get("properties", ()))
+
+    def entry(self, part: int | str) -> Place:
+        """Return the place below: a key of a table, an entry of a list.
+
+        Raises
+        ------
+        KeyError
+            There is none.
+        """
+        if not (isinstance(part, int) and self.is_list):
+            return _place(self.schema.get("properties", {})[part], self.definitions)
+        kinds = self.schema.get("prefixItems") or [self.schema["items"]]
+        return _place(kinds[min(part, len(kinds) - 1)], self.definitions)
+
+    def allowed(self) -> str:
+        """Return in words what may stand here."""
+        if self.is_table and not self.is_list:
+            return f"a table with {', '.join(self.keys())}"
+        if words := self.schema.get("description"):
+            return str(words)
+        if choices := self.schema.get("enum") or [self.schema[key] for key in ("const",) if key in self.schema]:
+            return ", ".join(map(str, choices))
+        if not self.is_list:
+            return _names(self)[0] + self.span()
+        entry, fixed = self.entry(0), self.schema.get("prefixItems")
+        count = str(len(fixed)) if fixed else f"{self.schema.get('minItems')} to {self.schema.get('maxItems')}"
+        return f"{count} tables" if entry.is_table else f"a list of {count} {_names(entry)[1]}{entry.span()}"
+
+    def span(self) -> str:
+        """Return the limits in words, with a space before; empty where there are none."""
+        if self.schema.get("type") == "string":
+            return ", not empty" if self.schema.get("minLength") else ""
+        keys = ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum")
+        low, high, above, below = (self.schema.get(key) for key in keys)
+        start = f" above {above:g}" if above is not None else f" from {low:g}" if low is not None else ""
+        end = f" to below {below:g}" if below is not None else f" to {high:g}" if high is not None else " up"
+        return (start + end).replace("e+0", "e").replace("e+", "e") if start else ""
+
+
+def find_place(model: type[BaseModel], loc: Sequence[int | str]) -> Place | None:
+    """Return the place that `loc` (keys and list indices from the top) leads to, None where there is none."""
+    schema = _schema(model)
+    place = _place(schema, schema.get("$defs", {}))
+    for part in loc:
+        try:
+            place = place.entry(part)
+        except KeyError:
+            return None
+    return place
+
+
+def _names(place: Place) -> tuple[str, str]:
+    return _NAMES.get(place.schema.get("type", ""), _OTHER)
+
+
+@cache
+def _schema(model: type[BaseModel]) -> dict[str, Any]:
+    return model.model_json_schema()
+
+
+def _place(schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> Place:
+    while "$ref" in schema or "anyOf" in schema:
+        if "$ref" in schema:
+            schema = definitions[schema["$ref"].rpartition("/")[2]]
+        else:
+            schema = next(option for option in schema["anyOf"] if option.get("type") != "null")
+    return Place(schema, definitions)
+
 
 LONGEST = 60
 """Characters of a key or value in a message: more than a line of it helps nobody. Chosen by hand."""

@@ -7,8 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from radargui.conditioning.long_motion import LongMotion, find_long_motion
-from radargui.files.run_file import read_run
-from radargui.files.run_stream import RunStream, run_stream
+from radargui.files.run_file import RunStream, read_run, run_stream
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.block import Gap
 from radargui.model.digitisation import Digitisation

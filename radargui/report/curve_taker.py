@@ -9,8 +9,7 @@ from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.result import RunResult
 from radargui.model.rounding import alone
-from radargui.report.curves import ReceiverCurves, RunCurves, StepCurves, TrackCurves
-from radargui.report.decimation import Curve, envelope, every
+from radargui.report.curves import Curve, ReceiverCurves, RunCurves, StepCurves, TrackCurves, envelope, every
 
 _MARGIN = 0.15
 _LEAST_MARGIN_S = 0.05

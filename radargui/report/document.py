@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -28,6 +28,12 @@ class Grid:
     title: str = ""
     left: tuple[int, ...] = (0,)
     kind: Literal["grid"] = "grid"
+
+    @classmethod
+    def of(cls, rows: Iterable[Mapping[str, str]], title: str = "", left: tuple[int, ...] = (0,)) -> Grid:
+        """Return the table of rows, at least one, each with its cells by the title of their column."""
+        found = list(rows)
+        return cls(tuple(found[0]), tuple(tuple(row.values()) for row in found), title, left)
 
 
 @dataclass(frozen=True, slots=True)

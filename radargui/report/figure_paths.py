@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from radargui.report.curves import ReceiverCurves, RunCurves
-from radargui.report.decimation import Curve
+from radargui.report.curves import Curve, ReceiverCurves, RunCurves
 from radargui.report.sheet import (
     HEIGHT_MM,
     add_axes,

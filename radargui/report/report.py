@@ -10,12 +10,12 @@ from pathlib import Path
 from radargui.files.fresh_file import fresh_files, write_whole
 from radargui.model.drop import RunOrigin
 from radargui.report.document import Document
-from radargui.report.plain_values import json_bytes
 from radargui.report.rendering import render
 from radargui.report.run_facts import ResultOf, RunFacts, all_simulated, study
 from radargui.report.run_section import run_section
 from radargui.report.series_files import impacts_csv, series_csv, session_document
 from radargui.report.session_section import session_section
+from radargui.report.tables import json_bytes
 from radargui.restitution.series import drop_labels
 from radargui.session.folder import REPORT_FOLDER, own_subfolder
 from radargui.session.info import SessionInfo

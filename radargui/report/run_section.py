@@ -65,69 +65,46 @@ def _impacts(run: RunFacts) -> list[Content]:
     if not run.bounces.impacts:
         # without a track nobody looked for one
         return [Note("No impact was found.")] if run.geometry else []
-    header = (
-        "impact",
-        f"time after {run.since} / s",
-        "speed before / (m/s)",
-        "speed after / (m/s)",
-        "e",
-        "e of flight time",
-        "e of height",
-        "valid",
-        "method",
-    )
-    rows = tuple(
-        (
-            str(number),
-            f"{impact.time_s - run.zero_s:.5f}",
-            plain(impact.speed_before_m_s, 5),
-            plain(impact.speed_after_m_s, 5),
-            quantity(impact.e, impact.u_e),
-            plain(impact.e_flight_time, 4),
-            plain(impact.e_height, 4),
-            "yes" if impact.valid else "no",
-            impact.method,
-        )
+    rows = (
+        {
+            "impact": str(number),
+            f"time after {run.since} / s": f"{impact.time_s - run.zero_s:.5f}",
+            "speed before / (m/s)": plain(impact.speed_before_m_s, 5),
+            "speed after / (m/s)": plain(impact.speed_after_m_s, 5),
+            "e": quantity(impact.e, impact.u_e),
+            "e of flight time": plain(impact.e_flight_time, 4),
+            "e of height": plain(impact.e_height, 4),
+            "valid": "yes" if impact.valid else "no",
+            "method": impact.method,
+        }
         for number, impact in enumerate(run.bounces.impacts, 1)
     )
-    return [Grid(header, rows, "Impacts", left=(0, 7, 8))]
+    return [Grid.of(rows, "Impacts", left=(0, 7, 8))]
 
 
 def _quality(run: RunFacts) -> list[Content]:
     if not run.channels:
         return []
-    header = (
-        "receiver",
-        "SNR / dB",
-        "circularity",
-        "image rejection / dB",
-        "fringes",
-        "valid",
-        "clipped",
-        "gain Q/I",
-        "quadrature / °",
-        "verdict",
-    )
-    rows = tuple(
-        (
-            channel.name,
-            plain(channel.snr_db, 3),
-            plain(channel.circularity, 2),
-            plain(channel.image_rejection_db, 3),
-            plain(channel.fringes, 3),
-            _percent(channel.fraction_valid),
-            _percent(channel.fraction_clipped),
-            quantity(channel.gain_ratio, channel.u_gain_ratio),
-            quantity(channel.quadrature_error_deg, channel.u_quadrature_error_deg),
-            channel.verdict,
-        )
+    rows = (
+        {
+            "receiver": channel.name,
+            "SNR / dB": plain(channel.snr_db, 3),
+            "circularity": plain(channel.circularity, 2),
+            "image rejection / dB": plain(channel.image_rejection_db, 3),
+            "fringes": plain(channel.fringes, 3),
+            "valid": _percent(channel.fraction_valid),
+            "clipped": _percent(channel.fraction_clipped),
+            "gain Q/I": quantity(channel.gain_ratio, channel.u_gain_ratio),
+            "quadrature / °": quantity(channel.quadrature_error_deg, channel.u_quadrature_error_deg),
+            "verdict": channel.verdict,
+        }
         for channel in run.channels
     )
     said = " ".join((run.reason, *run.warnings))
     reasons = [
         Note(f"Receiver {channel.name}: {channel.reason}") for channel in run.channels if channel.reason not in said
     ]
-    return [Grid(header, rows, "Quality of the receivers", left=(0, 9)), *reasons]
+    return [Grid.of(rows, "Quality of the receivers", left=(0, 9)), *reasons]
 
 
 def _percent(share: float | None) -> str:
@@ -138,17 +115,16 @@ def _gaps(run: RunFacts) -> list[Content]:
     if not run.gaps or not run.rate_hz:
         return []
     rate = run.rate_hz
-    rows = tuple(
-        (
-            f"{gap.first_index / rate - run.zero_s:.5f}",
-            str(gap.count),
-            plain(gap.count / rate, 3, scale=1e3),
-            gap.reason or UNKNOWN,
-        )
+    rows = (
+        {
+            f"from / s after {run.since}": f"{gap.first_index / rate - run.zero_s:.5f}",
+            "samples of each channel": str(gap.count),
+            "length / ms": plain(gap.count / rate, 3, scale=1e3),
+            "reason": gap.reason or UNKNOWN,
+        }
         for gap in run.gaps
     )
-    header = (f"from / s after {run.since}", "samples of each channel", "length / ms", "reason")
-    return [Grid(header, rows, "Lost samples", left=(3,))]
+    return [Grid.of(rows, "Lost samples", left=(3,))]
 
 
 def _calibration(run: RunFacts) -> list[Content]:

@@ -1,16 +1,21 @@
-"""The report's first section: who, when, all runs in one table, statistics of the series, setup."""
+"""The report's first section: who, when, all runs in one table, statistics and figure of the series, setup."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
+
+from matplotlib.figure import Figure
 
 from radargui import __version__
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
-from radargui.report.figure_series import points_of, series_page
 from radargui.report.run_facts import RunFacts, all_simulated
 from radargui.report.setup_blocks import setup_blocks
+from radargui.report.sheet import add_axes, legend, new_page
+from radargui.report.style import RECEIVER_COLOURS
 from radargui.restitution.series import Series, Statistics, series_of
 from radargui.session.info import SessionInfo
 
@@ -53,21 +58,20 @@ def _preliminary(runs: Sequence[RunFacts]) -> list[Content]:
 
 
 def _summary(runs: Sequence[RunFacts]) -> Grid:
-    header = ("drop", "run", "drop height / mm", "impact speed / (m/s)", "e", "g / (m/s²)", "impacts", "verdict")
-    rows = tuple(
-        (
-            run.label,
-            run.name,
-            plain(run.figure("drop_height_m"), 4, scale=1e3),
-            plain(run.figure("impact_speed_m_s"), 4),
-            quantity(run.figure("e"), run.figure("u_e")),
-            quantity(run.figure("g_m_s2"), run.figure("u_g_m_s2")),
-            str(len(run.bounces.impacts)) if run.figures else UNKNOWN,
-            run.said,
-        )
+    rows = (
+        {
+            "drop": run.label,
+            "run": run.name,
+            "drop height / mm": plain(run.figure("drop_height_m"), 4, scale=1e3),
+            "impact speed / (m/s)": plain(run.figure("impact_speed_m_s"), 4),
+            "e": quantity(run.figure("e"), run.figure("u_e")),
+            "g / (m/s²)": quantity(run.figure("g_m_s2"), run.figure("u_g_m_s2")),
+            "impacts": str(len(run.bounces.impacts)) if run.figures else UNKNOWN,
+            "verdict": run.said,
+        }
         for run in runs
     )
-    return Grid(header, rows, "Runs (± is the standard uncertainty of each run)", left=(0, 1, 7))
+    return Grid.of(rows, "Runs (± is the standard uncertainty of each run)", left=(0, 1, 7))
 
 
 def _statistics(runs: Sequence[RunFacts]) -> list[Content]:
@@ -95,3 +99,60 @@ def _left_out(series: Series) -> list[Content]:
 def _pictures(runs: Sequence[RunFacts]) -> tuple[Picture, ...]:
     points = points_of(runs)
     return (Picture("restitution against impact speed", partial(series_page, points)),) if points else ()
+
+
+_MOST_NAMED = 8
+_MARKERS = "osD^v<>P"
+_WORST_SHARE = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class RunPoints:
+    """Valid impacts of one run: speeds before, e and its standard uncertainty."""
+
+    name: str
+    speed_m_s: tuple[float, ...]
+    e: tuple[float, ...]
+    u_e: tuple[float, ...]
+
+
+def points_of(runs: Sequence[RunFacts]) -> tuple[RunPoints, ...]:
+    """Return the points of the runs that have a valid impact; an e that is hardly known is left out."""
+    found = []
+    for run in runs:
+        impacts = [
+            impact
+            for impact in run.bounces.impacts
+            if impact.valid and math.isfinite(impact.e) and impact.u_e < _WORST_SHARE * impact.e
+        ]
+        if impacts:
+            columns = zip(*((impact.speed_before_m_s, impact.e, impact.u_e) for impact in impacts), strict=True)
+            found.append(RunPoints(run.name, *columns))
+    return tuple(found)
+
+
+def series_page(points: Sequence[RunPoints]) -> Figure:
+    """Return the page: e with bars of two standard uncertainties against the speed before the impact."""
+    figure = new_page()
+    axes = add_axes(figure, 26.0, 32.0, 170.0, 100.0)
+    axes.set_title("Coefficient of restitution of every valid impact, bars ± 2 u")
+    axes.set_xlabel("speed before the impact / (m/s)")
+    axes.set_ylabel("e")
+    for number, run in enumerate(points):
+        axes.errorbar(
+            run.speed_m_s,
+            run.e,
+            yerr=[2.0 * u for u in run.u_e],
+            fmt=_MARKERS[number % len(_MARKERS)],
+            color=RECEIVER_COLOURS[number % len(RECEIVER_COLOURS)],
+            markersize=3.0,
+            elinewidth=0.6,
+            capsize=1.5,
+            capthick=0.6,
+            label=run.name if number < _MOST_NAMED else None,
+        )
+    axes.margins(0.05, 0.1)
+    axes.set_xlim(left=0.0)
+    if len(points) <= _MOST_NAMED:
+        legend(axes)
+    return figure

@@ -12,8 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
-from radargui.report.curves import RunCurves
-from radargui.report.decimation import Curve
+from radargui.report.curves import Curve, RunCurves
 from radargui.report.style import A4_INCH, GAP_COLOUR, IMPACT_COLOUR
 
 WIDTH_MM, HEIGHT_MM = 210.0, 297.0

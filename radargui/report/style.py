@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager
 from functools import lru_cache
-from typing import Any
+from pathlib import Path
 
 import matplotlib as mpl
 from matplotlib.font_manager import get_font_names
 
 A4_INCH = (8.27, 11.69)
+_STYLE = Path(__file__).with_name("page.mplstyle")
 
 I_COLOUR = "#0060a8"
 Q_COLOUR = "#c8500a"
@@ -39,49 +40,7 @@ def fonts() -> tuple[str, ...]:
 
 def page_style() -> AbstractContextManager[None]:
     """Return the context in which all pages are made and saved; what is set outside of it stays as it was."""
-    parameters: Any = {
-        "font.family": list(fonts()),
-        "font.size": 7.0,
-        "axes.titlesize": 7.5,
-        "axes.titlelocation": "left",
-        "axes.titlepad": 3.0,
-        # without a fixed height every title asks for the size of every tick label: a sixth of the drawing time
-        "axes.titley": 1.0,
-        "axes.labelsize": 7.0,
-        "axes.labelpad": 2.0,
-        "axes.linewidth": 0.5,
-        "axes.edgecolor": "#404040",
-        "axes.grid": True,
-        "axes.facecolor": "white",
-        "axes.unicode_minus": True,
-        "axes.formatter.useoffset": False,
-        "axes.formatter.limits": (-5, 6),
-        "axes.xmargin": 0.0,
-        "figure.facecolor": "white",
-        "savefig.facecolor": "white",
-        "grid.color": "#dddddd",
-        "grid.linewidth": 0.4,
-        "xtick.labelsize": 6.5,
-        "ytick.labelsize": 6.5,
-        "xtick.major.width": 0.5,
-        "ytick.major.width": 0.5,
-        "xtick.major.size": 2.5,
-        "ytick.major.size": 2.5,
-        "lines.linewidth": 0.6,
-        "lines.solid_joinstyle": "bevel",
-        "legend.fontsize": 6.5,
-        "legend.frameon": False,
-        "legend.borderaxespad": 0.2,
-        "legend.handlelength": 1.5,
-        "path.simplify": True,
-        "path.simplify_threshold": 0.2,
-        "svg.fonttype": "path",
-        "svg.hashsalt": "radargui",
-        "pdf.fonttype": 42,
-        "text.usetex": False,
-        "text.parse_math": False,
-    }
-    return mpl.rc_context(parameters)
+    return mpl.rc_context({"font.family": list(fonts())}, _STYLE)
 
 
 def scaled(unit: str, largest: float) -> tuple[float, str]:

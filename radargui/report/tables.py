@@ -1,4 +1,4 @@
-"""The tables of one run for other programs: track.csv, bounces.csv and result.json; whether those there are current."""
+"""The tables of one run for other programs: track.csv, bounces.csv and result.json; JSON that every reader takes."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from pydantic_core import to_jsonable_python
 
 from radargui import __version__
 from radargui.files.fixed_point import Column, lines
@@ -21,7 +23,6 @@ from radargui.model.digitisation import channel_skew
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.site_check import site_check
-from radargui.report.plain_values import json_bytes
 from radargui.restitution.site_gravity import SiteCheck
 
 _PIECE = 1 << 18
@@ -210,3 +211,22 @@ def tables_are_current(folder: Path, setup: Setup) -> bool:
         return False
     wanted = json.loads(json_bytes({"setup": setup, "version": __version__}))
     return isinstance(document, dict) and all(document.get(key) == value for key, value in wanted.items())
+
+
+def plain_value(value: object) -> Any:
+    """Return dicts, lists, texts, numbers, booleans and None; NaN and infinities become None.
+
+    Takes mappings, sequences, arrays, dataclasses and models, nested in any way; anything else becomes its text.
+    """
+    return to_jsonable_python(value, by_alias=True, inf_nan_mode="null", fallback=_as_plain)
+
+
+def _as_plain(value: object) -> object:
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else str(value)
+
+
+def json_bytes(value: object) -> bytes:
+    """Return a value as indented JSON in UTF-8 that every reader takes: no NaN, no Infinity."""
+    return (json.dumps(plain_value(value), ensure_ascii=False, allow_nan=False, indent=2) + "\n").encode(
+        errors="replace"
+    )

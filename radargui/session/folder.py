@@ -1,9 +1,11 @@
-"""The folder of a session: made anew, under a name that every system can have."""
+"""The folder of a session: where it goes, made anew, under a name that every system can have."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
+
+import platformdirs
 
 from radargui.model.errors import SessionError
 
@@ -71,3 +73,8 @@ def fit_name(name: str) -> str:
             remedy='Use letters, digits, space, "-", "_" and "." inside.',
         )
     return name
+
+
+def default_data_folder() -> Path:
+    """Return the folder RadarGUI in the user's documents; it may not be there yet."""
+    return Path(platformdirs.user_documents_dir()) / "RadarGUI"

@@ -8,8 +8,7 @@ from datetime import datetime
 from pathlib import Path
 
 from radargui.files.channel_map import ChannelMap, read_mapped
-from radargui.files.formats import format_of
-from radargui.files.own_facts import own_setup_toml, source_program
+from radargui.files.formats import format_of, own_setup_toml, source_program
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import read_recording
 from radargui.model.block import Block, Gap

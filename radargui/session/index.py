@@ -12,8 +12,8 @@ import json
 import logging
 import os
 import sqlite3
-from collections.abc import Callable, Iterable
-from dataclasses import astuple
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import astuple, dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -22,9 +22,69 @@ import platformdirs
 
 from radargui.files.run_card import RunCard, read_run_card
 from radargui.model.errors import FileError, SessionError
-from radargui.session.info import SessionInfo, read_info
+from radargui.session.info import FILE_NAME, SessionInfo, read_info
 from radargui.session.query import antenna_key
-from radargui.session.scan import SeenSession, sessions_below
+from radargui.session.session import is_run_name
+
+DEEPEST = 8
+Stamp = str
+
+
+@dataclass(frozen=True, slots=True)
+class SeenSession:
+    """A session folder.
+
+    Attributes
+    ----------
+    path
+        The folder.
+    stamp
+        Date and size of its record; empty where it has none. Another stamp: another content.
+    runs
+        Stamp of each run file, by name.
+    """
+
+    path: Path
+    stamp: Stamp
+    runs: dict[str, Stamp] = field(default_factory=dict)
+
+
+def sessions_below(folder: Path, depth: int = DEEPEST) -> Iterator[SeenSession]:
+    """Yield the session folders at any depth; links are not followed, hidden folders and sessions not searched."""
+    try:
+        with os.scandir(folder) as entries:
+            found = sorted(entries, key=lambda entry: entry.name)
+    except OSError:
+        return
+    stamp, runs, folders = "", {}, []
+    for entry in found:
+        if entry.name == FILE_NAME:
+            stamp = _stamp(entry)
+        elif is_run_name(entry.name):
+            runs[entry.name] = _stamp(entry)
+        elif not entry.name.startswith(".") and _is_folder(entry):
+            folders.append(Path(entry.path))
+    if stamp or runs:
+        yield SeenSession(folder, stamp, runs)
+        return
+    for below in folders if depth else ():
+        yield from sessions_below(below, depth - 1)
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir(follow_symlinks=False)
+    except OSError:
+        return False
+
+
+def _stamp(entry: os.DirEntry[str]) -> Stamp:
+    try:
+        found = entry.stat()
+    except OSError:
+        return "gone"
+    return f"{found.st_mtime_ns}-{found.st_size}"
+
 
 SCHEMA = 2
 IN_MEMORY = Path(":memory:")

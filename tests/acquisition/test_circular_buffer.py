@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from radargui.acquisition.circular_buffer import CircularBuffer
+from radargui.acquisition.ring import CircularBuffer
 
 
 @given(st.integers(1, 17), st.lists(st.integers(0, 40), max_size=12), st.integers(-5, 200), st.integers(0, 60))

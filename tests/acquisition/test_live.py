@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.simulated_setup import simulated_setup
 
-from radargui.acquisition.live_track import LiveTrack
-from radargui.acquisition.live_worker import LiveWorker
+from radargui.acquisition.live_track import LiveTrack, LiveWorker
 from radargui.acquisition.ring import Ring
 from radargui.model.arrays import RawArray
 from radargui.model.block import Block, Gap

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from support.controlled_source import digitisation
 
-from radargui.acquisition.history import History, cut
+from radargui.acquisition.run_output import History, cut
 from radargui.acquisition.run_plan import FixedPlan, IndexMap, MotionPlan
 from radargui.acquisition.state import Ending
 from radargui.conditioning.trigger import TriggerState

@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 from support.command_line import Command
 from support.dask_cluster import dask_cluster
+from support.run_contents import read_summary
 from support.stored_runs import results_digest, store_runs
-
-from radargui.files.run_results import read_summary
 
 HELD_BATCH = Path(__file__).parents[1] / "support" / "held_batch.py"
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command_line import Command
+from support.run_contents import read_run_truth, read_summary
 
 from radargui.cli.record_progress import RecordProgress
 from radargui.experiment.event import Event, EventKind
-from radargui.files.run_file import read_run, read_run_setup, read_run_truth
-from radargui.files.run_results import read_summary
+from radargui.files.run_file import read_run, read_run_setup
 from radargui.session.session import Session
 
 

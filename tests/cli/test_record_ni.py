@@ -11,10 +11,10 @@ from support.changed import changed
 from support.command_line import Command
 from support.ni_server import RealTime, serve, usb_6356
 from support.ni_server.server import CERTIFICATES
+from support.run_contents import read_summary
 from support.small_setups import quick_setup
 
 from radargui.files.run_file import read_run
-from radargui.files.run_results import read_summary
 from radargui.model.setup import Setup
 from radargui.model.setup_file import write_setup
 from radargui.sources.simulated.model import simulate_recording

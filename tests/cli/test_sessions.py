@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from support.command_line import Command
 from support.file_samples import codes, int16_digitisation
+from support.run_contents import read_summary
 
 from radargui.files.run_file import run_is_complete
-from radargui.files.run_results import read_summary
 from radargui.model.block import Block
 from radargui.session import index
 from radargui.session.session import Session

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from support.run_contents import read_summary
 from support.small_setups import PLATE
 from support.stored_runs import SETUP, raw_digest, results_digest, store_runs
 
@@ -18,7 +19,6 @@ from radargui.experiment.batch.find import find_runs
 from radargui.experiment.batch.local import run_local
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, TablesTo, work_on
 from radargui.experiment.reprocess import process_run
-from radargui.files.run_results import read_summary
 from radargui.model.errors import CancelledError, FileError, ProcessingError, SetupError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.run_contents import read_summary
 from support.stored_runs import SETUP, raw_digest, store_runs
 
 from radargui.experiment.compare import changed_settings, compare_stored, compare_with
 from radargui.experiment.reprocess import process_run
-from radargui.files.run_results import read_summary
 from radargui.files.stored_results import read_stored_results
 from radargui.model.errors import SetupError
 from radargui.model.setup_change import changed

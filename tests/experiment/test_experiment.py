@@ -12,14 +12,15 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.controlled_source import LONGEST_S, ControlledSource, codes
+from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.state import AcquisitionState, Ending
 from radargui.experiment import finished
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.files.run_file import read_run, read_run_truth, run_is_complete
-from radargui.files.run_results import read_summary, results_are_current
+from radargui.files.run_file import read_run, run_is_complete
+from radargui.files.run_results import results_are_current
 from radargui.model.errors import DeviceError, ProcessingError, SourceError
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.run_contents import read_summary
 from support.simulated_setup import simulated_setup
 
 from radargui.experiment.reprocess import process_run
 from radargui.files.run_file import read_run
-from radargui.files.run_results import read_summary
 from radargui.files.run_writer import RunWriter
 from radargui.model.block import Block
 from radargui.model.errors import FileError, UsageError

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.controlled_source import LONGEST_S, ControlledSource, codes
+from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.run_output import FinishedRun
@@ -23,9 +24,8 @@ from radargui.experiment.event import Event, EventKind, ExperimentState, Recorde
 from radargui.experiment.experiment import Experiment
 from radargui.experiment.finished import FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
-from radargui.files.run_file import read_run, read_run_truth
+from radargui.files.run_file import read_run
 from radargui.files.run_health import read_health
-from radargui.files.run_results import read_summary
 from radargui.model.errors import CancelledError, DeviceError, FileError, ProcessingError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup

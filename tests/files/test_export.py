@@ -15,11 +15,15 @@ from nptdms import TdmsFile
 from support.file_samples import codes, default_setup, int16_digitisation, volts, write_run
 
 from radargui.files import mat_writer
+from radargui.files.csv_file import csv_facts
 from radargui.files.export import EXPORT_FORMATS, export_run
-from radargui.files.own_facts import csv_facts, mat_facts, own_setup_toml, sigmf_facts, tdms_facts
+from radargui.files.formats import own_setup_toml
+from radargui.files.mat_file import mat_facts
 from radargui.files.reading import list_channels, read_recording
 from radargui.files.run_file import read_run
 from radargui.files.run_writer import RunWriter
+from radargui.files.sigmf_file import sigmf_facts
+from radargui.files.tdms_file import tdms_facts
 from radargui.model.block import Block, Gap
 from radargui.model.digitisation import Digitisation, iq_names
 from radargui.model.errors import FileError
@@ -135,7 +139,7 @@ def test_a_folder_that_cannot_be_made_is_told(run: Path, name: str) -> None:
 def test_a_run_of_several_pieces_and_a_higher_scaling_comes_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    monkeypatch.setattr("radargui.files.run_stream.PIECE", 1000)
+    monkeypatch.setattr("radargui.files.run_file.PIECE", 1000)
     scaling = ((0.01, 1.5e-4, 1e-11, -1e-16),) * 2
     with RunWriter(tmp_path / "run-0001.h5", Digitisation(iq_names(1), 1e4, scaling), started_at="") as writer:
         writer.write(Block(codes(2, 20_000), 0))

@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from radargui.files.export_facts import ExportFacts, commented, facts_of_table, facts_of_text, uncommented
-from radargui.files.run_file import Marker
-from radargui.model.block import Gap
+from radargui.model.block import Gap, Marker
 from radargui.model.digitisation import Digitisation
 
 TEXT = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\0"), max_size=40)

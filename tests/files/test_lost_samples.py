@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.files.lost_samples import are_possible, stored_starts
-from radargui.model.block import Gap, absolute_index
+from radargui.model.block import Gap, absolute_index, are_possible, stored_starts
 
 
 def test_the_index_jumps_by_what_was_lost() -> None:

@@ -13,13 +13,13 @@ import h5py
 import numpy as np
 import pytest
 from support.file_samples import codes, int16_digitisation, volts, write_run
+from support.run_contents import read_markers, read_run_truth, read_summary
 
 from radargui.files import run_writer
-from radargui.files.run_file import Marker, read_markers, read_run, read_run_setup, read_run_truth, run_is_complete
-from radargui.files.run_results import read_summary
+from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.run_writer import RunExistsError, RunWriter
 from radargui.files.staged_file import StagedFile
-from radargui.model.block import Block, Gap
+from radargui.model.block import Block, Gap, Marker
 from radargui.model.digitisation import Digitisation, iq_names
 from radargui.model.errors import FileError
 from radargui.model.truth import Truth

@@ -11,7 +11,7 @@ from support.file_samples import codes, volts, write_tdms
 
 from radargui.files.channel_map import parse_channel_map
 from radargui.files.reading import list_channels, read_recording
-from radargui.files.tdms_scaling import code_polynomial
+from radargui.files.tdms_file import code_polynomial
 from radargui.model.errors import FileError
 
 LINEAR = {

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from support.gui_sessions import make_session
+from support.run_contents import read_summary
 from support.stored_runs import results_digest
 
 from radargui.acquisition.state import Ending
@@ -15,7 +16,6 @@ from radargui.experiment.event import RecordedRun
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.experiment.reprocess import own_setup
 from radargui.files.run_file import read_run
-from radargui.files.run_results import read_summary
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_controller import COMPUTING

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 from support.gui_sessions import make_session
+from support.run_contents import read_summary
 
-from radargui.files.run_results import read_summary
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.model.errors import DeviceError

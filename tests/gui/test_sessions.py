@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from PySide6.QtCore import QRectF
 from support.gui_sessions import make_session
+from support.run_contents import read_markers
 
-from radargui.files.run_file import read_markers
 from radargui.files.run_writer import RunWriter
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow

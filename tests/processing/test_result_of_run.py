@@ -13,10 +13,10 @@ from support.changed import changed
 from support.same_result import assert_same_result
 from support.stored_runs import SETUP, store_runs
 
+from radargui.files import hdf5
 from radargui.files.run_file import read_run
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.run_writer import RunWriter
-from radargui.files.seal import seal
 from radargui.model.block import Block, Gap
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.result import RunResult
@@ -51,7 +51,7 @@ def run(tmp_path: Path) -> Path:
 def with_results(path: Path, change: Callable[[h5py.Group], object]) -> None:
     with h5py.File(path, "r+") as file:
         change(file["results"])
-        seal(file["results"].attrs)
+        hdf5.seal(file["results"].attrs)
 
 
 @pytest.mark.parametrize(

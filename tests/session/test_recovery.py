@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from support.file_samples import codes, default_setup, int16_digitisation, result_of
 from support.killing import LOST_S, Killer
+from support.run_contents import read_markers, read_summary
 
 from radargui.experiment.reprocess import recover_run
 from radargui.files.overview import read_overview
-from radargui.files.run_file import read_markers, read_run, run_is_complete
+from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_recovery import finish_run
-from radargui.files.run_results import read_summary, write_results
+from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
 from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError

@@ -22,9 +22,8 @@ from radargui.model.setup_file import dump_setup
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.report import write_report
 from radargui.session import info as info_module
-from radargui.session.data_folder import default_data_folder
 from radargui.session.export import plan_export
-from radargui.session.folder import own_subfolder
+from radargui.session.folder import default_data_folder, own_subfolder
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.run_contents import read_markers
 
 from radargui.experiment.reprocess import process_run
-from radargui.files.run_file import read_markers, read_run, read_run_setup, run_is_complete
+from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.stored_results import read_stored_results
 from radargui.model.setup import Setup
 from radargui.model.setup_file import dump_setup, parse_setup, read_setup

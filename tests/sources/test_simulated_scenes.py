@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from support.simulated_setup import perfect_setup
 
-from radargui.sources.simulated.pendulum import Pendulum
-from radargui.sources.simulated.scene import RETURN_S, Scene
+from radargui.sources.simulated.scene import RETURN_S, Pendulum, Scene
 
 
 @pytest.mark.parametrize("tilt", [0.0, 35.0, 90.0])

@@ -11,9 +11,8 @@ from radargui.estimation.adaptive.circle_data import averaging_loss, circle_data
 from radargui.estimation.adaptive.circle_fit import CircleData
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.signals import ScaledSignals
-from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.model.arrays import ComplexArray, FloatArray, pieces
 from radargui.model.front_end_equations import channels_of, point_of
-from radargui.model.pieces import pieces
 
 
 @dataclass(frozen=True, slots=True)

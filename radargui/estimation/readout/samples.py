@@ -13,9 +13,8 @@ from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.geometry.antennas import Antennas
 from radargui.geometry.path_length import path_gradient, path_lengths
-from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.model.arrays import ComplexArray, FloatArray, pieces
 from radargui.model.front_end_equations import point_of
-from radargui.model.pieces import pieces
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,9 +11,8 @@ from scipy.linalg.lapack import dpotri
 from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, pieces
 from radargui.model.errors import SolveError
-from radargui.model.pieces import pieces
 
 # A bin meets four neighbouring coefficients: bandwidth 3 x 3 + 2 = 11. Any block above 11 is right; 24 by hand: smaller
 # ones cost calls, larger ones arithmetic.

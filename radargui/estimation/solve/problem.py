@@ -17,9 +17,8 @@ from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.estimation.solve.priors import Prior
 from radargui.geometry.path_length import range_factor
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, pieces
 from radargui.model.errors import SolveError
-from radargui.model.pieces import pieces
 
 # Beyond so many standard deviations a residual counts by its size, not its square: less than one in 10^4 of Gaussian
 # ones. Impulses and what the model lacks then pull with a bounded force.

@@ -12,7 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.synchronize import Event
 
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, work_on
-from radargui.experiment.spawning import workers_ignoring_interrupts
+from radargui.experiment.processing_apart import workers_ignoring_interrupts
 from radargui.model.errors import CancelledError, ProcessingError
 
 _AHEAD = 2

@@ -36,7 +36,7 @@ def find_ni_devices(remote: str | None, certificate: str | None = None) -> Seque
 
 def check_on_device(setup: Setup) -> Any:
     """Try a setup on its device without sampling; the driver's package is loaded only now."""
-    from radargui.sources.ni.setup_check import check_setup
+    from radargui.sources.ni.source import check_setup
 
     return check_setup(setup)
 

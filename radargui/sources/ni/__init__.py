@@ -2,7 +2,6 @@
 
 from radargui.sources.ni.device import NiDevice, TerminalChoice
 from radargui.sources.ni.discovery import driver_version, find_devices
-from radargui.sources.ni.setup_check import SetupCheck, check_setup
-from radargui.sources.ni.source import NiSource
+from radargui.sources.ni.source import NiSource, SetupCheck, check_setup
 
 __all__ = ["NiDevice", "NiSource", "SetupCheck", "TerminalChoice", "check_setup", "driver_version", "find_devices"]

@@ -1,23 +1,24 @@
-"""The NI device as a source of samples."""
+"""The NI device as a source of samples, and a setup tried on it without sampling."""
 
 from __future__ import annotations
 
 import logging
 import threading
+from dataclasses import dataclass
 
 from radargui.model.arrays import RawArray
 from radargui.model.block import Block
-from radargui.model.digitisation import Digitisation
+from radargui.model.daq import Daq
+from radargui.model.digitisation import Digitisation, channel_skew
 from radargui.model.errors import DeviceError
 from radargui.model.setup import Setup
 from radargui.model.truth import Truth
 from radargui.sources.clock import SYSTEM_CLOCK, Clock
-from radargui.sources.ni.checks import checked_settings, rate_sentence
+from radargui.sources.ni.checks import StartEdge, checked_settings, rate_sentence
 from radargui.sources.ni.device import NiDevice
 from radargui.sources.ni.discovery import find_device
 from radargui.sources.ni.driver import Driver, driver_errors
 from radargui.sources.ni.explain import no_edge, no_samples
-from radargui.sources.ni.start import StartEdge
 from radargui.sources.ni.task import InputTask
 
 _log = logging.getLogger(__name__)
@@ -212,3 +213,71 @@ class NiSource:
         """Return None: nobody knows what really happened."""
         del first_index, count
         return None
+
+
+@dataclass(frozen=True, slots=True)
+class SetupCheck:
+    """What a device does with a setup, as read back from it.
+
+    Attributes
+    ----------
+    device
+        The device.
+    digitisation
+        Channels, rate and skew in force.
+    lines
+        The same for people: (what, how).
+    """
+
+    device: NiDevice
+    digitisation: Digitisation
+    lines: tuple[tuple[str, str], ...]
+
+
+def check_setup(setup: Setup) -> SetupCheck:
+    """Reserve and configure the device of a setup, read back what is in force, and release it.
+
+    Raises
+    ------
+    DeviceError
+        Driver, server or device missing, device in use, or settings that it does not have.
+    """
+    source = NiSource(setup)
+    try:
+        digitisation = source.open()
+        device, task = source.device, source.task
+        lines = () if device is None or task is None else _lines(setup, device, task, digitisation)
+    finally:
+        source.close()
+    return SetupCheck(device or NiDevice(setup.daq.device), digitisation, lines)
+
+
+def _lines(setup: Setup, device: NiDevice, task: InputTask, digitisation: Digitisation) -> tuple[tuple[str, str], ...]:
+    settings = task.settings
+    wiring = ", ".join(f"{name} {channel}" for name, channel in zip(settings.names, settings.channels, strict=True))
+    buffer = task.buffer_samples or settings.buffer_samples
+    start = settings.start
+    lines = [
+        ("device", digitisation.device),
+        ("channels", wiring),
+        ("terminal", settings.terminal),
+        ("range", f"{settings.low_v:g} to {settings.high_v:g} V"),
+        ("rate", rate_sentence(device, len(settings.names), task.rate_hz)),
+        ("skew", _skew(device, task, digitisation, setup.daq)),
+        ("samples", "16 bit codes with the device's scaling" if task.scaling else "volts"),
+        ("buffer", f"{buffer} samples a channel, {buffer / task.rate_hz:.3g} s"),
+        ("start", "at once" if start is None else f"at {start.title()}"),
+    ]
+    if start is not None and start.total_samples is not None:
+        before_s, after_s = start.pretrigger_samples / task.rate_hz, start.posttrigger_samples / task.rate_hz
+        lines.append(("run", f"{before_s:.3g} s before the edge and {after_s:.3g} s after it"))
+    if setup.recording.restart_after_error:
+        lines.append(("after an error", f"started again within {setup.recording.restart_within_s:g} s"))
+    return tuple(lines)
+
+
+def _skew(device: NiDevice, task: InputTask, digitisation: Digitisation, daq: Daq) -> str:
+    if device.simultaneous:
+        return "none: all channels are sampled at the same instant"
+    skew = f"{channel_skew(digitisation, daq).delay_s * 1e6:.3g} us from channel to channel"
+    return skew if task.convert_rate_hz else f"{skew}, from the setup: the device does not say"

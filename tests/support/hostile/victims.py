@@ -24,14 +24,14 @@ from support.file_samples import (
     write_tdms,
 )
 from support.found_sessions import find_sessions
+from support.run_contents import read_markers, read_run_truth, read_summary
 
 from radargui.files import mat_writer
 from radargui.files.channel_guess import guess_channel_map
 from radargui.files.export import EXPORT_FORMATS, export_run
 from radargui.files.reading import list_channels, read_recording
-from radargui.files.run_file import read_markers, read_run, read_run_setup, read_run_truth
-from radargui.files.run_results import read_summary, results_are_current, write_results
-from radargui.files.run_stream import run_stream
+from radargui.files.run_file import read_run, read_run_setup, run_stream
+from radargui.files.run_results import results_are_current, write_results
 from radargui.files.whole_result import read_whole_result
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path

@@ -9,10 +9,11 @@ import inspect
 import re
 from pathlib import Path
 
+from radargui.model.setup_place import find_place
+
 from radargui.model.section import Section
 from radargui.model.setup import Setup
 from radargui.model.setup_error import value_text
-from radargui.model.setup_place import find_place
 
 HEAD = """# The setup file
 

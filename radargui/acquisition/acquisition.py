@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 
 from radargui.acquisition.faults import attempt
 from radargui.acquisition.health import Health, health_record, snapshot
@@ -78,13 +79,17 @@ class Acquisition:
         make_processor: MakeProcessor = LiveProcessor,
     ) -> None:
         self._source = source
-        self._setup = setup
-        self._ring_s = ring_s
         self.recorder = recorder
-        self._make_processor = make_processor if live else None
-        self._patient = patient
+        self._make_stream = partial(
+            make_stream,
+            setup=setup,
+            ring_s=ring_s,
+            records=recorder is not None,
+            make_processor=make_processor if live else None,
+            clock=clock,
+            patient=patient,
+        )
         self._on_end = on_end
-        self._clock = clock
         self._lock = threading.RLock()
         self._done = threading.Event()
         self.state = AcquisitionState.IDLE
@@ -154,22 +159,9 @@ class Acquisition:
         self._end()
 
     def _open_and_read(self) -> None:
-        stream = self._open()
+        stream = self._stream = self._make_stream(self._source.open())
         if self._begin(stream):
             self._read(stream)
-
-    def _open(self) -> Stream:
-        digitisation = self._source.open()
-        self._stream = make_stream(
-            digitisation,
-            self._setup,
-            ring_s=self._ring_s,
-            records=self.recorder is not None,
-            make_processor=self._make_processor,
-            clock=self._clock,
-            patient=self._patient,
-        )
-        return self._stream
 
     def _begin(self, stream: Stream) -> bool:
         if self.recorder is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import KW_ONLY, dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -24,6 +25,7 @@ _SLICE_S = 0.01
 """Blocks are taken in slices, so that a run that ends within a block leaves its rest to the next run."""
 
 
+@dataclass(eq=False)
 class Recorder:
     """Records runs one after the other; has no thread of its own, whoever calls `push` pays for the disk.
 
@@ -73,27 +75,18 @@ class Recorder:
         Absolute index from which the recorder is armed again after a run; None before it is.
     """
 
-    def __init__(
-        self,
-        open_run: OpenRun,
-        limits: RecordingLimits,
-        *,
-        folder: Path | None = None,
-        seconds: float | None = None,
-        n_runs: int = 1,
-        make_judge: Callable[[Digitisation], FallTest] | None = None,
-        minimum_free_bytes: int = MINIMUM_FREE_BYTES,
-        on_change: Callable[[RecorderState], None] | None = None,
-        on_run: Callable[[FinishedRun], None] | None = None,
-    ) -> None:
-        self._open_run = open_run
-        self._limits = limits
-        self._seconds = seconds
-        self._n_runs = n_runs
-        self._make_judge = make_judge
-        self.minimum_free_bytes = minimum_free_bytes
-        self._on_change = on_change
-        self._on_run = on_run
+    open_run: OpenRun
+    limits: RecordingLimits
+    _: KW_ONLY
+    folder: Path | None = None
+    seconds: float | None = None
+    n_runs: int = 1
+    make_judge: Callable[[Digitisation], FallTest] | None = None
+    minimum_free_bytes: int = MINIMUM_FREE_BYTES
+    on_change: Callable[[RecorderState], None] | None = None
+    on_run: Callable[[FinishedRun], None] | None = None
+
+    def __post_init__(self) -> None:
         self.state = RecorderState.IDLE
         self.output: RunOutput | None = None
         self._writing = False
@@ -102,7 +95,6 @@ class Recorder:
         self.n_wanted = 0
         self._unchecked = 0
         self.armed_again_at: int | None = None
-        self._folder = folder
         self.health_of_run: Callable[[RunOutput], Mapping[str, object]] = lambda _output: {}
         self.disk_free_bytes: int | None = None
         self.ending: Ending | None = None
@@ -127,7 +119,7 @@ class Recorder:
         """Record one run more than was asked for; False where it is too late. From any thread."""
         if self.is_done:
             return False
-        self._n_runs += 1
+        self.n_runs += 1
         return True
 
     def prepare(self, digitisation: Digitisation, started: datetime, truth: TruthOf | None = None) -> None:
@@ -151,12 +143,12 @@ class Recorder:
         self._started = started
         self._truth = truth
         self._plan: RunPlan = (
-            MotionPlan(digitisation, self._limits) if self._seconds is None else FixedPlan(digitisation, self._seconds)
+            MotionPlan(digitisation, self.limits) if self.seconds is None else FixedPlan(digitisation, self.seconds)
         )
         self._slice = max(1, round(_SLICE_S * digitisation.sample_rate_hz))
         self._history = History(self._plan.history)
-        if self._folder is not None:
-            want_writable(self._folder)
+        if self.folder is not None:
+            want_writable(self.folder)
         self._check_disk()
         self._enter(RecorderState.ARMED)
 
@@ -233,11 +225,11 @@ class Recorder:
             trigger = None if again and trigger < first_index else max(0, trigger - first_index)
         seconds = first_index / self._digitisation.sample_rate_hz
         started_at = (self._started + timedelta(seconds=seconds)).isoformat(timespec="microseconds")
-        file = self._open_run(self._digitisation, started_at=started_at, trigger_index=trigger)
+        file = self.open_run(self._digitisation, started_at=started_at, trigger_index=trigger)
         output = self.output = RunOutput(file, self._digitisation, first_index, trigger)
         self._writing = True
         self._n_opened += not again
-        self._judge = None if self._make_judge is None else self._make_judge(self._digitisation)
+        self._judge = None if self.make_judge is None else self.make_judge(self._digitisation)
         self._enter(RecorderState.RECORDING)
         for number, block in enumerate(blocks):
             if not self._writing or self.output is not output:
@@ -282,7 +274,7 @@ class Recorder:
         self._writing = False
         refusal = "" if self._judge is None or ending is Ending.FAILED else self._judge.refusal()
         self.n_wanted += not refusal
-        is_last = is_last or self.n_wanted >= self._n_runs
+        is_last = is_last or self.n_wanted >= self.n_runs
         health = {
             **self.health_of_run(output),
             "first_sample": output.first_index,
@@ -320,9 +312,9 @@ class Recorder:
     def _report(
         self, output: RunOutput, ending: Ending, refusal: str, health: Mapping[str, object], *, is_last: bool
     ) -> None:
-        if self._on_run is not None:
+        if self.on_run is not None:
             span = output.first_index, output.end_index, output.count
-            self._on_run(FinishedRun(self._n_opened, output.path, ending, *span, refusal, is_last, health))
+            self.on_run(FinishedRun(self._n_opened, output.path, ending, *span, refusal, is_last, health))
 
     def _end(self, ending: Ending) -> None:
         self.ending = ending
@@ -330,8 +322,8 @@ class Recorder:
 
     def _enter(self, state: RecorderState) -> None:
         self.state = state
-        if self._on_change is not None:
-            self._on_change(state)
+        if self.on_change is not None:
+            self.on_change(state)
 
     def _watch_disk(self) -> None:
         """Look at the disk; a run under way is completed while there is room to do so."""
@@ -345,6 +337,6 @@ class Recorder:
             raise
 
     def _check_disk(self) -> None:
-        free = self.disk_free_bytes = None if self._folder is None else free_bytes(self._folder)
-        if self._folder is not None and free is not None and free < self.minimum_free_bytes:
-            raise low_disk_error(self._folder, free, self.minimum_free_bytes)
+        free = self.disk_free_bytes = None if self.folder is None else free_bytes(self.folder)
+        if self.folder is not None and free is not None and free < self.minimum_free_bytes:
+            raise low_disk_error(self.folder, free, self.minimum_free_bytes)

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import typer
 
 from radargui import __version__
-from radargui.cli.guard import guarded
+from radargui.cli.console import guarded
 from radargui.model.errors import RadarGuiError
 
 app = typer.Typer(

@@ -12,8 +12,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from radargui.cli.bar import Bar
-from radargui.cli.console import figure
-from radargui.cli.guard import FAILED, fail
+from radargui.cli.console import FAILED, fail, figure
 from radargui.cli.setup_choice import processing_changes
 from radargui.experiment.batch.cluster import run_on_cluster
 from radargui.experiment.batch.find import FoundRun, FoundRuns, find_runs

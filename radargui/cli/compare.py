@@ -7,8 +7,7 @@ from pathlib import Path
 
 import typer
 
-from radargui.cli.console import progress_bar, show_table
-from radargui.cli.guard import FAILED, fail
+from radargui.cli.console import FAILED, fail, progress_bar, show_table
 from radargui.cli.setup_choice import processing_changes
 from radargui.experiment.batch.find import find_runs
 from radargui.experiment.compare import ComparedFigure, Comparison, compare_stored, reprocess_runs

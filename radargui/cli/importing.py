@@ -7,8 +7,7 @@ from pathlib import Path
 
 import typer
 
-from radargui.cli.console import progress_bar
-from radargui.cli.guard import FAILED, fail
+from radargui.cli.console import FAILED, fail, progress_bar
 from radargui.cli.setup_choice import positive
 from radargui.experiment.importing import ImportOrder, first_own_setup, guess_of, import_recordings, remember_map
 from radargui.files.channel_map import ChannelMap, parse_channel_map

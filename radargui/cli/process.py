@@ -10,8 +10,7 @@ from pathlib import Path
 
 import typer
 
-from radargui.cli.console import one_line, progress_bar, show_table
-from radargui.cli.guard import fail, fail_unexpected
+from radargui.cli.console import fail, fail_unexpected, one_line, progress_bar, show_table
 from radargui.cli.setup_choice import COMMAND_LINE, own_setup, positive, processing_changes
 from radargui.files.channel_map import ChannelMap, parse_channel_map, read_mapped
 from radargui.files.formats import format_of

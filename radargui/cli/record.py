@@ -10,9 +10,8 @@ from typing import Literal
 
 import typer
 
-from radargui.cli.console import figure, show_table
-from radargui.cli.guard import FAILED, fail
-from radargui.cli.record_progress import RecordProgress
+from radargui.cli.bar import RecordProgress
+from radargui.cli.console import FAILED, fail, figure, show_table
 from radargui.cli.setup_choice import COMMAND_LINE, named_or_default, own_setup, parse_release, positive
 from radargui.experiment.event import RecordedRun
 from radargui.experiment.experiment import Experiment

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import typer
 
-from radargui.cli.console import figure, progress_bar, show_table
-from radargui.cli.guard import FAILED, fail
+from radargui.cli.console import FAILED, fail, figure, progress_bar, show_table
 from radargui.experiment.reprocess import RecoveredRun, recover_run
 from radargui.files.summary import summarise
 from radargui.model.errors import RadarGuiError, UsageError

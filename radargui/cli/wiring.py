@@ -7,7 +7,7 @@ from typing import Literal
 
 import typer
 
-from radargui.cli.guard import fail
+from radargui.cli.console import fail
 from radargui.cli.setup_choice import named_or_default
 from radargui.experiment.wiring import WiringGuide
 from radargui.model.errors import RadarGuiError, UsageError

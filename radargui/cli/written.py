@@ -6,8 +6,7 @@ from pathlib import Path
 
 import typer
 
-from radargui.cli.console import progress_bar
-from radargui.cli.guard import FAILED, fail
+from radargui.cli.console import FAILED, fail, progress_bar
 from radargui.files.export import EXPORT_FORMATS
 from radargui.model.errors import RadarGuiError
 from radargui.session.export import plan_export

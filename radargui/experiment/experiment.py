@@ -6,6 +6,7 @@ import contextlib
 import queue
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import KW_ONLY, dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -14,11 +15,10 @@ from radargui.acquisition.faults import attempt
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.conditioning.fall import FallTest
-from radargui.experiment.event import ExperimentState, RecordedRun
+from radargui.experiment.event import ExperimentState, Listener, Publisher, RecordedRun
 from radargui.experiment.finished import FinishedJob, process_finished
 from radargui.experiment.live_agreement import LiveAgreement
 from radargui.experiment.processing_apart import ProcessingApart
-from radargui.experiment.publisher import Listener, Publisher
 from radargui.experiment.series import AcquisitionSeries, Ended, Message, Messages, Preliminary, Progress, unprocessed
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
 from radargui.model.result import RunResult
@@ -32,6 +32,7 @@ from radargui.sources.contract import Source
 __all__ = ["Experiment", "Listener"]
 
 
+@dataclass(eq=False)
 class Experiment:
     """Runs recorded one after the other into one session.
 
@@ -76,32 +77,21 @@ class Experiment:
         Whether `cancel` was called: nothing more will be recorded.
     """
 
-    def __init__(
-        self,
-        setup: Setup,
-        source_factory: Callable[[int], Source],
-        session: Session,
-        *,
-        seconds: float | None = None,
-        process: bool = True,
-        listener: Listener | None = None,
-        live: bool = True,
-        patient: bool = False,
-        continuous: bool = False,
-        attributes: Mapping[str, str | float | int] | None = None,
-        memory: LiveMemory | None = None,
-    ) -> None:
-        self._setup = setup
-        self._source_factory = source_factory
-        self.session = session
-        self._seconds = seconds
-        self._process = process
-        self._publisher = Publisher(listener)
-        self._live = live
-        self._patient = patient
-        self._continuous = continuous
-        self._attributes = dict(attributes or {})
-        self._memory = LiveMemory() if memory is None else memory
+    setup: Setup
+    source_factory: Callable[[int], Source]
+    session: Session
+    _: KW_ONLY
+    seconds: float | None = None
+    process: bool = True
+    listener: Listener | None = None
+    live: bool = True
+    patient: bool = False
+    continuous: bool = False
+    attributes: Mapping[str, str | float | int] = field(default_factory=dict)
+    memory: LiveMemory = field(default_factory=LiveMemory)
+
+    def __post_init__(self) -> None:
+        self._publisher = Publisher(self.listener)
         self._lock = threading.Lock()
         self._leaves = False
         self.is_cancelled = False
@@ -124,7 +114,7 @@ class Experiment:
         """
         if n_runs < 1 or self.is_cancelled:
             return
-        yield from self._series(1, n_runs) if self._continuous else self._series(n_runs, 1)
+        yield from self._series(1, n_runs) if self.continuous else self._series(n_runs, 1)
 
     def record_run(self) -> RecordedRun:
         """Record one run, process it and save its results.
@@ -185,18 +175,18 @@ class Experiment:
                 n_acquisitions,
                 messages,
                 self._publisher,
-                process=partial(self._processed, messages, apart) if self._process else None,
+                process=partial(self._processed, messages, apart) if self.process else None,
                 announce=partial(self._announced, messages, apart),
                 set_aside=lambda run: self.session.reject(run.path, run.set_aside),
                 is_cancelled=lambda: self.is_cancelled,
                 cancel=self.cancel,
-                waits_for_motion=self._seconds is None,
+                waits_for_motion=self.seconds is None,
             )
         except RadarGuiError as error:
             self._publisher.enter(ExperimentState.FAILED, str(error), error=error)
             raise
         try:
-            if self._process and not self._patient:
+            if self.process and not self.patient:
                 # what fails here is reported when there is something to process
                 with contextlib.suppress(ProcessingError):
                     apart.start()
@@ -209,25 +199,25 @@ class Experiment:
             raise failure
 
     def _make(self, messages: Messages, n_runs: int) -> tuple[Acquisition, Recorder]:
-        sets_aside = self._continuous and self._seconds is None and self._setup.recording.falls_only
+        sets_aside = self.continuous and self.seconds is None and self.setup.recording.falls_only
         recorder = Recorder(
-            partial(self.session.new_run, attributes=self._attributes),
-            self._setup.recording,
+            partial(self.session.new_run, attributes=self.attributes),
+            self.setup.recording,
             folder=self.session.path,
-            seconds=self._seconds,
+            seconds=self.seconds,
             n_runs=n_runs,
-            make_judge=partial(FallTest, self._setup) if sets_aside else None,
+            make_judge=partial(FallTest, self.setup) if sets_aside else None,
             on_change=messages.put,
             on_run=messages.put,
         )
         acquisition = Acquisition(
-            self._source_factory(self._publisher.number - 1),
-            self._setup,
+            self.source_factory(self._publisher.number - 1),
+            self.setup,
             recorder=recorder,
-            live=self._live,
-            patient=self._patient,
+            live=self.live,
+            patient=self.patient,
             on_end=lambda: messages.put(Ended()),
-            make_processor=lambda setup, digitisation: LiveProcessor(setup, digitisation, self._memory),
+            make_processor=lambda setup, digitisation: LiveProcessor(setup, digitisation, self.memory),
         )
         with self._lock:
             self.acquisition = acquisition
@@ -239,8 +229,8 @@ class Experiment:
         self, messages: Messages, apart: ProcessingApart, _: Acquisition, run: FinishedRun, number: int
     ) -> None:
         """Let the preliminary result of a run that waits be there soon."""
-        if not self._patient:
-            job = FinishedJob(run.path, self._setup, run.first_index, None)
+        if not self.patient:
+            job = FinishedJob(run.path, self.setup, run.first_index, None)
             apart.announce(job, _preliminary(messages, run, number))
 
     def _processed(
@@ -250,7 +240,7 @@ class Experiment:
         if self._leaves:
             return unprocessed(run, number)
         live = None if acquisition.live is None else acquisition.live.since(run.first_index)
-        job = FinishedJob(run.path, self._setup, run.first_index, live)
+        job = FinishedJob(run.path, self.setup, run.first_index, live)
         found: list[tuple[RunResult, LiveAgreement | None]] = []
 
         def progress(fraction: float) -> None:
@@ -259,7 +249,7 @@ class Experiment:
             messages.put(Progress(number, fraction))
 
         def work() -> None:
-            do = process_finished if self._patient else apart.process
+            do = process_finished if self.patient else apart.process
             with contextlib.suppress(CancelledError):
                 found.append(do(job, progress, _preliminary(messages, run, number)))
 

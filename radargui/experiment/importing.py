@@ -17,7 +17,7 @@ from radargui.model.digitisation import iq_names
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup import Setup
 from radargui.session.importing import Import, ImportedRun, ImportInput, own_setup_of
-from radargui.session.info import calibration_of_file
+from radargui.session.info import About, about_setup_file
 from radargui.session.map_memory import MapMemory
 
 
@@ -94,16 +94,8 @@ def import_recordings(order: ImportOrder, progress: Callable[[float], None] = la
     RadarGuiError
         The choice of channels is not possible.
     """
-    file = order.setup_file
-    work = Import(
-        order.data_folder,
-        order.setup,
-        now=datetime.now().astimezone(),
-        operator=order.operator,
-        notes=order.notes,
-        calibration=calibration_of_file(file) if file else None,
-        setup_name=file.stem if file else "",
-    )
+    about: About = {**about_setup_file(order.setup_file), "operator": order.operator, "notes": order.notes}
+    work = Import(order.data_folder, order.setup, now=datetime.now().astimezone(), **about)
     half = 0.5 if order.process else 1.0
     runs = tuple(work.carry_out(order.inputs(), lambda share: progress(half * share)))
     imported = Imported(work.session.path if work.session else None, runs)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import TypeAlias
 
@@ -13,8 +13,15 @@ from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.state import Ending, RecorderState
-from radargui.experiment.event import EventKind, ExperimentState, RecordedRun
-from radargui.experiment.publisher import Publisher, RunningWarnings, losses, signal_warnings
+from radargui.experiment.event import (
+    EventKind,
+    ExperimentState,
+    Publisher,
+    RecordedRun,
+    RunningWarnings,
+    losses,
+    signal_warnings,
+)
 from radargui.model.errors import RadarGuiError
 
 HEALTH_S = 0.25
@@ -44,6 +51,7 @@ Message: TypeAlias = RecorderState | FinishedRun | RecordedRun | Progress | Prel
 Messages: TypeAlias = "queue.SimpleQueue[Message]"
 
 
+@dataclass(eq=False)
 class AcquisitionSeries:
     """Follows acquisitions that record runs; reports what happens and hands out runs in order.
 
@@ -51,7 +59,7 @@ class AcquisitionSeries:
     ----------
     acquire
         Makes the next acquisition and its recorder, not started; both put into `messages`.
-    n_acquisitions
+    n_left
         How many there are at most: none follows one that failed, was stopped, or in which nothing moved.
     messages
         Changes of the recorder, finished runs, the end of the acquisition; processing adds its own.
@@ -76,33 +84,22 @@ class AcquisitionSeries:
         What ended the last acquisition, or kept the next one from being made, and the file that was being written.
     """
 
-    def __init__(
-        self,
-        acquire: Callable[[], tuple[Acquisition, Recorder]],
-        n_acquisitions: int,
-        messages: Messages,
-        publisher: Publisher,
-        *,
-        process: Callable[[Acquisition, FinishedRun, int], RecordedRun] | None,
-        announce: Callable[[Acquisition, FinishedRun, int], None],
-        set_aside: Callable[[FinishedRun], None],
-        is_cancelled: Callable[[], bool],
-        cancel: Callable[[], None],
-        waits_for_motion: bool,
-    ) -> None:
-        self._acquire = acquire
-        self._n_left = n_acquisitions
-        self._messages = messages
-        self._publisher = publisher
-        self._process = process
-        self._announce = announce
-        self._reject = set_aside
-        self._is_cancelled = is_cancelled
-        self._cancel = cancel
-        self._waits_for_motion = waits_for_motion
+    acquire: Callable[[], tuple[Acquisition, Recorder]]
+    n_left: int
+    messages: Messages
+    publisher: Publisher
+    _: KW_ONLY
+    process: Callable[[Acquisition, FinishedRun, int], RecordedRun] | None
+    announce: Callable[[Acquisition, FinishedRun, int], None]
+    set_aside: Callable[[FinishedRun], None]
+    is_cancelled: Callable[[], bool]
+    cancel: Callable[[], None]
+    waits_for_motion: bool
+
+    def __post_init__(self) -> None:
         self._warnings = RunningWarnings()
         self._n_processing = 0
-        self._next_number = publisher.number + 1
+        self._next_number = self.publisher.number + 1
         self._outcomes: dict[int, RecordedRun] = {}
         self.failure: RadarGuiError | None = None
         self.failed_file: Path | None = None
@@ -110,13 +107,13 @@ class AcquisitionSeries:
 
     def _begin(self) -> None:
         """Make the next acquisition."""
-        self._publisher.number += 1
-        self._base = self._publisher.number - 1
+        self.publisher.number += 1
+        self._base = self.publisher.number - 1
         self._held: FinishedRun | None = None
         self._last_number: int | None = None
         self._ended = False
-        self._n_left -= 1
-        self._acquisition, self._recorder = self._acquire()
+        self.n_left -= 1
+        self._acquisition, self._recorder = self.acquire()
 
     def runs(self) -> Iterator[RecordedRun]:
         """Start, and yield runs until the last acquisition has ended and all are processed."""
@@ -130,7 +127,7 @@ class AcquisitionSeries:
                         yield from self._in_order()
                 except BaseException:
                     # Ctrl-C, or whoever asked for the runs has left: nobody waits for what is being computed
-                    self._cancel()
+                    self.cancel()
                     raise
         finally:
             self._acquisition.stop()
@@ -139,7 +136,7 @@ class AcquisitionSeries:
         """Return the next message; report the health while there is none."""
         while True:
             try:
-                return self._messages.get(timeout=HEALTH_S)
+                return self.messages.get(timeout=HEALTH_S)
             except queue.Empty:
                 if self._ended:
                     continue
@@ -147,10 +144,10 @@ class AcquisitionSeries:
                     # stopped before it had begun: then nobody tells
                     return Ended()
                 health = self._acquisition.health
-                self._publisher.report(EventKind.HEALTH, health.line(), health=health)
+                self.publisher.report(EventKind.HEALTH, health.line(), health=health)
                 for warning in self._warnings.of(health):
-                    self._publisher.report(EventKind.WARNING, warning)
-                if self._is_cancelled():
+                    self.publisher.report(EventKind.WARNING, warning)
+                if self.is_cancelled():
                     self._acquisition.stop()
 
     def _take(self, message: Message, jobs: ThreadPoolExecutor) -> None:
@@ -158,9 +155,9 @@ class AcquisitionSeries:
             case RecorderState():
                 self._enter_as(message)
             case Progress():
-                self._publisher.report(EventKind.PROGRESS, number=message.number, fraction=message.fraction)
+                self.publisher.report(EventKind.PROGRESS, number=message.number, fraction=message.fraction)
             case Preliminary():
-                self._publisher.report(EventKind.PRELIMINARY, run=message.run)
+                self.publisher.report(EventKind.PRELIMINARY, run=message.run)
             case FinishedRun():
                 self._finished(message, jobs)
             case RecordedRun():
@@ -179,27 +176,27 @@ class AcquisitionSeries:
             yield self._published(run, is_last=self._ended and not self._n_processing and not self._outcomes)
 
     def _enter_as(self, state: RecorderState) -> None:
-        if state is RecorderState.ARMED and self._waits_for_motion:
-            self._publisher.enter(ExperimentState.ARMED, "waiting for the sphere to move")
+        if state is RecorderState.ARMED and self.waits_for_motion:
+            self.publisher.enter(ExperimentState.ARMED, "waiting for the sphere to move")
         elif state is RecorderState.RECORDING:
-            self._publisher.enter(ExperimentState.RECORDING, "recording")
+            self.publisher.enter(ExperimentState.RECORDING, "recording")
         elif state is RecorderState.SETTLING:
-            self._publisher.enter(ExperimentState.SETTLING, "waiting until nothing moves")
+            self.publisher.enter(ExperimentState.SETTLING, "waiting until nothing moves")
 
     def _finished(self, run: FinishedRun, jobs: ThreadPoolExecutor) -> None:
         number = self._base + run.number
         if run.is_last:
             self._last_number = number
         else:
-            self._publisher.number = number + 1
+            self.publisher.number = number + 1
         if run.ending is Ending.FAILED:
             return
         for warning in signal_warnings(run):
-            self._publisher.report(EventKind.WARNING, warning, number=number, topic="signal")
+            self.publisher.report(EventKind.WARNING, warning, number=number, topic="signal")
         if run.set_aside:
-            self._reject(run)
-        self._publisher.report(EventKind.RECORDED, run=unprocessed(run, number))
-        if run.set_aside or self._process is None or self._is_cancelled():
+            self.set_aside(run)
+        self.publisher.report(EventKind.RECORDED, run=unprocessed(run, number))
+        if run.set_aside or self.process is None or self.is_cancelled():
             self._outcomes[number] = unprocessed(run, number)
         elif run.is_last:
             # the processing of the last one can wait until all else is done
@@ -218,18 +215,18 @@ class AcquisitionSeries:
         if self._is_followed():
             self._follow()
         if self._ended and (held is not None or self._n_processing):
-            self._publisher.enter(ExperimentState.PROCESSING, "processing")
+            self.publisher.enter(ExperimentState.PROCESSING, "processing")
         if held is not None:
             self._submit(last, held, base + held.number, jobs)
         if self._ended and self._last_number is None and self.failure is None:
             ending = self._recorder.ending or Ending.STOPPED
             message = f"No run was recorded: {ending.value}."
-            number = self._publisher.number
+            number = self.publisher.number
             self._outcomes[number] = RecordedRun(number, None, None, ending, message)
 
     def _is_followed(self) -> bool:
         """Return whether another acquisition comes after the one that has ended."""
-        if self._n_left == 0 or self._is_cancelled():
+        if self.n_left == 0 or self.is_cancelled():
             return False
         recorded = self._last_number is not None and self.failure is None
         return recorded and self._recorder.ending is not Ending.STOPPED
@@ -246,32 +243,32 @@ class AcquisitionSeries:
 
     def _submit(self, acquisition: Acquisition, run: FinishedRun, number: int, jobs: ThreadPoolExecutor) -> None:
         if self._n_processing:
-            self._announce(acquisition, run, number)
+            self.announce(acquisition, run, number)
         self._n_processing += 1
         jobs.submit(self._work, acquisition, run, number)
 
     def _work(self, acquisition: Acquisition, run: FinishedRun, number: int) -> None:
-        if self._process is not None:
-            self._messages.put(self._process(acquisition, run, number))
+        if self.process is not None:
+            self.messages.put(self.process(acquisition, run, number))
 
     def _published(self, run: RecordedRun, *, is_last: bool) -> RecordedRun:
         if run.result is not None:
             for warning in run.result.warnings:
-                self._publisher.report(EventKind.WARNING, warning, number=run.number)
+                self.publisher.report(EventKind.WARNING, warning, number=run.number)
         if is_last and run.error is not None:
-            self._publisher.enter(ExperimentState.FAILED, run.message, error=run.error)
+            self.publisher.enter(ExperimentState.FAILED, run.message, error=run.error)
         elif is_last:
-            self._publisher.enter(ExperimentState.DONE if run.path else ExperimentState.IDLE, run.message)
-        self._publisher.report(EventKind.RUN, run=run)
+            self.publisher.enter(ExperimentState.DONE if run.path else ExperimentState.IDLE, run.message)
+        self.publisher.report(EventKind.RUN, run=run)
         return run
 
     def _warn(self) -> None:
         health = self._acquisition.health
         for warning in (*self._warnings.of(health), *losses(health)):
-            self._publisher.report(EventKind.WARNING, warning)
+            self.publisher.report(EventKind.WARNING, warning)
         if health.live_error is not None:
-            self._publisher.report(EventKind.WARNING, str(health.live_error), error=health.live_error)
-        self._publisher.report(EventKind.HEALTH, health.line(), health=health)
+            self.publisher.report(EventKind.WARNING, str(health.live_error), error=health.live_error)
+        self.publisher.report(EventKind.HEALTH, health.line(), health=health)
 
 
 def unprocessed(run: FinishedRun, number: int) -> RecordedRun:

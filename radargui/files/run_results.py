@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, astuple, fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import h5py
 import numpy as np
@@ -157,8 +157,8 @@ def _write_columns(group: Any, values: Any, names: tuple[str, ...], chunk: int, 
 _NAME = "bounces"
 _METHOD_BYTES = 40
 _BOUNCE_UNITS = ("s", "m/s", "m/s", "1", "1", "text", "1", "1", "1", "1")
-_KINDS: dict[Any, Any] = {"float": "<f8", "bool": "?", "str": h5py.string_dtype("utf-8", _METHOD_BYTES)}
-BOUNCE_TYPE = np.dtype([(one.name, _KINDS[one.type]) for one in fields(Bounce)])
+_KINDS: dict[type, Any] = {float: "<f8", bool: "?", str: h5py.string_dtype("utf-8", _METHOD_BYTES)}
+BOUNCE_TYPE = np.dtype([(name, _KINDS[kind]) for name, kind in get_type_hints(Bounce).items()])
 
 
 def put_bounces(group: Any, bounces: Bounces) -> None:

@@ -10,8 +10,20 @@ from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
 from radargui.report.curves import RunCurves, TrackCurves
-from radargui.report.sheet import add_axes, draw_curve, label, largest, legend, new_page, say_nothing_known, time_axis
-from radargui.report.style import FIT_COLOUR, IMPACT_COLOUR, RECEIVER_COLOURS, scaled
+from radargui.report.sheet import (
+    FIT_COLOUR,
+    IMPACT_COLOUR,
+    RECEIVER_COLOURS,
+    add_axes,
+    draw_curve,
+    label,
+    largest,
+    legend,
+    new_page,
+    say_nothing_known,
+    scaled,
+    time_axis,
+)
 from radargui.report.text_width import width_mm
 
 _LEFT, _WIDTH = 22.0, 176.0

@@ -15,8 +15,7 @@ from matplotlib.figure import Figure
 
 from radargui import __version__
 from radargui.report.document import Document
-from radargui.report.sheet import HEIGHT_MM, LEFT_MM, RIGHT_MM, WIDTH_MM, body, rule, write
-from radargui.report.style import page_style
+from radargui.report.sheet import HEIGHT_MM, LEFT_MM, RIGHT_MM, WIDTH_MM, body, page_style, rule, write
 from radargui.report.text_pages import text_pages
 from radargui.report.text_width import printable
 

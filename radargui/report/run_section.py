@@ -9,8 +9,7 @@ from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import budget_rows
 from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
-from radargui.report.figure_paths import paths_page
-from radargui.report.figure_signals import signals_page, steps_page
+from radargui.report.figure_signals import paths_page, signals_page, steps_page
 from radargui.report.figure_track import track_page
 from radargui.report.run_facts import RunFacts
 

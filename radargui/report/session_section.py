@@ -14,8 +14,7 @@ from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
 from radargui.report.run_facts import RunFacts, all_simulated
 from radargui.report.setup_blocks import setup_blocks
-from radargui.report.sheet import add_axes, legend, new_page
-from radargui.report.style import RECEIVER_COLOURS
+from radargui.report.sheet import RECEIVER_COLOURS, add_axes, legend, new_page
 from radargui.restitution.series import Series, Statistics, series_of
 from radargui.session.info import SessionInfo
 

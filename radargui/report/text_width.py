@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from matplotlib.font_manager import FontProperties, findfont, get_font
 
-from radargui.report.style import fonts
+from radargui.report.sheet import fonts
 
 _MM_PER_POINT = 25.4 / 72.0
 

@@ -6,13 +6,14 @@ import json
 import sqlite3
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from radargui.model.drop import Drop, RunOrigin, drop_of
-from radargui.session.index import IN_MEMORY, bring_up_to_date, default_index_path, open_index
-from radargui.session.query import Query, antenna_key
+from radargui.model.setup import Setup
+from radargui.session.index import IN_MEMORY, antenna_key, bring_up_to_date, default_index_path, open_index
 
 __all__ = ["Catalogue", "Query", "RunLine", "SessionSummary"]
 
@@ -24,6 +25,37 @@ SELECT s.folder, s.name, s.created_at, s.operator, s.sample, s.target, s.notes, 
 FROM sessions s LEFT JOIN runs r ON r.folder = s.folder
 """
 _ORDER = "GROUP BY s.folder ORDER BY coalesce(nullif(s.created_at, ''), s.name) DESC, s.name DESC"
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """All that is given must hold; upper and lower case are the same.
+
+    Attributes
+    ----------
+    since, until
+        First and last day, as the clock of the recording computer showed it.
+    operator, sample
+        A part of what the record says; the sample is looked for in the target too.
+    setup_name
+        A part of the setup's name.
+    antennas
+        A setup: the session was recorded with the same antennas, frequency and sign.
+    e_min, e_max
+        A run that counts has a first bounce with e within.
+    text
+        Words that all stand in notes, journal, names, markers of runs or reasons of rejection.
+    """
+
+    since: date | None = None
+    until: date | None = None
+    operator: str = ""
+    sample: str = ""
+    setup_name: str = ""
+    antennas: Setup | None = None
+    e_min: float | None = None
+    e_max: float | None = None
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import Unpack
 
 from radargui.files.channel_map import ChannelMap, read_mapped
 from radargui.files.formats import format_of, own_setup_toml, source_program
@@ -16,7 +17,7 @@ from radargui.model.errors import FileError, RadarGuiError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.setup_file import parse_setup
-from radargui.session.info import Calibration
+from radargui.session.info import About
 from radargui.session.session import Session
 
 PIECE = 1 << 18
@@ -72,7 +73,6 @@ class ImportedRun:
     error: RadarGuiError | None = None
 
 
-@dataclass
 class Import:
     """Recordings of other programs written as the runs of a new session.
 
@@ -87,19 +87,13 @@ class Import:
         Geometry and processing of the session.
     now
         Date and time with offset from UTC.
-    operator, notes, calibration, setup_name
+    about
         As for any session.
     """
 
-    parent: Path
-    setup: Setup
-    _: KW_ONLY
-    now: datetime
-    operator: str = ""
-    notes: str = ""
-    calibration: Calibration | None = None
-    setup_name: str = ""
-    session: Session | None = field(default=None, init=False)
+    def __init__(self, parent: Path, setup: Setup, *, now: datetime, **about: Unpack[About]) -> None:
+        self.parent, self.setup, self.now, self._about = parent, setup, now, about
+        self.session: Session | None = None
 
     def carry_out(
         self, inputs: Sequence[ImportInput], progress: Callable[[float], None] = lambda _: None
@@ -144,15 +138,7 @@ class Import:
 
     def _written(self, one: ImportInput, recording: Recording) -> ImportedRun:
         if self.session is None:
-            self.session = Session.create(
-                self.parent,
-                self.setup,
-                operator=self.operator,
-                notes=self.notes,
-                calibration=self.calibration,
-                setup_name=self.setup_name,
-                now=self.now,
-            )
+            self.session = Session.create(self.parent, self.setup, now=self.now, **self._about)
         try:
             with self.session.new_run(
                 recording.digitisation,

@@ -22,8 +22,8 @@ import platformdirs
 
 from radargui.files.run_card import RunCard, read_run_card
 from radargui.model.errors import FileError, SessionError
+from radargui.model.setup import Setup
 from radargui.session.info import FILE_NAME, SessionInfo, read_info
-from radargui.session.query import antenna_key
 from radargui.session.session import is_run_name
 
 DEEPEST = 8
@@ -86,6 +86,7 @@ def _stamp(entry: os.DirEntry[str]) -> Stamp:
     return f"{found.st_mtime_ns}-{found.st_size}"
 
 
+_ANTENNAS = ("radar", "transmitter", "receiver")
 SCHEMA = 2
 IN_MEMORY = Path(":memory:")
 _WAIT_S = 2.0
@@ -276,3 +277,9 @@ def _with_tables(index: sqlite3.Connection) -> sqlite3.Connection:
         for statement in _TABLES:
             index.execute(statement)
     return index
+
+
+def antenna_key(setup: Setup) -> str:
+    """Return a short text that two setups share where their antennas, frequency and sign are the same."""
+    content = {name: setup.model_dump(mode="json")[name] for name in _ANTENNAS}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]

@@ -8,7 +8,7 @@ import platform
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -85,6 +85,22 @@ class SessionInfo(BaseModel):
     rejected: dict[str, str] = Field(default_factory=dict)
     """Runs that were set aside, by the name of the file, each with the reason: kept, hidden, reversible."""
     setup: Setup
+
+
+class About(TypedDict, total=False):
+    """What is known of a session when it is made, and can be told later, see `SessionInfo`; None: as it is."""
+
+    operator: str | None
+    sample: str | None
+    target: str | None
+    notes: str | None
+    calibration: Calibration | None
+    setup_name: str | None
+
+
+def about_setup_file(path: Path | None) -> About:
+    """Return the name and the calibration of a setup file; nothing where there is none."""
+    return About() if path is None else About(calibration=calibration_of_file(path), setup_name=path.stem)
 
 
 def calibration_of_file(path: Path) -> Calibration:

@@ -9,6 +9,7 @@ import weakref
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
+from typing import Unpack
 
 from radargui.files.run_layout import SUFFIX, fitted
 from radargui.files.run_writer import RunExistsError, RunWriter
@@ -17,7 +18,7 @@ from radargui.model.errors import FileError, SessionError
 from radargui.model.setup import Setup
 from radargui.model.setup_file import dump_setup
 from radargui.session.folder import NAME_FORMAT, fit_name, new_folder
-from radargui.session.info import FILE_NAME, Calibration, JournalEntry, SessionInfo, read_info, versions, write_info
+from radargui.session.info import FILE_NAME, About, JournalEntry, SessionInfo, read_info, versions, write_info
 from radargui.session.lock import SessionLock, SessionLockedError, SessionReadOnlyError
 
 __all__ = ["Session", "SessionLockedError", "SessionReadOnlyError", "run_paths"]
@@ -49,14 +50,9 @@ class Session:
         parent: Path,
         setup: Setup,
         *,
-        operator: str = "",
-        sample: str = "",
-        target: str = "",
-        notes: str = "",
-        calibration: Calibration | None = None,
-        setup_name: str = "",
         name: str | None = None,
         now: datetime,
+        **about: Unpack[About],
     ) -> Session:
         """Make the folder and write its record, before anything is recorded.
 
@@ -66,16 +62,14 @@ class Session:
             Folder of sessions; made where it is not there.
         setup
             Settings and antenna calibration.
-        operator, sample, target, notes
-            Who; what is measured; what it falls on; what else is worth knowing.
-        calibration
-            Date and origin of the antenna calibration in the setup.
-        setup_name
-            Name of the setup file, without folder and suffix.
         name
             Name of the folder; None: the date and time. Where it is taken, -2, -3, ... is added.
         now
             Date and time with offset from UTC.
+        about
+            operator, sample, target, notes: who; what is measured; what it falls on; what else is worth knowing.
+            calibration, setup_name: date and origin of the antenna calibration in the setup; name of its file, without
+            folder and suffix.
 
         Raises
         ------
@@ -86,18 +80,8 @@ class Session:
         folder = new_folder(parent, wanted)
         lock = SessionLock(folder)
         created_at = (now if now.tzinfo else now.astimezone()).isoformat(timespec="seconds")
-        info = SessionInfo(
-            name=folder.name,
-            created_at=created_at,
-            operator=operator,
-            sample=sample,
-            target=target,
-            notes=notes,
-            calibration=calibration or Calibration(),
-            setup_name=setup_name,
-            versions=versions(),
-            setup=setup,
-        )
+        info = SessionInfo(name=folder.name, created_at=created_at, versions=versions(), setup=setup)
+        info = info.model_copy(update=_given(about))
         session = cls(folder, info, lock)
         session._write(info)
         return session
@@ -166,15 +150,7 @@ class Session:
         """The setup the session was begun with."""
         return self._info.setup
 
-    def update(
-        self,
-        *,
-        operator: str | None = None,
-        sample: str | None = None,
-        target: str | None = None,
-        notes: str | None = None,
-        calibration: Calibration | None = None,
-    ) -> None:
+    def update(self, **about: Unpack[About]) -> None:
         """Change what the record says; what is None stays.
 
         Raises
@@ -182,8 +158,7 @@ class Session:
         SessionError
             The folder cannot be written.
         """
-        given = {"operator": operator, "sample": sample, "target": target, "notes": notes, "calibration": calibration}
-        self._change(lambda _: {key: value for key, value in given.items() if value is not None})
+        self._change(lambda _: _given(about))
 
     def mark(self, text: str, *, now: datetime) -> JournalEntry:
         """Keep a note of this moment: in the journal, and as a marker in the run that is being recorded.
@@ -347,3 +322,7 @@ def run_paths(folder: Path) -> tuple[Path, ...]:
     except OSError:
         return ()
     return tuple(path for _, path in sorted(found))
+
+
+def _given(about: About) -> dict[str, object]:
+    return {key: value for key, value in about.items() if value is not None}

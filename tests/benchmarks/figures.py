@@ -37,7 +37,7 @@ from radargui.geometry.path_length import path_gradient, path_lengths
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.processing.offline import process
-from radargui.report.style import I_COLOUR, Q_COLOUR, RAW_COLOUR, RECEIVER_COLOURS, page_style
+from radargui.report.sheet import I_COLOUR, Q_COLOUR, RAW_COLOUR, RECEIVER_COLOURS, page_style
 from radargui.restitution.free_flight import fall_below_apex
 from radargui.restitution.joint_bounces import joint_bounces
 

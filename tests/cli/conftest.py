@@ -10,13 +10,13 @@ from support.small_setups import small_setup_text
 
 from radargui.cli import log
 from radargui.cli.app import app
-from radargui.cli.guard import guarded
+from radargui.cli.console import guarded
 
 
 @pytest.fixture
 def command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
     """Call `radargui` with arguments; the user's own folders are not touched."""
-    monkeypatch.setattr("radargui.cli.guard.start_log", lambda: None)
+    monkeypatch.setattr("radargui.cli.console.start_log", lambda: None)
     monkeypatch.setattr(log.platformdirs, "user_log_path", lambda *_, **__: tmp_path / "log")
     monkeypatch.setattr("radargui.cli.record.default_data_folder", lambda: tmp_path / "data")
 
@@ -45,7 +45,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     setup = folder / "small.toml"
     setup.write_text(small_setup_text(), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("radargui.cli.guard.start_log", lambda: None)
+        patch.setattr("radargui.cli.console.start_log", lambda: None)
         arguments = ["record", "--runs", "2", "--fast", "--setup", str(setup), "--output", str(folder / "sessions")]
         assert guarded(app, arguments) == 0
     (session,) = (folder / "sessions").iterdir()

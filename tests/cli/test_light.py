@@ -16,7 +16,7 @@ SCRIPT = """
 import json, sys
 from pathlib import Path
 from radargui.cli.app import app
-from radargui.cli.guard import guarded
+from radargui.cli.console import guarded
 unwanted, sessions, commands = json.loads(sys.argv[1])
 statuses = []
 for command in commands:

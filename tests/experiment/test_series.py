@@ -232,7 +232,7 @@ def test_the_agreement_of_live_and_result_is_kept_with_the_run(tmp_path: Path) -
     assert health["live_rms_m"] == run.agreement.rms_m
     assert health["samples_recorded"] == read_run(run.path).n_samples
     assert read_summary(run.path) is not None
-    assert experiment._memory.is_warm
+    assert experiment.memory.is_warm
 
 
 def test_a_motion_without_end_is_settling_until_it_is_quiet(tmp_path: Path) -> None:

@@ -17,8 +17,7 @@ from radargui.report.curve_taker import take_curves
 from radargui.report.document import Chapter, Facts, Grid, Note
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
-from radargui.report.sheet import body
-from radargui.report.style import page_style, scaled
+from radargui.report.sheet import body, page_style, scaled
 from radargui.report.text_pages import text_pages
 
 

@@ -11,7 +11,7 @@ import sys
 
 from radargui.cli import record
 from radargui.cli.app import app
-from radargui.cli.guard import guarded
+from radargui.cli.console import guarded
 from radargui.model.block import Block
 from radargui.model.setup import Setup
 from radargui.sources.simulated.source import SimulatedSource

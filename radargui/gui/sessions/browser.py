@@ -25,8 +25,7 @@ from radargui.gui.setup.form import plain_label
 from radargui.gui.table import RowTable
 from radargui.gui.theme import Theme
 from radargui.gui.work_strip import Task, WorkStrip
-from radargui.session.catalogue import Catalogue, SessionSummary
-from radargui.session.query import Query
+from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
 _WIDTHS = {"Date": 130, "Operator": 90, "Sample": 140, "Target": 120, "Runs": 120, "e": 260, "Setup": 90}
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QWidget
 
 from radargui.gui.theme import Theme
-from radargui.session.query import Query
+from radargui.session.catalogue import Query
 
 _WAIT_MS = 250
 _FIELDS: tuple[tuple[str, str, str, Callable[[str], Any]], ...] = (

@@ -21,6 +21,9 @@ class _Explanation:
     reasons: tuple[str, ...]
     remedy: str
 
+    def error(self, device: str, more: str = "") -> DeviceError:
+        return DeviceError(self.message.format(device=device) + f"{more}.", reasons=self.reasons, remedy=self.remedy)
+
 
 _IN_USE = _Explanation(
     "{device} is in use by another program",
@@ -142,11 +145,7 @@ def no_driver(place: str) -> DeviceError:
 
 def no_samples(device: str, seconds: float) -> DeviceError:
     """Return the error of a running device that gave no sample for some seconds (-200284)."""
-    return DeviceError(
-        f"{_TIMEOUT.message.format(device=device)}: none arrived within {seconds:g} s (NI-DAQmx error {TIMEOUT}).",
-        reasons=_TIMEOUT.reasons,
-        remedy=_TIMEOUT.remedy,
-    )
+    return _TIMEOUT.error(device, f": none arrived within {seconds:g} s (NI-DAQmx error {TIMEOUT})")
 
 
 def no_edge(device: str, edge: str, seconds: float) -> DeviceError:
@@ -160,7 +159,7 @@ def no_edge(device: str, edge: str, seconds: float) -> DeviceError:
 
 def not_connected(device: str) -> DeviceError:
     """Return the error of a device that NI-DAQmx knows by name but cannot reach."""
-    return DeviceError(_GONE.message.format(device=device) + ".", reasons=_GONE.reasons, remedy=_GONE.remedy)
+    return _GONE.error(device)
 
 
 def _of_code(error: Exception, device: str, doing: str) -> DeviceError:
@@ -171,11 +170,7 @@ def _of_code(error: Exception, device: str, doing: str) -> DeviceError:
             f"{device}: NI-DAQmx refused while {doing} (error {code}): {_text(error)}",
             remedy="Check the device and the [daq] settings; NI MAX can test the device by itself.",
         )
-    return DeviceError(
-        f"{explanation.message.format(device=device)} (NI-DAQmx error {code}).",
-        reasons=explanation.reasons,
-        remedy=explanation.remedy,
-    )
+    return explanation.error(device, f" (NI-DAQmx error {code})")
 
 
 def _of_connection(error: Exception, device: str, place: str, doing: str) -> DeviceError:

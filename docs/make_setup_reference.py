@@ -8,12 +8,13 @@ from __future__ import annotations
 import inspect
 import re
 from pathlib import Path
+from typing import get_args
 
 from radargui.model.setup_place import find_place
 
 from radargui.model.section import Section
 from radargui.model.setup import Setup
-from radargui.model.setup_error import value_text
+from radargui.model.setup_error import find_place, value_text
 
 HEAD = """# The setup file
 
@@ -33,7 +34,7 @@ def reference() -> str:
         place = find_place(Setup, (key,))
         if place is None or not place.is_table:
             continue
-        table = place.entry(0).kind if place.is_list else place.kind
+        table = get_args(info.annotation)[0] if place.is_list else info.annotation
         parts.append(f"\n## {f'[[{key}]]' if place.is_list else f'[{key}]'}\n\n{_first_line(table)}\n")
         parts.append("\n| key | allowed | left out | meaning |\n|---|---|---|---|\n")
         meanings = _meanings(table)

@@ -10,8 +10,6 @@ import re
 from pathlib import Path
 from typing import get_args
 
-from radargui.model.setup_place import find_place
-
 from radargui.model.section import Section
 from radargui.model.setup import Setup
 from radargui.model.setup_error import find_place, value_text

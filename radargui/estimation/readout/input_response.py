@@ -14,8 +14,7 @@ from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import linearise
 from radargui.geometry.antennas import Antennas, place_antennas
-from radargui.model.arrays import ComplexArray, FloatArray
-from radargui.model.pieces import pieces
+from radargui.model.arrays import ComplexArray, FloatArray, pieces
 from radargui.model.setup import Setup
 from radargui.model.setup_change import moved
 

@@ -6,6 +6,13 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 TerminalChoice: TypeAlias = Literal["differential", "rse", "nrse", "pseudodifferential"]
+TERMINALS: dict[TerminalChoice, str] = {
+    "differential": "DIFF",
+    "rse": "RSE",
+    "nrse": "NRSE",
+    "pseudodifferential": "PSEUDO_DIFF",
+}
+"""What NI-DAQmx calls them."""
 
 
 @dataclass(frozen=True, slots=True)

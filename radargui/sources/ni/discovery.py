@@ -7,7 +7,7 @@ from contextlib import closing
 from typing import Any
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni.device import NiDevice, TerminalChoice
+from radargui.sources.ni.device import TERMINALS, NiDevice, TerminalChoice
 from radargui.sources.ni.driver import Driver, load_nidaqmx
 from radargui.sources.ni.explain import error_code, not_connected, told_plainly
 
@@ -110,7 +110,7 @@ def _describe(device: Any) -> NiDevice:
         simultaneous=_ask(lambda: device.ai_simultaneous_sampling_supported, default=False),
         digital_trigger=_ask(lambda: device.dig_trig_supported, default=False),
         analog_trigger=_ask(lambda: device.anlg_trig_supported, default=False),
-        reference_trigger=_has_reference_trigger(device),
+        reference_trigger="REFERENCE" in {usage.name for usage in _ask(lambda: list(device.ai_trig_usage), ())},
         trigger_lines=tuple(bare for line in lines if (bare := _bare(line)).startswith(_TRIGGER_LINES)),
         simulated=_ask(lambda: device.is_simulated, default=False),
         connected=_is_connected(device),
@@ -123,18 +123,8 @@ def _bare(name: str) -> str:
 
 
 def _terminals(channel: Any) -> tuple[TerminalChoice, ...]:
-    names: dict[str, TerminalChoice] = {
-        "DIFF": "differential",
-        "RSE": "rse",
-        "NRSE": "nrse",
-        "PSEUDO_DIFF": "pseudodifferential",
-    }
     offered = {configuration.name for configuration in _ask(lambda: list(channel.ai_term_cfgs), ())}
-    return tuple(ours for theirs, ours in names.items() if theirs in offered)
-
-
-def _has_reference_trigger(device: Any) -> bool:
-    return "REFERENCE" in {usage.name for usage in _ask(lambda: list(device.ai_trig_usage), ())}
+    return tuple(ours for ours, theirs in TERMINALS.items() if theirs in offered)
 
 
 def _is_connected(device: Any) -> bool:

@@ -11,19 +11,12 @@ import numpy as np
 from radargui.model.arrays import RawArray
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.checks import StartEdge, TaskSettings
-from radargui.sources.ni.device import NiDevice
+from radargui.sources.ni.device import TERMINALS, NiDevice
 from radargui.sources.ni.driver import Driver, driver_errors, load_nidaqmx
 from radargui.sources.ni.explain import TIMEOUT, error_code, explained, told_plainly
 
 _log = logging.getLogger(__name__)
 
-_TERMINALS = {
-    "differential": "DIFF",
-    "rse": "RSE",
-    "nrse": "NRSE",
-    "pseudodifferential": "PSEUDO_DIFF",
-    "default": "DEFAULT",
-}
 _CODE_BITS = 16
 
 
@@ -82,7 +75,7 @@ class InputTask:
 
         settings = self.settings
         self._task = task = self._driver.new_task()
-        terminal = TerminalConfiguration[_TERMINALS[settings.terminal]]
+        terminal = TerminalConfiguration["DEFAULT" if settings.terminal == "default" else TERMINALS[settings.terminal]]
         channels = [
             task.ai_channels.add_ai_voltage_chan(
                 physical,

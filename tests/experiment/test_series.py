@@ -117,8 +117,8 @@ def test_every_sample_between_two_drops_was_taken_from_one_stream(tmp_path: Path
 
     def spy(signals, n_runs):  # type: ignore[no-untyped-def]
         acquisition, recorder = original(signals, n_runs)
-        told = recorder._on_run
-        recorder._on_run = lambda run: (found.append(run), told(run))
+        told = recorder.on_run
+        recorder.on_run = lambda run: (found.append(run), told(run))
         return acquisition, recorder
 
     experiment._make = spy  # type: ignore[method-assign]

@@ -37,7 +37,7 @@ def run_section(run: RunFacts, setup: Setup) -> Chapter:
     blocks: list[Content] = [Facts(rows)]
     blocks += [Note(text, warning=True) for text in run.warnings]
     if run.site_check and run.site_check.agrees is False:
-        blocks.append(Note(f"g is not that of the site. {run.site_check.compared}", warning=True))
+        blocks.append(Note("g is not that of the site: see the comparison above.", warning=True))
     blocks += _impacts(run)
     blocks += _quality(run)
     blocks += _gaps(run)

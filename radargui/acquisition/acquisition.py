@@ -1,7 +1,5 @@
 """The acquisition: one thread reads the source, one records, one makes the live track; none waits for another."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from dataclasses import replace

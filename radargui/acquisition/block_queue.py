@@ -1,7 +1,5 @@
 """The bounded queue between reader and recorder: a put never waits, what does not fit becomes a gap."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from dataclasses import replace

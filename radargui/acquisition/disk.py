@@ -1,7 +1,5 @@
 """The disk that a run is written to: how much is free, how long it lasts, when to stop."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 from pathlib import Path

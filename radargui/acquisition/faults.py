@@ -1,7 +1,5 @@
 """Failures of threads and of steps that must not keep the next step from being done."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The health of an acquisition, now and as it is kept with a run: rate, losses, queues, levels, disk, errors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from radargui.acquisition.disk import LOW_S

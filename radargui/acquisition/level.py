@@ -1,7 +1,5 @@
 """The level of each channel, now and over one run: lowest and highest voltage, clipping, what is no number."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The live track by absolute sample index, which the screen pulls, and the thread that estimates and fills it."""
 
-from __future__ import annotations
-
 import math
 import threading
 from bisect import bisect_left

@@ -1,7 +1,5 @@
 """The recorder: armed, recording, armed again; writes each run with the samples before its trigger."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass
 from datetime import datetime, timedelta

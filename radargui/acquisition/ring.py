@@ -1,7 +1,5 @@
 """The ring: the last seconds of raw samples by absolute index; one thread writes, any thread copies, without a lock."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

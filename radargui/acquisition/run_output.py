@@ -1,7 +1,5 @@
 """One run on its way into its file: the blocks kept before its trigger, its samples, gaps and truth, how it ended."""
 
-from __future__ import annotations
-
 import logging
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """When a run starts and ends: on motion and until quiet, or a fixed length at once."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections import deque

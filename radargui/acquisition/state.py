@@ -1,7 +1,5 @@
 """The states that an acquisition passes through."""
 
-from __future__ import annotations
-
 from enum import Enum
 
 

@@ -1,7 +1,5 @@
 """The stream: what the reader hands each block to and counts, made when the source is open."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Callable

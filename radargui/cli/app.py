@@ -1,7 +1,5 @@
 """The commands with their options; what each does is loaded when it is called."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import sys

@@ -1,7 +1,5 @@
 """A bar on stderr where that is a terminal, nothing elsewhere; what it shows while runs are recorded."""
 
-from __future__ import annotations
-
 import sys
 
 import typer

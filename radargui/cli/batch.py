@@ -1,7 +1,5 @@
 """`radargui batch`: many stored runs processed again, on all cores or on a cluster."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Generator
 from contextlib import closing

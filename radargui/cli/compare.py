@@ -1,7 +1,5 @@
 """`radargui compare`: results of runs side by side, stored ones or such with other settings."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

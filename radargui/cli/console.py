@@ -1,7 +1,5 @@
 """Output that every console can show: lines, tables, a progress bar; any error as one clear line and a status."""
 
-from __future__ import annotations
-
 import io
 import logging
 import sys

@@ -1,7 +1,5 @@
 """`radargui devices`: the NI devices that can be reached, and what one does with a setup."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import typer

@@ -1,7 +1,5 @@
 """`radargui import`: recordings of other programs as a session."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The log file: what happened in detail, kept small by rotation."""
 
-from __future__ import annotations
-
 import logging
 import sys
 from logging.handlers import RotatingFileHandler

@@ -1,7 +1,5 @@
 """`radargui process`: recordings to tables, one folder an input."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass

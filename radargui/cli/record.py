@@ -1,7 +1,5 @@
 """`radargui record`: drops recorded, processed and saved as a session."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial

@@ -1,7 +1,5 @@
 """`radargui recover`: runs that a crash left unfinished are finished and processed."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from pathlib import Path
 

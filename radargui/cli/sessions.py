@@ -1,7 +1,5 @@
 """`radargui sessions`: the sessions below a data folder, found by what is known of them."""
 
-from __future__ import annotations
-
 from datetime import date
 from pathlib import Path
 

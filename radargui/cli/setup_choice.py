@@ -1,7 +1,5 @@
 """The setup that a command works with: a file, and what options say instead of it."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`radargui wiring`: a guided half minute that finds swapped channels, inverted Q and dead inputs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """`radargui report` and `radargui export`: what is written from sessions for others to open."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import typer

@@ -1,7 +1,5 @@
 """Two results of a run side by side: what was set differently, and what came of it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

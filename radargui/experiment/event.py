@@ -1,7 +1,5 @@
 """What an experiment tells while it runs, frozen values for the window and the command line; who tells it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum

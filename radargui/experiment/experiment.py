@@ -1,7 +1,5 @@
 """The experiment: arms, records, processes and saves runs; the window and the command line both call it."""
 
-from __future__ import annotations
-
 import contextlib
 import queue
 import threading

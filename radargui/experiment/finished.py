@@ -1,7 +1,5 @@
 """The work on a run that was just recorded: its result, compared with the live track, kept in its file."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass

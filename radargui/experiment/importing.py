@@ -1,7 +1,5 @@
 """Import: what files say of themselves, which of their channels is which, and the session that is made of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime

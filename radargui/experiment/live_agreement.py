@@ -1,7 +1,5 @@
 """How far the live track was from the result of the same run."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 
 import numpy as np

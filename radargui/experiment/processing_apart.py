@@ -1,7 +1,5 @@
 """Processing apart: runs are processed in a process of their own, so that it cannot hold up the reader of samples."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import multiprocessing

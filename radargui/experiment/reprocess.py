@@ -1,7 +1,5 @@
 """Processing of stored runs: results are kept beside the samples; one that fails does not stop the others."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime

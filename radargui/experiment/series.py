@@ -1,7 +1,5 @@
 """A series: runs of one acquisition or several, each processed while the next one is armed."""
 
-from __future__ import annotations
-
 import queue
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """The guide through the wiring check: says what to do when, and collects what the channels did."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From signals of one or several files to one recording."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Sequence

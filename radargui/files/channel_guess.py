@@ -1,7 +1,5 @@
 """A guess from names and order which channel of a file is I1, Q1, ..."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The channel map: which column or variable of which file is I1, Q1, I2, ..."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """CSV files, read and written: one column a channel, one row a sample; comments above hold all other facts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO, TextIO

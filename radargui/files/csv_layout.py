@@ -1,7 +1,5 @@
 """The layout of a CSV file: separator, names, units and times, as programs of many kinds write them."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterable, Iterator

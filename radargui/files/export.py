@@ -1,7 +1,5 @@
 """Export: the run files of this program in formats that others open."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path

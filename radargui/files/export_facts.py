@@ -1,7 +1,5 @@
 """What travels with exported samples, whatever the format: one table that is written and read back."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field

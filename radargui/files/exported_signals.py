@@ -1,7 +1,5 @@
 """Signals of a run, and of a file that we exported, with everything that the format itself cannot say."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace

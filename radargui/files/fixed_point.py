@@ -1,7 +1,5 @@
 """Columns of numbers to lines of text with fixed decimals, a million rows in about a second."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

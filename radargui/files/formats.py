@@ -1,7 +1,5 @@
 """The formats that are read, by suffix."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """A file that appears whole or not at all, and takes the place of another only when that is wanted."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress

@@ -1,7 +1,5 @@
 """Small safe steps on HDF5 files: open, store, append, read what a header claims without trusting it."""
 
-from __future__ import annotations
-
 import math
 import zlib
 from collections.abc import Callable, Iterator, Sequence

@@ -5,8 +5,6 @@ types and sizes in the headers: damaged ones make it fill memory or crash. A wal
 MathWorks, level 5) refuses such a file first and names the variables worth reading.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 import zlib

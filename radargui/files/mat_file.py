@@ -1,7 +1,5 @@
 """MATLAB files, v5 and 7.3: real vectors, also inside structures (`src1.Data`)."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Sequence

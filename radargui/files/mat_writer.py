@@ -1,7 +1,5 @@
 """Export to MATLAB: v5 while it is small, 7.3 (HDF5) piece by piece where it is long."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any, cast

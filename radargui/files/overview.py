@@ -1,7 +1,5 @@
 """The overview of a run: lowest and highest sample of each bin, at some levels, so that a picture needs no samples."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

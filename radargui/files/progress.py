@@ -1,7 +1,5 @@
 """How far a long piece of work is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 Progress = Callable[[float], None]

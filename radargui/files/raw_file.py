@@ -1,7 +1,5 @@
 """Plain binary: interleaved numbers behind a header, laid out as the user tells, for nothing in the file does."""
 
-from __future__ import annotations
-
 import logging
 import math
 import re

@@ -1,7 +1,5 @@
 """Any file that is read, as one recording."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from pathlib import Path

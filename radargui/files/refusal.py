@@ -1,7 +1,5 @@
 """The words in which a library's complaint reaches the operator."""
 
-from __future__ import annotations
-
 import errno
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

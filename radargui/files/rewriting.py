@@ -1,7 +1,5 @@
 """A run file written anew with a change, put in place of the old one in one step: a crash cannot spoil a recording."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

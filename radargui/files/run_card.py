@@ -1,7 +1,5 @@
 """The card of a run: what lists and searches need of it, read in one go."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The run file read, whole or piece by piece: samples, setup, markers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The header of a run file: how its samples were digitised, written before the first sample."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import zip_longest

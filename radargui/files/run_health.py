@@ -1,7 +1,5 @@
 """The health record in a run file: how the recording went, and how far the live track was from the result."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

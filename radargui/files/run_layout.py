@@ -1,7 +1,5 @@
 """The layout of a run file: names and types that writer and reader share."""
 
-from __future__ import annotations
-
 import h5py
 import numpy as np
 

@@ -1,7 +1,5 @@
 """A run file that was never closed is finished: what is sound in it becomes a whole run, marked as recovered."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Results kept beside the samples of a run; they can always be computed again."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, astuple, fields

@@ -1,7 +1,5 @@
 """SigMF files, read and written: complex channel k becomes I(k+1), Q(k+1); real channels are pairs in their order."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Signals: named channels as a file of any format holds them, before they become a recording."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from radargui.model.arrays import FloatArray, RawArray

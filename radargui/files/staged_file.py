@@ -6,8 +6,6 @@ one go: first what lies behind the end of the file, which may fail for want of r
 then the few places within it that change.
 """
 
-from __future__ import annotations
-
 import io
 import os
 from pathlib import Path

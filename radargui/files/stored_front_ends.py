@@ -1,7 +1,5 @@
 """Front ends as the results stored with runs know them: for the prior of other runs, and the prior a result had."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The results stored with a run, the present ones and those before, to be compared."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The summary of a run: the few figures that run lists show."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any

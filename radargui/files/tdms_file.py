@@ -1,7 +1,5 @@
 """NI TDMS files through npTDMS, read and written; int16 codes with a polynomial scaling stay codes."""
 
-from __future__ import annotations
-
 import io
 import logging
 from collections.abc import Iterator, Mapping, Sequence

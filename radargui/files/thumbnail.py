@@ -1,7 +1,5 @@
 """The thumbnail of a run: its height against time in a few points, for lists of runs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

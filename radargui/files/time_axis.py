@@ -1,7 +1,5 @@
 """The time axis: sample rate and lost samples from the times that a file gives."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The present result of a run with all its values: what `process` gave, without computing it again."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The antennas' polarisations as a setup means them, and whether every receiver would get a signal."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Names for the array types that cross borders; work on long ones in pieces."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import TypeAlias
 

@@ -1,7 +1,5 @@
 """What the setup's values are uncertain by: what it says, else what a laboratory is assumed to know."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from radargui.model.section import Section

@@ -1,7 +1,5 @@
 """A block: consecutive samples as they arrive, with the absolute index of the first."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

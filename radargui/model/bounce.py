@@ -1,7 +1,5 @@
 """Bounces and the free fall: what the track says about the sphere and the floor."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

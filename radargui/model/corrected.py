@@ -1,7 +1,5 @@
 """Corrected IQ: each receiver's I and Q brought onto the unit circle."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from radargui.model.arrays import BoolArray, FloatArray

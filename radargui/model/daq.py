@@ -1,7 +1,5 @@
 """The data acquisition of the setup file: device, channels, rate; and when a run starts and ends."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

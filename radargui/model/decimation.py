@@ -1,7 +1,5 @@
 """Lowest and highest of each bin: many samples become few points, and no peak is hidden."""
 
-from __future__ import annotations
-
 from typing import Any, TypeVar
 
 import numpy as np

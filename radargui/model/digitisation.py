@@ -1,7 +1,5 @@
 """How voltages became samples: channels, rate, scale, multiplexer skew."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The one tree of errors: what happened, likely why, what to do."""
 
-from __future__ import annotations
-
 import traceback
 from collections.abc import Sequence
 

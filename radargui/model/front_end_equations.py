@@ -6,8 +6,6 @@ g is the gain ratio, eps the quadrature error. The offsets c are added and taken
 stands beside Z differs from one correction to the next (constants, maps, splines).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray

@@ -1,7 +1,5 @@
 """Gravity: the nominal value, the normal gravity of a place, and what air takes off a falling sphere."""
 
-from __future__ import annotations
-
 import math
 
 NOMINAL_GRAVITY_M_S2 = 9.81

@@ -1,7 +1,5 @@
 """Path lengths: change of Tx - tracer - Rx against the rest before the motion."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

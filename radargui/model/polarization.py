@@ -1,7 +1,5 @@
 """Polarisation of the antennas: the direction of the electric field that an angle of the setup means."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray

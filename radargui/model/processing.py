@@ -1,7 +1,5 @@
 """The processing of the setup file: which correction, which geometry."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from radargui.model.section import Section

@@ -1,7 +1,5 @@
 """How good one receiver's signal was, in figures a person understands."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """Where the shipped files are: beside the checkout, inside the installed package, or in a frozen program."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The result of one run: everything the tables, the report and the window show."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """A value and its uncertainty as metrology writes them: u with two digits, the value to the same decimal."""
 
-from __future__ import annotations
-
 import math
 from decimal import ROUND_HALF_EVEN, Context, Decimal
 

@@ -1,7 +1,5 @@
 """Scattering by the tracer: a conducting sphere is a body, not a point (Mie theory)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What all tables of the setup file share: immutable, no unknown key, numbers are numbers."""
 
-from __future__ import annotations
-
 from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict

@@ -1,7 +1,5 @@
 """A setup with some keys changed."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The setup file: TOML in, TOML out, the user's comments kept."""
 
-from __future__ import annotations
-
 import os
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """The simulated source of the setup file: scene, mismatch, noise, converter."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal
 

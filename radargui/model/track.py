@@ -1,7 +1,5 @@
 """The track: where the centre of the sphere was."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from radargui.model.arrays import BoolArray, FloatArray

@@ -1,7 +1,5 @@
 """What really happened in a simulated run; no processing ever reads it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from radargui.model.arrays import FloatArray

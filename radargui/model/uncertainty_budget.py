@@ -1,7 +1,5 @@
 """The uncertainty budget of a run: what noise, the antennas' calibration and the sphere each leave open."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal

@@ -1,7 +1,5 @@
 """The steps of the wiring check: a guided half minute at the antennas."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 

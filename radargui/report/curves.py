@@ -1,7 +1,5 @@
 """What the figures of one run draw, small enough to keep for every run of a session."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

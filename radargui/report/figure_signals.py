@@ -1,7 +1,5 @@
 """Pages of a run: IQ raw and corrected, the steps of the published correction, phase and path length."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Page of a run: height with the fitted fall and the impacts, residual, x and y, the track in space."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

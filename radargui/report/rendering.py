@@ -1,7 +1,5 @@
 """A report as PDF, and as one HTML file that needs nothing else: no script, no link, pictures inside."""
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Callable

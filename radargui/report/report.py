@@ -1,7 +1,5 @@
 """The report of a session: PDF, HTML, CSV and JSON."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime

@@ -1,7 +1,5 @@
 """The figures of a series for other programs: CSV of impacts, CSV of statistics, JSON of everything."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """The report's first section: who, when, all runs in one table, statistics and figure of the series, setup."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What the report says about the setup: antennas, sphere, acquisition, the matrix T."""
 
-from __future__ import annotations
-
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.plane_wave import condition_number, t_matrix
 from radargui.model.radar import Transmitter

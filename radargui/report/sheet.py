@@ -1,7 +1,5 @@
 """One A4 page: places in millimetres for title, axes and text; colours, fonts and prefixes of units."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """The tables of one run for other programs: track.csv, bounces.csv and result.json; JSON that every reader takes."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """Facts, tables and notes flowed onto A4 pages."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from matplotlib.figure import Figure

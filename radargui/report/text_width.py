@@ -1,7 +1,5 @@
 """How wide a text is on paper, and how it breaks into lines."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 from matplotlib.font_manager import FontProperties, findfont, get_font

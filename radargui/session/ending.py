@@ -1,7 +1,5 @@
 """How a system ends a program (logout, shutdown, a closed terminal): whoever records closes the run first."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -1,7 +1,5 @@
 """Export of a session, or of one run of it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The folder of a session: where it goes, made anew, under a name that every system can have."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What the earlier runs of a session know about the front ends: the prior of the next."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from radargui.estimation.hardware import pool_constants

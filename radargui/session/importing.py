@@ -1,7 +1,5 @@
 """Import: recordings of other programs as a session."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime

@@ -4,8 +4,6 @@ Each look compares the dates and sizes of all files with those in the index and 
 missing, damaged, or of another version is made anew; where none can be kept, it is made in memory.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """What session.json holds: setup, calibration, operator, sample, target, notes, journal, versions."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

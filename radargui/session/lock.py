@@ -6,8 +6,6 @@ behind by another computer is not, for nobody can know from here whether its own
 locks, a marker file beside it is the lock, which counts while the process that it names runs.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import json

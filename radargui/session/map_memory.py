@@ -1,7 +1,5 @@
 """What the user chose as I1, Q1, ... before, remembered for each pattern of channel names."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os

@@ -1,7 +1,5 @@
 """Recovery: runs that a crash left unfinished are found and finished; nothing is lost or overwritten."""
 
-from __future__ import annotations
-
 from contextlib import closing
 from datetime import datetime
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The clock that paces a source; tests inject their own."""
 
-from __future__ import annotations
-
 import threading
 import time
 from typing import Protocol

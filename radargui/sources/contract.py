@@ -1,7 +1,5 @@
 """The contract of a source of samples; NI device, simulated scene and replay all keep it."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from radargui.model.block import Block

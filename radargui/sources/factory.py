@@ -1,7 +1,5 @@
 """The one place that makes a source of a kind."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal, TypeAlias
 

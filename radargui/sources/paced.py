@@ -1,7 +1,5 @@
 """What simulation and replay have in common: opened, started, read when a device would have taken the samples."""
 
-from __future__ import annotations
-
 import threading
 from abc import ABC, abstractmethod
 

@@ -1,7 +1,5 @@
 """Replay: a recording behind the contract of a source."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from radargui.model.block import Block, Gap

@@ -1,7 +1,5 @@
 """A source that starts its device again after a failure; what was lost meanwhile is a gap."""
 
-from __future__ import annotations
-
 import logging
 import re
 import threading

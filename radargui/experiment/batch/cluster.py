@@ -1,7 +1,5 @@
 """A batch on an existing Dask cluster, whose workers see the same files."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Generator, Sequence
 from typing import Any

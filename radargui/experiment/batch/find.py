@@ -1,7 +1,5 @@
 """The runs below the paths that a batch is given."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

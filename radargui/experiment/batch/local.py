@@ -1,7 +1,5 @@
 """A batch on the cores of this computer."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -1,7 +1,5 @@
 """The work on one run of a batch, the same on this computer and on a cluster."""
 
-from __future__ import annotations
-
 import logging
 import os
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """The settings of a setup, the start on an edge among them, checked against a device before anything starts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

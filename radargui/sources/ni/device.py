@@ -1,7 +1,5 @@
 """What an NI device can do, as the driver tells it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 

@@ -1,7 +1,5 @@
 """Which NI devices are there and what they can do."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import closing
 from typing import Any

@@ -1,7 +1,5 @@
 """The way to NI-DAQmx: the package, loaded when first needed, and the local driver or a remote device server."""
 
-from __future__ import annotations
-
 import sys
 from types import ModuleType
 from typing import Any

@@ -1,7 +1,5 @@
 """Errors of NI-DAQmx and of the way to it: what happened, likely why, and what to do."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The connection to a remote NI gRPC device server, plain or encrypted (TLS)."""
 
-from __future__ import annotations
-
 import socket
 import ssl
 from pathlib import Path

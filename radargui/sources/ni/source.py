@@ -1,7 +1,5 @@
 """The NI device as a source of samples, and a setup tried on it without sampling."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from dataclasses import dataclass

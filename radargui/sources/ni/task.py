@@ -1,7 +1,5 @@
 """The analogue input task of NI-DAQmx: configured, read in codes or volts, always closed."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 from typing import Any

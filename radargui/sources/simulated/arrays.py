@@ -1,7 +1,5 @@
 """Small array helpers: dot products and phasors without temporary copies."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray

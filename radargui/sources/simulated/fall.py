@@ -1,7 +1,5 @@
 """The fall: free, bouncing or onto a bed, slowed by the air's quadratic drag in all directions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """1/f noise, the same however a run is read: slow states at the chunks' edges, exact bridges between them."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.signal import lfilter
 

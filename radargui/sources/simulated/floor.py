@@ -1,7 +1,5 @@
 """The simulated floor: the plane that the sphere's centre cannot pass, and the container's bottom below it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

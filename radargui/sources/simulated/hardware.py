@@ -1,7 +1,5 @@
 """The hardware, constant for a session: mixers with offset, gain ratio and quadrature error, and the converter."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

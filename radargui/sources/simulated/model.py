@@ -1,7 +1,5 @@
 """The simulated radar: everything from the scene to the samples, in chunks that are always the same."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from radargui.geometry.antennas import Antennas, place_antennas

@@ -1,7 +1,5 @@
 """What time adds to a channel: white noise, drift of the offset, mains pick-up; the same however a run is read."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from radargui.model.arrays import FloatArray

@@ -1,7 +1,5 @@
 """Reflectors: the container's bottom and walls, and the antennas seen in them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

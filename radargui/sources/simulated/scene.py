@@ -1,7 +1,5 @@
 """The scene: rest, motion (circle and pendulum are here), rest; where wanted brought back and begun again."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import ellipk, ellipkm1
 

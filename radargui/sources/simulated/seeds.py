@@ -1,7 +1,5 @@
 """Seeds: one independent stream of random numbers for each part of the simulation."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np

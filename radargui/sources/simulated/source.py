@@ -1,7 +1,5 @@
 """The simulated source: the simulated radar behind the contract of a source."""
 
-from __future__ import annotations
-
 from radargui.model.block import Block, Gap
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup

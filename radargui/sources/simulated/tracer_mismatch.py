@@ -1,7 +1,5 @@
 """Mismatch that moves with the tracer: an amplitude and an offset that vary smoothly with its position."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray

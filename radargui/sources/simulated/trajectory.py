@@ -1,7 +1,5 @@
 """What every trajectory of the simulated tracer offers: position at any time, impacts, duration."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The simulated source of the wiring check: an operator who does at once what the guide says."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from radargui.geometry.antennas import place_antennas

@@ -23,6 +23,7 @@ from radargui.experiment.event import (
 from radargui.model.errors import RadarGuiError
 
 HEALTH_S = 0.25
+"""Between two reports of the health. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True)

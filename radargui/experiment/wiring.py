@@ -15,6 +15,7 @@ from radargui.processing.wiring import WiringReport, WiringSamples, check_wiring
 _RATE_HZ = 2000.0
 """Samples are averaged down to about this rate: a hand and a tracer in a hand are slow."""
 _AT_END = 0.999
+"""Share of the range from which a sample counts as clipped."""
 
 
 @dataclass(frozen=True, slots=True)

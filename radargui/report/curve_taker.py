@@ -12,6 +12,7 @@ from radargui.model.rounding import alone
 from radargui.report.curves import Curve, ReceiverCurves, RunCurves, StepCurves, TrackCurves, envelope, every
 
 _MARGIN = 0.15
+"""Share of the motion that is drawn before and after it."""
 _LEAST_MARGIN_S = 0.05
 _PLANE_POINTS = 2500
 _TRACK_POINTS = 1500

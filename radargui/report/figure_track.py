@@ -27,6 +27,7 @@ from radargui.report.text_width import width_mm
 _LEFT, _WIDTH = 22.0, 176.0
 _VIEW_AZIMUTH_DEG, _VIEW_ELEVATION_DEG = -60.0, 25.0
 _LEAST_HALF_SPAN_M = 0.005
+"""The cube is never smaller than 1 cm: the noise of a sphere at rest would look like a motion."""
 _SMALL = 6.0
 
 

@@ -101,6 +101,7 @@ def _pictures(runs: Sequence[RunFacts]) -> tuple[Picture, ...]:
 _MOST_NAMED = 8
 _MARKERS = "osD^v<>P"
 _WORST_SHARE = 0.1
+"""An e known to no better than this would stretch the axis of all others."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from radargui.report.document import Content, Facts, Grid, Note
 
 _LEAST_RECEIVERS = 3
 _WORST_CONDITION = 100.0
+"""From here an error of L may reach the position a hundredfold."""
 
 
 def setup_blocks(setup: Setup, *, recorded: bool = True, simulated: bool = False) -> list[Content]:

@@ -88,6 +88,7 @@ _ANTENNAS = ("radar", "transmitter", "receiver")
 SCHEMA = 2
 IN_MEMORY = Path(":memory:")
 _WAIT_S = 2.0
+"""For another program that writes the index; then it is made in memory instead."""
 _log = logging.getLogger(__name__)
 
 _SESSION_KEYS = (

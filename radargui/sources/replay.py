@@ -10,6 +10,7 @@ from radargui.sources.clock import SYSTEM_CLOCK, Clock
 from radargui.sources.paced import PacedSource
 
 _BLOCK_S = 0.02
+"""As a device is read (`daq.read_interval_s`)."""
 
 
 class ReplaySource(PacedSource):

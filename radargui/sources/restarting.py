@@ -48,6 +48,7 @@ class SampleClock:
 _log = logging.getLogger(__name__)
 
 BETWEEN_TRIES_S = 0.5
+"""A device that was plugged in again takes some seconds to appear. Chosen by hand."""
 
 
 class RestartingSource:

@@ -9,6 +9,7 @@ from radargui.model.errors import ProcessingError, RadarGuiError, UsageError
 
 ANSWER_S = 10
 WORKER_S = 30
+"""Queues of clusters give workers late; who waits longer wants to know. Chosen by hand."""
 _ADDRESS = re.compile(r"(tcp|tls|wss?)://[^\s/]+:\d{1,5}")
 
 

@@ -138,6 +138,7 @@ LARGEST_BUFFER_BYTES = 1_000_000_000
 """NI-DAQmx holds its buffer in memory that cannot be swapped out."""
 
 _BYTES = 2
+"""Of a sample in the buffer of the driver."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ TIMEOUT = -200284
 """NI-DAQmx: some or all of the samples requested have not yet been acquired."""
 
 _LONGEST_TEXT = 400
+"""Characters of NI's own words: they must fit into one message."""
 
 
 @dataclass(frozen=True, slots=True)

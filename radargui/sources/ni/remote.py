@@ -117,6 +117,7 @@ def _short(error: OSError) -> str:
 
 CONNECT_S = 5.0
 DEFAULT_PORT = 31763
+"""Of NI's gRPC device server."""
 
 _PROBE = "/grpc.health.v1.Health/Check"
 

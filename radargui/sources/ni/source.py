@@ -28,6 +28,7 @@ EMPTY_READS = 4
 """Calls without a single sample after which the device is said to give none."""
 
 _STOP_WAIT_S = 2.0
+"""Eight slices of a read: a reader that needs longer hangs in a dead connection."""
 
 
 class NiSource:

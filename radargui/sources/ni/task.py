@@ -16,6 +16,7 @@ from radargui.sources.ni.explain import TIMEOUT, error_code, explained, told_pla
 _log = logging.getLogger(__name__)
 
 _CODE_BITS = 16
+"""Codes of another size would not fit int16: volts are read instead."""
 
 
 class InputTask:

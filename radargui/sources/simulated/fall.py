@@ -14,9 +14,13 @@ from radargui.sources.simulated.seeds import Draw, generator
 from radargui.sources.simulated.trajectory import along_plane, azimuth_direction
 
 _REST_SPEED_M_S = 0.02
+"""A rebound as slow as this would rise 20 um: the sphere stays down instead."""
 _LONGEST_S = 600.0
+"""All bounces together; a scene that would take longer is refused. Chosen by hand."""
 _ROLL_OUT_S = 0.25
+"""In which what is left of the sideways speed ends after the last impact. Chosen by hand."""
 _PUSH_S = 0.01
+"""In which the sideways speed is given at the release, so that no velocity steps. Chosen by hand."""
 _RELATIVE, _ABSOLUTE = 1e-13, 1e-15
 """Errors of a step, in m and m/s: over a run far below 1 nm and 1 ns (tested against closed forms)."""
 

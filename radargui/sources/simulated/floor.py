@@ -10,8 +10,11 @@ from radargui.model.setup import Setup
 from radargui.sources.simulated.trajectory import along_plane, azimuth_direction
 
 DEFAULT_DROP_M = 0.26
+"""Where neither drop height nor floor is given: a fall through the field of view of about 30 cm."""
 _LEAST_DROP_M = 1e-4
+"""A release nearer to the floor is a slip in the setup, no fall."""
 _LEAST_NORMAL_Z = 0.2
+"""Cosine of 78 degrees: what is steeper is a wall, on which no sphere comes to rest."""
 
 
 @dataclass(frozen=True, slots=True)

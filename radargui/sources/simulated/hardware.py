@@ -11,6 +11,7 @@ from radargui.model.simulation import Simulation
 from radargui.sources.simulated.seeds import Draw, generator
 
 _CODES = 32768
+"""Codes of 16 bits on either side of zero."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from radargui.sources.simulated.scene import Scene
 from radargui.sources.simulated.tracer_mismatch import TracerMismatch
 
 CHUNK = 4096
+"""Samples drawn and computed at a time, whatever is asked for: the same noise for any length of blocks."""
 
 
 class SimulatedRadar:
@@ -128,7 +129,9 @@ class SimulatedRadar:
 
 
 _N_PLACES = 2001
+"""Places along the motion that are looked at. Chosen by hand."""
 _CLEARANCE_M = 0.02
+"""Room that an antenna takes around its place. Chosen by hand."""
 
 
 def check_clearance(setup: Setup, scene: Scene, antennas: Antennas, reflectors: tuple[Reflector, ...]) -> None:

@@ -8,6 +8,7 @@ from radargui.sources.simulated.seeds import Draw, generator
 
 _N_SLOW = 3
 _SLOWEST_HZ, _FASTEST_HZ = 0.03, 0.3
+"""Periods of 3 to 30 s: the drift of warming electronics is slower than a fall."""
 
 
 class Disturbance:

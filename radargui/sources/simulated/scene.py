@@ -126,6 +126,7 @@ def _ramped(share: FloatArray) -> FloatArray:
 
 
 RETURN_S = 1.5
+"""In which a hand brings the sphere back to its release. Chosen by hand."""
 
 
 class Scene:

@@ -7,7 +7,9 @@ from radargui.model.simulation import Simulation
 from radargui.sources.simulated.seeds import Draw, generator
 
 LENGTH_M = 0.12
+"""Over which what the tracer adds changes: some fringes, so that it varies over a fall."""
 _N_WAVES = 4
+"""Plane waves of random direction that make a smooth field. Chosen by hand."""
 
 
 class SmoothField:

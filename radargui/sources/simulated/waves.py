@@ -11,6 +11,7 @@ from radargui.model.scattering import ConductingSphere, scattered_field
 from radargui.sources.simulated.arrays import dot, phasor
 
 SIDE_LOBE = 0.1
+"""Field far off the axis against that on it: -20 dB. Chosen by hand."""
 _HALF_POWER = np.sqrt(0.5)
 
 

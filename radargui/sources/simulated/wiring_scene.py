@@ -16,7 +16,9 @@ from radargui.sources.simulated.noise import WhiteNoise
 from radargui.sources.simulated.scene import minimum_jerk
 
 AWAY_M = 0.15
+"""How far the simulated operator lowers the sphere where the path shall grow."""
 _HAND_M, _SWING_M, _SWING_HZ = 0.20, 0.03, 1.3
+"""Distance of the waving hand from an antenna, and its swing: four fringes there and back."""
 _OWN, _OTHERS = 0.8, 0.1
 """Echo of the hand in the antenna it is in front of, and in the others, relative to the tracer's."""
 

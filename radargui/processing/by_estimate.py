@@ -23,7 +23,7 @@ from radargui.model.path import PathLengths
 from radargui.model.setup import Setup
 from radargui.model.track import Track
 from radargui.processing.continuity import checked
-from radargui.processing.locate import LEAST_RECEIVERS, locate
+from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.processing.whole import as_wired
 from radargui.restitution.input_changes import joint_changes
@@ -160,16 +160,22 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
         except SolveError as error:
             why = error.message.rstrip(".")
             warnings = (f"the flights could not be fitted ({why}): the bounces were taken from the track",)
-    motion = MeasuredMotion(corrected, paths, _track(estimate, paths, setup), bounces, changes, warnings=warnings)
+    paths, track = _located(estimate, paths, setup)
+    motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)
     return checked(motion, conditioned, setup.radar.wavelength_m)
 
 
-def _track(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> Track | None:
-    if estimate.position_m is None or estimate.u_position_m is None or setup.processing.geometry == "plane":
+def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:
+    # the joint estimate knows the sphere as a body; the adaptive one's circles show the phase that it scatters with
+    measured = setup.transmitter.polarization_deg is not None and not isinstance(estimate, JointEstimate)
+    if estimate.position_m is None or estimate.u_position_m is None or measured:
+        return locate_body(paths, setup)
+    if setup.processing.geometry == "plane":
+        # the joint estimate's paths are those to the centre already
         release = np.array(setup.tracer.release_position_m)
-        return locate(paths, place_antennas(setup), release, setup.processing.geometry)
+        return paths, locate(paths, place_antennas(setup), release, "plane")
     valid = np.asarray(estimate.valid.all(axis=0) & np.isfinite(estimate.position_m).all(axis=0))
-    return Track(estimate.time_s, estimate.position_m, estimate.u_position_m, valid, "exact")
+    return paths, Track(estimate.time_s, estimate.position_m, estimate.u_position_m, valid, "exact")
 
 
 def _try_joint_with(

@@ -10,12 +10,11 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.correct import correct
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.pieces import join_pieces
-from radargui.geometry.antennas import place_antennas
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.path import PathLengths
 from radargui.model.setup import Setup
 from radargui.processing.continuity import checked, is_alone, lay_down
-from radargui.processing.locate import locate
+from radargui.processing.locate import locate_body
 from radargui.processing.measured_motion import MeasuredMotion
 
 
@@ -38,7 +37,7 @@ def measure_by_receiver(
     corrected = correct(conditioned, method, lambda done: progress(0.7 * done))
     paths = demodulate(corrected, conditioned, setup.radar.wavelength_m)
     progress(0.8)
-    track = locate(paths, place_antennas(setup), np.array(setup.tracer.release_position_m), setup.processing.geometry)
+    paths, track = locate_body(paths, setup)
     return checked(MeasuredMotion(corrected, paths, track), conditioned, setup.radar.wavelength_m)
 
 

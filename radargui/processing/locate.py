@@ -2,16 +2,36 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from radargui.geometry.antennas import Antennas
+from radargui.geometry.antennas import Antennas, place_antennas
 from radargui.geometry.bistatic import locate_exact, position_uncertainty
 from radargui.geometry.plane_wave import locate_plane
+from radargui.geometry.scattering import sphere_delay
 from radargui.model.arrays import FloatArray
 from radargui.model.path import PathLengths
+from radargui.model.setup import Setup
 from radargui.model.track import Track
 
 LEAST_RECEIVERS = 3
+
+
+def locate_body(paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:
+    """Return the paths to the sphere's centre, and the track, from paths as their phase was measured.
+
+    Where the setup tells the polarisation, the phase that a metal sphere scatters with is taken off the direct path, in
+    one step: it changes by a thousandth of what the place does. What it does to mirrored paths stays.
+    """
+    antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
+    track, delay = locate(paths, antennas, release, setup.processing.geometry), sphere_delay(setup)
+    if track is None or delay is None:
+        return paths, track
+    # where not all receivers know their path the place is unknown, and so is the delay
+    change_m = paths.change_m - np.nan_to_num(delay.at(track.position_m))
+    paths = replace(paths, change_m=change_m)
+    return paths, locate(paths, antennas, release, setup.processing.geometry)
 
 
 def locate(paths: PathLengths, antennas: Antennas, release_position_m: FloatArray, geometry: str) -> Track | None:

@@ -96,7 +96,8 @@ def changes_of_track(
     """Return what a located track changes by with each uncertain input of the setup, by finite differences.
 
     The track is located again from the same path lengths (GUM, 5.1.3). That these change with the geometry too,
-    through maps of position, is of second order; a sphere that is no point adds the phase it scatters with.
+    through maps of position, is of second order. A sphere that is no point adds the phase it scatters with: by its
+    diameter and the polarisations where they are told, else that of a few polarisations.
 
     Parameters
     ----------
@@ -128,15 +129,20 @@ def changes_of_track(
         whole = np.array([np.interp(track.time_s, thin.time_s, row) for row in np.nan_to_num(shift)])
         out.append(InputChange(key, "sphere" if share == "sphere" else "calibration", whole, e, part * g))
 
+    told = setup.transmitter.polarization_deg is not None
     for one in uncertain_inputs(setup):
-        if one.u == 0.0 or one.key in ("tracer.diameter_m", "daq.clock_ppm", "floor.tilt_deg"):
+        if one.u == 0.0 or one.key in ("daq.clock_ppm", "floor.tilt_deg"):
             continue
-        if one.key.endswith("polarization_deg"):
+        if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
+            if told:
+                other_m = scattering_delay_m(base.position_m, moved(setup, one.key, one.u))
+                change_m = thin.change_m + scattering_delay_m(base.position_m, setup) - other_m
+                add(one.key, "sphere", _located(replace(thin, change_m=change_m), setup), setup)
             continue
         other = moved(setup, one.key, one.u)
         longer = other.radar.wavelength_m / setup.radar.wavelength_m
         add(one.key, "calibration", _located(replace(thin, change_m=longer * thin.change_m), other), other)
-    for angle in HYPOTHETICAL_DEG:
+    for angle in () if told else HYPOTHETICAL_DEG:
         sent = setup.transmitter.model_copy(update={"polarization_deg": angle})
         delay_m = scattering_delay_m(base.position_m, setup.model_copy(update={"transmitter": sent}))
         body = replace(thin, change_m=thin.change_m - delay_m)

@@ -12,7 +12,7 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 _MEDIAN_TO_SD = 1.0 / 0.674489750196
 """Standard deviation of normal noise over the median of its absolute value."""
-_THIRD_DIFFERENCE_GAIN = 20.0
+THIRD_DIFFERENCE_GAIN = 20.0
 """Variance of the third difference of white noise: 1 + 9 + 9 + 1."""
 
 
@@ -157,7 +157,9 @@ def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArra
     third = third[np.isfinite(third)]
     if third.size == 0:
         return np.zeros(0)
-    noise = _MEDIAN_TO_SD * float(np.median(third)) / np.sqrt(_THIRD_DIFFERENCE_GAIN)
+    # third differences: a parabola has none, and the few that an impact makes do not move their median
+    noise = _MEDIAN_TO_SD * float(np.median(third)) / np.sqrt(THIRD_DIFFERENCE_GAIN)
+    # a nanometre: simulated tracks without noise keep a scale
     return find_impacts(time, height, np.full(time.size, max(noise, 1e-9)))
 
 

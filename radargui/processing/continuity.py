@@ -18,7 +18,7 @@ from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.processing.measured_motion import MeasuredMotion
 
 JUMP_S = 0.005
-"""Around a jump of a path in which nothing is known."""
+"""Around a jump of a path in which nothing is known: half the block in which the phase's roughness is told."""
 MOST_SCATTER_RAD = 0.8
 """Of a phase about its line of 10 ms: with more, samples are nearer to another turn than to their own."""
 LEAST_CLEAR = 0.4
@@ -27,7 +27,7 @@ LEAST_CLEAR = 0.4
 Only after a rest: without one no joint estimate tests what adaptive finds in signals that are no echo.
 """
 LEAST_KNOWN = 0.5
-"""Share of the motion that a path of one receiver must be known in."""
+"""Share of the motion that a path of one receiver must be known in: with less, more is guessed than seen. By hand."""
 LOST = "the echo was lost {times}: path lengths start anew after it, and the position is not known there"
 
 

@@ -21,16 +21,19 @@ from radargui.processing.live_samples import LiveSamples, Means
 from radargui.processing.locate import LEAST_RECEIVERS
 
 BEFORE_MOTION_S = 0.08
-"""The trigger finds a motion late: so much before it is not taken for rest."""
+"""The trigger finds a motion late: so much before it is not taken for rest (a fall of 30 mm lasts as long)."""
 REST_S = 0.2
 """Averaged for the phase of the rest: whole periods of 50 and of 60 Hz."""
 REST_MEMORY_S = 1.2
+"""Kept of the rest: the hum is measured on up to a second of it, `BEFORE_MOTION_S` and `REST_S` come off. By hand."""
 LONGEST_START_S = 2.0
-"""Motion kept while the first 1.5 fringes are not complete."""
+"""Motion kept while the first 1.5 fringes are not complete; what takes longer is told from then on. By hand."""
 SETTLED_S = 0.3
+"""So long quiet is settled: an apex and the turn of a swing are quiet for less. By hand."""
 AT_RELEASE_M = 0.012
+"""So near the release a tracer is back there, and so near its lowest place on the floor. By hand."""
 FALLEN_M = 0.05
-"""A tracer that rests so near its release is at its release."""
+"""And lower than the release by more than this. By hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from radargui.model.setup import Setup
 from radargui.model.track import Track
 
 LEAST_RECEIVERS = 3
+"""Path lengths that a position in space needs."""
 
 
 def locate_body(paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:

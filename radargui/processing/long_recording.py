@@ -19,6 +19,7 @@ LONG_SAMPLES = 1 << 22
 MOST_SAMPLES = 1 << 19
 """The longest stretch of a long one that is processed (16 s at 33.3 kS/s): moving throughout it takes about 1 GB."""
 _PIECE = 1 << 18
+"""Samples a channel read at once: 2 MB each as float64."""
 
 
 def read_for_processing(path: Path) -> Recording:

@@ -21,9 +21,11 @@ from radargui.model.uncertainty_budget import BudgetLine, InputChange, Uncertain
 from radargui.processing.locate import locate
 
 POINTS = 2000
+"""Samples of the motion that are located again for each input: how a track bends needs no more, and each is a solve."""
 SAME_IMPACT_S = 0.005
 """Impacts of two tracks nearer than this are one: neighbours are 13 ms apart at least."""
 HYPOTHETICAL_DEG = (0.0, 45.0, 90.0, 135.0)
+"""Of the transmitter's field, where nobody says it: half a turn of directions, the other half is the same."""
 BouncesOf = Callable[[Track, Segment, Setup, float], Bounces]
 
 

@@ -19,10 +19,9 @@ from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
-from radargui.processing.site_check import site_check
 from radargui.report.curve_taker import take_curves
 from radargui.report.curves import RunCurves
-from radargui.restitution.site_gravity import SiteCheck
+from radargui.restitution.site_gravity import SiteCheck, site_check
 
 _logger = logging.getLogger(__name__)
 Progress = Callable[[float], None]

@@ -20,8 +20,7 @@ from radargui.model.bounce import FreeFall
 from radargui.model.digitisation import channel_skew
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.processing.site_check import site_check
-from radargui.restitution.site_gravity import SiteCheck
+from radargui.restitution.site_gravity import SiteCheck, site_check
 
 _PIECE = 1 << 18
 LENGTH_DECIMALS = 9

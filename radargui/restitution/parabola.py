@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import FloatArray
+from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN
 from radargui.restitution.settings import TRACKS
-
-_THIRD_DIFFERENCE_GAIN = 20.0
-"""Variance of the third difference of white noise: 1 + 9 + 9 + 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +116,7 @@ def misfit_widening(residual: FloatArray) -> float:
     """
     if residual.size < 8 or not residual.any():
         return 1.0
-    white = float(np.mean(np.diff(residual, 3) ** 2)) / _THIRD_DIFFERENCE_GAIN
+    white = float(np.mean(np.diff(residual, 3) ** 2)) / THIRD_DIFFERENCE_GAIN
     share = min(1.0, white / float(np.mean(residual**2)))
     return share + (1.0 - share) * TRACKS.hidden_waves**2
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from radargui.model.bounce import FreeFall
 from radargui.model.gravity import U_NORMAL_GRAVITY_M_S2, normal_gravity_m_s2, share_in_air
+from radargui.model.result import RunResult
 from radargui.model.rounding import plain, quantity
 from radargui.model.setup import Setup
 
@@ -44,6 +45,14 @@ class SiteCheck:
     u_difference_m_s2: float | None
     agrees: bool | None
     compared: str
+
+
+def site_check(result: RunResult) -> SiteCheck | None:
+    """Return the check of a result; None without a fall, or where the setup does not say where it stands."""
+    fall, budget = result.bounces.free_fall, result.uncertainty_budget
+    if fall is None:
+        return None
+    return check_against_site(fall, result.setup, None if budget is None else budget.g_m_s2.combined)
 
 
 def check_against_site(fall: FreeFall, setup: Setup, u_combined_m_s2: float | None) -> SiteCheck | None:

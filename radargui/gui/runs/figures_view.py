@@ -11,7 +11,7 @@ from radargui.model.quality import ChannelQuality
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.uncertainty_budget import budget_rows
-from radargui.processing.site_check import site_check
+from radargui.restitution.site_gravity import site_check
 
 _STATUS = {"ok": "ok", "no_motion": "no motion", "rejected": "rejected"}
 

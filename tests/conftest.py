@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import threading
 from collections.abc import Iterator
@@ -32,6 +33,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if "hardware" in item.keywords:
             item.add_marker(skip)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def collected_in_the_main_thread_only() -> Iterator[None]:
+    """Collect after each module: a library's thread that finds a dead window's objects would end the whole process."""
+    gc.disable()
+    gc.freeze()  # what stands now is not looked at again
+    yield
+    gc.collect()
 
 
 @pytest.fixture

@@ -49,15 +49,6 @@ def fast_sources(speed: float) -> Any:
     return make
 
 
-@pytest.fixture(autouse=True, scope="module")
-def no_collection_at_an_unsafe_moment() -> Iterator[None]:
-    """Collect only where the tests say, as the program does (decision 0008)."""
-    gc.disable()
-    yield
-    gc.collect()
-    gc.enable()
-
-
 @pytest.fixture(autouse=True)
 def nothing_of_the_user_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep index and channel maps in the test's folder."""

@@ -10,14 +10,15 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
 from radargui.cli.bar import Bar
-from radargui.cli.console import FAILED, fail, figure
+from radargui.cli.console import FAILED, fail
 from radargui.cli.setup_choice import processing_changes
 from radargui.experiment.batch.cluster import run_on_cluster
 from radargui.experiment.batch.find import FoundRun, FoundRuns, find_runs
 from radargui.experiment.batch.local import run_local
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, TablesTo
+from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
-from radargui.model.rounding import quantity
+from radargui.model.rounding import UNKNOWN
 from radargui.model.setup_file import read_setup
 from radargui.report.tables import tables_are_current, write_tables
 
@@ -131,6 +132,6 @@ class BatchProgress(Bar):
 
 
 def _figures(outcome: BatchOutcome) -> str:
-    e, u_e = figure(outcome.summary, "e"), figure(outcome.summary, "u_e")
     text = str(outcome.summary.get("status")).replace("_", " ")
-    return text if e is None or u_e is None else f"{text}, e = {quantity(e, u_e)}"
+    e = restitution_words(outcome.summary)
+    return text if e == UNKNOWN else f"{text}, e = {e}"

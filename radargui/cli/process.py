@@ -172,5 +172,5 @@ def _setup_of(one: Input, options: ProcessOptions, raw: RawLayout | None) -> Set
 def _row(one: Input, result: RunResult) -> tuple[str, ...]:
     bounces = result.bounces.impacts
     first = next((bounce for bounce in bounces if bounce.valid), None)
-    e = quantity(first.e, first.u_e) if first else UNKNOWN
+    e = quantity(first.e, first.u_stated) if first else UNKNOWN
     return (one.name, result.status.replace("_", " "), str(len(bounces)), e, str(one.folder))

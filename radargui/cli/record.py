@@ -15,8 +15,9 @@ from radargui.experiment.event import RecordedRun
 from radargui.experiment.experiment import Experiment
 from radargui.files.run_card import origin_attributes
 from radargui.files.summary import summarise
+from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError, SourceError, UsageError
-from radargui.model.rounding import UNKNOWN, plain, quantity
+from radargui.model.rounding import UNKNOWN, plain
 from radargui.model.setup import Setup
 from radargui.model.setup_change import changed
 from radargui.session.folder import default_data_folder
@@ -170,7 +171,7 @@ def _row(run: RecordedRun) -> tuple[str, ...]:
         name,
         plain(value("drop_height_m"), 4, "m"),
         plain(value("impact_speed_m_s"), 4, "m/s"),
-        quantity(value("e"), value("u_e")),
-        quantity(value("g_m_s2"), value("u_g_m_s2"), "m/s²"),
+        restitution_words(summary),
+        gravity_words(summary, "m/s²"),
         run.result.status.replace("_", " "),
     )

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import typer
 
-from radargui.cli.console import FAILED, fail, figure, progress_bar, show_table
+from radargui.cli.console import FAILED, fail, progress_bar, show_table
 from radargui.experiment.reprocess import RecoveredRun, recover_run
 from radargui.files.summary import summarise
+from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
-from radargui.model.rounding import UNKNOWN, quantity
+from radargui.model.rounding import UNKNOWN
 from radargui.session.catalogue import RunLine
 from radargui.session.folder import default_data_folder
 from radargui.session.recovery import unfinished_runs
@@ -66,6 +67,4 @@ def _told(recovered: RecoveredRun) -> tuple[str, str]:
     if recovered.result is None:
         return UNKNOWN, "recovered, not processed" if recovered.n_samples else "set aside: nothing was recorded"
     summary = summarise(recovered.result)
-    return quantity(
-        figure(summary, "e"), figure(summary, "u_e")
-    ), f"recovered, {recovered.result.status.replace('_', ' ')}"
+    return restitution_words(summary), f"recovered, {recovered.result.status.replace('_', ' ')}"

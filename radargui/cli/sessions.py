@@ -6,9 +6,9 @@ from pathlib import Path
 import typer
 
 from radargui.cli.console import one_line, progress_bar, show_table
-from radargui.model.drop import RunOrigin, drop_of
+from radargui.model.drop import restitution_words
 from radargui.model.errors import UsageError
-from radargui.model.rounding import UNKNOWN, quantity
+from radargui.model.rounding import UNKNOWN
 from radargui.model.setup_file import read_setup
 from radargui.restitution.series import series_of
 from radargui.session.catalogue import Catalogue, Query, RunLine, SessionSummary
@@ -105,7 +105,6 @@ def _row(folder: Path, one: SessionSummary) -> tuple[str, ...]:
 
 
 def _run_row(folder: Path, session: SessionSummary, run: RunLine) -> tuple[str, ...]:
-    drop = drop_of(run.path.stem, RunOrigin(), run.summary)
     status = str(run.summary.get("status") or "not processed").replace("_", " ")
     if not run.finished:
         status = "unfinished"
@@ -117,7 +116,7 @@ def _run_row(folder: Path, session: SessionSummary, run: RunLine) -> tuple[str, 
         run.path.relative_to(folder).as_posix() if session.path != folder else run.path.name,
         run.started_at.replace("T", " ")[:19] or UNKNOWN,
         f"{run.duration_s:.2f} s",
-        quantity(drop.e, drop.u_e),
+        restitution_words(run.summary),
         _short(run.problem) or status,
     )
 

@@ -281,6 +281,6 @@ def _said(result: RunResult, agreement: LiveAgreement | None) -> str:
     if result.status != "ok":
         return f"{result.status.replace('_', ' ')}, {result.reason}".rstrip(", ")
     bounce = next((bounce for bounce in result.bounces.impacts if bounce.valid), None)
-    said = "processed, no bounce" if bounce is None else f"e = {quantity(bounce.e, bounce.u_e)}"
+    said = "processed, no bounce" if bounce is None else f"e = {quantity(bounce.e, bounce.u_stated)}"
     said = f"{said}, preliminary" if result.preliminary else said
     return said if agreement is None else f"{said}, live within {1e3 * agreement.rms_m:.2f} mm"

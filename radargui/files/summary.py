@@ -22,12 +22,13 @@ def summarise(result: RunResult) -> dict[str, object]:
     Returns
     -------
     dict
-        `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `g_m_s2`, `u_g_m_s2`, `correction`,
+        `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `u_e_combined`, `g_m_s2`, `u_g_m_s2`,
+        `u_g_combined_m_s2` (combined: with what calibration and sphere leave open; else statistical), `correction`,
         `geometry`, `version`, `n_bounces` (all impacts), `verdict` (the worst receiver's), `preliminary` (see
         `RunResult`), `from_rest` (whether the rest before the motion was recorded). JSON can hold it.
     """
     bounce = next((bounce for bounce in result.bounces.impacts[:1] if bounce.valid), None)
-    fall = result.bounces.free_fall
+    fall, budget = result.bounces.free_fall, result.uncertainty_budget
     corrected, track = result.corrected, result.track
     verdicts = {channel.verdict for channel in corrected.channels} if corrected else set()
     return {
@@ -37,8 +38,10 @@ def summarise(result: RunResult) -> dict[str, object]:
         "impact_speed_m_s": _finite(bounce.speed_before_m_s) if bounce else None,
         "e": _finite(bounce.e) if bounce else None,
         "u_e": _finite(bounce.u_e) if bounce else None,
+        "u_e_combined": _finite(bounce.u_e_combined) if bounce else None,
         "g_m_s2": _finite(fall.g_m_s2) if fall else None,
         "u_g_m_s2": _finite(fall.u_g_m_s2) if fall else None,
+        "u_g_combined_m_s2": budget.g_m_s2.combined if fall and budget else None,
         "correction": corrected.method if corrected else result.setup.processing.correction,
         "geometry": track.geometry if track else result.setup.processing.geometry,
         "version": __version__,

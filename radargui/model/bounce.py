@@ -1,5 +1,6 @@
 """Bounces and the free fall: what the track says about the sphere and the floor."""
 
+import math
 from dataclasses import dataclass
 
 
@@ -39,6 +40,11 @@ class Bounce:
     e_flight_time: float = float("nan")
     e_height: float = float("nan")
     u_e_combined: float = float("nan")
+
+    @property
+    def u_stated(self) -> float:
+        """What people read behind the ±: the combined uncertainty of e where it is known, else the statistical."""
+        return self.u_e_combined if math.isfinite(self.u_e_combined) else self.u_e
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from radargui.model.rounding import quantity
+
 RunKind = Literal["measured", "simulated", "replay"]
 
 
@@ -50,7 +52,7 @@ class Drop:
         Stem of the run file.
     origin
         Where its samples come from.
-    e, u_e, g_m_s2, u_g_m_s2, drop_height_m
+    e, u_e, u_e_combined, g_m_s2, u_g_m_s2, u_g_combined_m_s2, drop_height_m
         Of the first bounce and the first fall; None where not known or not valid.
     from_rest
         Whether the rest before the fall was recorded: only then is the first bounce seen the first.
@@ -60,8 +62,10 @@ class Drop:
     origin: RunOrigin = field(default_factory=RunOrigin)
     e: float | None = None
     u_e: float | None = None
+    u_e_combined: float | None = None
     g_m_s2: float | None = None
     u_g_m_s2: float | None = None
+    u_g_combined_m_s2: float | None = None
     drop_height_m: float | None = None
     from_rest: bool = True
 
@@ -79,9 +83,36 @@ def drop_of(name: str, origin: RunOrigin, summary: Mapping[str, object] | None) 
         origin,
         figure("e"),
         figure("u_e"),
+        figure("u_e_combined"),
         figure("g_m_s2"),
         figure("u_g_m_s2"),
+        figure("u_g_combined_m_s2"),
         figure("drop_height_m"),
         # 0.1 did not keep it
         found.get("from_rest") is not False,
     )
+
+
+def restitution_words(summary: Mapping[str, object] | None, *, statistical: bool = False) -> str:
+    """Return "0.8123 ± 0.0012" for the first bounce of a summary: ± combined where it is known, else statistical.
+
+    Parameters
+    ----------
+    summary
+        See `files.summary.summarise`.
+    statistical
+        Whether the statistical part is asked for in any case: what differs between runs on one setup.
+    """
+    return _words(summary, "e", "u_e", "" if statistical else "u_e_combined", "")
+
+
+def gravity_words(summary: Mapping[str, object] | None, unit: str = "", *, statistical: bool = False) -> str:
+    """Return the same for g of the first fall."""
+    return _words(summary, "g_m_s2", "u_g_m_s2", "" if statistical else "u_g_combined_m_s2", unit)
+
+
+def _words(summary: Mapping[str, object] | None, key: str, u: str, u_combined: str, unit: str) -> str:
+    value, own, combined = (
+        found if isinstance(found := (summary or {}).get(one), float) else None for one in (key, u, u_combined)
+    )
+    return quantity(value, own if combined is None else combined, unit)

@@ -79,10 +79,20 @@ class UncertaintyBudget:
     assumed: Mapping[str, float] = field(default_factory=dict)
 
 
+SHARES = ("statistical", "calibration", "sphere")
+
+
+def variance_shares(line: BudgetLine) -> dict[str, float]:
+    """Return how much of the square of the combined uncertainty each part holds; empty where it is not known."""
+    squares = {share: (getattr(line, share) or 0.0) ** 2 for share in SHARES}
+    whole = sum(squares.values())
+    return {share: square / whole for share, square in squares.items()} if line.combined and whole else {}
+
+
 def budget_rows(budget: UncertaintyBudget) -> list[tuple[str, ...]]:
     """Return a budget as a table for people: a header, then position, e and g, two digits each (GUM 7.2.6)."""
     lines = (("position / mm", budget.position_m, 1e3), ("e", budget.e, 1.0), ("g / m/s²", budget.g_m_s2, 1.0))
-    shares = ("statistical", "calibration", "sphere", "combined")
+    shares = (*SHARES, "combined")
     return [("u of", *shares)] + [
         (name, *(plain(getattr(line, share), 2, scale=scale) for share in shares)) for name, line, scale in lines
     ]

@@ -49,7 +49,7 @@ class _Taker:
             for gap in recording.gaps
         )
         impacts = tuple(
-            (bounce.time_s - self.zero_s, alone(bounce.e, bounce.u_e) if bounce.valid else "")
+            (bounce.time_s - self.zero_s, alone(bounce.e, bounce.u_stated) if bounce.valid else "")
             for bounce in result.bounces.impacts
         )
         receivers = tuple(self._receiver(number) for number in range(recording.n_receivers))

@@ -7,7 +7,7 @@ from math import isfinite
 
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
-from radargui.model.uncertainty_budget import budget_rows
+from radargui.model.uncertainty_budget import budget_rows, variance_shares
 from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
 from radargui.report.figure_signals import paths_page, signals_page, steps_page
 from radargui.report.figure_track import track_page
@@ -70,7 +70,8 @@ def _impacts(run: RunFacts) -> list[Content]:
             f"time after {run.since} / s": f"{impact.time_s - run.zero_s:.5f}",
             "speed before / (m/s)": plain(impact.speed_before_m_s, 5),
             "speed after / (m/s)": plain(impact.speed_after_m_s, 5),
-            "e": quantity(impact.e, impact.u_e),
+            "e": quantity(impact.e, impact.u_stated),
+            "statistical u": plain(impact.u_e, 2),
             "e of flight time": plain(impact.e_flight_time, 4),
             "e of height": plain(impact.e_height, 4),
             "valid": "yes" if impact.valid else "no",
@@ -78,7 +79,7 @@ def _impacts(run: RunFacts) -> list[Content]:
         }
         for number, impact in enumerate(run.bounces.impacts, 1)
     )
-    return [Grid.of(rows, "Impacts", left=(0, 7, 8))]
+    return [Grid.of(rows, "Impacts", left=(0, 8, 9))]
 
 
 def _quality(run: RunFacts) -> list[Content]:
@@ -130,7 +131,17 @@ def _calibration(run: RunFacts) -> list[Content]:
     if run.uncertainty_budget is None:
         return []
     header, *rows = budget_rows(run.uncertainty_budget)
-    return [Grid(header, tuple(rows), "Standard uncertainties", left=(0,))]
+    grid = Grid(header, tuple(rows), "Standard uncertainties", left=(0,))
+    shares = [
+        f"{name}: " + ", ".join(f"{share} {100.0 * part:.0f} %" for share, part in variance_shares(line).items())
+        for name, line in (("e", run.uncertainty_budget.e), ("g", run.uncertainty_budget.g_m_s2))
+        if variance_shares(line)
+    ]
+    notes = [Note(f"Shares of the squares. {'; '.join(shares)}.")] if shares else []
+    if run.uncertainty_budget.assumed:
+        said = ", ".join(f"{key} {plain(u, 2)}" for key, u in run.uncertainty_budget.assumed.items())
+        notes.append(Note(f"Assumed, because the setup does not say: {said}."))
+    return [grid, *notes]
 
 
 def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:

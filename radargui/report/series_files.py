@@ -22,6 +22,7 @@ IMPACT_HEADER = (
     "speed_after_m_s",
     "e",
     "u_e",
+    "u_e_combined",
     "valid",
     "method",
     "drop_height_m",
@@ -30,7 +31,7 @@ IMPACT_HEADER = (
     "source",
     "reason",
 )
-SERIES_HEADER = ("quantity", "n", "mean", "standard_error", "standard_deviation")
+SERIES_HEADER = ("quantity", "n", "mean", "standard_error", "standard_deviation", "u_combined")
 _LEAST_RECEIVERS = 3
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
@@ -48,7 +49,11 @@ def impacts_csv(runs: Sequence[RunFacts]) -> bytes:
 def series_csv(runs: Sequence[RunFacts]) -> bytes:
     """Return the statistics of the series, one row a quantity."""
     rows = (
-        [name, str(found.n), *map(_number, (found.mean, found.standard_error, found.standard_deviation))]
+        [
+            name,
+            str(found.n),
+            *map(_number, (found.mean, found.standard_error, found.standard_deviation, found.combined)),
+        ]
         for name, found in _statistics(runs).items()
     )
     return _csv(SERIES_HEADER, rows)
@@ -111,10 +116,11 @@ def _impact_rows(run: RunFacts) -> Iterator[list[str]]:
     tail = [*(_number(run.figure(key)) for key in keys), run.source.kind, safe_cell(run.failure or run.reason)]
     begin = [safe_cell(run.name), safe_cell(run.verdict)]
     if not run.bounces.impacts:
-        yield [*begin, "", *["nan"] * 6, "", "", *tail]
+        yield [*begin, "", *["nan"] * 7, "", "", *tail]
     for place, impact in enumerate(run.bounces.impacts, 1):
         times = (impact.time_s, impact.time_s - run.zero_s)
-        figures = (*times, impact.speed_before_m_s, impact.speed_after_m_s, impact.e, impact.u_e)
+        speeds = (impact.speed_before_m_s, impact.speed_after_m_s)
+        figures = (*times, *speeds, impact.e, impact.u_e, impact.u_e_combined)
         cells = [*map(_number, figures), str(int(impact.valid)), safe_cell(impact.method)]
         yield [*begin, str(place), *cells, *tail]
 

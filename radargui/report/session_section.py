@@ -8,7 +8,8 @@ from functools import partial
 from matplotlib.figure import Figure
 
 from radargui import __version__
-from radargui.model.rounding import UNKNOWN, plain, quantity
+from radargui.model.drop import gravity_words, restitution_words
+from radargui.model.rounding import UNKNOWN, plain
 from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
 from radargui.report.run_facts import RunFacts, all_simulated
 from radargui.report.setup_blocks import setup_blocks
@@ -61,14 +62,14 @@ def _summary(runs: Sequence[RunFacts]) -> Grid:
             "run": run.name,
             "drop height / mm": plain(run.figure("drop_height_m"), 4, scale=1e3),
             "impact speed / (m/s)": plain(run.figure("impact_speed_m_s"), 4),
-            "e": quantity(run.figure("e"), run.figure("u_e")),
-            "g / (m/s²)": quantity(run.figure("g_m_s2"), run.figure("u_g_m_s2")),
+            "e": restitution_words(run.figures),
+            "g / (m/s²)": gravity_words(run.figures),
             "impacts": str(len(run.bounces.impacts)) if run.figures else UNKNOWN,
             "verdict": run.said,
         }
         for run in runs
     )
-    return Grid.of(rows, "Runs (± is the standard uncertainty of each run)", left=(0, 1, 7))
+    return Grid.of(rows, "Runs (± is the combined standard uncertainty of each run)", left=(0, 1, 7))
 
 
 def _statistics(runs: Sequence[RunFacts]) -> list[Content]:
@@ -78,9 +79,15 @@ def _statistics(runs: Sequence[RunFacts]) -> list[Content]:
         ("g / (m/s²)", series.g_m_s2, 1.0),
         ("drop height / mm", series.drop_height_m, 1e3),
     )
-    header = ("quantity", "n", "mean ± standard error", "standard deviation")
+    header = ("quantity", "n", "mean ± combined u", "standard error", "standard deviation")
     rows = tuple(
-        (text, str(one.n), one.words(scale), plain(one.standard_deviation, 2, scale=scale))
+        (
+            text,
+            str(one.n),
+            one.words(scale),
+            plain(one.standard_error, 2, scale=scale),
+            plain(one.standard_deviation, 2, scale=scale),
+        )
         for text, one, scale in found
     )
     of = {"measured": "", "simulated": "simulated ", "replay": "replayed "}[series.kind or "measured"]
@@ -133,7 +140,7 @@ def series_page(points: Sequence[RunPoints]) -> Figure:
     """Return the page: e with bars of two standard uncertainties against the speed before the impact."""
     figure = new_page()
     axes = add_axes(figure, 26.0, 32.0, 170.0, 100.0)
-    axes.set_title("Coefficient of restitution of every valid impact, bars ± 2 u")
+    axes.set_title("Coefficient of restitution of every valid impact, bars ± 2 u (statistical)")
     axes.set_xlabel("speed before the impact / (m/s)")
     axes.set_ylabel("e")
     for number, run in enumerate(points):

@@ -31,6 +31,9 @@ class Statistics:
         Of the mean, standard deviation / sqrt(n) (GUM 4.2.3); None for n < 2.
     u_single
         Standard uncertainty of the only value, for n = 1; None where there is none.
+    combined
+        Of the mean, with what all runs on one setup share: calibration and sphere do not average out. None where the
+        runs do not tell it.
     """
 
     n: int
@@ -38,26 +41,46 @@ class Statistics:
     standard_deviation: float | None = None
     standard_error: float | None = None
     u_single: float | None = None
+    combined: float | None = None
 
     def words(self, scale: float = 1.0) -> str:
-        """Return the mean with its uncertainty: the standard error, of a single value its own."""
+        """Return the mean with its combined uncertainty; where that is not known the standard error, or its own."""
         u = self.u_single if self.standard_error is None else self.standard_error
+        u = u if self.combined is None else self.combined
         return UNKNOWN if self.mean is None else quantity(self.mean, u, scale=scale)
 
 
-def statistics_of(values: Iterable[float | None], uncertainties: Iterable[float | None] = ()) -> Statistics:
-    """Return the statistics of the values that are known and finite; `uncertainties` as many, or none."""
+def statistics_of(
+    values: Iterable[float | None],
+    uncertainties: Iterable[float | None] = (),
+    combined: Iterable[float | None] = (),
+) -> Statistics:
+    """Return the statistics of the values that are known and finite.
+
+    Parameters
+    ----------
+    values
+        One a run.
+    uncertainties, combined
+        Their statistical and their combined standard uncertainties, as many, or none.
+    """
     given = list(values)
-    u_given = [*uncertainties] or [None] * len(given)
-    known = [(x, u) for x, u in zip(given, u_given, strict=True) if x is not None and math.isfinite(x)]
+    rows = zip(given, [*uncertainties] or [None] * len(given), [*combined] or [None] * len(given), strict=True)
+    known = [row for row in rows if row[0] is not None and math.isfinite(row[0])]
     if not known:
         return Statistics(0)
-    array = np.array([x for x, _ in known], dtype=np.float64)
+    array = np.array([x for x, _, _ in known], dtype=np.float64)
     mean = float(array.mean())
+    # fully correlated between runs on one setup: the shares add, not their squares (JCGM 100, 5.2.2, note 1)
+    shared = [math.sqrt(max(both**2 - own**2, 0.0)) for _, own, both in known if own is not None and both is not None]
+    common = sum(shared) / len(shared) if len(shared) == len(known) else None
     if array.size == 1:
-        return Statistics(1, mean, u_single=known[0][1])
+        return Statistics(1, mean, u_single=known[0][1], combined=known[0][2])
     deviation = float(array.std(ddof=1))
-    return Statistics(int(array.size), mean, deviation, deviation / math.sqrt(array.size))
+    error = deviation / math.sqrt(array.size)
+    return Statistics(
+        int(array.size), mean, deviation, error, combined=None if common is None else math.hypot(error, common)
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +137,10 @@ def series_of(drops: Sequence[Drop]) -> Series:
     return Series(
         kind,
         left_out,
-        statistics_of([drop.e for drop in seen], [drop.u_e for drop in seen]),
-        statistics_of([drop.g_m_s2 for drop in seen], [drop.u_g_m_s2 for drop in seen]),
+        statistics_of([one.e for one in seen], [one.u_e for one in seen], [one.u_e_combined for one in seen]),
+        statistics_of(
+            [one.g_m_s2 for one in seen], [one.u_g_m_s2 for one in seen], [one.u_g_combined_m_s2 for one in seen]
+        ),
         statistics_of([drop.drop_height_m for drop in seen]),
     )
 

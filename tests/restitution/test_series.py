@@ -34,6 +34,16 @@ def test_a_single_value_has_its_own_uncertainty_and_no_range() -> None:
     assert statistics_of([0.8]) == Statistics(1, 0.8)
 
 
+def test_what_runs_share_does_not_average_out() -> None:
+    e, own, both = [0.79, 0.80, 0.81], [0.003, 0.003, 0.003], [0.005, 0.005, 0.005]
+    found = statistics_of(e, own, both)
+    # 0.004 is common to the three, 0.01 / sqrt(3) is their scatter
+    assert found.combined == pytest.approx(math.hypot(0.004, 0.01 / math.sqrt(3)))
+    assert found.words() == "0.8000 ± 0.0070"
+    assert statistics_of(e, own, [0.005, None, 0.005]).combined is None
+    assert statistics_of([0.8], [0.003], [0.005]).words() == "0.8000 ± 0.0050"
+
+
 def test_replays_change_nothing_among_measurements() -> None:
     alone = series_of(MEASURED)
     mixed = series_of(

@@ -10,9 +10,11 @@ from radargui.gui.theme import Theme
 from radargui.model.quality import ChannelQuality
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, plain, quantity
-from radargui.model.uncertainty_budget import budget_rows
+from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, budget_rows, variance_shares
 from radargui.restitution.site_gravity import site_check
 
+LEAST_SHOWN = 0.005
+"""Share of a variance below which a part of the budget is no stripe that anybody would see."""
 _STATUS = {"ok": "ok", "no_motion": "no motion", "rejected": "rejected"}
 
 
@@ -54,11 +56,7 @@ def page_of(result: RunResult, theme: Theme) -> str:
         parts.append(f"<h4>Receivers, correction {escape(result.corrected.method)}</h4>")
         parts.append(_quality(result.corrected.channels))
     if result.uncertainty_budget is not None:
-        rows = "".join(
-            "<tr>" + "".join(f"<td align='right'>{escape(cell)}&nbsp;</td>" for cell in cells) + "</tr>"
-            for cells in budget_rows(result.uncertainty_budget)
-        )
-        parts.append(f"<h4>Standard uncertainties</h4><table>{rows}</table>")
+        parts += _budget(result.uncertainty_budget, theme)
     if result.warnings:
         items = "".join(f"<li>{escape(text)}</li>" for text in result.warnings)
         parts.append(f"<h4>Warnings</h4><ul>{items}</ul>")
@@ -92,14 +90,37 @@ def _bounces(result: RunResult) -> list[str]:
         f"<td align='right'>&nbsp;{bounce.time_s - zero:.4f}</td>"
         f"<td align='right'>&nbsp;{plain(bounce.speed_before_m_s)}</td>"
         f"<td align='right'>&nbsp;{plain(bounce.speed_after_m_s)}</td>"
-        f"<td align='right'>&nbsp;<b>{quantity(bounce.e, bounce.u_e)}</b></td>"
+        f"<td align='right'>&nbsp;<b>{quantity(bounce.e, bounce.u_stated)}</b></td>"
+        f"<td align='right'>&nbsp;{plain(bounce.u_e, 2)}</td>"
         f"<td>{'' if bounce.valid else 'not valid'}</td></tr>"
         for number, bounce in enumerate(impacts, start=1)
     )
-    head = _head("Bounce", "t [s]", "Before [m/s]", "After [m/s]", "e", "")
+    head = _head("Bounce", "t [s]", "Before [m/s]", "After [m/s]", "e ± combined u", "Statistical u", "")
     methods = ", ".join(sorted({bounce.method for bounce in impacts}))
     words = f"<p>t counts from {since}; speeds by {escape(methods)}</p>"
     return ["<h4>Bounces</h4>", words, f"<table cellspacing='0' cellpadding='2'>{head}{rows}</table>"]
+
+
+def _budget(budget: UncertaintyBudget, theme: Theme) -> list[str]:
+    rows = "".join(
+        "<tr>" + "".join(f"<td align='right'>{escape(cell)}&nbsp;</td>" for cell in cells) + "</tr>"
+        for cells in budget_rows(budget)
+    )
+    parts = [f"<h4>Standard uncertainties</h4><table>{rows}</table>"]
+    colours = dict(zip(SHARES, (theme.colours.i, theme.colours.q, theme.colours.fit), strict=True))
+    for name, line in (("e", budget.e), ("g", budget.g_m_s2), ("position", budget.position_m)):
+        shares = {share: round(100.0 * part) for share, part in variance_shares(line).items() if part >= LEAST_SHOWN}
+        if shares:
+            bar = "".join(
+                f"<td width='{part}%' bgcolor='{colours[share]}'>&nbsp;</td>" for share, part in shares.items()
+            )
+            said = ", ".join(f"{share} {part} %" for share, part in shares.items())
+            parts.append(f"<p>What makes u of {name}, by squares: {said}</p>")
+            parts.append(f"<table width='100%' cellspacing='0'><tr>{bar}</tr></table>")
+    if budget.assumed:
+        said = ", ".join(f"{key} {plain(value, 2)}" for key, value in budget.assumed.items())
+        parts.append(f"<p>Assumed, because the setup does not say: {escape(said)}</p>")
+    return parts
 
 
 def _quality(channels: tuple[ChannelQuality, ...]) -> str:

@@ -15,14 +15,18 @@ from PySide6.QtWidgets import QApplication
 
 from radargui.experiment.event import RecordedRun
 from radargui.files.run_health import read_health
-from radargui.model.drop import Drop, RunOrigin, drop_of
+from radargui.model.drop import Drop, RunOrigin, drop_of, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError
-from radargui.model.rounding import UNKNOWN, plain, quantity
+from radargui.model.rounding import UNKNOWN, plain
 from radargui.restitution.series import Series, drop_labels, series_of
 from radargui.session.session import BY_OPERATOR
 
 Index = QModelIndex | QPersistentModelIndex
 COLUMNS = ("Drop", "Time", "Drop [mm]", "Impact [m/s]", "e", "g [m/s²]", "Verdict")
+_STATISTICAL = {
+    COLUMNS.index("e"): lambda summary: f"statistical part of ±: {restitution_words(summary, statistical=True)}",
+    COLUMNS.index("g [m/s²]"): lambda summary: f"statistical part of ±: {gravity_words(summary, statistical=True)}",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,9 +127,8 @@ class RunEntry:
         return f"preliminary, {verdict}" if self.summary.get("preliminary") else verdict
 
     def restitution(self) -> str:
-        """Return e with its uncertainty."""
-        summary = self.summary or {}
-        return quantity(summary.get("e"), summary.get("u_e"))
+        """Return e with its combined uncertainty."""
+        return restitution_words(self.summary)
 
     def cells(self) -> tuple[str, ...]:
         """Return the texts of the columns."""
@@ -136,7 +139,7 @@ class RunEntry:
             plain(summary.get("drop_height_m"), scale=1000.0),
             plain(summary.get("impact_speed_m_s")),
             self.restitution(),
-            quantity(summary.get("g_m_s2"), summary.get("u_g_m_s2")),
+            gravity_words(self.summary),
             self.verdict,
         )
 
@@ -239,6 +242,8 @@ class RunModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return entry.cells()[index.column()]
         if role == Qt.ItemDataRole.ToolTipRole:
+            if index.column() in _STATISTICAL:
+                return _STATISTICAL[index.column()](entry.summary)
             if index.column() < len(COLUMNS) - 1:
                 return str(entry.path)
             out = f"not in the statistics: {entry.left_out}" if entry.left_out else ""

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QListView, QStyledItemDelegate, QStyleOptionViewIt
 from radargui.files.thumbnail import Thumbnail
 from radargui.gui.sessions.session_look import RunLook
 from radargui.gui.theme import Theme
-from radargui.model.rounding import alone
+from radargui.model.rounding import UNKNOWN
 
 Index = QModelIndex | QPersistentModelIndex
 _WIDTH, _HEIGHT, _GAP = 148, 96, 5
@@ -94,8 +94,8 @@ class _Painter(QStyledItemDelegate):
         head.setHeight(line + 2)
         painter.setPen(QColor(colours.text))
         painter.drawText(head, Qt.AlignmentFlag.AlignLeft, look.entry.cells()[0])
-        summary = look.entry.summary or {}
-        e = f"e = {alone(summary['e'], summary.get('u_e'))}" if isinstance(summary.get("e"), float) else ""
+        e = look.entry.restitution().partition(" ± ")[0]
+        e = "" if e == UNKNOWN else f"e = {e}"
         painter.drawText(head, Qt.AlignmentFlag.AlignRight, e)
         body = box.adjusted(4, line + 4, -4, -4)
         if look.thumbnail is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -89,6 +89,11 @@ class Recording:
         if self.file_time_s is not None:
             return self.file_time_s
         return self.index() / self.digitisation.sample_rate_hz
+
+    def gaps_of_whole(self) -> tuple[Gap, ...]:
+        """Return the gaps with indices as `index` counts them: of an excerpt too, from the whole's first sample."""
+        before = 0 if self.excerpt is None else self.excerpt.first_index
+        return tuple(replace(gap, first_index=gap.first_index + before) for gap in self.gaps)
 
     def volts(self) -> FloatArray:
         """Return the samples as volts, shape (n_channels, n_samples)."""

@@ -46,7 +46,7 @@ class _Taker:
         result, recording = self.result, self.result.recording
         gaps = tuple(
             (gap.first_index / self.rate_hz - self.zero_s, (gap.first_index + gap.count) / self.rate_hz - self.zero_s)
-            for gap in recording.gaps
+            for gap in recording.gaps_of_whole()
         )
         impacts = tuple(
             (bounce.time_s - self.zero_s, alone(bounce.e, bounce.u_stated) if bounce.valid else "")

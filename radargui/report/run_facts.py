@@ -156,7 +156,7 @@ def take_facts(result: RunResult, name: str) -> RunFacts:
         rate_hz=recording.digitisation.sample_rate_hz,
         n_samples=recording.n_samples,
         device=recording.digitisation.device,
-        gaps=recording.gaps,
+        gaps=recording.gaps_of_whole(),
         correction=corrected.method if corrected else None,
         geometry=track.geometry if track else None,
         from_rest=result.segment is not None and result.segment.has_rest,

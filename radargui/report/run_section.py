@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from math import isfinite
 
-from radargui.model.rounding import UNKNOWN, plain, quantity
+from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import budget_rows, variance_shares
 from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
@@ -72,8 +72,9 @@ def _impacts(run: RunFacts) -> list[Content]:
             "speed after / (m/s)": plain(impact.speed_after_m_s, 5),
             "e": quantity(impact.e, impact.u_stated),
             "statistical u": plain(impact.u_e, 2),
-            "e of flight time": plain(impact.e_flight_time, 4),
-            "e of height": plain(impact.e_height, 4),
+            # no digits beyond those that the fit can tell
+            "e of flight time": alone(impact.e_flight_time, impact.u_stated),
+            "e of height": alone(impact.e_height, impact.u_stated),
             "valid": "yes" if impact.valid else "no",
             "method": impact.method,
         }

@@ -17,11 +17,14 @@ from pathlib import Path
 import pytest
 from support.results import default_setup, drop_result, quiet_result
 
-from radargui.model.block import Block
+from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError
-from radargui.model.recording import Recording
+from radargui.model.recording import Excerpt, Recording
 from radargui.processing.result_of_run import result_of_run
+from radargui.report.document import Grid
 from radargui.report.report import Report, write_report
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import _impacts
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
@@ -205,3 +208,26 @@ def test_the_report_never_loads_pyplot_or_qt() -> None:
 def test_the_templates_are_part_of_the_package() -> None:
     names = {item.name for item in (resources.files("radargui.report") / "templates").iterdir()}
     assert {"begin.html", "section.html", "end.html"} <= names
+
+
+def test_gaps_of_an_excerpt_are_told_where_they_lie_in_the_whole() -> None:
+    result = drop_result(rate_hz=1000.0)
+    excerpt = Excerpt(first_stored=5000, last_stored=6600, first_index=5000, of_samples=9000, reason="long")
+    recording = replace(result.recording, gaps=(Gap(700, 20, "late"),), excerpt=excerpt, trigger_index=None)
+    facts = take_facts(replace(result, recording=recording), "run-0001")
+    assert [(gap.first_index, gap.count) for gap in facts.gaps] == [(5700, 20)]
+    assert facts.curves is not None
+    ((first_s, last_s),) = facts.curves.gaps_s
+    assert (first_s + facts.zero_s, last_s + facts.zero_s) == pytest.approx((5.700, 5.720))
+
+
+def test_e_of_time_and_of_height_have_no_more_digits_than_its_uncertainty() -> None:
+    result = drop_result(rate_hz=1000.0)
+    impact = replace(result.bounces.impacts[0], e=0.80012, u_e=0.0021, e_flight_time=0.80047, e_height=0.79969)
+    bounces = replace(result.bounces, impacts=(impact,))
+    facts = take_facts(replace(result, bounces=bounces), "run-0001")
+    (grid,) = (one for one in _impacts(facts) if isinstance(one, Grid))
+    assert [grid.rows[0][column] for column in (4, 6, 7)] == ["0.8001 ± 0.0021", "0.8005", "0.7997"]
+    facts = take_facts(replace(result, bounces=replace(bounces, impacts=(replace(impact, u_e=0.031),))), "run-0001")
+    (grid,) = (one for one in _impacts(facts) if isinstance(one, Grid))
+    assert [grid.rows[0][column] for column in (4, 6, 7)] == ["0.800 ± 0.031", "0.800", "0.800"]

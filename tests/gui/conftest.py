@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import gc
-import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,7 @@ from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.processing_here import ProcessingHere
 from support.small_setups import quick_setup
+from support.window_clocks import FastClock
 
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
@@ -27,19 +26,6 @@ from radargui.model.setup_file import dump_setup
 from radargui.sources.factory import make_source
 
 LONGEST_MS = 60_000
-
-
-class FastClock:
-    """Time that runs several times as fast, so that no test waits for a real fall."""
-
-    def __init__(self, speed: float) -> None:
-        self._speed = speed
-
-    def now(self) -> float:
-        return self._speed * time.perf_counter()
-
-    def wait(self, seconds: float, interrupt: threading.Event) -> bool:
-        return interrupt.wait(max(seconds, 0.0) / self._speed)
 
 
 def fast_sources(speed: float) -> Any:
@@ -54,12 +40,6 @@ def nothing_of_the_user_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     """Keep index and channel maps in the test's folder."""
     monkeypatch.setattr("radargui.session.catalogue.default_index_path", lambda _folder: tmp_path / "index.sqlite3")
     monkeypatch.setattr("radargui.session.map_memory.default_memory_path", lambda: tmp_path / "channel-maps.json")
-
-
-@pytest.fixture
-def fast_clock() -> Callable[[float], FastClock]:
-    """Make clocks that run so many times as fast."""
-    return FastClock
 
 
 @pytest.fixture

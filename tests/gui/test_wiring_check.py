@@ -2,42 +2,70 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from support.controlled_source import ControlledSource, codes
 from support.miswired import Miswired
+from support.window_clocks import LedClock
 
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.sources.simulated.wiring_scene import WiringScene
 
-SPEED = 12.0
+STEP_S = 0.5
+"""Of the samples that the window gets before it looks again: shorter than any step of the guide."""
+RATE_HZ = 4000.0
 
 
 @pytest.fixture
-def simulated(make_window: Any, setup_path: Any, fast_clock: Any) -> MainWindow:
-    window = make_window(setup_path)
-    window.setup_model.assign("daq.rate_hz", 4000.0)
-    window.wiring.scene = lambda setup: WiringScene(setup, clock=fast_clock(SPEED))
+def clock() -> LedClock:
+    return LedClock()
+
+
+@pytest.fixture
+def simulated(make_window: Any, setup_path: Any, clock: LedClock) -> MainWindow:
+    window: MainWindow = make_window(setup_path)
+    window.setup_model.assign("daq.rate_hz", RATE_HZ)
+    window.wiring.scene = lambda setup: WiringScene(setup, clock=clock)
     return window
 
 
-def test_right_wires_are_said_to_be_right_and_each_step_was_said(simulated: MainWindow, wait_for: Any) -> None:
-    window, told = simulated, []
+@pytest.fixture
+def followed(clock: LedClock, wait_for: Any) -> Callable[[MainWindow], list[tuple[str, str]]]:
+    """Let the check go on as fast as the window follows; return what the dialog said, one after the other."""
+
+    def follow(window: MainWindow) -> list[tuple[str, str]]:
+        said: list[tuple[str, str]] = []
+        wait_for(lambda: clock.waited_for and window.wiring._guide is not None)
+        feed, dialog = window.control.feed, window.wiring.dialog
+        assert feed is not None
+        while window.wiring._guide is not None and clock.time_s < 60.0:
+            clock.advance(STEP_S)
+            # all but the block that is being made has come, or the scene is over
+            wanted = (clock.time_s - 0.1) * RATE_HZ
+            wait_for(lambda wanted=wanted: feed.ring.latest >= wanted or window.wiring._guide is None)
+            window.wiring._look()
+            said.append((dialog.when.text().split(" ")[0], dialog.step.text()))
+        wait_for(dialog.finding_texts)
+        return said
+
+    return follow
+
+
+def test_right_wires_are_said_to_be_right_and_each_step_was_said(
+    simulated: MainWindow, followed: Any, wait_for: Any
+) -> None:
+    window = simulated
     window.actions_.wiring.trigger()
     dialog = window.wiring.dialog
     assert dialog.isVisible()
     dialog.begin.click()
-
-    def found() -> bool:
-        told.append((dialog.when.text().split(" ")[0], dialog.step.text()))
-        return bool(dialog.finding_texts())
-
-    wait_for(found)
+    said = followed(window)
     for words in ("Keep everything still", "Move the tracer slowly", *(f"of receiver {i}," for i in (1, 2, 3))):
-        assert any(when == "Now" and words in step for when, step in told), words
-    assert any(when == "Get" for when, _ in told)
+        assert any(when == "Now" and words in step for when, step in said), words
+        assert any(when == "Get" and words in step for when, step in said), words
     assert dialog.when.text() == "The wiring is right."
     assert len(dialog.finding_texts()) == 3
     assert all(text.startswith("✓") for text in dialog.finding_texts())
@@ -46,7 +74,9 @@ def test_right_wires_are_said_to_be_right_and_each_step_was_said(simulated: Main
     assert dialog.begin.isEnabled()
 
 
-def test_exchanged_channels_are_found_and_taken_over_into_the_setup(simulated: MainWindow, wait_for: Any) -> None:
+def test_exchanged_channels_are_found_and_taken_over_into_the_setup(
+    simulated: MainWindow, followed: Any, wait_for: Any
+) -> None:
     window = simulated
     make = window.wiring.scene
     window.wiring.scene = lambda setup: Miswired(make(setup), [2, 3, 0, 1, 4, 5])
@@ -56,9 +86,9 @@ def test_exchanged_channels_are_found_and_taken_over_into_the_setup(simulated: M
     window.wiring.begin()
     dialog = window.wiring.dialog
     dialog.show()
-    wait_for(dialog.finding_texts)
+    followed(window)
     assert any(text.startswith("✗") for text in dialog.finding_texts())
-    assert "daq.channels" in dialog.step.text()
+    assert "“Channels” = " in dialog.step.text()
     dialog.take.click()
     assert window.setup_model.setup.daq.channels == ("ai2", "ai3", "ai0", "ai1", "ai4", "ai5")
     assert not dialog.take.isVisible()
@@ -91,5 +121,5 @@ def test_closing_the_dialog_ends_the_live_view_that_it_began(simulated: MainWind
 def test_a_setup_that_is_wrong_is_not_checked(simulated: MainWindow) -> None:
     simulated.setup_model.assign("daq.rate_hz", -1.0)
     simulated.wiring.begin()
-    assert "daq.rate_hz" in simulated.wiring.dialog.step.text()
+    assert "Rate per channel: -1 is not allowed" in simulated.wiring.dialog.step.text()
     assert not simulated.control.state.running

@@ -9,9 +9,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
-from radargui.gui.about import About, facts
 from radargui.gui.background import Jobs
-from radargui.gui.closing import ClosingStrip
 from radargui.gui.control.app_state import AppState
 from radargui.gui.control.banner import Banner
 from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, MessagePlace
@@ -19,8 +17,9 @@ from radargui.gui.control.feed import Feed
 from radargui.gui.control.health_line import HealthLine
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.run_request import MakeSource, RunRequest
-from radargui.gui.control.stopping import StoppingStrip
-from radargui.gui.menus import Actions, RunKeys, fill_menus
+from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
+from radargui.gui.layout import fill
+from radargui.gui.menus import About, Actions, RunKeys, facts, fill_menus
 from radargui.gui.notice_strip import NoticeStrip
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.opengl_probe import OpenGLProbe
@@ -32,8 +31,7 @@ from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.services import Services
-from radargui.gui.sessions.later_offer import LaterOffer
-from radargui.gui.sessions.recovery_offer import RecoveryOffer
+from radargui.gui.sessions.offers import LaterOffer, RecoveryOffer
 from radargui.gui.sessions.reprocess_dialog import ReprocessController
 from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.sessions.transfer_controller import TransferController
@@ -51,7 +49,9 @@ from radargui.session.folder import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 
 FRAME_MS = 33
+"""Thirty pictures a second: as many as a falling sphere needs to be followed."""
 _HEALTH_S = 0.2
+"""Figures that change more often cannot be read."""
 
 
 class MainWindow(QMainWindow):
@@ -145,8 +145,7 @@ class MainWindow(QMainWindow):
         if probe is not None:
             probe.answered.connect(self._opengl_answered)
             probe.start()
-        self._timer = QTimer(self)
-        self._timer.setInterval(FRAME_MS)
+        self._timer = QTimer(self, interval=FRAME_MS)
         self._timer.timeout.connect(self.refresh)
         self._timer.start()
 
@@ -169,10 +168,7 @@ class MainWindow(QMainWindow):
                 file=self.hardware.replay.path,
                 n_runs=self.bar.runs.value(),
                 data_folder=self.session_panel.data_folder,
-                operator=self.session_panel.operator,
-                notes=self.session_panel.notes,
-                sample=self.session_panel.sample,
-                target=self.session_panel.target,
+                details=self.session_panel.details,
                 setup_file=self.setup_model.path,
             )
         )
@@ -199,7 +195,9 @@ class MainWindow(QMainWindow):
             self.board.post("error", self.setup_model.error)
             return False
         if self.hardware.kind == "replay" and self.hardware.replay.path is None:
-            self.board.post("error", "No file to replay is chosen. Choose one under Hardware setup.")
+            words = "No file to replay is chosen. Choose one under Hardware setup."
+            self.hardware.replay.fault.say(words.partition(".")[0])
+            self.board.post("error", words)
             return False
         return True
 
@@ -209,15 +207,9 @@ class MainWindow(QMainWindow):
 
     def _put_together(self) -> None:
         centre = QWidget()
-        column = QVBoxLayout(centre)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        self.place = MessagePlace(
-            self.bar.runs, self.closing, self.stopping, self.strip, self.recovery, self.later, self.work
-        )
-        for part in (self.bar, self.place):
-            column.addWidget(part)
-        column.addWidget(self.panels, 1)
+        offers = (self.recovery, self.later)
+        self.place = MessagePlace(self.bar.runs, self.closing, self.stopping, self.strip, *offers, self.work)
+        fill(QVBoxLayout(centre), self.bar, self.place, (self.panels, 1))
         self.setCentralWidget(centre)
         self.statusBar().addWidget(self.health, 1)
 
@@ -307,6 +299,10 @@ class MainWindow(QMainWindow):
             session.path if session else None, read_only=bool(session and session.read_only)
         )
         self.run_controller.show_session(session)
+        if not self.control.state.running:
+            # the last samples belong to the session before
+            self.scopes.clear()
+            self.planes.clear()
         self._write_title()
 
     def _write_mark(self) -> None:
@@ -388,7 +384,7 @@ class MainWindow(QMainWindow):
         put("geometry", self.saveGeometry())
         put("layout", self.panels.keep())
         self.settings.keep_sizes(self)
-        put("operator", self.session_panel.operator)
+        put("operator", self.session_panel.details.operator)
         put("data_folder", self.session_panel.data_folder)
         put("runs", self.bar.runs.value())
         put("scope_window_s", self.scopes.window_s)

@@ -1,12 +1,30 @@
-"""Everything the window can do, as actions with their keys, and the menus in which each of them stands."""
+"""Everything the window can do, as actions with their keys, the menus in which each stands, and what Help tells."""
 
 from __future__ import annotations
 
+import platform
+from pathlib import Path
+
+import pyqtgraph
+from PySide6 import __version__ as pyside_version
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QMainWindow, QMenuBar, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QComboBox,
+    QDialog,
+    QHBoxLayout,
+    QMainWindow,
+    QMenuBar,
+    QPlainTextEdit,
+    QVBoxLayout,
+    QWidget,
+)
 
+from radargui import __version__
 from radargui.gui.control.app_state import AppState
+from radargui.gui.layout import button, fill, fit_screen
 from radargui.gui.panels import Panels, belongs
 from radargui.gui.settings import Settings
 from radargui.gui.theme import CHOICES, Theme
@@ -47,10 +65,7 @@ class Actions:
         )
         self.reprocess = self._make("Process run again with this setup", "F8")
         self.reject = self._make(
-            "Reject run, or take it back",
-            "Del",
-            "Backspace",
-            tip="The chosen run, or the last one; it is kept",
+            "Reject run, or take it back", "Del", "Backspace", tip="The chosen run, or the last one; it is kept"
         )
         # the same keys mean something else in a window beside this one
         self.reject.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
@@ -174,3 +189,30 @@ def fill_menus(bar: QMenuBar, does: Actions, panels: Panels, theme: Theme, setti
     view.addActions([does.reset_layout, does.dismiss])
     bar.addMenu("&Help").addAction(does.about)
     return group
+
+
+def facts(opengl: str, data_folder: Path, setup_file: Path | None) -> str:
+    """Return the facts as lines of text."""
+    return "\n".join(
+        (
+            f"RadarGUI {__version__}",
+            f"Python {platform.python_version()}, PySide6 {pyside_version}, pyqtgraph {pyqtgraph.__version__}",
+            f"System: {platform.platform()}",
+            f"Track in 3D: {opengl}",
+            f"Data folder: {data_folder}",
+            f"Setup file: {setup_file or 'none'}",
+        )
+    )
+
+
+class About(QDialog):
+    """The facts, to be copied."""
+
+    def __init__(self, text: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("About RadarGUI")
+        fit_screen(self, 560, 220)
+        view = QPlainTextEdit(text)
+        view.setReadOnly(True)
+        ends = fill(QHBoxLayout(), 1, button("Close", self.reject, default=True))
+        fill(QVBoxLayout(self), view, ends, margins=(9, 9, 9, 9), spacing=6)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QToolButton, QVBoxLayout, QWidget
 
+from radargui.gui.layout import Strip, button, fill, take_out
 from radargui.gui.notices import Notice, NoticeBoard
 from radargui.gui.theme import Theme
 
 _SHOWN = 3
+"""Messages at a time; their place holds two of one line each, the third is scrolled to (chosen by hand)."""
 _WORDS = {"error": "Error", "warning": "Warning", "info": "Note"}
+_EDGES = {"error": "alarm", "warning": "mark", "info": "busy"}
 
 
 class NoticeStrip(QWidget):
@@ -20,11 +25,8 @@ class NoticeStrip(QWidget):
         super().__init__(parent)
         self._board = board
         self._theme = theme
-        self._rows = QVBoxLayout(self)
-        self._rows.setContentsMargins(0, 0, 0, 0)
-        self._rows.setSpacing(1)
+        self._rows = fill(QVBoxLayout(self), spacing=1)
         board.changed.connect(self.refresh)
-        theme.changed.connect(self.refresh)
         self.refresh()
 
     def texts(self) -> tuple[str, ...]:
@@ -36,46 +38,31 @@ class NoticeStrip(QWidget):
 
     def refresh(self) -> None:
         """Draw the notices anew."""
-        while item := self._rows.takeAt(0):
-            if widget := item.widget():
-                widget.deleteLater()
+        take_out(self._rows, *self.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly))
         for notice in self._shown():
-            self._rows.addWidget(self._row(notice))
+            self._rows.addWidget(row := self._row(notice))
+            row.show()
         hidden = len(self._board.notices) - _SHOWN
         if hidden > 0:
-            clear = QPushButton(f"{hidden} more, none of them worse: dismiss all")
-            clear.clicked.connect(self._board.clear)
+            clear = button(f"{hidden} more, none of them worse: dismiss all", self._board.clear)
             self._rows.addWidget(clear, alignment=Qt.AlignmentFlag.AlignRight)
         self.setVisible(bool(self._board.notices))
 
-    def _row(self, notice: Notice) -> QFrame:
-        colours = self._theme.colours
-        edge = {"error": colours.alarm, "warning": colours.mark, "info": colours.busy}[notice.level]
-        row = QFrame()
-        row.setObjectName("notice")
-        row.setStyleSheet(
-            f"QFrame#notice {{ background: {colours.raised}; border: none; border-left: 6px solid {edge}; }}"
-        )
-        layout = QHBoxLayout(row)
-        layout.setContentsMargins(8, 4, 4, 4)
+    def _row(self, notice: Notice) -> Strip:
+        whole = "\n".join(filter(None, (notice.text, notice.details)))
+        copy = _small("Copy", lambda: QGuiApplication.clipboard().setText(whole), "Copy the text with its details")
+        row = Strip(self._theme, _EDGES[notice.level], copy, _small("Dismiss", lambda: self._board.dismiss(notice)))
         times = f" ({notice.count} times)" if notice.count > 1 else ""
-        label = QLabel(f"{_WORDS[notice.level]}{times}: {notice.text}")
-        label.setTextFormat(Qt.TextFormat.PlainText)
-        label.setWordWrap(True)
-        label.setTextInteractionFlags(
+        row.words.setText(f"{_WORDS[notice.level]}{times}: {notice.text}")
+        row.words.setTextInteractionFlags(
             Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
         )
-        label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        layout.addWidget(label, 1)
-        copy = QToolButton()
-        copy.setText("Copy")
-        copy.setToolTip("Copy the text with its details")
-        copy.clicked.connect(
-            lambda: QGuiApplication.clipboard().setText("\n".join(filter(None, (notice.text, notice.details))))
-        )
-        layout.addWidget(copy)
-        close = QToolButton()
-        close.setText("Dismiss")
-        close.clicked.connect(lambda: self._board.dismiss(notice))
-        layout.addWidget(close)
         return row
+
+
+def _small(words: str, does: Callable[[], None], tip: str = "") -> QToolButton:
+    made = QToolButton()
+    made.setText(words)
+    made.setToolTip(tip)
+    made.clicked.connect(does)
+    return made

@@ -13,7 +13,7 @@ from typing import Literal, TextIO
 
 from PySide6.QtCore import QMessageLogContext, QObject, QTimer, QtMsgType, Signal, qInstallMessageHandler
 
-from radargui.gui.mailbox import Mailbox
+from radargui.gui.background import Mailbox
 from radargui.model.errors import RadarGuiError
 
 Level = Literal["error", "warning", "info"]
@@ -63,9 +63,7 @@ class NoticeBoard(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.notices: tuple[Notice, ...] = ()
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(_CALM_MS)
+        self._soon = QTimer(self, singleShot=True, interval=_CALM_MS)
         self._soon.timeout.connect(self.changed)
         self._mailbox = Mailbox(self)
 

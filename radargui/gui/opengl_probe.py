@@ -11,7 +11,7 @@ import threading
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication
 
-from radargui.gui.mailbox import Mailbox
+from radargui.gui.background import Mailbox
 from radargui.gui.opengl_check import SOFTWARE, UNUSABLE, USABLE
 
 TIME_LIMIT_S = 20.0

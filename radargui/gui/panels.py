@@ -10,13 +10,16 @@ from PySide6.QtWidgets import (
     QApplication,
     QDockWidget,
     QFocusFrame,
+    QFrame,
     QMainWindow,
     QMenu,
+    QScrollArea,
     QTabBar,
     QTabWidget,
     QWidget,
 )
 
+from radargui.gui.layout import fit_screen
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 
 TITLES = {
@@ -34,9 +37,13 @@ TITLES = {
 
 _FORMS = ("hardware", "antennas", "session")
 _WIDEST_FORM = 520
-_FIRST_SIZE = QSize(1440, 900)
-_FRAME = QSize(16, 40)
-"""What the system draws around a window: edges and title (chosen by hand, the largest of usual systems)."""
+"""Lines of numbers do not get better by being wider; what is left belongs to the plots."""
+_LEAST_ROOM = QSize(230, 116)
+"""Of a panel: three beside each other and two above each other fit 960 x 540 (1920 x 1080 at scale 2)."""
+_NARROW = 1100
+"""Of a window: below it three panels beside each other are too small for plots, and one stands behind another."""
+_FIRST_SIZE = (1440, 900)
+"""Of the window at the first start where the screen has room: two plots of 500 pixels beside the forms."""
 
 
 def belongs(widget: QWidget, window: QWidget) -> bool:
@@ -63,6 +70,29 @@ class FocusMark(QFocusFrame):
         self.setWidget(now if now is not None and belongs(now, self._window) else None)  # type: ignore[arg-type]
 
 
+class Room(QScrollArea):
+    """What a dock holds: scrolls where the screen is too small for it, so that it never makes the window larger."""
+
+    def __init__(self, panel: QWidget) -> None:
+        super().__init__()
+        self._panel = panel
+        self.setWidget(panel)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        policy = self.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self.setSizePolicy(policy)
+
+    def minimumSizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        """Return the size below which nothing can be read in it."""
+        return self._panel.minimumSizeHint().boundedTo(_LEAST_ROOM)
+
+    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        """Return what the panel wants."""
+        return self._panel.sizeHint()
+
+
 class Panels(QMainWindow):
     """Holds one dock a panel; sits inside the window so that state, messages and health stay where they are.
 
@@ -75,13 +105,11 @@ class Panels(QMainWindow):
         self.setDockNestingEnabled(True)
         self.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
         self.docks: dict[str, QDockWidget] = {}
-        for (name, title), panel in zip(TITLES.items(), widgets, strict=True):
+        self._panels = dict(zip(TITLES, widgets, strict=True))
+        for name, title in TITLES.items():
             dock = QDockWidget(title)
             dock.setObjectName(name)
-            dock.setWidget(panel)
-            policy = panel.sizePolicy()
-            policy.setRetainSizeWhenHidden(True)
-            panel.setSizePolicy(policy)
+            dock.setWidget(Room(self._panels[name]))
             dock.visibilityChanged.connect(partial(self._show_content, dock))
             if name in _FORMS:
                 dock.setMaximumWidth(_WIDEST_FORM)
@@ -100,7 +128,11 @@ class Panels(QMainWindow):
         self.splitDockWidget(docks["hardware"], docks["scopes"], across)
         self.splitDockWidget(docks["scopes"], docks["runs"], down)
         self.splitDockWidget(docks["scopes"], docks["track"], across)
-        self.splitDockWidget(docks["runs"], docks["planes"], across)
+        narrow = self.width() < _NARROW
+        if narrow:
+            self.tabifyDockWidget(docks["scopes"], docks["planes"])
+        else:
+            self.splitDockWidget(docks["runs"], docks["planes"], across)
         self.tabifyDockWidget(docks["hardware"], docks["antennas"])
         self.tabifyDockWidget(docks["antennas"], docks["session"])
         self.tabifyDockWidget(docks["scopes"], docks["run"])
@@ -108,11 +140,12 @@ class Panels(QMainWindow):
             dock.show()
         for name in ("hardware", "scopes"):
             docks[name].raise_()
-        width, height = max(self.width(), 1200), max(self.height(), 700)
-        side = min(400, 28 * width // 100)
+        width, height = self.width(), self.height()
+        side = min(400, max(28 * width // 100, self._panels["antennas"].minimumSizeHint().width() + 6))
         rest = width - side
         self.resizeDocks([docks["hardware"], docks["scopes"], docks["track"]], [side, rest // 2, rest // 2], across)
-        self.resizeDocks([docks["runs"], docks["planes"]], [68 * rest // 100, 32 * rest // 100], across)
+        if not narrow:
+            self.resizeDocks([docks["runs"], docks["planes"]], [68 * rest // 100, 32 * rest // 100], across)
         low = min(280, 3 * height // 8)
         self.resizeDocks([docks["scopes"], docks["runs"]], [height - low, low], down)
 
@@ -156,7 +189,7 @@ class Panels(QMainWindow):
         """Take size and layout of the last time, where that cannot be used one that fits the screen."""
         geometry, layout = settings.blob("geometry"), settings.blob("layout")
         if geometry.isEmpty() or not window.restoreGeometry(geometry):
-            window.resize(_FIRST_SIZE.boundedTo(window.screen().availableSize() - _FRAME))
+            fit_screen(window, *_FIRST_SIZE)
         self.resize(window.size())
         if layout.isEmpty() or not self.restoreState(layout, LAYOUT_VERSION):
             self.reset()

@@ -1,9 +1,59 @@
-"""A list of rows to choose one from, whose columns the operator may set."""
+"""Rows under titles, and the list of them to choose one from, whose columns the operator may set."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QAbstractItemModel, Qt
+from collections.abc import Iterable, Sequence
+from typing import Any, Generic, TypeVar
+
+from PySide6.QtCore import QAbstractItemModel, QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+
+Index = QModelIndex | QPersistentModelIndex
+_R = TypeVar("_R")
+
+
+class RowModel(QAbstractTableModel, Generic[_R]):
+    """Rows under fixed titles, as Qt wants them; what stands in a cell is the subclass's to say.
+
+    Parameters
+    ----------
+    titles
+        One a column.
+    """
+
+    def __init__(self, titles: Sequence[str]) -> None:
+        super().__init__()
+        self._titles = tuple(titles)
+        self.entries: list[_R] = []
+
+    def cell(self, entry: _R, column: int, role: int) -> Any:
+        """Return what Qt asks of a cell; None where there is nothing to say."""
+        raise NotImplementedError
+
+    def replace_all(self, entries: Iterable[_R]) -> None:
+        """Show other rows."""
+        self.beginResetModel()
+        self.entries = list(entries)
+        self.endResetModel()
+
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: N802, B008 - Qt's name and default
+        """Return the number of rows."""
+        return 0 if parent.isValid() else len(self.entries)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: N802, B008 - Qt's name and default
+        """Return the number of columns."""
+        return 0 if parent.isValid() else len(self._titles)
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        """Return what `cell` says."""
+        return self.cell(self.entries[index.row()], index.column(), role) if index.isValid() else None
+
+    def headerData(  # noqa: N802 - Qt's name
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        """Return a column's title."""
+        titled = role == Qt.ItemDataRole.DisplayRole and orientation == Qt.Orientation.Horizontal
+        return self._titles[section] if titled else None
 
 
 class RowTable(QTableView):

@@ -8,9 +8,10 @@ from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
+from radargui.gui.layout import button, fill, take_out
 from radargui.model.errors import CancelledError
 
 _LOOK_MS = 100
@@ -49,11 +50,8 @@ class WorkStrip(QWidget):
         self._jobs = jobs
         self._rows: dict[Task, _Row] = {}
         self._quiet: weakref.WeakSet[Task] = weakref.WeakSet()
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(1)
-        self._timer = QTimer(self)
-        self._timer.setInterval(_LOOK_MS)
+        self._column = fill(QVBoxLayout(self), spacing=1)
+        self._timer = QTimer(self, interval=_LOOK_MS)
         self._timer.timeout.connect(self._look)
         self.hide()
 
@@ -100,10 +98,7 @@ class WorkStrip(QWidget):
             task.cancel()
 
     def _remove(self, task: Task) -> None:
-        row = self._rows.pop(task)
-        self._column.removeWidget(row)
-        row.hide()
-        row.deleteLater()
+        take_out(self._column, self._rows.pop(task))
         if not self._rows:
             self._timer.stop()
             self.hide()
@@ -122,15 +117,10 @@ class _Row(QWidget):
         self._bar = QProgressBar()
         self._bar.setRange(0, 0)
         self._bar.setMaximumWidth(320)
-        self._cancel = QPushButton("Cancel")
+        self._cancel = button("Cancel", self._cancelled)
         self._cancel.setAccessibleName(f"Cancel: {what}")
-        self._cancel.clicked.connect(self._cancelled)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 2, 4, 2)
-        row.addWidget(QLabel(f"{what[:1].upper()}{what[1:]} …"))
-        row.addWidget(self._bar, 1)
-        row.addWidget(self._cancel)
-        row.addStretch(1)
+        words = QLabel(f"{what[:1].upper()}{what[1:]} …")
+        fill(QHBoxLayout(self), words, (self._bar, 1), self._cancel, 1, margins=(8, 2, 4, 2), spacing=6)
 
     def look(self) -> None:
         """Show how far it is."""

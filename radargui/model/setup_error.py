@@ -64,8 +64,8 @@ class Place:
         kinds = self.schema.get("prefixItems") or [self.schema["items"]]
         return _place(kinds[min(part, len(kinds) - 1)], self.definitions)
 
-    def allowed(self) -> str:
-        """Return in words what may stand here."""
+    def allowed(self, scale: float = 1.0) -> str:
+        """Return in words what may stand here; `scale`: shown value per stored value."""
         if self.is_table and not self.is_list:
             return f"a table with {', '.join(self.keys())}"
         if words := self.schema.get("description"):
@@ -73,17 +73,18 @@ class Place:
         if choices := self.schema.get("enum") or [self.schema[key] for key in ("const",) if key in self.schema]:
             return ", ".join(map(str, choices))
         if not self.is_list:
-            return _names(self)[0] + self.span()
+            return _names(self)[0] + self.span(scale)
         entry, fixed = self.entry(0), self.schema.get("prefixItems")
         count = str(len(fixed)) if fixed else f"{self.schema.get('minItems')} to {self.schema.get('maxItems')}"
-        return f"{count} tables" if entry.is_table else f"a list of {count} {_names(entry)[1]}{entry.span()}"
+        return f"{count} tables" if entry.is_table else f"a list of {count} {_names(entry)[1]}{entry.span(scale)}"
 
-    def span(self) -> str:
-        """Return the limits in words, with a space before; empty where there are none."""
+    def span(self, scale: float = 1.0) -> str:
+        """Return the limits in words, as `allowed` shows them, with a space before; empty where there are none."""
         if self.schema.get("type") == "string":
             return ", not empty" if self.schema.get("minLength") else ""
         keys = ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum")
-        low, high, above, below = (self.schema.get(key) for key in keys)
+        stored = (self.schema.get(key) for key in keys)
+        low, high, above, below = (bound if bound is None else scale * bound for bound in stored)
         start = f" above {above:g}" if above is not None else f" from {low:g}" if low is not None else ""
         end = f" to below {below:g}" if below is not None else f" to {high:g}" if high is not None else " up"
         return (start + end).replace("e+0", "e").replace("e+", "e") if start else ""
@@ -125,7 +126,14 @@ LONGEST = 60
 
 def describe(error: ValidationError, model: type[BaseModel]) -> str:
     """Return the most telling fault of a setup as one line that names key, value and allowed range."""
-    faults = error.errors(include_url=False)
+    faults = faults_in_order(error)
+    more = len(faults) - 1
+    return _line(faults[0], model) + (f" (and {more} more fault{'s'[: more > 1]})" if more else "")
+
+
+def faults_in_order(error: ValidationError) -> list[Mapping[str, Any]]:
+    """Return the faults as pydantic tells them, the most telling first, without those that only follow from others."""
+    faults: list[Mapping[str, Any]] = list(error.errors(include_url=False))
     places = [tuple(fault["loc"]) for fault in faults]
     # pydantic counts a bad entry of a list as absent, and then calls the list too short as well
     faults = [
@@ -133,9 +141,7 @@ def describe(error: ValidationError, model: type[BaseModel]) -> str:
         for fault, place in zip(faults, places, strict=True)
         if not (fault["type"] == "too_short" and any(len(p) > len(place) and p[: len(place)] == place for p in places))
     ]
-    faults.sort(key=_weight)
-    more = len(faults) - 1
-    return _line(faults[0], model) + (f" (and {more} more fault{'s'[: more > 1]})" if more else "")
+    return sorted(faults, key=_weight)
 
 
 def _weight(fault: Mapping[str, Any]) -> int:

@@ -11,8 +11,8 @@ import pytest
 from support.controlled_source import ControlledSource, codes
 
 from radargui.experiment.experiment import Experiment
-from radargui.gui.closing import GRACE_S, ClosingStrip
 from radargui.gui.control.app_state import AppState
+from radargui.gui.control.waiting import GRACE_S, ClosingStrip
 from radargui.gui.main_window import MainWindow
 from radargui.gui.theme import Theme
 from radargui.model.block import Block

@@ -50,7 +50,7 @@ def test_two_drops_are_recorded_hands_free_and_the_hand_between_them_is_set_asid
 
     assert window.health.run.text().startswith("run-0003: ")
     assert "none lost" in window.health.run.text()
-    assert "live within " in window.run.notes.text()
+    assert "live within " in str(window.run.figures.notes)
     assert "live within " in model.data(model.index(2, 6), Qt.ItemDataRole.ToolTipRole)
     wait_for(lambda: len(beeps) == 4)
 
@@ -98,12 +98,12 @@ def test_without_a_run_the_key_says_so(window: MainWindow) -> None:
 
 def test_the_switches_of_sound_and_rejected_runs_are_remembered(make_window: Any, setup_path: Any) -> None:
     first = make_window(setup_path)
-    assert first.keeping.sounds.on
+    assert first.actions_.sound.isChecked()
     first.actions_.sound.trigger()
     first.runs.rejected.click()
     first.close()
     second = make_window(setup_path)
-    assert not second.keeping.sounds.on
+    assert not second.actions_.sound.isChecked()
     assert second.actions_.show_rejected.isChecked()
     assert second.runs.rejected.isChecked()
 

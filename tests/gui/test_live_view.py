@@ -15,6 +15,8 @@ from radargui.gui.main_window import MainWindow
 
 def test_the_track_moves_while_the_simulated_sphere_falls(make_window: Any, setup_path: Any, wait_for: Any) -> None:
     window = make_window(setup_path, speed=2.0)
+    # the screen of the tests is narrow: planes would stand behind the scopes
+    window.actions_.reset_layout.trigger()
     window.actions_.start.trigger()
     wait_for(lambda: window.control.state is AppState.LIVE)
     heights: list[float] = []

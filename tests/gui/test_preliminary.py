@@ -48,7 +48,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     assert window.runs.chosen == entry
     assert window.run.result.corrected.method == "adaptive"
     assert window.run._title.text() == "drop 1 (run-0001, simulated), preliminary"
-    assert COMPUTING in window.run.notes.text()
+    assert COMPUTING in window.run.figures.notes
     assert window.track._title.text() == "drop 1 (run-0001, simulated): preliminary result"
     window.run.show()
     window.panels.docks["run"].raise_()
@@ -63,7 +63,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     assert window.run.result.corrected.method == "joint"
     assert final.verdict == "good, simulated"
     assert window.run._title.text() == "drop 1 (run-0001, simulated)"
-    assert COMPUTING not in window.run.notes.text()
+    assert COMPUTING not in window.run.figures.notes
     assert window.track._title.text() == "drop 1 (run-0001, simulated): result"
     assert window.bar.state.text == f"DONE   drop 1: e = {final.restitution()}"
     assert read_summary(final.path)["correction"] == "joint"
@@ -81,7 +81,7 @@ def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
     window.actions_.stop.trigger()
     wait_for(lambda: window.control.state is AppState.DONE)
     assert window.run.result.warnings[0] == STOPPED
-    assert window.run.notes.text().startswith("The joint correction was stopped before it ended")
+    assert window.run.figures.notes[0].startswith("The joint correction was stopped before it ended")
     (entry,) = window.runs.model.entries
     assert window.bar.state.text == f"DONE   drop 1: e = {entry.restitution()}, preliminary"
     summary = read_summary(entry.path)

@@ -26,7 +26,7 @@ def test_an_unfinished_run_is_offered_and_recovered_when_asked(
     assert "1 run was left unfinished" in window.recovery.text
     assert "run-0001.h5" in window.recovery.text
     assert crashed.read_bytes() == before
-    window.recovery.recover.click()
+    window.recovery.accept.click()
     assert window.recovery.isHidden()
     wait_for(lambda: not window.work.busy)
     card = read_run_card(crashed)
@@ -39,7 +39,7 @@ def test_an_unfinished_run_is_offered_and_recovered_when_asked(
 def test_not_now_leaves_a_run_as_it_is(crashed: Path, window: MainWindow, wait_for: Any) -> None:
     before = crashed.read_bytes()
     wait_for(lambda: not window.recovery.isHidden())
-    window.recovery.later.click()
+    window.recovery.refuse.click()
     assert window.recovery.isHidden()
     assert crashed.read_bytes() == before
 

@@ -62,18 +62,18 @@ def test_the_published_steps_of_a_drop_are_drawn(panel: RunPanel, setup: Setup) 
     look_through(panel, result)
     raw = panel.steps.raw[0]
     steps = result.corrected.steps[0].i
-    assert raw._peaks.getData()[0].size == steps.peaks.size > 10
-    assert raw._upper.getOriginalDataset()[0].size == steps.upper.size
+    assert raw.found["peaks"].getData()[0].size == steps.peaks.size > 10
+    assert raw.found["upper"].getOriginalDataset()[0].size == steps.upper.size
     panel.steps.receiver.setCurrentIndex(2)
     other = result.corrected.steps[2].i
-    assert raw._peaks.getData()[0].size == other.peaks.size
+    assert raw.found["peaks"].getData()[0].size == other.peaks.size
 
 
 def test_a_correction_without_steps_is_shown_without(panel: RunPanel, setup: Setup) -> None:
     for method in ("ellipse", "none"):
         look_through(panel, result_of(setup, processing={"correction": method}))
         assert method in panel.steps._words.text()
-        assert panel.steps.raw[0]._peaks.getData()[0] is None
+        assert panel.steps.raw[0].found["peaks"].getData()[0] is None
 
 
 def test_no_motion_is_an_answer(panel: RunPanel, qtbot: QtBot, theme: Theme, setup: Setup) -> None:
@@ -167,6 +167,10 @@ def test_a_long_run_is_seen_before_it_is_processed(panel: RunPanel) -> None:
     assert time_s[-1] == pytest.approx(64.0)
     assert value[:4].tolist() == [-1.0, 1.0, 1.0, -1.0]
     panel.grab()
+    for plot in panel.samples.plots:
+        first_s, last_s = plot.viewRange()[0]
+        assert -5.0 < first_s <= 0.0
+        assert 64.0 <= last_s < 70.0
 
 
 def test_window_and_report_count_bounces_from_the_trigger_and_the_table_from_the_file(

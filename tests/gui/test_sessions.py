@@ -30,7 +30,7 @@ def data_folder(tmp_path: Path) -> Path:
 
 
 def found(window: MainWindow) -> list[str]:
-    return [one.operator for one in window.sessions.browser.model.found]
+    return [one.operator for one in window.sessions.browser.model.entries]
 
 
 def searched(window: MainWindow, wait_for: Any, **texts: str) -> list[str]:
@@ -63,11 +63,11 @@ def test_sessions_are_found_again_and_their_runs_seen(data_folder: Path, window:
         assert searched(window, wait_for, **texts) == wanted, texts
     assert searched(window, wait_for, since="yesterday") == ["Grace", "Ada"]
     assert browser.search.faulty == ("since",)
-    assert "From day cannot be read" in browser.words.text()
+    assert browser.search.faults["since"].text() == "Write it as 2026-01-31"
 
     browser.table.selectRow(0)
-    wait_for(lambda: len(browser.thumbnails.runs.looks) == 2)
-    look = browser.thumbnails.runs.looks[0]
+    wait_for(lambda: len(browser.thumbnails.looks) == 2)
+    look = browser.thumbnails.looks[0]
     assert look.thumbnail is not None
     assert sum(curve.size() for curve in curves(look.thumbnail, QRectF(0, 0, 100, 50))) > 50
     browser.thumbnails.grab()
@@ -83,8 +83,8 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
     browser.review.click()
     assert window.control.session is not None
     assert not window.control.session.read_only
-    assert window.session_panel.operator == "Ada"
-    assert window.session_panel.sample == "steel sphere"
+    assert window.session_panel.details.operator == "Ada"
+    assert window.session_panel.details.sample == "steel sphere"
     wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
     browser.take_setup.click()
     wait_for(lambda: window.setup_model.setup.daq.rate_hz == 2000.0)

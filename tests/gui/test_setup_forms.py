@@ -7,16 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QComboBox, QLineEdit
+from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.plane_wave import t_matrix
+from radargui.gui.layout import FaultText
 from radargui.gui.main_window import MainWindow
-from radargui.gui.setup.error_line import ErrorLine
-from radargui.gui.setup.fields import parse_number, show_number
+from radargui.gui.panels import TITLES
+from radargui.gui.setup.words import parse_number, show_number
 from radargui.model.errors import DeviceError
 from radargui.model.setup_file import read_setup
 from radargui.sources.ni.device import NiDevice
+
+OTHER = {"antennas": "hardware", "hardware": "antennas"}
 
 
 def field(window: MainWindow, key: str) -> QLineEdit:
@@ -48,30 +51,76 @@ def test_distances_are_typed_in_mm_and_kept_in_m(window: MainWindow) -> None:
 
 
 BAD_VALUES = (
-    ("receiver[2].tilt_deg", "200", "receiver[2].tilt_deg = 200.0"),
-    ("receiver[2].tilt_deg", "abc", "receiver[2].tilt_deg = "),
-    ("daq.rate_hz", "-1", "daq.rate_hz = -1.0"),
-    ("daq.rate_hz", "", "daq.rate_hz = "),
-    ("simulation.restitution", "1.2", "simulation.restitution = 1.2"),
-    ("transmitter.distance_m", "-5", "transmitter.distance_m = -0.005"),
-    ("daq.channels", "ai0, ai1", "daq.channels names 2 channels"),
+    ("antennas", "receiver[2].tilt_deg", "200", "Tilt: 200 is not allowed: a number from 0 to 180 °"),
+    ("antennas", "receiver[2].tilt_deg", "abc", "Tilt: abc is not allowed: a number from 0 to 180 °"),
+    ("antennas", "transmitter.distance_m", "-5", "Distance: -5 is not allowed: a number above 0 to 100000 mm"),
+    ("antennas", "radar.frequency_hz", "3", None),
+    ("antennas", "radar.frequency_hz", "0.01", "Frequency: 0.01 is not allowed: a number from 0.1 to 1000 GHz"),
+    ("antennas", "tracer.diameter_m", "600", "Diameter: 600 is not allowed: a number above 0 to 500 mm"),
+    ("antennas", "tracer.release_position_m[1]", "1e9", "Release y: 1000000000 is not allowed: a number from -1"),
+    ("antennas", "floor.height_m", "deep", "Floor z: deep is not allowed: a number from -"),
+    ("hardware", "daq.rate_hz", "-1", "Rate per channel: -1 is not allowed: a number from 10 to 1e7 Hz"),
+    ("hardware", "daq.rate_hz", "", "Rate per channel: a value is needed: a number from 10 to 1e7 Hz"),
+    ("hardware", "recording.threshold", "2", "Trigger: 2 is not allowed: a number from 3 to 1000 × noise"),
+    ("hardware", "simulation.restitution", "1.2", "Restitution e: 1.2 is not allowed: a number from 0 to below 1"),
+    ("hardware", "daq.channels", "ai0, ai1", "Channels: “Channels” names 2 channels: allowed 6 for 3 receivers"),
+    ("hardware", "daq.remote", "lab", "Device server: lab is not allowed: a text HOST:PORT"),
+    ("hardware", "daq.channel_skew_s", "20000", "Channel skew: 20000 is not allowed: a number from 0 to 10000 µs"),
 )
 
 
-def test_a_bad_value_shows_its_line_is_edged_and_stops_start(window: MainWindow) -> None:
-    for key, text, said in BAD_VALUES:
-        good = field(window, key).text()
-        type_into(field(window, key), text)
-        lines = [line for line in window.findChildren(ErrorLine) if not line.isHidden()]
-        assert len(lines) == 2
-        assert all(said in line.text() and "\n" not in line.text() for line in lines), lines[0].text()
-        assert key == "daq.channels" or "border" in field(window, key).styleSheet()
-        assert "border" not in field(window, "radar.frequency_hz").styleSheet()
+def faults(panel: QWidget) -> list[FaultText]:
+    return [one for one in panel.findChildren(FaultText) if one.isVisibleTo(panel)]
+
+
+def test_what_is_wrong_stands_at_its_field_in_its_words_and_unit_and_stops_start(window: MainWindow) -> None:
+    for name, key, text, said in BAD_VALUES:
+        window.hardware.choose("ni" if key.startswith("daq.") else "simulated")
+        line, panel, other = field(window, key), getattr(window, name), OTHER[name]
+        good = line.text()
+        type_into(line, text)
+        if said is None:
+            assert not faults(panel)
+            type_into(line, good)
+            continue
+        window.panels.go_to(name)
+        QApplication.processEvents()
+        (fault,) = faults(panel)
+        assert fault.text().startswith(said), fault.text()
+        # right beneath the line, before the next field
+        at, below = line.mapTo(panel, line.rect().bottomLeft()).y(), fault.mapTo(panel, fault.rect().topLeft()).y()
+        assert 0 <= below - at <= 12, key
+        assert "border" in line.styleSheet()
+        framed = [one for one in window.findChildren(QLineEdit) if "border" in one.styleSheet()]
+        assert framed == [line]
+        # who looks at the other panel is told where
+        (elsewhere,) = faults(getattr(window, other))
+        assert elsewhere.text().startswith(f"{TITLES[name]}, "), elsewhere.text()
+        assert "_" not in elsewhere.text()
         assert not window.actions_.start.isEnabled()
         assert not window.actions_.record.isEnabled()
-        type_into(field(window, key), good)
-        assert all(line.isHidden() for line in lines)
+        type_into(line, good)
+        assert not faults(window.hardware)
+        assert not faults(window.antennas)
         assert window.actions_.start.isEnabled()
+
+
+def test_a_fault_in_a_form_that_is_hidden_is_told_beneath(window: MainWindow) -> None:
+    window.hardware.choose("ni")
+    type_into(field(window, "daq.device"), "")
+    (fault,) = faults(window.hardware)
+    assert fault.text().startswith("Device: a value is needed")
+    window.hardware.choose("simulated")
+    (fault,) = faults(window.hardware)
+    assert fault.text().startswith("Hardware setup, Device: a value is needed")
+
+
+def test_a_replay_without_a_file_says_so_at_its_field(window: MainWindow) -> None:
+    window.hardware.choose("replay")
+    window.actions_.record.trigger()
+    assert window.hardware.replay.fault.text() == "No file to replay is chosen"
+    window.hardware.replay.choose(Path("drop.h5"))
+    assert window.hardware.replay.fault.isHidden()
 
 
 def test_receivers_are_added_and_removed_with_their_channels(window: MainWindow) -> None:

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import shutil
 import threading
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import h5py
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QComboBox, QLineEdit
+from support.changed import changed
 from support.gui_sessions import make_session
 from support.processing_here import ProcessingHere
 from support.stored_runs import SETUP
 
+from radargui.experiment.processing_apart import ProcessingApart
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import RunEntry
@@ -21,6 +29,7 @@ from radargui.report.report import compose
 from radargui.report.run_facts import study
 from radargui.restitution.series import series_of
 from radargui.session.session import Session
+from radargui.sources.factory import make_source
 
 
 def listed(window: MainWindow) -> list[tuple[str, str]]:
@@ -35,6 +44,48 @@ def opened(window: MainWindow, path: Path, wait_for: Any) -> None:
 def shown(window: MainWindow, wait_for: Any, row: int = 0) -> None:
     window.runs.table.selectRow(row)
     wait_for(lambda: window.run.result is not None and not window.jobs.running)
+
+
+def test_from_the_first_start_to_the_report_by_keys_alone(make_window: Any, wait_for: Any, tmp_path: Path) -> None:
+    window = make_window(None)
+    window.activateWindow()
+    wait_for(window.isActiveWindow)
+    assert window.setup_model.shipped
+    assert window.hardware.kind == "simulated"
+    assert window.bar.state.text == "IDLE"
+    assert window.board.notices == ()
+    window.panels.go_to("hardware")
+    # low and quick, typed as an operator would
+    rate = window.findChild(QLineEdit, "daq.rate_hz")
+    rate.setFocus()
+    rate.selectAll()
+    QTest.keyClicks(rate, "6000")
+    correction = window.findChild(QComboBox, "processing.correction")
+    correction.setFocus()
+    QTest.keyClick(correction, Qt.Key.Key_Home)
+    for _ in range(correction.findData("published")):
+        QTest.keyClick(correction, Qt.Key.Key_Down)
+    assert window.setup_model.setup.processing.correction == "published"
+    QTest.keyClick(correction, Qt.Key.Key_R)
+    wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))
+    assert window.bar.state.text.startswith("DONE   drop 1: e = ")
+    QTest.keyClick(window, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier)
+    wait_for(window.runs.open_report.isEnabled)
+    session = window.control.session
+    assert session is not None
+    assert session.path.parent == tmp_path / "data"
+    assert session.setup.daq.rate_hz == 6000.0
+    assert (session.path / "report" / "report.pdf").is_file()
+    wait_for(lambda: not window.jobs.running)
+
+
+def test_the_samples_that_a_run_tells_are_its_own(window: MainWindow, record_one: Any) -> None:
+    window.bar.runs.setValue(2)
+    record_one(window)
+    for entry in window.runs.model.entries:
+        with h5py.File(entry.path) as file:
+            own = file["raw"].shape[1]
+        assert entry.health.startswith(f"{own} samples, "), entry.health
 
 
 def test_an_old_session_is_reviewed_then_a_new_one_recorded(
@@ -79,6 +130,7 @@ def test_a_new_session_is_empty(window: MainWindow, wait_for: Any, record_one: A
     record_one(window)
     shown(window, wait_for)
     assert "drop 1: e = " in window.bar.state.text
+    assert all(scope.points > 0 for scope in window.scopes.scopes)
     window.actions_.new_session.trigger()
     assert window.bar.state.text == "IDLE"
     assert window.run.result is None
@@ -91,6 +143,8 @@ def test_a_new_session_is_empty(window: MainWindow, wait_for: Any, record_one: A
     assert window.runs.model.entries == []
     assert window.runs.series.isHidden()
     assert window.health.run.text() == ""
+    assert all(scope.points == 0 for scope in window.scopes.scopes)
+    assert all(plane.points == 0 for plane in (*window.planes.raw, *window.planes.corrected))
 
 
 def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistics(
@@ -170,6 +224,9 @@ def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
     assert [one.called for one in model.entries] == ["drop 1", "run-0002", "drop 2", "drop 3"]
 
 
+N_DROPS = 60
+
+
 def test_sixty_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     make_window: Any, setup_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -184,41 +241,76 @@ def test_sixty_drops_with_a_backlog_closed_in_the_middle_are_found_again(
         return process(self, job, progress, on_preliminary)
 
     monkeypatch.setattr(ProcessingHere, "process", held)
-    window = make_window(setup_path, speed=40.0)
-    window.setup_model.assign("recording.falls_only", False)
-    window.setup_model.assign("daq.rate_hz", 4000.0)
-    window.bar.runs.setValue(60)
+    window = make_window(setup_path, source_maker=partial(make_source, realtime=False))
+    model = window.setup_model
+    # the cheapest runs there are, in few blocks: this is about their number
+    recording = {"pretrigger_s": 0.1, "quiet_s": 0.1, "falls_only": False}
+    model.replace(changed(SETUP, recording=recording, daq={"read_interval_s": 0.25}, simulation={"restitution": 0.3}))
+    model.assign("processing.correction", "none")
+    window.bar.runs.setValue(N_DROPS)
     window.actions_.record.trigger()
-    wait_for(lambda: len(window.control.backlog) >= 8)
     # what is computed is told of its own drop, whatever was recorded meanwhile
     wait_for(lambda: " recorded; drop 1: e = " in window.bar.state.text)
-    window.actions_.stop.trigger()
+    wait_for(lambda: len(window.control.backlog) == N_DROPS - 1)
     wait_for(lambda: "Waiting for the result of drop 2 (40 % computed" in window.stopping.text)
-    assert "more after it" in window.stopping.text
+    assert f"{N_DROPS - 2} more after it" in window.stopping.text
     assert window.stopping.isVisibleTo(window)
+    assert [entry.label for entry in window.runs.model.entries] == [str(n + 1) for n in range(N_DROPS)]
     window.may_leave = lambda: pytest.fail("nothing is being recorded")
     window.close()
-    wait_for(lambda: "the results of " in window.closing.text)
+    wait_for(lambda: f"the results of {N_DROPS - 1} runs" in window.closing.text)
     assert "recording" not in window.closing.text
     window.stopping.later.click()
     wait_for(window.isHidden)
     session = window.control.session
     assert session is not None
-    n_runs = len(session.run_paths())
+    assert len(session.run_paths()) == N_DROPS
     session.close()
 
     monkeypatch.setattr("radargui.experiment.reprocess.ProcessingApart", ProcessingHere)
     monkeypatch.setattr(ProcessingHere, "process", process)
     again = make_window(setup_path)
     wait_for(lambda: again.later.isVisibleTo(again))
-    assert again.later.text.startswith(f"{n_runs - 1} runs wait for their results, in {session.path.name}")
+    assert again.later.text.startswith(f"{N_DROPS - 1} runs wait for their results, in {session.path.name}")
     again.sessions.open(session.path)
-    again.later.compute.click()
+    again.later.accept.click()
     wait_for(lambda: not again.work.busy and not again.jobs.running)
     wait_for(lambda: all(entry.summary for entry in again.runs.model.entries))
+    assert len(again.runs.model.entries) == N_DROPS
     again.later.look()
     wait_for(lambda: not again.jobs.running)
     assert again.later.isHidden()
+
+
+def test_what_was_left_for_later_is_computed_in_a_process_of_its_own(
+    make_window: Any, setup_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = make_window(setup_path)
+    # as the program does it, not as the other tests
+    monkeypatch.setattr("radargui.experiment.experiment.ProcessingApart", ProcessingApart)
+    model = window.setup_model
+    # the joint fit takes seconds: there is time to leave it
+    model.replace(changed(SETUP, processing={"correction": "joint"}))
+    window.actions_.record.trigger()
+    wait_for(lambda: window.stopping.isVisibleTo(window))
+    window.stopping.later.click()
+    wait_for(lambda: not window.control.state.running)
+    wait_for(lambda: not multiprocessing.active_children())
+    wait_for(lambda: window.later.isVisibleTo(window))
+    assert window.later.text.startswith("1 run waits for its result")
+    (entry,) = window.runs.model.entries
+    assert entry.summary is None or entry.summary["preliminary"]
+    seen: set[str] = set()
+    window.later.accept.click()
+
+    def computed() -> bool:
+        seen.update(child.name for child in multiprocessing.active_children())
+        (entry,) = window.runs.model.entries
+        return entry.summary is not None and not entry.summary.get("preliminary") and not window.work.busy
+
+    wait_for(computed)
+    assert seen == {"radargui-processing"}
+    wait_for(lambda: not multiprocessing.active_children())
 
 
 def test_a_full_disk_is_not_hidden_by_clipping_warnings(window: MainWindow, wait_for: Any) -> None:

@@ -12,8 +12,8 @@ from support.stored_runs import SETUP
 
 from radargui.files.reading import read_recording
 from radargui.gui.main_window import MainWindow
-from radargui.gui.sessions.export_dialog import ExportDialog
 from radargui.gui.sessions.import_dialog import ImportDialog
+from radargui.gui.sessions.transfer_controller import ExportDialog
 from radargui.model.errors import CancelledError
 from radargui.model.setup_file import dump_setup
 from radargui.session.info import read_info
@@ -86,7 +86,7 @@ def test_files_of_one_receiver_each_become_one_run(
         write_csv(tmp_path / f"rx{number}.csv", volts[2 * number - 2 : 2 * number], ["I", "Q"]) for number in (1, 2, 3)
     ]
     dialog = import_dialog(window, files, wait_for)
-    assert "receivers" in dialog.fault.text()
+    assert "receivers" in dialog.setup_fault.text()
     dialog.together.setChecked(True)
     wait_for(lambda: not window.jobs.running)
     assert dialog.mapping.names == tuple(f"rx{number}.csv: {part}" for number in (1, 2, 3) for part in "IQ")
@@ -103,7 +103,7 @@ def test_a_file_that_cannot_be_read_is_told_in_the_dialog(window: MainWindow, wa
     bad = tmp_path / "bad.mat"
     bad.write_bytes(b"no matlab file at all")
     dialog = import_dialog(window, [bad], wait_for)
-    assert "bad.mat" in dialog.fault.text()
+    assert "bad.mat" in dialog.files_fault.text()
     assert not dialog.go.isEnabled()
 
 
@@ -171,7 +171,9 @@ def test_plain_binary_is_looked_at_while_its_layout_is_told_and_then_imported(
     raw.header.setValue(8)
     raw.scale.setText("volts")
     wait_for(lambda: not window.jobs.running)
-    assert dialog.fault.text().startswith("scale = 'volts', allowed: volts of one step")
+    assert dialog.raw.faults["scale"].text().startswith("Scale: 'volts', allowed: volts of one step")
+    assert dialog.raw.faults["offset"].isHidden()
+    assert dialog.files_fault.isHidden()
     assert not dialog.go.isEnabled()
     raw.scale.setText("1e-3")
     raw.offset.setText("-2.048")

@@ -73,7 +73,7 @@ def test_layout_operator_and_edits_are_remembered(make_window: Any, setup_path: 
     assert second.setup_model.setup.receiver[0].tilt_deg == 42.0
     assert second.setup_model.modified
     assert second.panels.docks["planes"].isHidden()
-    assert second.session_panel.operator == "Grace"
+    assert second.session_panel.details.operator == "Grace"
     assert second.bar.runs.value() == 7
 
 

@@ -1,18 +1,25 @@
-"""What stands beside the state in large letters: of which run, how far, and what is known of the others."""
+"""The state in letters that are read across the room; beside it of which run, how far, what is known of the others."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from radargui.gui.control.app_state import AppState
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.control.state_view import StateView
-from radargui.gui.control.stopping import StoppingStrip
+from radargui.gui.control.waiting import StoppingStrip
 from radargui.gui.notice_strip import NoticeStrip
 from radargui.gui.notices import NoticeBoard
+from radargui.gui.theme import Theme
+
+_MOST_POINTS = 34.0
+"""Read across a room of five metres: letters of 8 mm on a usual screen (chosen by hand)."""
+_LEAST_POINTS = 11.0
+"""Where even these are too large the end is cut, and told by the tool tip."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,3 +108,87 @@ class Banner(QObject):
         # the newest error stands first
         self._failure = self._board.notices[0].text
         self.look()
+
+
+class StateView(QWidget):
+    """A word for the state and what belongs to it, as large as fits."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._theme = theme
+        self._state = AppState.IDLE
+        self._detail = ""
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setMinimumHeight(58)
+        self.setMinimumWidth(160)
+        theme.changed.connect(self.update)
+
+    @property
+    def text(self) -> str:
+        """What is shown."""
+        return f"{self._state.value}   {self._detail}" if self._detail else self._state.value
+
+    def show_state(self, state: AppState, detail: str = "") -> None:
+        """Show a state and what belongs to it."""
+        if (state, detail) != (self._state, self._detail):
+            self._state, self._detail = state, detail
+            self.setAccessibleName(self.text)
+            self.setToolTip(self.text)
+            self.update()
+
+    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        """Return a size that fits most states."""
+        return QSize(480, 60)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the word on its colour, the detail behind it."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        colours = self._theme.colours
+        colour = QColor(self._colour())
+        frame = self.rect().adjusted(2, 4, -2, -4)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(colours.base))
+        painter.drawRoundedRect(frame, 6, 6)
+        painter.setBrush(colour)
+        painter.drawRoundedRect(frame.adjusted(0, 0, 10 - frame.width(), 0), 4, 4)
+        inside = frame.adjusted(24, 0, -12, 0)
+        painter.setFont(self._fitting(inside.width(), inside.height()))
+        painter.setPen(colour)
+        painter.drawText(inside, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, self._state.value)
+        if self._detail:
+            word = QFontMetricsF(painter.font()).horizontalAdvance(self._state.value + "  ")
+            painter.setPen(QColor(colours.text))
+            font = painter.font()
+            font.setBold(False)
+            painter.setFont(font)
+            rest = inside.adjusted(int(word), 0, 0, 0)
+            shown = painter.fontMetrics().elidedText(self._detail, Qt.TextElideMode.ElideRight, rest.width())
+            painter.drawText(rest, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, shown)
+        painter.end()
+
+    def _fitting(self, width: int, height: int) -> QFont:
+        font = QFont(self.font())
+        font.setBold(True)
+        points = _MOST_POINTS
+        while points > _LEAST_POINTS:
+            font.setPointSizeF(points)
+            metrics = QFontMetricsF(font)
+            if metrics.horizontalAdvance(self.text) <= width and metrics.height() <= height:
+                break
+            points -= 1.0
+        return font
+
+    def _colour(self) -> str:
+        colours = self._theme.colours
+        match self._state:
+            case AppState.DONE:
+                return colours.good
+            case AppState.RECORDING | AppState.FAILED:
+                return colours.alarm
+            case AppState.ARMED:
+                return colours.mark
+            case AppState.IDLE:
+                return colours.idle
+            case _:
+                return colours.busy

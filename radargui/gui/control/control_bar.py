@@ -16,10 +16,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from radargui.gui.control.state_view import StateView
+from radargui.gui.control.banner import StateView
+from radargui.gui.layout import fill
 from radargui.gui.theme import Theme, scaled_font
 
 MOST_RUNS = 999
+"""What is counted without a hand: more than a day of drops, one a minute and a half."""
+_LOW_SCREEN = 560
+"""Height below which every line is taken from the plots: 1920 x 1080 at scale 2 has 540."""
 
 
 class ControlBar(QWidget):
@@ -27,27 +31,17 @@ class ControlBar(QWidget):
 
     def __init__(self, theme: Theme, start: QAction, record: QAction, stop: QAction) -> None:
         super().__init__()
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(6, 2, 6, 2)
-        layout.setSpacing(6)
-        for action in (start, record, stop):
-            layout.addWidget(_button(action))
         self.runs = QSpinBox()
         self.runs.setObjectName("runs")
         self.runs.setRange(1, MOST_RUNS)
         self.runs.setAccessibleName("Number of runs to record")
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
-        column = QVBoxLayout()
-        column.setSpacing(1)
-        column.addStretch(1)
         label = QLabel("Runs")
         label.setBuddy(self.runs)
-        column.addWidget(label)
-        column.addWidget(self.runs)
-        column.addStretch(1)
-        layout.addLayout(column)
+        column = fill(QVBoxLayout(), 1, label, self.runs, 1, spacing=1)
         self.state = StateView(theme)
-        layout.addWidget(self.state, 1)
+        buttons = (_button(action) for action in (start, record, stop))
+        fill(QHBoxLayout(self), *buttons, column, (self.state, 1), margins=(6, 2, 6, 2), spacing=6)
 
 
 class MessagePlace(QScrollArea):
@@ -57,23 +51,19 @@ class MessagePlace(QScrollArea):
         super().__init__()
         self._before = before
         self._content = QWidget()
-        column = QVBoxLayout(self._content)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(1)
         self._parts = parts
         self._quiet = QLabel("No messages")
         self._quiet.setContentsMargins(8, 4, 8, 4)
         self._quiet.setEnabled(False)
-        for part in (*parts, self._quiet):
-            column.addWidget(part)
-        column.addStretch(1)
+        fill(QVBoxLayout(self._content), *parts, self._quiet, 1, spacing=1)
         self.setWidget(self._content)
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        # two messages of one line, with the room around their words
-        self.setFixedHeight(2 * (self.fontMetrics().height() + 16))
+        # two messages of one line, with the room around their words; one where the screen is low
+        lines = 2 if self.screen().availableSize().height() >= _LOW_SCREEN else 1
+        self.setFixedHeight(lines * (self.fontMetrics().height() + 16))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
         """Show what came on top, and let Tab enter it from the bar above."""

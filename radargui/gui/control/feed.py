@@ -2,28 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
+from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.ring import Ring
-from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
-
-
-class Pulled(Protocol):
-    """What the screen needs of an `Acquisition`."""
-
-    @property
-    def ring(self) -> Ring | None:
-        """The last seconds of samples; None before the source is open."""
-
-    @property
-    def live(self) -> LiveTrack | None:
-        """The last seconds of live estimates; None where there are none."""
-
-    @property
-    def digitisation(self) -> Digitisation | None:
-        """As the source gave it; None before it is open."""
 
 
 class Feed:
@@ -37,7 +19,7 @@ class Feed:
         Under which it runs.
     """
 
-    def __init__(self, acquisition: Pulled, setup: Setup) -> None:
+    def __init__(self, acquisition: Acquisition, setup: Setup) -> None:
         self.acquisition = acquisition
         self.setup = setup
         digitisation = acquisition.digitisation

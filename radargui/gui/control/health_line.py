@@ -7,13 +7,28 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.state import AcquisitionState
+from radargui.gui.layout import fill
 from radargui.gui.theme import Theme
 from radargui.model.rounding import UNKNOWN
 
 _LAG_ALARM_S = 0.5
+"""From here on a hand sees that the picture comes later."""
 _DISK_ALARM_S = 600.0
+"""Ten minutes of recording are left: time to make room."""
 _QUEUE_ALARM = 0.5
+"""Half full: the disk is too slow, and the other half is what is left before samples are lost."""
 _RATE_TOLERANCE = 0.02
+"""The rate is measured over half a second of blocks of 20 ms: it is not known better."""
+
+
+_TIPS = {
+    "rate": "Samples per second of each channel, as they really come in",
+    "lost": "Samples of each channel that the device lost, or that were not written in time",
+    "backlog": "Samples that wait in the device's buffer",
+    "queue": "How full the queue to the disk is",
+    "disk": "Free space of the disk that is recorded to",
+    "lag": "How far the live track is behind the newest sample",
+}
 
 
 class HealthLine(QWidget):
@@ -23,28 +38,16 @@ class HealthLine(QWidget):
         super().__init__()
         self._theme = theme
         self._health: Health | None = None
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(6, 0, 6, 0)
-        layout.setSpacing(18)
-        tips = {
-            "rate": "Samples per second of each channel, as they really come in",
-            "lost": "Samples of each channel that the device lost, or that were not written in time",
-            "backlog": "Samples that wait in the device's buffer",
-            "queue": "How full the queue to the disk is",
-            "disk": "Free space of the disk that is recorded to",
-            "lag": "How far the live track is behind the newest sample",
-        }
-        self._labels = {name: QLabel() for name in tips}
+        self._labels = {name: QLabel() for name in _TIPS}
         for name, label in self._labels.items():
-            label.setToolTip(tips[name])
+            label.setToolTip(_TIPS[name])
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-            layout.addWidget(label)
         self.run = QLabel()
         self.run.setToolTip("How the last run was recorded")
         self.run.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         # never makes the window wider
         self.run.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        layout.addWidget(self.run, 1)
+        fill(QHBoxLayout(self), *self._labels.values(), (self.run, 1), margins=(6, 0, 6, 0), spacing=18)
         theme.changed.connect(self._write)
         self._write()
 
@@ -63,8 +66,7 @@ class HealthLine(QWidget):
         self.run.setToolTip(f"How the last run was recorded. {text}".strip())
 
     def _write(self) -> None:
-        health = self._health or None
-        for name, (text, bad) in (_NOTHING if health is None else figures(health)).items():
+        for name, (text, bad) in figures(self._health).items():
             label = self._labels[name]
             if label.text() != text:
                 label.setText(text)
@@ -73,8 +75,11 @@ class HealthLine(QWidget):
                 label.setStyleSheet(style)
 
 
-def figures(health: Health) -> dict[str, tuple[str, bool]]:
+def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
     """Return each figure's words and whether it is bad."""
+    if health is None:
+        words = ("Rate –", "Lost 0", "Backlog 0", "Queue –", "Disk –", "Live lag –")
+        return {name: (text, False) for name, text in zip(_TIPS, words, strict=True)}
     promised = health.sample_rate_hz
     # the rate means something only while samples come in, and after a first second
     counts = health.state is AcquisitionState.RUNNING and health.samples_read > (promised or 0.0)
@@ -106,13 +111,3 @@ def figures(health: Health) -> dict[str, tuple[str, bool]]:
 
 def _rate(value: float | None) -> str:
     return UNKNOWN if value is None else f"{value / 1e3:.2f} kS/s per channel"
-
-
-_NOTHING = {
-    "rate": (f"Rate {UNKNOWN}", False),
-    "lost": ("Lost 0", False),
-    "backlog": ("Backlog 0", False),
-    "queue": (f"Queue {UNKNOWN}", False),
-    "disk": (f"Disk {UNKNOWN}", False),
-    "lag": (f"Live lag {UNKNOWN}", False),
-}

@@ -15,12 +15,11 @@ from radargui.acquisition.health import Health
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
 from radargui.files.run_card import RunCard, origin_attributes
+from radargui.gui.background import Mailbox
 from radargui.gui.control.app_state import AppState
-from radargui.gui.control.backlog import Backlog, card_of
 from radargui.gui.control.feed import Feed
-from radargui.gui.control.run_request import MakeSource, RunRequest, at_once
-from radargui.gui.control.worker_state import RestartNews, WorkerState, edge_words
-from radargui.gui.mailbox import Mailbox
+from radargui.gui.control.run_request import Backlog, MakeSource, RunRequest, at_once, card_of
+from radargui.gui.control.worker_state import Asked, RestartNews, WorkerState, edge_words
 from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
 from radargui.processing.live_memory import LiveMemory
@@ -30,6 +29,7 @@ from radargui.sources.contract import Source
 from radargui.sources.factory import SourceKind
 
 _HEALTH_S = 0.2
+"""How often the worker takes a snapshot: as often as the window shows one."""
 
 
 class RunControl(QObject):
@@ -115,12 +115,7 @@ class RunControl(QObject):
         return self._of_worker.leaves
 
     def start_live(
-        self,
-        setup: Setup,
-        kind: SourceKind,
-        file: Path | None,
-        *,
-        make: Callable[[Setup], Source] | None = None,
+        self, setup: Setup, kind: SourceKind, file: Path | None, *, make: Callable[[Setup], Source] | None = None
     ) -> None:
         """Show what the source gives, without recording; `make`: what makes another source instead."""
         if self._state.running:
@@ -169,10 +164,7 @@ class RunControl(QObject):
             here = session or Session.create(
                 request.data_folder,
                 setup,
-                operator=request.operator,
-                sample=request.sample,
-                target=request.target,
-                notes=request.notes,
+                **request.details._asdict(),
                 calibration=calibration_of_file(request.setup_file) if request.setup_file else None,
                 setup_name=request.setup_file.stem if request.setup_file else "",
                 now=datetime.now().astimezone(),
@@ -237,22 +229,23 @@ class RunControl(QObject):
         Asked again, or while there is nothing but processing, that ends too: what stands already is kept.
         """
         if self._state.running:
-            self._stop(cancel=self._of_worker.stops or self._of_worker.reached.only_processes)
+            again = self._of_worker.stops or self._of_worker.reached.only_processes
+            self._stop(Asked.CANCEL if again else Asked.FINISH)
 
     def finish(self) -> None:
         """End what runs, without waiting: a run under way is kept and processed, whatever is asked again."""
         if self._state.running:
-            self._stop(cancel=False)
+            self._stop(Asked.FINISH)
 
     def cancel(self) -> None:
         """End what runs now, without waiting; what was recorded is kept, with the preliminary results."""
         if self._state.running:
-            self._stop(cancel=True)
+            self._stop(Asked.CANCEL)
 
     def leave(self) -> None:
         """End what runs now, without waiting; what was recorded is kept, results still to come are left for later."""
         if self._state.running:
-            self._stop(cancel=True, leave=True)
+            self._stop(Asked.LEAVE)
 
     def poll(self) -> None:
         """Look what changed; called by the window's timer."""
@@ -289,10 +282,10 @@ class RunControl(QObject):
             self._set_session(session)
             self._enter(AppState.IDLE)
 
-    def _stop(self, *, cancel: bool, leave: bool = False) -> None:
+    def _stop(self, asked: Asked) -> None:
         self._next = None
         state, worker = self._of_worker, self._worker
-        state.ask_to_stop(cancel=cancel, leave=leave)
+        state.ask(asked)
         self._enter(AppState.STOPPING)
         if worker is None or (self._stopper is not None and self._stopper.is_alive()):
             return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, replace
+from enum import IntEnum
 from typing import Any
 
 from radargui.acquisition.acquisition import Acquisition
@@ -21,6 +22,18 @@ _RECORDING = {
     RecorderState.RECORDING: AppState.RECORDING,
     RecorderState.SETTLING: AppState.SETTLING,
 }
+
+
+class Asked(IntEnum):
+    """What the window wants of a worker; each goes further than the one before."""
+
+    NOTHING = 0
+    FINISH = 1
+    """End what is recorded, compute what is there."""
+    CANCEL = 2
+    """End also what is only being computed; what stands already is kept."""
+    LEAVE = 3
+    """And leave for later what waits to be computed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +54,8 @@ class Reached:
         Share of the present run's processing that is done.
     run_number
         The run that is armed or recorded, from 1.
+    asked
+        What the window wants of the worker.
     """
 
     source: Source | None = None
@@ -49,6 +64,7 @@ class Reached:
     health: Health | None = None
     progress: float = 0.0
     run_number: int = 1
+    asked: Asked = Asked.NOTHING
 
     @property
     def acquisition(self) -> Acquisition | None:
@@ -73,7 +89,6 @@ class WorkerState:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._reached = Reached()
-        self._stops = self._cancels = self._leaves = False
 
     @property
     def reached(self) -> Reached:
@@ -89,29 +104,26 @@ class WorkerState:
     @property
     def stops(self) -> bool:
         """Whether the worker is asked to end."""
-        with self._lock:
-            return self._stops
+        return self.reached.asked > Asked.NOTHING
 
     @property
     def leaves(self) -> bool:
         """Whether results that are still to come are left for later."""
-        with self._lock:
-            return self._leaves
+        return self.reached.asked is Asked.LEAVE
 
-    def ask_to_stop(self, *, cancel: bool, leave: bool = False) -> None:
-        """Ask the worker to end; `cancel`: also what is only being computed; `leave`: what waits to be, too."""
+    def ask(self, what: Asked) -> None:
+        """Ask the worker to end; what was asked before and goes further stays."""
         with self._lock:
-            self._stops, self._cancels, self._leaves = True, self._cancels or cancel, self._leaves or leave
+            self._reached = replace(self._reached, asked=max(what, self._reached.asked))
 
     def end_soon(self, worker: threading.Thread) -> None:
         """Ask whatever runs to end until the worker is gone; a device may take its time to stop: not for the window."""
         # said repeatedly: there may have been nothing to end the first time
         while worker.is_alive():
-            with self._lock:
-                reached, cancels, leaves = self._reached, self._cancels, self._leaves
-            experiment = reached.experiment
-            if experiment is not None:
-                (experiment.leave if leaves else experiment.cancel if cancels else experiment.finish)()
+            reached = self.reached
+            if (experiment := reached.experiment) is not None:
+                ends = {Asked.FINISH: experiment.finish, Asked.CANCEL: experiment.cancel, Asked.LEAVE: experiment.leave}
+                ends[reached.asked]()
             if reached.live is not None:
                 reached.live.request_stop()
             worker.join(0.05)

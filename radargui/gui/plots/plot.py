@@ -1,9 +1,13 @@
-"""A plot with the window's look: explicit units, cached axes, no prefix that lies."""
+"""A plot with the window's look, explicit units, cached axes, no prefix that lies; and its key as words beside it."""
 
 from __future__ import annotations
 
+from html import escape
+
 import pyqtgraph as pg
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QLabel
 
 from radargui.gui.theme import Theme
 
@@ -31,13 +35,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     """
 
     def __init__(
-        self,
-        theme: Theme,
-        bottom: str = "",
-        left: str = "",
-        *,
-        equal: bool = False,
-        live: bool = False,
+        self, theme: Theme, bottom: str = "", left: str = "", *, equal: bool = False, live: bool = False
     ) -> None:
         super().__init__()
         self._theme = theme
@@ -60,9 +58,10 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             axis.setStyle(tickLength=-4)
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
-        self.setMinimumSize(80, 60)
+        # below that the words of the axes lie upon another: the panel scrolls instead
+        self.setMinimumSize(80, 86 if bottom else 62)
         # no key does anything here
-        self.setFocusPolicy(pg.QtCore.Qt.FocusPolicy.NoFocus)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         theme.changed.connect(self.retheme)
         self.retheme()
 
@@ -85,6 +84,13 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         curve = pg.PlotDataItem(**options)
         self.addItem(curve)
         self._follow(curve, role, dashed=dashed)
+        return curve
+
+    def still_line(self, role: str, *, dashed: bool = False) -> pg.PlotDataItem:
+        """Add an empty curve for data that stay, drawn fast at any zoom; NaN breaks the line."""
+        curve = self.line(role, dashed=dashed, connect="finite")
+        curve.setDownsampling(auto=True, method="peak")
+        curve.setClipToView(True)
         return curve
 
     def fast_line(self, role: str, *, dashed: bool = False) -> pg.PlotCurveItem:
@@ -151,5 +157,38 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             item.setSymbolPen(None)
             return
         # width 1 is ten times faster to draw than 2
-        style = pg.QtCore.Qt.PenStyle.DashLine if dashed else pg.QtCore.Qt.PenStyle.SolidLine
+        style = Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine
         item.setPen(pg.mkPen(colour, width=1, style=style))
+
+
+class Key(QLabel):
+    """Signs in the colours of the theme, each with its words.
+
+    Parameters
+    ----------
+    entries
+        Sign, role of the theme's colours (`i`, `receivers.0`), words.
+    """
+
+    def __init__(self, theme: Theme, *entries: tuple[str, str, str]) -> None:
+        super().__init__()
+        self._theme = theme
+        self._entries = entries
+        self.setTextFormat(Qt.TextFormat.RichText)
+        self.setContentsMargins(6, 0, 6, 0)
+        self.setMinimumWidth(40)
+        theme.changed.connect(self._write)
+        self._write()
+
+    def show_entries(self, *entries: tuple[str, str, str]) -> None:
+        """Show another key."""
+        if entries != self._entries:
+            self._entries = entries
+            self._write()
+
+    def _write(self) -> None:
+        parts = []
+        for sign, role, words in self._entries:
+            colour = self._theme.colours.role(role)
+            parts.append(f'<span style="color:{colour}"><b>{escape(sign)}</b></span>&nbsp;{escape(words)}')
+        self.setText("&emsp;".join(parts))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from html import escape
 
 from PySide6.QtWidgets import QTextBrowser
@@ -25,6 +26,8 @@ class FiguresView(QTextBrowser):
         super().__init__()
         self._theme = theme
         self._result: RunResult | None = None
+        self.notes: tuple[str, ...] = ()
+        """How the run was recorded, one line each; written above the figures."""
         self.setOpenLinks(False)
         theme.changed.connect(self._write)
 
@@ -40,7 +43,8 @@ class FiguresView(QTextBrowser):
 
     def _write(self) -> None:
         if self._result is not None:
-            self.setHtml(page_of(self._result, self._theme))
+            notes = "<br>".join(map(escape, self.notes))
+            self.setHtml(f"<p>{notes}</p>{page_of(self._result, self._theme)}")
 
 
 def page_of(result: RunResult, theme: Theme) -> str:
@@ -72,8 +76,7 @@ def _fall(result: RunResult, theme: Theme) -> list[str]:
         ("Drop height", plain(fall.drop_height_m, unit="mm", scale=1000.0)),
         ("Residual of the parabola, rms", plain(fall.residual_rms_m, 3, unit="µm", scale=1e6)),
     )
-    cells = "".join(f"<tr><td>{words}&nbsp;&nbsp;</td><td align='right'>{value}</td></tr>" for words, value in rows)
-    parts, check = [f"<h4>First fall</h4><table>{cells}</table>"], site_check(result)
+    parts, check = [f"<h4>First fall</h4>{_figures(rows)}"], site_check(result)
     if check is not None:
         alarm = f' style="color:{theme.colours.alarm}"' if check.agrees is False else ""
         parts.append(f"<p{alarm}>g against the site: {escape(check.compared)}</p>")
@@ -150,6 +153,11 @@ def _quality(channels: tuple[ChannelQuality, ...]) -> str:
         f"<p>Rx {escape(channel.name)}: {escape(channel.reason)}</p>" for channel in channels if channel.reason
     )
     return f"<table cellspacing='0' cellpadding='2'>{head}{body}</table>{reasons}"
+
+
+def _figures(rows: Iterable[tuple[str, str]]) -> str:
+    cells = (f"<tr><td>{words}&nbsp;&nbsp;</td><td align='right'>{value}</td></tr>" for words, value in rows)
+    return f"<table>{''.join(cells)}</table>"
 
 
 def _head(*words: str) -> str:

@@ -23,7 +23,7 @@ from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, notes_of_file, notes_of_run
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.services import Services
-from radargui.gui.sessions.session_look import entry_of
+from radargui.gui.sessions.session_model import entry_of
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.work_strip import Task
 from radargui.model.errors import CancelledError, FileError, RadarGuiError, SetupError
@@ -81,7 +81,7 @@ class RunController(QObject):
                 "the list of runs",
                 lambda: ([_entry(path) for path in paths], report if report.is_file() else None),
                 lambda found: self._listed(session, *found),
-                self._fail,
+                self._board.post_error,
             )
 
     def take(self, recorded: RecordedRun, card: RunCard) -> None:
@@ -169,7 +169,10 @@ class RunController(QObject):
             write_tables(known or _result_of(entry.path, task.report), target)
             return target
 
-        self._work.start("the export", work, self._exported, self._fail)
+        said = self._board.post
+        self._work.start(
+            "the export", work, lambda made: said("info", f"Tables written: {made}"), self._board.post_error
+        )
 
     def reprocess(self, setup: Setup) -> None:
         """Process the chosen run with another setup and keep what comes out beside its samples."""
@@ -277,14 +280,8 @@ class RunController(QObject):
         self._runs.report_ended(None)
         self._board.post_error(error)
 
-    def _exported(self, folder: Path) -> None:
-        self._board.post("info", f"Tables written: {folder}")
-
     def _not_shown(self, name: str, error: BaseException) -> None:
         self._run.failed(name, "cannot be shown")
-        self._board.post_error(error)
-
-    def _fail(self, error: BaseException) -> None:
         self._board.post_error(error)
 
 

@@ -19,6 +19,7 @@ from radargui.gui.services import Services
 from radargui.session.session import BY_OPERATOR
 
 _BETWEEN_SOUNDS_MS = 220
+"""Two sounds that are heard as two (chosen by ear)."""
 
 
 class RunKeeping(QObject):
@@ -45,10 +46,9 @@ class RunKeeping(QObject):
         self.last_result = ""
         self._of_result: Path | None = None
         self._heard: set[Path] = set()
-        self.sounds = Sounds(self)
-        self.sounds.on = self._settings.text("sound", "on") == "on"
-        does.sound.setChecked(self.sounds.on)
-        does.sound.toggled.connect(self._switch_sound)
+        self._sound = does.sound
+        does.sound.setChecked(self._settings.text("sound", "on") == "on")
+        does.sound.toggled.connect(lambda on: self._settings.put("sound", "on" if on else "off"))
         does.reject.triggered.connect(self.toggle)
         does.show_rejected.setChecked(self._settings.text("show_rejected", "no") == "yes")
         runs.set_show_rejected(does.show_rejected.isChecked())
@@ -110,7 +110,7 @@ class RunKeeping(QObject):
         if back:
             self._board.post("info", f"{entry.name} counts again.")
         else:
-            self.sounds.rejected()
+            self._beep(twice=True)
             self._board.post("info", f"{entry.name} is rejected: kept, not counted. The same key (Del) takes it back.")
 
     def _preliminary(self, recorded: RecordedRun) -> None:
@@ -118,7 +118,7 @@ class RunKeeping(QObject):
         self._controller.add(recorded)
         if recorded.path is not None:
             self._heard.add(recorded.path)
-        self.sounds.done()
+        self._beep()
         self._say(recorded)
 
     def _recorded(self, recorded: RecordedRun) -> None:
@@ -127,10 +127,10 @@ class RunKeeping(QObject):
             return
         self._health.show_run(f"{recorded.path.stem}: {recorded.health_line}" if recorded.health_line else "")
         if recorded.set_aside:
-            self.sounds.rejected()
+            self._beep(twice=True)
             return
         if recorded.path not in self._heard:
-            self.sounds.done()
+            self._beep()
         self._heard.discard(recorded.path)
         self._say(recorded)
 
@@ -146,29 +146,13 @@ class RunKeeping(QObject):
         said = f"e = {entry.restitution()}{preliminary}" if known else f"no e, {entry.verdict}"
         self.last_result = f"{entry.called}: {said}"
 
-    def _switch_sound(self, on: bool) -> None:
-        self.sounds.on = on
-        self._settings.put("sound", "on" if on else "off")
+    def _beep(self, *, twice: bool = False) -> None:
+        """Make the system's own sound, for who stands at the tracer: once a run is done, twice it was rejected."""
+        if self._sound.isChecked():
+            QApplication.beep()
+            if twice:
+                QTimer.singleShot(_BETWEEN_SOUNDS_MS, self, QApplication.beep)
 
     def _switch_rejected(self, shown: bool) -> None:
         self._runs.set_show_rejected(shown)
         self._settings.put("show_rejected", "yes" if shown else "no")
-
-
-class Sounds(QObject):
-    """The system's own sound, for who stands at the tracer: once for a run that is done, twice for a rejected one."""
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self.on = True
-
-    def done(self) -> None:
-        """Tell that a run is done."""
-        if self.on:
-            QApplication.beep()
-
-    def rejected(self) -> None:
-        """Tell that a run was rejected or set aside."""
-        if self.on:
-            QApplication.beep()
-            QTimer.singleShot(_BETWEEN_SOUNDS_MS, self, QApplication.beep)

@@ -7,17 +7,14 @@ from pathlib import Path
 
 from PySide6.QtCore import QItemSelection, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QHBoxLayout,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
 
+from radargui.gui.layout import PlainLabel, button, fill
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
-from radargui.gui.setup.form import plain_label
 from radargui.gui.table import RowTable
+
+_MOST_FITTED = 50
+"""Runs that the columns are fitted to when a session is opened; all of ten thousand would take a second."""
 
 
 class RunListPanel(QWidget):
@@ -32,41 +29,32 @@ class RunListPanel(QWidget):
         super().__init__()
         self.model = RunModel()
         self.table = RowTable(self.model, "runs")
+        self.table.setMinimumHeight(50)
         self.table.selectionModel().selectionChanged.connect(self._chosen)
 
-        self.report = QPushButton("Make report")
-        self.report.setToolTip("PDF, HTML, CSV and JSON of this session")
-        self.report.clicked.connect(self.report_asked)
-        self.open_report = QPushButton("Open report")
-        self.open_report.clicked.connect(lambda: self._open(self._report_file))
-        self.open_folder = QPushButton("Open folder")
-        self.open_folder.clicked.connect(lambda: self._open(self._folder))
-        self.export = QPushButton("Export tables…")
-        self.export.setToolTip("track.csv, bounces.csv and result.json of the chosen run")
-        self.export.clicked.connect(self.export_asked)
+        self.report = button("Make report", self.report_asked, "PDF, HTML, CSV and JSON of this session")
+        self.open_report = button("Open report", lambda: self._open(self._report_file))
+        self.open_folder = button("Open folder", lambda: self._open(self._folder))
+        tip = "track.csv, bounces.csv and result.json of the chosen run"
+        self.export = button("Export tables…", self.export_asked, tip)
         self.rejected = QCheckBox()
         self.rejected.setToolTip("Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back")
         self.rejected.toggled.connect(self.show_rejected_toggled)
-        row = QHBoxLayout()
-        row.setContentsMargins(6, 2, 6, 4)
-        for button in (self.report, self.open_report, self.open_folder, self.export):
-            row.addWidget(button)
-        row.addStretch(1)
-        row.addWidget(self.rejected)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addWidget(self.table, 1)
-        self.series = plain_label()
+        # what has no room on a narrow screen is behind an arrow
+        row = QToolBar()
+        for part in (self.rejected, self.report, self.open_report, self.open_folder, self.export):
+            row.addWidget(part)
+        self.series = PlainLabel()
         self.series.setContentsMargins(6, 0, 6, 0)
-        self.series.setToolTip("Mean and standard error of e over the drops that count, each once")
-        column.addWidget(self.series)
-        column.addLayout(row)
+        # one line, whatever it says: two would push the buttons out of a low panel
+        self.series.setWordWrap(False)
+        self.series.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        fill(QVBoxLayout(self), (self.table, 1), self.series, row)
 
         self._folder: Path | None = None
         self._report_file: Path | None = None
         self._report_busy = False
-        self._fit_columns()
+        self._fit_columns([])
         self._refresh_buttons()
 
     @property
@@ -80,14 +68,14 @@ class RunListPanel(QWidget):
         self._folder, self._report_file = folder, None
         self.model.replace_all(entries)
         self._hide_rows()
-        self._fit_columns()
+        self._fit_columns(self.model.entries[-_MOST_FITTED:])
         self._refresh_buttons()
 
     def put(self, entry: RunEntry, *, select: bool = False) -> None:
         """Add or update a run."""
         row = self.model.put(entry)
         self._hide_rows()
-        self._fit_columns()
+        self._fit_columns(self.model.entries[row : row + 1])
         if row == len(self.model.entries) - 1:
             self.table.scrollToBottom()
         if select:
@@ -131,11 +119,11 @@ class RunListPanel(QWidget):
         count = self.model.n_rejected
         self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")
 
-    def _fit_columns(self) -> None:
-        """Make columns wide enough, and never narrower than they were."""
-        metrics = self.table.fontMetrics()
+    def _fit_columns(self, entries: list[RunEntry]) -> None:
+        """Make columns wide enough for entries, and never narrower than they were."""
+        metrics, texts = self.table.fontMetrics(), [entry.cells() for entry in entries]
         for column in range(len(COLUMNS) - 1):
-            words = (COLUMNS[column], *(entry.cells()[column] for entry in self.model.entries[-50:]))
+            words = (COLUMNS[column], *(cells[column] for cells in texts))
             wanted = max(metrics.horizontalAdvance(text) for text in words) + 10
             if self.table.columnWidth(column) < wanted or not self.model.entries:
                 self.table.fit(column, wanted)
@@ -145,6 +133,7 @@ class RunListPanel(QWidget):
         series = self.model.series
         said = f"e = {series.words}" if series.e.n else series.words
         self.series.setText(said)
+        self.series.setToolTip(f"Mean and standard error of e over the drops that count, each once. {said}")
         self.series.setVisible(bool(said))
         self.report.setText("Making report …" if self._report_busy else "Make report")
         self.report.setEnabled(bool(self.model.entries) and not self._report_busy)

@@ -1,28 +1,28 @@
-"""The runs of the session as a table: number, time, drop height, impact speed, e, g, verdict."""
+"""The runs of the session as a table: number, time, height of fall, impact speed, e, g, verdict."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication
 
 from radargui.experiment.event import RecordedRun
 from radargui.files.run_health import read_health
+from radargui.gui.table import RowModel
 from radargui.model.drop import Drop, RunOrigin, drop_of, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.restitution.series import Series, drop_labels, series_of
 from radargui.session.session import BY_OPERATOR
 
-Index = QModelIndex | QPersistentModelIndex
-COLUMNS = ("Drop", "Time", "Drop [mm]", "Impact [m/s]", "e", "g [m/s²]", "Verdict")
+COLUMNS = ("Drop", "Time", "Fall [mm]", "Impact [m/s]", "e", "g [m/s²]", "Verdict")
 _STATISTICAL = {
     COLUMNS.index("e"): lambda summary: f"statistical part of ±: {restitution_words(summary, statistical=True)}",
     COLUMNS.index("g [m/s²]"): lambda summary: f"statistical part of ±: {gravity_words(summary, statistical=True)}",
@@ -144,19 +144,16 @@ class RunEntry:
         )
 
 
-class RunModel(QAbstractTableModel):
-    """The entries as Qt wants them."""
+class RunModel(RowModel[RunEntry]):
+    """The runs of a session, in the order of their numbers."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.entries: list[RunEntry] = []
+        super().__init__(COLUMNS)
 
-    def replace_all(self, entries: list[RunEntry]) -> None:
+    def replace_all(self, entries: Iterable[RunEntry]) -> None:
         """Show another session."""
-        self.beginResetModel()
-        self.entries = sorted(entries, key=_place)
-        self._count()
-        self.endResetModel()
+        super().replace_all(sorted(entries, key=_place))
+        self._recount()
 
     def put(self, entry: RunEntry) -> int:
         """Add an entry, or replace the one of the same file; return its row."""
@@ -200,17 +197,14 @@ class RunModel(QAbstractTableModel):
         return bool(self.entries) and all(one.origin and one.origin.kind == "simulated" for one in self.entries)
 
     def _recount(self) -> None:
-        self._count()
-        if self.entries:
-            self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, len(COLUMNS) - 1))
-
-    def _count(self) -> None:
         """Number the drops, and tell of each whether it is in the statistics."""
         labels = drop_labels((one.name, one.origin, one.is_drop) for one in self.entries)
         left_out = self.series.left_out
         self.entries[:] = [
             replace(one, label=labels[one.name], left_out=left_out.get(one.name, "")) for one in self.entries
         ]
+        if self.entries:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, len(COLUMNS) - 1))
 
     @property
     def n_rejected(self) -> int:
@@ -226,40 +220,22 @@ class RunModel(QAbstractTableModel):
         """Return the entry of a file."""
         return next((entry for entry in self.entries if entry.path == path), None)
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: N802, B008 - Qt's name and default
-        """Return the number of runs."""
-        return 0 if parent.isValid() else len(self.entries)
-
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: N802, B008 - Qt's name and default
-        """Return the number of columns."""
-        return 0 if parent.isValid() else len(COLUMNS)
-
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """Return a cell's text, alignment or full text."""
-        if not index.isValid():
-            return None
-        entry = self.entries[index.row()]
-        if role == Qt.ItemDataRole.DisplayRole:
-            return entry.cells()[index.column()]
-        if role == Qt.ItemDataRole.ToolTipRole:
-            if index.column() in _STATISTICAL:
-                return _STATISTICAL[index.column()](entry.summary)
-            if index.column() < len(COLUMNS) - 1:
+    def cell(self, entry: RunEntry, column: int, role: int) -> Any:
+        """Return a cell's text, full text, colour or alignment."""
+        match role:
+            case Qt.ItemDataRole.DisplayRole:
+                return entry.cells()[column]
+            case Qt.ItemDataRole.ToolTipRole if column in _STATISTICAL:
+                return _STATISTICAL[column](entry.summary)
+            case Qt.ItemDataRole.ToolTipRole if column < len(COLUMNS) - 1:
                 return str(entry.path)
-            out = f"not in the statistics: {entry.left_out}" if entry.left_out else ""
-            return "\n".join(filter(None, (entry.verdict, out, entry.agreement, entry.health)))
-        if role == Qt.ItemDataRole.ForegroundRole and (entry.rejected or entry.left_out):
-            return QApplication.palette().brush(QPalette.ColorGroup.Disabled, QPalette.ColorRole.Text)
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        return None
-
-    def headerData(  # noqa: N802 - Qt's name
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        """Return a column's title."""
-        if role == Qt.ItemDataRole.DisplayRole and orientation == Qt.Orientation.Horizontal:
-            return COLUMNS[section]
+            case Qt.ItemDataRole.ToolTipRole:
+                out = f"not in the statistics: {entry.left_out}" if entry.left_out else ""
+                return "\n".join(filter(None, (entry.verdict, out, entry.agreement, entry.health)))
+            case Qt.ItemDataRole.ForegroundRole if entry.rejected or entry.left_out:
+                return QApplication.palette().brush(QPalette.ColorGroup.Disabled, QPalette.ColorRole.Text)
+            case Qt.ItemDataRole.TextAlignmentRole:
+                return Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         return None
 
 

@@ -9,17 +9,19 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QLabel, QTabWidget, QVBoxLayout, QWidget
 
 from radargui.files.overview import Overview
-from radargui.gui.plots.key import Key
-from radargui.gui.plots.plot import Plot
+from radargui.gui.layout import fill, take_out
+from radargui.gui.plots.plot import Key, Plot
 from radargui.gui.runs.figures_view import FiguresView
-from radargui.gui.runs.phase_view import PhaseView
 from radargui.gui.runs.steps_view import StepsView
-from radargui.gui.setup.form import plain_label
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 
 LONG_S = 60.0
+"""From here on processing takes minutes: who chose such a run sees its samples at once instead of an empty page."""
+_LEFT = 58
+"""Pixels of all vertical axes beneath one another, so that one instant stands above the other."""
+_TURN = 2.0 * np.pi
 
 
 class RunPanel(QWidget):
@@ -31,9 +33,6 @@ class RunPanel(QWidget):
         self._stale: set[int] = set()
         self._title = QLabel("No run chosen")
         self._title.setContentsMargins(6, 3, 6, 0)
-        self.notes = plain_label()
-        self.notes.setContentsMargins(6, 0, 6, 0)
-        self.notes.hide()
         self.figures = FiguresView(theme)
         self.steps = StepsView(theme)
         self.phase = PhaseView(theme)
@@ -41,21 +40,11 @@ class RunPanel(QWidget):
         self.tabs.setDocumentMode(True)
         self.samples = SamplesView(theme)
         self._pages = (self.figures, self.steps, self.phase)
-        # the notes take room from the figures, which scroll, not from the plots
-        first = QWidget()
-        column = QVBoxLayout(first)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.notes)
-        column.addWidget(self.figures, 1)
-        for page, words in ((first, "Result"), (self.steps, "Correction steps"), (self.phase, "Phase and path")):
+        names = ("Result", "Correction steps", "Phase and path", "Samples")
+        for page, words in zip((*self._pages, self.samples), names, strict=True):
             self.tabs.addTab(page, words)
-        self.tabs.addTab(self.samples, "Samples")
         self.tabs.currentChanged.connect(self._draw)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addWidget(self._title)
-        column.addWidget(self.tabs, 1)
+        fill(QVBoxLayout(self), self._title, (self.tabs, 1))
 
     @property
     def result(self) -> RunResult | None:
@@ -67,12 +56,8 @@ class RunPanel(QWidget):
         self._result = None
         self._stale.clear()
         self._title.setText("No run chosen")
-        self.notes.setText("")
-        self.notes.hide()
-        self.figures.clear()
-        self.steps.clear()
-        self.phase.clear()
-        self.samples.clear()
+        for page in (*self._pages, self.samples):
+            page.clear()
 
     def loading(self, name: str) -> None:
         """Say that a run is being read and processed."""
@@ -90,9 +75,7 @@ class RunPanel(QWidget):
 
     def show_result(self, result: RunResult, name: str, notes: Iterable[str] = ()) -> None:
         """Show what a run gave; `notes`: how it was recorded, one line each."""
-        text = "\n".join(filter(None, notes))
-        self.notes.setText(text)
-        self.notes.setVisible(bool(text))
+        self.figures.notes = tuple(filter(None, notes))
         self._result = result
         self._title.setText(f"{name}, preliminary" if result.preliminary else name)
         self._stale = set(range(len(self._pages)))
@@ -117,17 +100,11 @@ class SamplesView(QWidget):
         super().__init__()
         self._theme = theme
         self.plots: list[Plot] = []
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(1)
-        self._column.addWidget(Key(theme, ("▬", "i", "I"), ("▬", "q", "Q")))
+        self._column = fill(QVBoxLayout(self), Key(theme, ("▬", "i", "I"), ("▬", "q", "Q")), spacing=1)
 
     def clear(self) -> None:
         """Forget the samples."""
-        for plot in self.plots:
-            self._column.removeWidget(plot)
-            plot.hide()
-            plot.deleteLater()
+        take_out(self._column, *self.plots)
         self.plots = []
 
     def show_overview(self, overview: Overview) -> None:
@@ -139,8 +116,10 @@ class SamplesView(QWidget):
             for number in range(count)
         ]
         for number, plot in enumerate(self.plots):
-            plot.getPlotItem().getAxis("left").setWidth(58)
-            plot.setXLink(self.plots[-1])
+            plot.getPlotItem().getAxis("left").setWidth(_LEFT)
+            # a plot whose axis is linked does not look for its range itself
+            plot.setXLink(self.plots[-1] if plot is not self.plots[-1] else None)
+            plot.setXRange(0.0, overview.n_samples / overview.sample_rate_hz, padding=0.02)
             for row, role in ((2 * number, "i"), (2 * number + 1, "q")):
                 curve = plot.line(role, connect="finite")
                 curve.setClipToView(True)
@@ -158,3 +137,65 @@ def boxes(overview: Overview, row: int) -> tuple[FloatArray, FloatArray]:
     starts = np.arange(low.size) * bin_s
     time_s = np.stack([starts, starts, starts + bin_s, starts + bin_s], axis=1).ravel()
     return time_s, np.stack([low, high, high, low], axis=1).ravel()
+
+
+class PhaseView(QWidget):
+    """Above the phase, corrected and as recorded; below L."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self.phase = Plot(theme, "", "phase [turns]")
+        self.path = Plot(theme, "time [s]", "change of L [mm]")
+        self.phase.setXLink(self.path)
+        self.phase.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self._key = Key(theme)
+        self._drawn: list[tuple[Plot, object]] = []
+        fill(QVBoxLayout(self), self._key, (self.phase, 1), (self.path, 1), spacing=1)
+        for plot in (self.phase, self.path):
+            plot.getPlotItem().getAxis("left").setWidth(_LEFT)
+
+    def clear(self) -> None:
+        """Forget the result."""
+        for plot, curve in self._drawn:
+            plot.drop(curve)
+        self._drawn = []
+
+    def show_result(self, result: RunResult) -> None:
+        """Draw a result."""
+        self.clear()
+        paths = result.paths
+        if paths is None:
+            return
+        zero_s, zero = result.zero
+        self.path.relabel(f"time after {zero} [s]")
+        time_s = paths.time_s - zero_s
+        volts = result.recording.volts()
+        restarts = paths.restarts()
+        pieces_s = np.insert(time_s, restarts, time_s[restarts])
+        lost = [("│", "gap", "path lost, L has another zero from here on")] if restarts.size else []
+        for plot in (self.phase, self.path):
+            for restart in restarts:
+                self._drawn.append((plot, plot.rule("gap", float(time_s[restart]), dashed=False)))
+        for number in range(paths.phase_rad.shape[0]):
+            role = f"receivers.{number}"
+            corrected = paths.phase_rad[number] / _TURN
+            raw = _raw_turns(volts[2 * number], volts[2 * number + 1], corrected, result.setup.radar.phase_sign)
+            self._add(self.phase, role, time_s, raw, dashed=True)
+            self._add(self.phase, role, pieces_s, np.insert(corrected, restarts, np.nan))
+            self._add(self.path, role, pieces_s, np.insert(1000.0 * paths.change_m[number], restarts, np.nan))
+        receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(paths.phase_rad.shape[0]))
+        self._key.show_entries(*receivers, ("╌", "text", "phase as recorded"), *lost)
+        self.path.enableAutoRange()
+        self.phase.enableAutoRange(axis="y")
+
+    def _add(self, plot: Plot, role: str, x: FloatArray, y: FloatArray, *, dashed: bool = False) -> None:
+        curve = plot.still_line(role, dashed=dashed)
+        curve.setData(x, y)
+        self._drawn.append((plot, curve))
+
+
+def _raw_turns(i: FloatArray, q: FloatArray, corrected: FloatArray, sign: int) -> FloatArray:
+    """Return the phase of the uncorrected signal, in turns, zero where the corrected one begins."""
+    turns = sign * np.unwrap(np.arctan2(q, i)) / _TURN
+    known = np.flatnonzero(np.isfinite(corrected))
+    return np.asarray(turns - (turns[known[0]] - corrected[known[0]] if known.size else 0.0))

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from radargui.correction.ellipse import Ellipse
 from radargui.correction.published import ChannelSteps, PublishedSteps
-from radargui.gui.plots.key import Key
-from radargui.gui.plots.plot import Plot
+from radargui.gui.layout import fill
+from radargui.gui.plots.plot import Key, Plot
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
@@ -38,24 +38,16 @@ class StepsView(QWidget):
         self.receiver = QComboBox()
         self.receiver.currentIndexChanged.connect(self._draw)
         self._words = QLabel()
-        top = QHBoxLayout()
-        top.setContentsMargins(6, 3, 6, 0)
-        top.addWidget(QLabel("Receiver"))
-        top.addWidget(self.receiver)
-        top.addWidget(self._words, 1)
-
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(1)
-        column.addLayout(top)
+        # never makes the panel wider than its dock
+        self._words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        top = fill(QHBoxLayout(), QLabel("Receiver"), self.receiver, (self._words, 1), margins=(6, 3, 6, 0), spacing=6)
         self.raw = tuple(_RawPlot(theme, part) for part in "IQ")
-        self.corrected = Plot(theme, "time [s]", "I, Q [amplitudes]")
+        self.corrected = Plot(theme, "time [s]", "I, Q / A")
         self.key = Key(theme)
-        column.addWidget(self.key)
-        self._curves = tuple(_static(self.corrected, role) for role in ("i", "q"))
+        self._curves = tuple(self.corrected.still_line(role) for role in ("i", "q"))
         for plot in (*self.raw, self.corrected):
             plot.getPlotItem().getAxis("left").setWidth(52)
-            column.addWidget(plot, 1)
+        fill(QVBoxLayout(self), top, self.key, *((plot, 1) for plot in (*self.raw, self.corrected)), spacing=1)
         for plot in self.raw:
             plot.setXLink(self.corrected)
 
@@ -63,12 +55,11 @@ class StepsView(QWidget):
         """Show a result, the same receiver as before."""
         self._result = result
         chosen = max(0, self.receiver.currentIndex())
-        self.receiver.blockSignals(True)
-        self.receiver.clear()
-        for number in range(result.recording.n_receivers):
-            self.receiver.addItem(str(number + 1), number)
-        self.receiver.setCurrentIndex(min(chosen, self.receiver.count() - 1))
-        self.receiver.blockSignals(False)
+        with QSignalBlocker(self.receiver):
+            self.receiver.clear()
+            for number in range(result.recording.n_receivers):
+                self.receiver.addItem(str(number + 1), number)
+            self.receiver.setCurrentIndex(min(chosen, self.receiver.count() - 1))
         self._draw()
 
     def clear(self) -> None:
@@ -100,6 +91,7 @@ class StepsView(QWidget):
         for curve, values in zip(self._curves, pairs, strict=True):
             curve.setData(time_s, values)
         self._words.setText(_words(result, found))
+        self._words.setToolTip(self._words.text().strip())
         segment = result.segment
         if segment is not None and time_s.size:
             last = min(segment.last, time_s.size) - 1
@@ -114,36 +106,28 @@ class _RawPlot(Plot):
     def __init__(self, theme: Theme, part: str) -> None:
         super().__init__(theme, "", f"{part} raw [V]")
         self.getPlotItem().getAxis("bottom").setStyle(showValues=False)
-        self._raw = _static(self, part.lower())
-        self._upper = _static(self, "fit")
-        self._lower = _static(self, "fit")
-        self._bias = _static(self, "text", dashed=True)
-        self._peaks = self.marker("receivers.2", "t1", 7)
-        self._valleys = self.marker("receivers.3", "t", 7)
-        self._crossings = self.marker("faint", "+", 6)
+        self._raw = self.still_line(part.lower())
+        self.found = {
+            "upper": self.still_line("fit"),
+            "lower": self.still_line("fit"),
+            "bias": self.still_line("text", dashed=True),
+            "peaks": self.marker("receivers.2", "t1", 7),
+            "valleys": self.marker("receivers.3", "t", 7),
+            "crossings": self.marker("faint", "+", 6),
+        }
 
     def show_steps(self, time_s: FloatArray, volts: FloatArray, steps: ChannelSteps | None) -> None:
         """Draw a channel; `steps` is None where the correction kept none."""
         self._raw.setData(time_s, volts)
-        if steps is None:
-            for item in (self._upper, self._lower, self._bias, self._peaks, self._valleys, self._crossings):
-                item.setData([], [])
-            return
-        span = slice(steps.segment.first, steps.segment.last)
-        self._upper.setData(time_s[span], steps.upper)
-        self._lower.setData(time_s[span], steps.lower)
-        self._bias.setData(time_s, steps.bias)
-        self._peaks.setData(time_s[steps.peaks], volts[steps.peaks])
-        self._valleys.setData(time_s[steps.valleys], volts[steps.valleys])
-        self._crossings.setData(time_s[steps.zero_crossings], steps.bias[steps.zero_crossings])
-
-
-def _static(plot: Plot, role: str, *, dashed: bool = False) -> Any:
-    """Return a curve that is drawn fast at any zoom."""
-    curve = plot.line(role, dashed=dashed, connect="finite")
-    curve.setDownsampling(auto=True, method="peak")
-    curve.setClipToView(True)
-    return curve
+        pairs = [(_NOTHING, _NOTHING)] * len(self.found)
+        if steps is not None:
+            span = slice(steps.segment.first, steps.segment.last)
+            at_extremes = [(time_s[places], volts[places]) for places in (steps.peaks, steps.valleys)]
+            crossings = (time_s[steps.zero_crossings], steps.bias[steps.zero_crossings])
+            envelopes = [(time_s[span], steps.upper), (time_s[span], steps.lower)]
+            pairs = [*envelopes, (time_s, steps.bias), *at_extremes, crossings]
+        for item, (x, y) in zip(self.found.values(), pairs, strict=True):
+            item.setData(x, y)
 
 
 def _words(result: RunResult, found: object) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from radargui.gui.control.feed import Feed
+from radargui.gui.layout import take_out
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.plot import Plot
 from radargui.gui.plots.ranges import SteadyRange
@@ -13,8 +14,11 @@ from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 
 SPAN_S = 1.5
+"""Shown at once: some turns of the circle, of a slow hand too, before they cover one another."""
 _POINTS = 1200
+"""Of each plane: as many as its circle has pixels."""
 _EVERY = 2
+"""Frames: six small plots cost as much as all scopes, and fifteen pictures a second are smooth enough here."""
 
 
 class IQPlane(Plot):
@@ -86,10 +90,7 @@ class IQPlanePanel(QWidget):
         """Show so many receivers."""
         if count == len(self.raw):
             return
-        for plane in (*self.raw, *self.corrected):
-            self._grid.removeWidget(plane)
-            plane.hide()
-            plane.deleteLater()
+        take_out(self._grid, *self.raw, *self.corrected)
         self.raw = [IQPlane(self._theme, number + 1, corrected=False) for number in range(count)]
         self.corrected = [IQPlane(self._theme, number + 1, corrected=True) for number in range(count)]
         for column, planes in enumerate(zip(self.raw, self.corrected, strict=True)):
@@ -106,8 +107,12 @@ class IQPlanePanel(QWidget):
         self._drawn = -1
         if feed is not None:
             self.set_receivers(feed.n_receivers)
-            for plane in (*self.raw, *self.corrected):
-                plane.clear_data()
+            self.clear()
+
+    def clear(self) -> None:
+        """Forget what was shown."""
+        for plane in (*self.raw, *self.corrected):
+            plane.clear_data()
 
     def refresh(self) -> None:
         """Draw the latest points; called by the window's timer."""

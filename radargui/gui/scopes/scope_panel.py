@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from radargui.acquisition.health import Health
 from radargui.gui.control.feed import Feed
+from radargui.gui.layout import Choice, fill, take_out
 from radargui.gui.plots.envelope import Envelope
-from radargui.gui.plots.key import Key
+from radargui.gui.plots.plot import Key
 from radargui.gui.scopes.level_bar import LevelBar
 from radargui.gui.scopes.scope import Scope
 from radargui.gui.theme import Theme
 
 WINDOWS_S = (0.5, 1.0, 2.0, 3.0, 5.0, 9.0)
+"""What may be chosen: the ring holds ten seconds."""
 _KEY = (("▬", "i", "I"), ("▬", "q", "Q"))
 _LOST = ("■", "gap", "samples lost")
 
@@ -31,31 +33,19 @@ class ScopePanel(QWidget):
         self.scopes: list[Scope] = []
         self.levels: list[LevelBar] = []
 
-        self.span = QComboBox()
+        self.span = Choice((seconds, f"{seconds:g} s") for seconds in WINDOWS_S)
         self.span.setObjectName("scope.window")
-        for seconds in WINDOWS_S:
-            self.span.addItem(f"{seconds:g} s", seconds)
         self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
         self.span.currentIndexChanged.connect(self._new_window)
-        self.pause = QCheckBox("Pause display")
+        self.pause = QCheckBox("Pause")
         self.pause.setToolTip("Holds the picture; recording goes on")
         self.pause.toggled.connect(self._pause)
-        top = QHBoxLayout()
-        top.setContentsMargins(6, 4, 6, 0)
-        top.addWidget(QLabel("Window"))
-        top.addWidget(self.span)
-        top.addWidget(self.pause)
-        top.addStretch(1)
         self.key = Key(theme, *_KEY)
-        top.addWidget(self.key)
-
+        parts = (QLabel("Window"), self.span, self.pause, 1, self.key)
+        top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
         self._grid = QGridLayout()
         self._grid.setSpacing(2)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addLayout(top)
-        column.addLayout(self._grid, 1)
+        fill(QVBoxLayout(self), top, (self._grid, 1))
 
     @property
     def window_s(self) -> float:
@@ -66,11 +56,7 @@ class ScopePanel(QWidget):
         """Show so many receivers."""
         if count == len(self.scopes):
             return
-        shown: tuple[QWidget, ...] = (*self.scopes, *self.levels)
-        for widget in shown:
-            self._grid.removeWidget(widget)
-            widget.hide()
-            widget.deleteLater()
+        take_out(self._grid, *self.scopes, *self.levels)
         self.scopes, self.levels = [], []
         for index in range(count):
             # the time axis is the same for all: its words stand once, at the bottom
@@ -78,14 +64,9 @@ class ScopePanel(QWidget):
             scope.set_window(self.window_s)
             self.scopes.append(scope)
             self._grid.addWidget(scope, index, 0)
-            bars = QVBoxLayout()
-            bars.addStretch(1)
-            for part in "IQ":
-                bar = LevelBar(self._theme, f"{part}{index + 1}", part.lower(), full_scale_v)
-                self.levels.append(bar)
-                bars.addWidget(bar)
-            bars.addStretch(1)
-            self._grid.addLayout(bars, index, 1)
+            bars = [LevelBar(self._theme, f"{part}{index + 1}", part.lower(), full_scale_v) for part in "IQ"]
+            self.levels += bars
+            self._grid.addLayout(fill(QVBoxLayout(), 1, *bars, 1), index, 1)
             # the last one holds the time axis as well
             self._grid.setRowStretch(index, 5 if index == count - 1 else 4)
         for index in range(count, self._grid.rowCount()):
@@ -98,9 +79,16 @@ class ScopePanel(QWidget):
         self._envelope = None
         if feed is not None:
             self.set_receivers(feed.n_receivers, feed.range_v)
-            for scope in self.scopes:
-                scope.clear_data()
+            self.clear()
         self._follow()
+
+    def clear(self) -> None:
+        """Forget what was shown: it belongs to another session."""
+        self._envelope = None
+        for scope in self.scopes:
+            scope.clear_data()
+        self.key.show_entries(*_KEY)
+        self.idle()
 
     def refresh(self, health: Health | None) -> None:
         """Draw what is new; called by the window's timer."""

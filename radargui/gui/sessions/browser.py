@@ -7,29 +7,22 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal, SignalInstance
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import (
-    QDialog,
-    QHBoxLayout,
-    QPushButton,
-    QSplitter,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
+from radargui.gui.layout import PlainLabel, button, fill, fit_screen
 from radargui.gui.sessions.search_form import SearchForm
-from radargui.gui.sessions.session_look import SessionLook, look_at
-from radargui.gui.sessions.session_model import COLUMNS, SessionModel
+from radargui.gui.sessions.session_model import COLUMNS, SessionLook, SessionModel, look_at
 from radargui.gui.sessions.thumbnail_view import ThumbnailView
-from radargui.gui.setup.form import plain_label
 from radargui.gui.table import RowTable
 from radargui.gui.theme import Theme
 from radargui.gui.work_strip import Task, WorkStrip
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
-_WIDTHS = {"Date": 130, "Operator": 90, "Sample": 140, "Target": 120, "Runs": 120, "e": 260, "Setup": 90}
+_WIDTHS = {"Date": 130, "Operator": 90, "Sample": 140, "Target": 120, "Runs": 120, "e": 290, "Setup": 90}
 
 _SHARE_MS = 200
+"""How often the share of a look that is done is written: seldom enough to be read."""
 
 
 class SessionBrowser(QDialog):
@@ -40,17 +33,12 @@ class SessionBrowser(QDialog):
     elsewhere_asked = Signal()
 
     def __init__(
-        self,
-        theme: Theme,
-        jobs: Jobs,
-        work: WorkStrip,
-        data_folder: Callable[[], Path],
-        parent: QWidget | None = None,
+        self, theme: Theme, jobs: Jobs, work: WorkStrip, data_folder: Callable[[], Path], parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Sessions")
         self.setObjectName("sessions")
-        self.resize(1040, 620)
+        fit_screen(self, 1040, 620)
         self._jobs, self._work = jobs, work
         self._task = Task()
         self._data_folder = data_folder
@@ -58,33 +46,28 @@ class SessionBrowser(QDialog):
         self._wanted: Path | None = None
         self._folder_words = ""
         # the first look at a large folder takes its time
-        self._timer = QTimer(self)
-        self._timer.setInterval(_SHARE_MS)
+        self._timer = QTimer(self, interval=_SHARE_MS)
         self._timer.timeout.connect(self._show_share)
         self.search = SearchForm(theme)
         self.model = SessionModel()
         self.table = self._table()
-        self.words = plain_label()
-        self.details = plain_label()
+        self.words = PlainLabel()
+        self.details = PlainLabel()
         self.thumbnails = ThumbnailView(theme)
-        self.review = QPushButton("Open for review")
-        self.review.setDefault(True)
-        self.take_setup = QPushButton("Set up as in this session")
-        self.elsewhere = QPushButton("Open another folder…")
+        self.review = button("Open for review", lambda: self._ask(self.open_asked), default=True)
+        self.take_setup = button("Set up as in this session", lambda: self._ask(self.setup_asked))
+        self.elsewhere = button("Open another folder…", self.elsewhere_asked)
         self._lay_out()
         self.search.changed.connect(self.refresh)
         self.table.selectionModel().selectionChanged.connect(self._chosen)
         self.table.doubleClicked.connect(lambda _index: self._ask(self.open_asked))
-        self.review.clicked.connect(lambda: self._ask(self.open_asked))
-        self.take_setup.clicked.connect(lambda: self._ask(self.setup_asked))
-        self.elsewhere.clicked.connect(self.elsewhere_asked)
         self._show_buttons()
 
     @property
     def chosen(self) -> SessionSummary | None:
         """The selected session."""
         rows = self.table.selectionModel().selectedRows()
-        return self.model.found[rows[0].row()] if rows else None
+        return self.model.entries[rows[0].row()] if rows else None
 
     @property
     def looking(self) -> bool:
@@ -116,10 +99,10 @@ class SessionBrowser(QDialog):
             self.refresh()
             return
         before = self.chosen
-        self.model.show(found)
+        self.model.replace_all(found)
         runs = sum(one.n_runs for one in found)
-        words = f"{_counted(len(found), 'session')} with {_counted(runs, 'run')} below {self._data_folder()}"
-        self.words.setText(" · ".join(filter(None, (words, self.search.fault))))
+        where = f"below {self._data_folder()}"
+        self.words.setText(f"{_counted(len(found), 'session')} with {_counted(runs, 'run')} {where}")
         rows = [row for row, one in enumerate(found) if before is not None and one.path == before.path]
         if rows:
             self.table.selectRow(rows[0])
@@ -177,27 +160,14 @@ class SessionBrowser(QDialog):
 
     def _lay_out(self) -> None:
         lower = QWidget()
-        below = QVBoxLayout(lower)
-        below.setContentsMargins(0, 0, 0, 0)
-        below.addWidget(self.details)
-        below.addWidget(self.thumbnails, 1)
+        fill(QVBoxLayout(lower), self.details, (self.thumbnails, 1))
         parts = QSplitter(Qt.Orientation.Vertical)
         parts.setObjectName("sessions.parts")
         parts.addWidget(self.table)
         parts.addWidget(lower)
         parts.setSizes([360, 240])
-        buttons = QHBoxLayout()
-        for button in (self.review, self.take_setup):
-            button.setAutoDefault(False)
-            buttons.addWidget(button)
-        buttons.addStretch(1)
-        self.elsewhere.setAutoDefault(False)
-        buttons.addWidget(self.elsewhere)
-        column = QVBoxLayout(self)
-        column.addWidget(self.search)
-        column.addWidget(self.words)
-        column.addWidget(parts, 1)
-        column.addLayout(buttons)
+        buttons = fill(QHBoxLayout(), self.review, self.take_setup, 1, self.elsewhere, spacing=6)
+        fill(QVBoxLayout(self), self.search, self.words, (parts, 1), buttons, margins=(9, 9, 9, 9), spacing=6)
 
 
 def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:

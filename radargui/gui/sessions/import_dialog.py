@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QFileDialog,
     QHBoxLayout,
-    QPushButton,
     QVBoxLayout,
     QWidget,
 )
@@ -23,13 +22,13 @@ from radargui.experiment.importing import FilesLook, ImportOrder, inputs_of, loo
 from radargui.files.formats import SUFFIXES
 from radargui.files.raw_file import first_seconds
 from radargui.gui.background import Jobs
+from radargui.gui.layout import FaultText, FormScroll, Group, PlainLabel, button, fill, fit_screen, side_by_side
 from radargui.gui.sessions.mapping_table import MappingTable
 from radargui.gui.sessions.raw_form import PREVIEW_S, PREVIEW_SAMPLES, RawForm
-from radargui.gui.setup.form import Group, plain_label, side_by_side
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.digitisation import iq_names
-from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
 
@@ -37,6 +36,9 @@ _FILTER = (
     f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;Plain binary (*.bin *.dat *.raw);;All files (*)"
 )
 _FASTEST_HZ = 1e9
+"""No converter of 16 bits samples faster."""
+_SIZE = (560, 640)
+"""Of the dialog at first; twice as wide with the layout of a binary file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,6 @@ class ImportDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Import recordings")
-        self.resize(720, 620)
         self._jobs = jobs
         self._defaults = defaults
         self._files: tuple[Path, ...] = ()
@@ -67,16 +68,12 @@ class ImportDialog(QDialog):
         self._n_looks = 0
         self._chosen: tuple[str, ...] = ()
         self._other: tuple[Setup, Path] | None = None
-        self._named = plain_label("none")
-        choose = QPushButton("Choose files…")
-        choose.setAutoDefault(False)
-        choose.clicked.connect(self._choose)
+        self._named = PlainLabel("none")
         self.together = QCheckBox("The files together are one run: each holds some of its channels")
         self.together.setEnabled(False)
         self.together.toggled.connect(lambda _on: self._renew_look())
         self.binary = QCheckBox("Plain binary: its layout is told beside")
         self.raw = RawForm(theme)
-        self.raw.setVisible(False)
         self.binary.toggled.connect(self._show_raw)
         self.raw.changed.connect(self._renew_look)
         self.mapping = MappingTable()
@@ -86,39 +83,33 @@ class ImportDialog(QDialog):
         self.rate.setGroupSeparatorShown(False)
         self.setup = QComboBox()
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
-        other = QPushButton("Another setup file…")
-        other.setAutoDefault(False)
-        other.clicked.connect(self._choose_setup)
         self.process = QCheckBox("Process the runs")
         self.process.setChecked(True)
-        self.fault = plain_label()
-        self.go = QPushButton("Import as a session")
-        self.go.setDefault(True)
-        self.go.clicked.connect(self._order)
-        cancel = QPushButton("Cancel")
-        cancel.setAutoDefault(False)
-        cancel.clicked.connect(self.reject)
+        self.files_fault, self.mapping_fault, self.setup_fault = (FaultText(theme) for _ in range(3))
+        self.go = button("Import as a session", self._order, default=True)
         self.mapping.changed.connect(self._show_fault)
         self.rate.editingFinished.connect(self._preview)
 
         files, columns, how = Group("Files"), Group("Which channel is which"), Group("Session")
-        files.row("Chosen", side_by_side(self._named, choose))
-        files.whole(self.together)
-        files.whole(self.binary)
-        columns.whole(self.mapping)
+        files.row("Chosen", side_by_side(self._named, button("Choose files…", self._choose)))
         how.row("Sample rate [Hz]", self.rate, "Where the file does not say it, or says it wrong")
+        other = button("Another setup file…", self._choose_setup)
         how.row("Setup", side_by_side(self.setup, other), "Antennas and processing")
-        how.whole(self.process)
-        column = QVBoxLayout()
-        sides = QHBoxLayout(self)
-        sides.addLayout(column)
-        sides.addWidget(self.raw, 1)
-        for part in (files, columns, how):
-            column.addWidget(part)
-        column.addWidget(self.fault)
-        column.addWidget(side_by_side(self.go, cancel))
+        for group, parts in (
+            (files, (self.files_fault, self.together, self.binary)),
+            (columns, (self.mapping, self.mapping_fault)),
+            (how, (self.setup_fault, self.process)),
+        ):
+            for part in parts:
+                group.whole(part)
+        self._beside = FormScroll(self.raw)
+        self._beside.setVisible(False)
+        sides = fill(QHBoxLayout(), (FormScroll(files, columns, how), 1), (self._beside, 1), spacing=6)
+        ends = side_by_side(self.go, button("Cancel", self.reject))
+        fill(QVBoxLayout(self), (sides, 1), ends, margins=(6, 6, 6, 6), spacing=6)
         self._show_rate()
         self._show_setups()
+        fit_screen(self, *_SIZE)
 
     def choose(self, files: list[Path]) -> None:
         """Look into files."""
@@ -126,16 +117,15 @@ class ImportDialog(QDialog):
         self._files = tuple(files)
         self._named.setText(", ".join(file.name for file in files))
         self.together.setEnabled(len(files) > 1)
-        self.binary.blockSignals(True)
-        self.binary.setChecked(bool(files) and files[0].suffix.lower() not in SUFFIXES)
-        self.binary.blockSignals(False)
+        with QSignalBlocker(self.binary):
+            self.binary.setChecked(bool(files) and files[0].suffix.lower() not in SUFFIXES)
         self._show_raw()
 
     def _show_raw(self) -> None:
         shown = self.binary.isChecked()
-        if shown != self.raw.isVisibleTo(self):
-            self.raw.setVisible(shown)
-            self.resize(self.width() + (1 if shown else -1) * (self.raw.sizeHint().width() + 12), self.height())
+        if shown != self._beside.isVisibleTo(self):
+            self._beside.setVisible(shown)
+            fit_screen(self, _SIZE[0] * (2 if shown else 1), _SIZE[1])
         self._renew_look()
 
     def _choose(self) -> None:
@@ -154,7 +144,7 @@ class ImportDialog(QDialog):
         try:
             self._other = (read_setup(path), path)
         except RadarGuiError as error:
-            self.fault.setText(str(error))
+            self.setup_fault.say(str(error))
             return
         self._show_setups("other")
 
@@ -168,10 +158,9 @@ class ImportDialog(QDialog):
         self.mapping.clear("Looking into the files …")
         self._n_looks += 1
         number = self._n_looks
-        try:
-            raw = self.raw.layout_told() if self.binary.isChecked() else None
-        except RadarGuiError as error:
-            self._not_read(UsageError(error.message.removeprefix("--raw: ")), number)
+        raw = self.raw.layout_told() if self.binary.isChecked() else None
+        if self.binary.isChecked() and raw is None:
+            self._not_read(None, number)
             return
         self._jobs.start(
             "looking into files",
@@ -215,27 +204,26 @@ class ImportDialog(QDialog):
         self._show_setups("own" if look.setup is not None else "window")
         self._preview()
 
-    def _not_read(self, error: BaseException, number: int) -> None:
-        if number != self._n_looks:
-            return
-        self.raw.clear_preview()
-        self.mapping.clear("The files cannot be read.")
-        self.fault.setText(str(error))
+    def _not_read(self, error: BaseException | None, number: int) -> None:
+        """Show nothing of the files; why is said at their names, or already at the field that is wrong."""
+        if number == self._n_looks:
+            self.raw.clear_preview()
+            self.mapping.clear("The files cannot be read.")
+            self.files_fault.say(str(error or ""))
 
     def _show_rate(self) -> None:
         rate = self._look.rate_hz if self._look else None
         self.rate.setSpecialValueText(f"as in the file: {rate:g}" if rate else "as in the file, if it says so")
 
     def _show_setups(self, wanted: str = "window") -> None:
-        self.setup.blockSignals(True)
-        self.setup.clear()
-        self.setup.addItem("Setup in the window", "window")
-        if self._look is not None and self._look.setup is not None:
-            self.setup.addItem("Setup that the file brings", "own")
-        if self._other is not None:
-            self.setup.addItem(self._other[1].name, "other")
-        self.setup.setCurrentIndex(max(self.setup.findData(wanted), 0))
-        self.setup.blockSignals(False)
+        with QSignalBlocker(self.setup):
+            self.setup.clear()
+            self.setup.addItem("Setup in the window", "window")
+            if self._look is not None and self._look.setup is not None:
+                self.setup.addItem("Setup that the file brings", "own")
+            if self._other is not None:
+                self.setup.addItem(self._other[1].name, "other")
+            self.setup.setCurrentIndex(max(self.setup.findData(wanted), 0))
         self._show_fault()
 
     def _chosen_setup(self) -> tuple[Setup, Path | None]:
@@ -248,16 +236,17 @@ class ImportDialog(QDialog):
         return now.setup, now.setup_file
 
     def _show_fault(self) -> None:
-        words = ""
-        wanted, there = self._chosen_setup()[0].n_receivers, len(self.mapping.names) // 2
-        if self._look is not None and not self.mapping.complete:
-            words = "Choose one channel of the file for each of I1, Q1, ...; none twice."
-        elif self._look is not None and wanted != there:
-            words = f"The setup has {wanted} receivers, {there} are chosen: choose as many, or another setup."
-        targets = iq_names(len(self.mapping.names) // 2)
-        self.raw.name_columns(dict(zip(self.mapping.names, targets, strict=False)))
-        self.fault.setText(words)
-        self.go.setEnabled(self._look is not None and not words)
+        looked, names = self._look is not None, self.mapping.names
+        wanted, there = self._chosen_setup()[0].n_receivers, len(names) // 2
+        complete = self.mapping.complete
+        incomplete = "Choose one channel of the file for each of I1, Q1, ...; none twice." if not complete else ""
+        self.mapping_fault.say(incomplete if looked else "")
+        others = f"The setup has {wanted} receivers, {there} are chosen: choose as many, or another setup."
+        self.setup_fault.say(others if looked and complete and wanted != there else "")
+        if looked:
+            self.files_fault.say("")
+        self.raw.name_columns(dict(zip(names, iq_names(there), strict=False)))
+        self.go.setEnabled(looked and complete and wanted == there)
 
     def _order(self) -> None:
         look = self._look

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QComboBox, QHeaderView, QSpinBox, QTableWidget, QTableWidgetItem, QVBoxLayout, QWidget
 
 from radargui.experiment.importing import FilesLook
 from radargui.files.channel_map import LARGEST
 from radargui.files.signals import ChannelInfo
-from radargui.gui.setup.form import plain_label, side_by_side
+from radargui.gui.layout import Choice, PlainLabel, fill, side_by_side
 from radargui.model.digitisation import iq_names
 
 _BASIS = {
@@ -30,7 +30,7 @@ class MappingTable(QWidget):
         super().__init__()
         self._infos: tuple[ChannelInfo, ...] = ()
         self._boxes: list[QComboBox] = []
-        self.words = plain_label("Choose files first.")
+        self.words = PlainLabel("Choose files first.")
         self.count = QSpinBox()
         self.count.setRange(1, LARGEST)
         self.count.setAccessibleName("Receivers")
@@ -41,10 +41,7 @@ class MappingTable(QWidget):
         self.table.verticalHeader().hide()
         self.table.horizontalHeader().setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
         self.table.setMinimumHeight(200)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(side_by_side(plain_label("Receivers"), self.count, self.words))
-        column.addWidget(self.table, 1)
+        fill(QVBoxLayout(self), side_by_side(PlainLabel("Receivers"), self.count, self.words), (self.table, 1))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -65,9 +62,8 @@ class MappingTable(QWidget):
         """Show other files with what was guessed for them."""
         self._infos = look.infos
         self.words.setText(_BASIS[look.basis])
-        self.count.blockSignals(True)
-        self.count.setValue(max(len(look.names) // 2, 1))
-        self.count.blockSignals(False)
+        with QSignalBlocker(self.count):
+            self.count.setValue(max(len(look.names) // 2, 1))
         self._fill(look.names)
 
     def clear(self, words: str) -> None:
@@ -84,13 +80,15 @@ class MappingTable(QWidget):
         self._boxes.clear()
         for row, target in enumerate(targets):
             self.table.setItem(row, 0, QTableWidgetItem(target))
-            box = QComboBox()
+            box = Choice((("", "not chosen"), *((info.name, _described(info)) for info in self._infos)))
             box.setAccessibleName(target)
-            box.addItem("not chosen", "")
-            for info in self._infos:
-                box.addItem(f"{info.name}  ({info.count} samples{f', {info.unit}' if info.unit else ''})", info.name)
             box.setCurrentIndex(max(box.findData(names[row]) if row < len(names) else 0, 0))
             box.currentIndexChanged.connect(lambda _index: self.changed.emit())
             self.table.setCellWidget(row, 1, box)
             self._boxes.append(box)
         self.changed.emit()
+
+
+def _described(info: ChannelInfo) -> str:
+    facts = filter(None, (f"{info.count} samples", info.unit))
+    return f"{info.name}  ({', '.join(facts)})"

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QLineEdit, QSpinBox
+from PySide6.QtWidgets import QLineEdit, QSpinBox
 
 from radargui.files.raw_file import LARGEST_BYTES, MOST_CHANNELS, TYPES, RawLayout, parse_raw_layout
+from radargui.gui.layout import Choice, FaultText, Group, PlainLabel
 from radargui.gui.plots.plot import Plot
-from radargui.gui.setup.form import Group, plain_label
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
+from radargui.model.errors import UsageError
 
 PREVIEW_S = 3.0
 """Long enough for a step or a swing of a hand, short enough to see single fringes."""
@@ -32,13 +33,9 @@ class RawForm(Group):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__("Layout of the binary file")
-        self.kind = QComboBox()
-        for name in TYPES:
-            self.kind.addItem(f"{8 * int(name[1])} bit, {_SIGNS[name[0]]} ({name})", name)
+        self.kind = Choice((name, f"{8 * int(name[1])} bit, {_SIGNS[name[0]]} ({name})") for name in TYPES)
         self.kind.setCurrentIndex(TYPES.index("i2"))
-        self.order = QComboBox()
-        self.order.addItem("lowest byte first (le)", "le")
-        self.order.addItem("highest byte first (be)", "be")
+        self.order = Choice((("le", "lowest byte first (le)"), ("be", "highest byte first (be)")))
         self.columns, self.header, self.skip = QSpinBox(), QSpinBox(), QSpinBox()
         self.columns.setRange(1, MOST_CHANNELS)
         self.columns.setValue(2)
@@ -46,16 +43,19 @@ class RawForm(Group):
             box.setRange(0, _LARGEST_FIELD)
         self.scale, self.offset = QLineEdit(), QLineEdit("0")
         self.scale.setPlaceholderText("not known: codes are taken as they are")
-        self.words = plain_label()
+        self.words = PlainLabel()
         self.plot = Plot(theme, "time [s]")
-        self.plot.setMinimumSize(360, 240)
+        self.plot.setMinimumSize(280, 200)
         self.row("Numbers", self.kind, "Type of one number")
         self.row("Bytes", self.order, "Order of the bytes of one number")
         self.row("Columns", self.columns, "Numbers of one sample, one after another")
         self.row("Header [bytes]", self.header, "Bytes before the first sample")
         self.row("Skip [samples]", self.skip, "Samples of each column left out at the beginning")
+        self.faults = {"scale": FaultText(theme), "offset": FaultText(theme)}
         self.row("Scale [V]", self.scale, "Volts of one step: volts = offset + scale x number")
+        self.whole(self.faults["scale"])
         self.row("Offset [V]", self.offset, "Volts of the number 0")
+        self.whole(self.faults["offset"])
         self.whole(self.plot)
         self.whole(self.words)
         for combo in (self.kind, self.order):
@@ -67,14 +67,8 @@ class RawForm(Group):
         self._ranges: tuple[str, ...] = ()
         self._curves: list[Any] = []
 
-    def layout_told(self) -> RawLayout:
-        """Return the layout that the fields tell.
-
-        Raises
-        ------
-        UsageError
-            Scale or offset is not allowed.
-        """
+    def layout_told(self) -> RawLayout | None:
+        """Return the layout that the fields tell; None where one cannot be used, which is said at that field."""
         scale, offset = self.scale.text().strip(), self.offset.text().strip()
         parts = [
             f"dtype={self.kind.currentData()}{self.order.currentData()}",
@@ -82,7 +76,16 @@ class RawForm(Group):
         ]
         parts += [f"scale={scale}"] if scale else []
         parts += [f"offset={offset}"] if offset else []
-        return parse_raw_layout(",".join(parts))
+        try:
+            layout = parse_raw_layout(",".join(parts))
+        except UsageError as error:
+            key, _, said = error.message.removeprefix("--raw: ").partition(" = ")
+            for name, fault in self.faults.items():
+                fault.say(f"{name.capitalize()}: {said}" if name == key else "")
+            return None
+        for fault in self.faults.values():
+            fault.say("")
+        return layout
 
     def show_preview(self, columns: FloatArray, rate_hz: float | None) -> None:
         """Show the beginning of each column, shape (columns, n), each as high as the others."""

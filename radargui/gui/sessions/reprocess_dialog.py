@@ -2,26 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import get_args
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QComboBox, QDialog, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QHeaderView,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
 
-from radargui.experiment.compare import Comparison, reprocess_runs
+from radargui.experiment.compare import ComparedFigure, Comparison, Side, reprocess_runs
 from radargui.experiment.reprocess import Outcome
 from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
+from radargui.gui.layout import Choice, Group, PlainLabel, button, fill, fit_screen, side_by_side
 from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
-from radargui.gui.sessions.comparison_table import ComparisonTable, settings_words
-from radargui.gui.setup.form import Group, plain_label, side_by_side
-from radargui.gui.setup.processing_form import CORRECTIONS, GEOMETRIES, offered
 from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.setup.words import CORRECTIONS, GEOMETRIES
 from radargui.gui.work_strip import WorkStrip
-from radargui.model.processing import Correction, Geometry
+from radargui.model.rounding import alone, plain, quantity
 from radargui.model.setup import Setup
+
+HEADS = ("Run", "Quantity", "Stored", "New", "New − stored")
+_NAMES = {
+    "e": ("e", "", 1.0),
+    "drop_height_m": ("Drop height", "mm", 1000.0),
+    "impact_speed_m_s": ("Impact speed", "m/s", 1.0),
+    "g_m_s2": ("g", "m/s²", 1.0),
+}
 
 
 class ReprocessDialog(QDialog):
@@ -41,46 +56,32 @@ class ReprocessDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Process again and compare")
-        self.resize(760, 620)
+        fit_screen(self, 760, 620)
         self._read_only = read_only
         self._other: tuple[Setup | None, dict[str, str]] = (None, {})
         self._good: tuple[Path, ...] = ()
-        self.what = QComboBox()
-        if chosen is not None:
-            self.what.addItem(f"The chosen run, {chosen.stem}", (chosen,))
-        self.what.addItem(f"All {len(runs)} runs of the session", tuple(runs))
-        self.setup = QComboBox()
-        self.setup.addItem("As recorded", None)
-        self.setup.addItem("Setup in the window", setup)
-        self.correction = _choice(offered(CORRECTIONS, get_args(Correction)))
-        self.geometry_choice = _choice(offered(GEOMETRIES, get_args(Geometry)))
+        one = [((chosen,), f"The chosen run, {chosen.stem}")] if chosen is not None else []
+        self.what = Choice((*one, (tuple(runs), f"All {len(runs)} runs of the session")))
+        self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
+        as_set = (None, "As in the setup")
+        self.correction = Choice((as_set, *CORRECTIONS.items()))
+        self.geometry_choice = Choice((as_set, *GEOMETRIES.items()))
         group = Group("With")
         group.row("Runs", self.what)
         group.row("Antennas and processing", self.setup)
         group.row("IQ correction", self.correction)
         group.row("Geometry", self.geometry_choice)
-        self.compare = QPushButton("Process and compare")
-        self.compare.setDefault(True)
-        self.compare.clicked.connect(self._compare)
+        self.compare = button("Process and compare", self._compare, default=True)
         self.work = WorkStrip(jobs)
-        self.settings = plain_label()
+        self.settings = PlainLabel()
         self.table = ComparisonTable()
-        self.words = plain_label()
-        self.keep = QPushButton("Keep the new results")
-        self.keep.setToolTip("They take the place of the stored ones, whose figures stay beside them")
-        self.keep.setAutoDefault(False)
-        self.keep.clicked.connect(self._keep)
-        self.discard = QPushButton("Discard")
-        self.discard.setAutoDefault(False)
-        self.discard.clicked.connect(self.reject)
-        column = QVBoxLayout(self)
-        column.addWidget(group)
-        column.addWidget(self.compare)
-        column.addWidget(self.work)
-        column.addWidget(self.settings)
-        column.addWidget(self.table, 1)
-        column.addWidget(self.words)
-        column.addWidget(side_by_side(self.keep, self.discard))
+        self.words = PlainLabel()
+        tip = "They take the place of the stored ones, whose figures stay beside them"
+        self.keep = button("Keep the new results", self._keep, tip)
+        self.discard = button("Discard", self.reject)
+        ends = side_by_side(self.keep, self.discard)
+        parts = (group, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
+        fill(QVBoxLayout(self), *parts, margins=(9, 9, 9, 9), spacing=6)
         for box in (self.what, self.setup, self.correction, self.geometry_choice):
             box.currentIndexChanged.connect(lambda _index: self._forget())
         self._show_buttons()
@@ -154,14 +155,6 @@ class ReprocessDialog(QDialog):
             self.keep.setToolTip("The session is opened for looking only.")
 
 
-def _choice(words: dict[str, str]) -> QComboBox:
-    box = QComboBox()
-    box.addItem("As in the setup", None)
-    for value, text in words.items():
-        box.addItem(text, value)
-    return box
-
-
 class ReprocessController(QObject):
     """Opens the dialog for the session that is open; `kept`: results took the place of the stored ones."""
 
@@ -197,3 +190,72 @@ class ReprocessController(QObject):
         if self.dialog is not None:
             self.dialog.reject()
             self.dialog = None
+
+
+class ComparisonTable(QTableWidget):
+    """A few lines a run; texts can be selected and copied."""
+
+    def __init__(self) -> None:
+        super().__init__(0, len(HEADS))
+        self._lines: tuple[tuple[str, ...], ...] = ()
+        self.setHorizontalHeaderLabels(list(HEADS))
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setWordWrap(False)
+        self.setShowGrid(False)
+        self.setAlternatingRowColors(True)
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.horizontalHeader().setStretchLastSection(True)
+
+    def show_outcomes(self, outcomes: tuple[Outcome[Comparison], ...]) -> None:
+        """Show what came out."""
+        self._lines = tuple(line for outcome in outcomes for line in lines_of(outcome))
+        self.setRowCount(len(self._lines))
+        for row, line in enumerate(self._lines):
+            for column, text in enumerate(line):
+                self.setItem(row, column, QTableWidgetItem(text))
+
+    def texts(self) -> tuple[tuple[str, ...], ...]:
+        """Return what is shown, row by row."""
+        return self._lines
+
+
+def lines_of(outcome: Outcome[Comparison]) -> Iterator[tuple[str, str, str, str, str]]:
+    """Yield the lines of a run."""
+    name = outcome.run.stem
+    comparison = outcome.value
+    if comparison is None:
+        yield name, "failed", "", "", str(outcome.error)
+        return
+    yield name, "Verdict", _verdict(comparison, comparison.before), _verdict(comparison, comparison.after), ""
+    for figure in comparison.figures:
+        yield "", *_line(figure)
+
+
+def settings_words(comparison: Comparison) -> str:
+    """Return what was set differently, a line each."""
+    lines = [f"{one.key}: {_said(one.before)} → {_said(one.after)}" for one in comparison.settings]
+    return "\n".join(lines) or "The settings are the same as those of the stored results."
+
+
+def _line(figure: ComparedFigure) -> tuple[str, str, str, str]:
+    words, unit, scale = _NAMES.get(figure.name, (figure.name, figure.unit, 1.0))
+    return (
+        f"{words} [{unit}]" if unit else words,
+        _value(figure.before, figure.u_before, scale),
+        _value(figure.after, figure.u_after, scale),
+        alone(figure.difference, figure.u_difference, scale, signed=True),
+    )
+
+
+def _value(value: float | None, uncertainty: float | None, scale: float) -> str:
+    return plain(value, scale=scale) if uncertainty is None else quantity(value, uncertainty)
+
+
+def _verdict(comparison: Comparison, side: Side) -> str:
+    return RunEntry(comparison.run, summary=side.summary).verdict
+
+
+def _said(value: object) -> str:
+    return "not set" if value is None else str(value)

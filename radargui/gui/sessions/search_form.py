@@ -9,10 +9,12 @@ from typing import Any
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QWidget
 
+from radargui.gui.layout import FaultText
 from radargui.gui.theme import Theme
 from radargui.session.catalogue import Query
 
 _WAIT_MS = 250
+"""Between two keys of somebody who types: nothing is searched for half a word."""
 _FIELDS: tuple[tuple[str, str, str, Callable[[str], Any]], ...] = (
     ("text", "Text", "words in notes, markers, names", str),
     ("operator", "Operator", "any", str),
@@ -23,7 +25,7 @@ _FIELDS: tuple[tuple[str, str, str, Callable[[str], Any]], ...] = (
     ("e_max", "e to", "1", lambda text: float(text.replace(",", "."))),
 )
 _PLACES = {"text": (0, 0), "operator": (0, 2), "sample": (0, 4)}
-_PLACES |= {"since": (1, 0), "until": (1, 2), "e_min": (1, 4), "e_max": (1, 6)}
+_PLACES |= {"since": (2, 0), "until": (2, 2), "e_min": (2, 4), "e_max": (2, 6)}
 
 
 class SearchForm(QWidget):
@@ -35,9 +37,8 @@ class SearchForm(QWidget):
         super().__init__()
         self._theme = theme
         self.fields: dict[str, QLineEdit] = {}
-        self._wait = QTimer(self)
-        self._wait.setSingleShot(True)
-        self._wait.setInterval(_WAIT_MS)
+        self.faults: dict[str, FaultText] = {}
+        self._wait = QTimer(self, singleShot=True, interval=_WAIT_MS)
         self._wait.timeout.connect(self.changed)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
@@ -51,9 +52,11 @@ class SearchForm(QWidget):
             self.fields[name] = field
             label = QLabel(words)
             label.setBuddy(field)
+            self.faults[name] = FaultText(theme)
             row, column = _PLACES[name]
             grid.addWidget(label, row, column)
             grid.addWidget(field, row, column + 1, 1, 3 if name == "sample" else 1)
+            grid.addWidget(self.faults[name], row + 1, column, 1, 2)
         for column in (1, 3):
             grid.setColumnStretch(column, 2)
         for column in (5, 7):
@@ -68,16 +71,6 @@ class SearchForm(QWidget):
     def faulty(self) -> tuple[str, ...]:
         """Fields whose text cannot be read."""
         return tuple(name for name, value in self._values().items() if value is None)
-
-    @property
-    def fault(self) -> str:
-        """What cannot be read, and how it is written; empty where all can."""
-        wrong = [
-            f"{words} cannot be read, write it as {example}"
-            for name, words, example, _ in _FIELDS
-            if name in self.faulty
-        ]
-        return "; ".join(wrong)
 
     def _values(self) -> dict[str, Any]:
         values: dict[str, Any] = {}
@@ -94,5 +87,5 @@ class SearchForm(QWidget):
         faulty = self.faulty
         for name, field in self.fields.items():
             field.setStyleSheet(f"border: 2px solid {self._theme.colours.alarm};" if name in faulty else "")
-            field.setToolTip(f"Write it as {field.placeholderText()}" if name in faulty else "")
+            self.faults[name].say(f"Write it as {field.placeholderText()}" if name in faulty else "")
         self._wait.start()

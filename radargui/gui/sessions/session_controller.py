@@ -44,9 +44,7 @@ class SessionController(QObject):
         self._services = services
         self._board, self._jobs = services.board, services.jobs
         self._browser: SessionBrowser | None = None
-        self._save = QTimer(self)
-        self._save.setSingleShot(True)
-        self._save.setInterval(_SAVE_DETAILS_MS)
+        self._save = QTimer(self, singleShot=True, interval=_SAVE_DETAILS_MS)
         self._save.timeout.connect(self._save_aside)
         panel.details_changed.connect(self._save.start)
         panel.open_asked.connect(self.browse)
@@ -126,12 +124,7 @@ class SessionController(QObject):
 
     def take_setup(self, path: Path) -> None:
         """Use the settings of a session for the next one."""
-        self._jobs.start(
-            "the setup of a session",
-            lambda: read_info(path),
-            self._take,
-            self._board.post_error,
-        )
+        self._jobs.start("the setup of a session", lambda: read_info(path), self._take, self._board.post_error)
 
     def mark(self, text: str) -> None:
         """Keep a note of this moment, in the background: the disk may take its time."""
@@ -180,12 +173,9 @@ class SessionController(QObject):
         session, panel = self._control.session, self._panel
         if session is None or session.read_only:
             return
-        operator, notes, sample, target = panel.operator, panel.notes, panel.sample, panel.target
+        details = panel.details._asdict()
         self._jobs.start(
-            "the session's record",
-            lambda: session.update(operator=operator, notes=notes, sample=sample, target=target),
-            lambda _done: None,
-            self._board.post_error,
+            "the session's record", lambda: session.update(**details), lambda _done: None, self._board.post_error
         )
 
     def _take(self, info: SessionInfo) -> None:

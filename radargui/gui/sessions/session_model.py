@@ -1,16 +1,25 @@
-"""The sessions found as a table: date, operator, sample, target, runs, e, setup, notes."""
+"""The sessions found as a table; and what is read of one before it is opened: its runs, and who writes to it."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from datetime import datetime
+from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtCore import Qt
 
-from radargui.restitution.series import series_of
+from radargui.files.run_card import read_run_card
+from radargui.files.thumbnail import Thumbnail, read_thumbnail
+from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.table import RowModel
+from radargui.model.errors import RadarGuiError
+from radargui.restitution.series import drop_labels, series_of
 from radargui.session.catalogue import SessionSummary
+from radargui.session.info import read_info
+from radargui.session.lock import owner_of
+from radargui.session.session import run_paths
 
-Index = QModelIndex | QPersistentModelIndex
 COLUMNS = ("Date", "Operator", "Sample", "Target", "Runs", "e", "Setup", "Notes")
 
 
@@ -48,43 +57,71 @@ def _restitution(found: SessionSummary) -> str:
     return f"{series.e.words()}{many}{mark}"
 
 
-class SessionModel(QAbstractTableModel):
-    """The summaries as Qt wants them."""
+class SessionModel(RowModel[SessionSummary]):
+    """The sessions that were found."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.found: tuple[SessionSummary, ...] = ()
+        super().__init__(COLUMNS)
 
-    def show(self, found: tuple[SessionSummary, ...]) -> None:
-        """Show what was found."""
-        self.beginResetModel()
-        self.found = found
-        self.endResetModel()
-
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: N802, B008 - Qt's name and default
-        """Return the number of sessions."""
-        return 0 if parent.isValid() else len(self.found)
-
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: N802, B008 - Qt's name and default
-        """Return the number of columns."""
-        return 0 if parent.isValid() else len(COLUMNS)
-
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+    def cell(self, entry: SessionSummary, column: int, role: int) -> Any:
         """Return a cell's text or full text."""
-        if not index.isValid():
-            return None
-        found = self.found[index.row()]
         if role == Qt.ItemDataRole.DisplayRole:
-            return cells(found)[index.column()]
+            return cells(entry)[column]
         if role == Qt.ItemDataRole.ToolTipRole:
             # a tool tip that looks like markup would be taken for it
-            return (found.problem or found.notes or str(found.path)).replace("<", "‹")
+            return (entry.problem or entry.notes or str(entry.path)).replace("<", "‹")
         return None
 
-    def headerData(  # noqa: N802 - Qt's name
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        """Return a column's title."""
-        if role == Qt.ItemDataRole.DisplayRole and orientation == Qt.Orientation.Horizontal:
-            return COLUMNS[section]
-        return None
+
+@dataclass(frozen=True, slots=True)
+class RunLook:
+    """A run and its picture; None where it has none."""
+
+    entry: RunEntry
+    thumbnail: Thumbnail | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SessionLook:
+    """Runs of a session, and why it can only be looked at now; empty where nobody writes to it."""
+
+    path: Path
+    runs: tuple[RunLook, ...]
+    busy: str = ""
+
+
+def look_at(session: Path) -> SessionLook:
+    """Read what there is to show of a session; takes some milliseconds a run."""
+    owner = owner_of(session)
+    return SessionLook(
+        session, _looks(session), f"{owner} writes to it" if owner is not None and not owner.is_me else ""
+    )
+
+
+def entry_of(path: Path) -> RunEntry:
+    """Return what lists show of a run, read without its samples."""
+    try:
+        card = read_run_card(path)
+    except RadarGuiError as error:
+        return RunEntry(path, problem=str(error))
+    problem = "" if card.finished else "not finished"
+    return RunEntry(path, card.started_at, card.summary or None, problem, origin=card.origin)
+
+
+def _looks(session: Path) -> tuple[RunLook, ...]:
+    rejected = read_info(session).rejected
+    looks = [_look(path) for path in run_paths(session)]
+    entries = [replace(look.entry, rejected=rejected.get(look.entry.path.name)) for look in looks]
+    labels = drop_labels((entry.name, entry.origin, entry.is_drop) for entry in entries)
+    return tuple(
+        replace(look, entry=replace(entry, label=labels[entry.name]))
+        for look, entry in zip(looks, entries, strict=True)
+    )
+
+
+def _look(path: Path) -> RunLook:
+    entry = entry_of(path)
+    try:
+        return RunLook(entry, read_thumbnail(path))
+    except RadarGuiError:
+        return RunLook(entry)

@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from PySide6.QtCore import QAbstractListModel, QModelIndex, QPersistentModelIndex, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
-from PySide6.QtWidgets import QListView, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem, QStyledItemDelegate, QStyleOptionViewItem
 
 from radargui.files.thumbnail import Thumbnail
-from radargui.gui.sessions.session_look import RunLook
+from radargui.gui.sessions.session_model import RunLook
+from radargui.gui.table import Index
 from radargui.gui.theme import Theme
 from radargui.model.rounding import UNKNOWN
 
-Index = QModelIndex | QPersistentModelIndex
 _WIDTH, _HEIGHT, _GAP = 148, 96, 5
+"""Of a picture in pixels: six beside each other in the dialog, high enough to tell bounces apart (chosen by hand)."""
 
 
-class ThumbnailView(QListView):
+class ThumbnailView(QListWidget):
     """The runs of a session as pictures."""
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self.runs = _RunsModel()
-        self.setModel(self.runs)
-        self.setItemDelegate(_Painter(theme, self.runs, self))
+        self.looks: tuple[RunLook, ...] = ()
+        self.setItemDelegate(_Painter(theme, self))
         self.setViewMode(QListView.ViewMode.IconMode)
         self.setMovement(QListView.Movement.Static)
         self.setResizeMode(QListView.ResizeMode.Adjust)
@@ -37,45 +35,20 @@ class ThumbnailView(QListView):
 
     def show_runs(self, runs: tuple[RunLook, ...]) -> None:
         """Show other runs."""
-        self.runs.show(runs)
-
-
-class _RunsModel(QAbstractListModel):
-    """The runs as Qt wants them."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.looks: tuple[RunLook, ...] = ()
-
-    def show(self, looks: tuple[RunLook, ...]) -> None:
-        """Show other runs."""
-        self.beginResetModel()
-        self.looks = looks
-        self.endResetModel()
-
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: N802, B008 - Qt's name and default
-        """Return the number of runs."""
-        return 0 if parent.isValid() else len(self.looks)
-
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """Return a run's name and verdict."""
-        if not index.isValid():
-            return None
-        entry = self.looks[index.row()].entry
-        if role == Qt.ItemDataRole.DisplayRole:
-            return entry.name
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return f"{entry.name}: {entry.verdict}".replace("<", "‹")
-        return None
+        self.looks = runs
+        self.clear()
+        for look in runs:
+            item = QListWidgetItem(look.entry.name, self)
+            # a tool tip that looks like markup would be taken for it
+            item.setToolTip(f"{look.entry.name}: {look.entry.verdict}".replace("<", "‹"))
 
 
 class _Painter(QStyledItemDelegate):
     """Draws number, e and the curve."""
 
-    def __init__(self, theme: Theme, runs: _RunsModel, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._theme = theme
-        self._runs = runs
+    def __init__(self, theme: Theme, view: ThumbnailView) -> None:
+        super().__init__(view)
+        self._theme, self._view = theme, view
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: Index) -> QSize:  # noqa: N802 - Qt's name
         """Return the size of one picture."""
@@ -83,7 +56,7 @@ class _Painter(QStyledItemDelegate):
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw one picture."""
-        look = self._runs.looks[index.row()]
+        look = self._view.looks[index.row()]
         colours = self._theme.colours
         box = QRectF(option.rect).adjusted(_GAP, _GAP, -_GAP, -_GAP)
         painter.save()

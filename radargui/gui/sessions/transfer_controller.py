@@ -2,19 +2,69 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from pathlib import Path
+
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QDialog
+from PySide6.QtWidgets import QCheckBox, QDialog, QFileDialog, QLineEdit, QVBoxLayout, QWidget
 
 from radargui.experiment.importing import Imported, ImportOrder, import_recordings
+from radargui.files.export import EXPORT_FORMATS, ExportFormat
 from radargui.gui.control.run_control import RunControl
+from radargui.gui.layout import Choice, Group, button, fill, side_by_side
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
-from radargui.gui.sessions.export_dialog import ExportDialog, ExportOrder
 from radargui.gui.sessions.import_dialog import ImportDefaults, ImportDialog
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.work_strip import Task
-from radargui.session.export import ExportedRun, plan_export
+from radargui.session.export import FOLDER, ExportedRun, plan_export
+
+
+@dataclass(frozen=True, slots=True)
+class ExportOrder:
+    """What the operator wants: a session folder or a run file, written in a format to a folder."""
+
+    what: Path
+    kind: ExportFormat
+    folder: Path
+    force: bool
+
+
+class ExportDialog(QDialog):
+    """Asks what to export."""
+
+    ordered = Signal(object)
+
+    def __init__(self, session: Path, run: Path | None, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Export samples")
+        self.setMinimumWidth(520)
+        one = [(run, f"The chosen run, {run.stem}")] if run is not None else []
+        self.what = Choice((*one, (session, f"All runs of the session {session.name}")))
+        self.kind = Choice((one.name, f"{one.title} ({', '.join(one.suffixes)})") for one in EXPORT_FORMATS.values())
+        self.folder = QLineEdit(str(session / FOLDER))
+        self.replace = QCheckBox("Replace files that are there")
+        self.go = go = button("Export", self._order, default=True)
+        group = Group()
+        group.row("What", self.what)
+        group.row("Format", self.kind, "Each file carries the settings and units")
+        group.row("Folder", side_by_side(self.folder, button("Choose…", self._browse)))
+        group.whole(self.replace)
+        ends = side_by_side(go, button("Cancel", self.reject))
+        fill(QVBoxLayout(self), group, ends, margins=(9, 9, 9, 9), spacing=6)
+        self.folder.textChanged.connect(lambda text: go.setEnabled(bool(text.strip())))
+
+    def _browse(self) -> None:
+        name = QFileDialog.getExistingDirectory(self, "Export to", self.folder.text())
+        if name:
+            self.folder.setText(name)
+
+    def _order(self) -> None:
+        folder = Path(self.folder.text().strip().strip('"')).expanduser()
+        kind = EXPORT_FORMATS[self.kind.currentData()]
+        self.ordered.emit(ExportOrder(Path(self.what.currentData()), kind, folder, self.replace.isChecked()))
+        self.accept()
 
 
 class TransferController(QObject):
@@ -24,12 +74,7 @@ class TransferController(QObject):
     """The folder of a session that was made by an import."""
 
     def __init__(
-        self,
-        control: RunControl,
-        panel: SessionPanel,
-        runs: RunListPanel,
-        setup_model: SetupModel,
-        services: Services,
+        self, control: RunControl, panel: SessionPanel, runs: RunListPanel, setup_model: SetupModel, services: Services
     ) -> None:
         super().__init__(services.parent)
         self._control, self._panel, self._runs, self._setup_model = control, panel, runs, setup_model
@@ -42,7 +87,7 @@ class TransferController(QObject):
         dialog = ImportDialog(
             self._services.jobs,
             self._services.theme,
-            lambda: ImportDefaults(model.setup, model.path, panel.data_folder, panel.operator),
+            lambda: ImportDefaults(model.setup, model.path, panel.data_folder, panel.details.operator),
             self._services.parent,
         )
         dialog.ordered.connect(self.bring_in)

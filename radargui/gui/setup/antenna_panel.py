@@ -2,80 +2,45 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
+import math
 
-from radargui.gui.setup.error_line import ChangeLine, ErrorLine
-from radargui.gui.setup.fields import ChoiceField, NumberField, VectorField
-from radargui.gui.setup.form import FormScroll, Group, hint, side_by_side
+import numpy as np
+from PySide6.QtGui import QFontDatabase
+from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+
+from radargui.geometry.antennas import place_antennas
+from radargui.geometry.plane_wave import condition_number, t_matrix
+from radargui.gui.layout import FaultText, Group, PlainLabel, button, fill
+from radargui.gui.setup.fields import FormPanel, NumberField, SetupForm
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
-from radargui.gui.setup.t_matrix_view import TMatrixView
+from radargui.gui.setup.words import words_of
 from radargui.gui.theme import Theme
 
-COLUMNS = (("tilt_deg", "Tilt [°]", 1.0), ("azimuth_deg", "Azimuth [°]", 1.0), ("distance_m", "Distance [mm]", 1000.0))
-_SIGNS = {1: "+1 (I = A cos, Q = A sin)", -1: "−1 (Q inverted)"}
+COLUMNS = ("tilt_deg", "azimuth_deg", "distance_m")
+LARGE_CONDITION = 20.0
+"""An error of path length then grows twenty times in the position: 0.1 mm become 2 mm, as much as is measured."""
+SINGULAR_CONDITION = 1e6
+"""Beyond it T is singular but for rounding: entries have an error of about 1e-16, angles are typed to 1e-3 at best."""
 
 
-class AntennaPanel(QWidget):
+class AntennaPanel(FormPanel):
     """Entry of the geometry; closed for changes while samples come in."""
 
     def __init__(self, model: SetupModel, theme: Theme) -> None:
-        super().__init__()
-        self._content = QWidget()
-        column = QVBoxLayout(self._content)
-        column.setContentsMargins(6, 6, 6, 6)
-
-        receivers = Group("Receivers")
-        self.table = ReceiverTable(model, theme)
+        super().__init__(model, theme)
+        self.table, self.matrix = ReceiverTable(model, theme), TMatrixView(model, theme)
+        receivers, matrix = Group("Receivers"), Group("Matrix T")
         receivers.whole(self.table)
-        column.addWidget(receivers)
-
-        matrix = Group("Matrix T")
-        self.matrix = TMatrixView(model, theme)
         matrix.whole(self.matrix)
-        column.addWidget(matrix)
-
-        wave = Group("Transmitter and wave")
-        wave.row(
-            "Distance [mm]",
-            NumberField(model, theme, "transmitter.distance_m", scale=1000.0),
-            "From the centre of the field of view, on the z axis",
-        )
-        wave.row("Frequency [GHz]", NumberField(model, theme, "radar.frequency_hz", scale=1e-9))
-        wave.row(
-            "Phase sign",
-            ChoiceField(model, theme, "radar.phase_sign", _SIGNS),
-            "Moving the tracer away must raise every path length",
-        )
-        column.addWidget(wave)
-
-        tracer = Group("Tracer and floor")
-        tracer.row("Diameter [mm]", NumberField(model, theme, "tracer.diameter_m", scale=1000.0))
-        release = [VectorField(model, theme, "tracer.release_position_m", axis) for axis in range(3)]
-        tracer.row(
-            "Release x, y, z [mm]",
-            side_by_side(*release),
-            "Centre of the sphere where it hangs before the fall",
-        )
-        tracer.row(
-            "Floor z [mm]",
-            NumberField(model, theme, "floor.height_m", scale=1000.0, optional=True, hint="from the impacts"),
-            "Centre of the sphere where it touches; empty: found from the impacts",
-        )
-        column.addWidget(tracer)
-        column.addStretch(1)
-
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.addWidget(FormScroll(self._content), 1)
-        self._hint = hint("Stop to change the antennas.")
-        outer.addWidget(self._hint)
-        outer.addWidget(ChangeLine(model))
-        outer.addWidget(ErrorLine(model, theme))
-
-    def set_running(self, running: bool) -> None:
-        """Close or open the form for changes."""
-        self._content.setEnabled(not running)
-        self._hint.setVisible(running)
+        wave = SetupForm("Transmitter and wave", model, theme)
+        wave.number("transmitter.distance_m")
+        wave.number("radar.frequency_hz")
+        wave.choice("radar.phase_sign")
+        tracer = SetupForm("Tracer and floor", model, theme)
+        tracer.number("tracer.diameter_m")
+        tracer.vector("tracer.release_position_m")
+        tracer.number("floor.height_m", optional=True, hint="from the impacts")
+        self.lay_out(receivers, matrix, wave, tracer)
 
 
 class ReceiverTable(QWidget):
@@ -87,28 +52,30 @@ class ReceiverTable(QWidget):
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(4)
-        for column, (_, words, _) in enumerate(COLUMNS, start=1):
-            grid.addWidget(QLabel(words), 0, column)
+        for column, name in enumerate(COLUMNS, start=1):
+            grid.addWidget(QLabel(words_of(f"receiver.{name}").label), 0, column)
         self._rows = [self._row(grid, theme, number) for number in range(1, MOST_RECEIVERS + 1)]
-        self.add = QPushButton("Add receiver")
-        self.add.clicked.connect(model.add_receiver)
-        grid.addWidget(self.add, MOST_RECEIVERS + 1, 0, 1, len(COLUMNS) + 2)
+        self.add = button("Add receiver", model.add_receiver)
+        grid.addWidget(self.add, grid.rowCount(), 0, 1, len(COLUMNS) + 2)
         model.changed.connect(self._refresh)
         self._refresh()
 
     def _row(self, grid: QGridLayout, theme: Theme, number: int) -> list[QWidget]:
+        line = grid.rowCount()
         row: list[QWidget] = [QLabel(f"Rx {number}")]
-        for name, words, scale in COLUMNS:
-            field = NumberField(self._model, theme, f"receiver[{number}].{name}", scale=scale)
-            field.setAccessibleName(f"Receiver {number} {words}")
+        for name in COLUMNS:
+            field = NumberField(self._model, theme, f"receiver[{number}].{name}")
+            field.setAccessibleName(f"Receiver {number} {words_of(field.key).label}")
             row.append(field)
+            # beneath the row: a column is too narrow for a sentence
+            grid.addWidget(field.changed.fault, line + len(row) - 1, 0, 1, len(COLUMNS) + 2)
         remove = QToolButton()
         remove.setText("−")
         remove.setToolTip(f"Remove receiver {number}")
         remove.clicked.connect(lambda: self._model.remove_receiver(number))
         row.append(remove)
         for column, widget in enumerate(row):
-            grid.addWidget(widget, number, column)
+            grid.addWidget(widget, line, column)
         return row
 
     def _refresh(self) -> None:
@@ -118,3 +85,45 @@ class ReceiverTable(QWidget):
                 widget.setVisible(number <= count)
             row[-1].setEnabled(count > 1)
         self.add.setEnabled(count < MOST_RECEIVERS)
+
+
+class TMatrixView(QWidget):
+    """T row by row, its condition number, and a warning where the antennas cannot tell the three directions apart."""
+
+    def __init__(self, model: SetupModel, theme: Theme) -> None:
+        super().__init__()
+        self._model = model
+        self.matrix = QLabel()
+        self.matrix.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        self.condition = PlainLabel()
+        self.warning = FaultText(theme)
+        fill(QVBoxLayout(self), self.matrix, self.condition, self.warning, spacing=4)
+        model.changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Compute T of the setup anew; a faulty draft leaves the last one, greyed."""
+        valid = self._model.valid
+        self.matrix.setEnabled(valid)
+        self.condition.setEnabled(valid)
+        self.warning.say("")
+        if not valid:
+            return
+        antennas = place_antennas(self._model.setup)
+        matrix = t_matrix(antennas)
+        self.matrix.setText("\n".join("  ".join(f"{value:+8.4f}" for value in row) for row in matrix))
+        if antennas.n_receivers < 3:
+            self.condition.setText("No 3D track: it needs three receivers. Path lengths are measured all the same.")
+            return
+        number = condition_number(antennas)
+        singular = not math.isfinite(number) or number > SINGULAR_CONDITION or np.linalg.matrix_rank(matrix) < 3
+        self.condition.setText(f"Condition number: {'infinite' if singular else f'{number:.2f}'}")
+        self.warning.say(_warning(number, singular=singular))
+
+
+def _warning(number: float, *, singular: bool) -> str:
+    if singular:
+        return "T is singular: these antennas cannot tell three directions apart. Spread the azimuths, or tilt them."
+    if number > LARGE_CONDITION:
+        return f"An error of path length grows up to {number:.0f} times in the position. Spread the antennas further."
+    return ""

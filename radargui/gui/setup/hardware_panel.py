@@ -5,22 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from radargui.gui.background import Jobs
-from radargui.gui.setup.error_line import ChangeLine, ErrorLine
-from radargui.gui.setup.form import Choice, FormScroll, Group, hint, plain_label, side_by_side
+from radargui.gui.layout import Choice, FaultText, Group, PlainLabel, button, side_by_side
+from radargui.gui.setup.fields import FormPanel, SetupForm
 from radargui.gui.setup.ni_form import FindDevices, NiForm, find_ni_devices
-from radargui.gui.setup.processing_form import ProcessingForm, RecordingForm
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.source_forms import ReplayForm, SimulatedForm
+from radargui.gui.setup.words import called
 from radargui.gui.theme import Theme
 from radargui.sources.factory import SourceKind
 
 SOURCES: dict[SourceKind, str] = {"simulated": "Simulated", "ni": "NI device", "replay": "Replay file"}
+FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf);;All files (*)"
 
 
-class HardwarePanel(QWidget):
+class HardwarePanel(FormPanel):
     """Chooses the source and edits its settings; closed for changes while samples come in."""
 
     open_asked = Signal()
@@ -37,43 +37,31 @@ class HardwarePanel(QWidget):
         replay_file: Path | None = None,
         find_devices: FindDevices = find_ni_devices,
     ) -> None:
-        super().__init__()
-        self._model = model
-        self._content = QWidget()
-        column = QVBoxLayout(self._content)
-        column.setContentsMargins(6, 6, 6, 6)
-        column.addWidget(self._file_group())
-
-        self.source = Choice()
+        super().__init__(model, theme)
+        self.source = Choice(SOURCES.items())
         self.source.setObjectName("source")
-        for kind, words in SOURCES.items():
-            self.source.addItem(words, kind)
         group = Group("Source")
         group.row("Samples from", self.source)
-        column.addWidget(group)
-
-        self.replay = ReplayForm(replay_file)
+        self.replay = ReplayForm(theme, replay_file)
         self.ni = NiForm(model, theme, jobs, find_devices)
-        self._forms: dict[str, Group] = {
-            "simulated": SimulatedForm(model, theme),
-            "ni": self.ni,
-            "replay": self.replay,
-        }
-        for form in self._forms.values():
-            column.addWidget(form)
-        column.addWidget(RecordingForm(model, theme))
-        column.addWidget(ProcessingForm(model, theme))
-        column.addStretch(1)
-
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.addWidget(FormScroll(self._content), 1)
-        self._hint = hint("Stop to change the setup.")
-        outer.addWidget(self._hint)
-        outer.addWidget(ChangeLine(model))
-        outer.addWidget(ErrorLine(model, theme))
-
-        self.source.setCurrentIndex(self.source.findData(source))
+        simulated = SetupForm("Simulated source", model, theme)
+        simulated.choice("simulation.scene")
+        simulated.number("simulation.drop_height_m", optional=True, hint="release to floor")
+        for key in ("restitution", "lateral_speed_m_s", "snr_db", "mismatch"):
+            simulated.number(f"simulation.{key}")
+        simulated.number("simulation.seed", whole=True)
+        recording = SetupForm("Recording", model, theme)
+        for key in (
+            "daq.rate_hz",
+            *(f"recording.{name}" for name in ("pretrigger_s", "quiet_s", "maximum_s", "threshold")),
+        ):
+            recording.number(key)
+        processing = SetupForm("Processing", model, theme)
+        processing.choice("processing.correction")
+        processing.choice("processing.geometry")
+        self._forms: dict[str, Group] = {"simulated": simulated, "ni": self.ni, "replay": self.replay}
+        self.lay_out(self._file_group(), group, *self._forms.values(), recording, processing)
+        self.choose(source)
         self.source.currentIndexChanged.connect(self._show_form)
         model.changed.connect(self._name_file)
         self._show_form()
@@ -89,44 +77,59 @@ class HardwarePanel(QWidget):
         """Choose a source."""
         self.source.setCurrentIndex(self.source.findData(kind))
 
-    def set_running(self, running: bool) -> None:
-        """Close or open the form for changes."""
-        self._content.setEnabled(not running)
-        self._hint.setVisible(running)
-
     def _file_group(self) -> Group:
         group = Group("Setup file")
-        self._name = plain_label()
-        group.whole(self._name)
-        buttons = []
-        for words, signal in (
-            ("Open…", self.open_asked),
-            ("Save", self.save_asked),
-            ("Save as…", self.save_as_asked),
-        ):
-            button = QPushButton(words)
-            button.clicked.connect(signal)
-            buttons.append(button)
-        self._save_buttons: list[QPushButton] = buttons[1:]
-        group.whole(side_by_side(*buttons))
-        self.undo_all = QPushButton("Undo all changes")
-        self.undo_all.clicked.connect(lambda: self._model.undo())
-        group.whole(self.undo_all)
+        self._name = PlainLabel()
+        self._save_buttons = (button("Save", self.save_asked), button("Save as…", self.save_as_asked))
+        self.undo_all = button("Undo all changes", lambda: self._model.undo())
+        for part in (self._name, side_by_side(button("Open…", self.open_asked), *self._save_buttons), self.undo_all):
+            group.whole(part)
         return group
 
     def _name_file(self) -> None:
-        path = self._model.path
+        path, changed = self._model.path, self._model.unsaved
         name = path.name if path else "not saved yet"
         kind = " (shipped)" if self._model.shipped else ""
-        changed = self._model.unsaved
         counted = f", {len(changed)} value{'s' if len(changed) > 1 else ''} changed" if changed else ""
         self._name.setText(f"{name}{kind}{counted}")
         self._name.setToolTip(str(path or ""))
         self.undo_all.setEnabled(self._model.modified)
-        self.undo_all.setToolTip("\n".join(("Back to what the file says:", *changed)))
-        for button in self._save_buttons:
-            button.setEnabled(self._model.valid)
+        self.undo_all.setToolTip("\n".join(("Back to what the file says:", *map(called, changed))))
+        for one in self._save_buttons:
+            one.setEnabled(self._model.valid)
 
     def _show_form(self) -> None:
         for kind, form in self._forms.items():
             form.setVisible(kind == self.kind)
+        self.refresh()
+
+
+class ReplayForm(Group):
+    """The file whose samples are played back in real time."""
+
+    def __init__(self, theme: Theme, path: Path | None = None) -> None:
+        super().__init__("Replay")
+        self._line = QLineEdit(str(path) if path else "")
+        self._line.setPlaceholderText("recording to play back")
+        self._line.setObjectName("replay.file")
+        self.fault = fault = FaultText(theme)
+        self._line.textChanged.connect(lambda _text: fault.say(""))
+        self.row("File", side_by_side(self._line, button("Choose…", self._browse)))
+        self.whole(self.fault)
+        self.whole(PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …"))
+
+    @property
+    def path(self) -> Path | None:
+        """The chosen file."""
+        text = self._line.text().strip().strip('"')
+        return Path(text) if text else None
+
+    def choose(self, path: Path) -> None:
+        """Take a file."""
+        self._line.setText(str(path))
+
+    def _browse(self) -> None:
+        start = str(self.path.parent) if self.path else ""
+        name, _ = QFileDialog.getOpenFileName(self, "File to replay", start, FILTER)
+        if name:
+            self.choose(Path(name))

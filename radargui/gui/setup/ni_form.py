@@ -5,23 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from PySide6.QtWidgets import QFileDialog, QPushButton
+from PySide6.QtWidgets import QFileDialog
 
 from radargui.gui.background import Jobs
-from radargui.gui.setup.device_start_form import DeviceStartForm
-from radargui.gui.setup.fields import ChoiceField, ListField, NumberField, TextField
-from radargui.gui.setup.form import Choice, Group, plain_label, side_by_side
+from radargui.gui.layout import Choice, PlainLabel, button
+from radargui.gui.setup.fields import SetupForm
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
 from radargui.model.setup import Setup
 
-TERMINALS = {
-    "differential": "Differential",
-    "rse": "Referenced single-ended (RSE)",
-    "nrse": "Non-referenced single-ended (NRSE)",
-    "pseudodifferential": "Pseudodifferential",
-    "default": "Default of the device",
-}
 CERTIFICATES = "Certificates (*.pem *.crt *.cer);;All files (*)"
 FindDevices = Callable[[str | None, str | None], Sequence[Any]]
 CheckSetup = Callable[[Setup], Any]
@@ -41,7 +33,7 @@ def check_on_device(setup: Setup) -> Any:
     return check_setup(setup)
 
 
-class NiForm(Group):
+class NiForm(SetupForm):
     """Device, channels, terminal, range, start; the search for devices and the check of the setup.
 
     Attributes
@@ -51,56 +43,61 @@ class NiForm(Group):
     """
 
     def __init__(self, model: SetupModel, theme: Theme, jobs: Jobs, find: FindDevices = find_ni_devices) -> None:
-        super().__init__("NI device")
-        self._model = model
-        self._jobs = jobs
-        self._find = find
+        super().__init__("NI device", model, theme)
+        self._model, self._jobs, self._find = model, jobs, find
         self.check: CheckSetup = check_on_device
-        self.row("Device", TextField(model, theme, "daq.device"), "Name in NI-DAQmx, for instance Dev1")
-        self.row(
-            "Device server",
-            TextField(model, theme, "daq.remote", optional=True, hint="none: local driver"),
-            "host:port of an NI gRPC device server; empty: the driver of this computer",
-        )
-        self._certificate = TextField(model, theme, "daq.remote_certificate", optional=True, hint="none: no encryption")
-        browse = QPushButton("Choose…")
-        browse.clicked.connect(self._browse)
-        self.row(
-            "Certificate",
-            side_by_side(self._certificate, browse),
-            "File (PEM) that a device server with encryption (TLS) is known by; empty: no encryption",
-        )
+        self.text("daq.device")
+        self.text("daq.remote", optional=True, hint="none: local driver")
+        browse = button("Choose…", self._browse)
+        self.text("daq.remote_certificate", browse, optional=True, hint="none: no encryption")
         self.found = Choice()
         self.found.setVisible(False)
         self.found.activated.connect(self._take)
-        self.button = QPushButton("Find devices")
-        self.button.clicked.connect(self.search)
-        self.whole(self.button)
-        self.whole(self.found)
-        self.answer = plain_label()
+        self.button = button("Find devices", self.search)
+        self.answer = PlainLabel()
         self.answer.setVisible(False)
-        self.whole(self.answer)
-        self.row(
-            "Channels",
-            ListField(model, theme, "daq.channels", optional=True, hint="ai0, ai1, …"),
-            "In the order I1, Q1, I2, Q2, …; empty: ai0, ai1, …",
-        )
-        self.row("Terminal", ChoiceField(model, theme, "daq.terminal", TERMINALS))
-        self.row("Range [± V]", NumberField(model, theme, "daq.range_v"))
-        self.row(
-            "Channel skew [µs]",
-            NumberField(model, theme, "daq.channel_skew_s", scale=1e6),
-            "Delay of a channel against the one before; read from the device when live",
-        )
-        self.start = DeviceStartForm(self, model, theme)
-        self.check_button = QPushButton("Check this setup")
-        self.check_button.setToolTip("Tries it on the device without sampling, and says what will be in force")
-        self.check_button.clicked.connect(self.try_out)
+        for part in (self.button, self.found, self.answer):
+            self.whole(part)
+        self.texts("daq.channels", optional=True, hint="ai0, ai1, …")
+        self.choice("daq.terminal")
+        self.number("daq.range_v")
+        self.number("daq.channel_skew_s")
+        self._add_start()
+        tip = "Tries it on the device without sampling, and says what will be in force"
+        self.check_button = button("Check this setup", self.try_out, tip)
         self.whole(self.check_button)
-        self.checked = plain_label()
+        self.checked = PlainLabel()
         self.checked.setVisible(False)
         self.whole(self.checked)
         model.changed.connect(self._setup_changed)
+        model.changed.connect(self._show_start)
+        self._show_start()
+
+    def _add_start(self) -> None:
+        """Add what says when a run starts, and what happens after an error."""
+        start = self.choice("daq.start")
+        self._source = self.text("daq.start_source", optional=True, hint="PFI0, or I1 where analogue")
+        self._edge = self.choice("daq.start_edge")
+        self._level = self.number("daq.start_level_v")
+        self._pretrigger = self.yes_no("daq.start_pretrigger")
+        self.yes_no("recording.restart_after_error")
+        self._within = self.number("recording.restart_within_s")
+        start.activated.connect(lambda _index: self._settle(start.currentData()))
+
+    def _settle(self, start: str) -> None:
+        """Let what goes with a start that was just chosen be there, and nothing that cannot go with it."""
+        if start == "now":
+            self._model.assign("daq.start_pretrigger", None)
+        elif self._model.value("daq.start_source") is None:
+            self._model.assign("daq.start_source", "PFI0" if start == "digital" else "I1")
+
+    def _show_start(self) -> None:
+        """Hide what does not belong to the chosen start."""
+        start = self._model.value("daq.start")
+        for field in (self._source, self._edge, self._pretrigger):
+            self.rows.setRowVisible(field, start != "now")
+        self.rows.setRowVisible(self._level, start == "analog")
+        self.rows.setRowVisible(self._within, self._model.value("recording.restart_after_error") is True)
 
     def search(self) -> None:
         """Look for devices without holding up the window."""

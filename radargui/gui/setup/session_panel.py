@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFileDialog, QLineEdit, QPlainTextEdit, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtWidgets import QFileDialog, QLineEdit, QPlainTextEdit, QVBoxLayout, QWidget
 
-from radargui.gui.setup.form import FormScroll, Group, plain_label, side_by_side
+from radargui.gui.layout import FormScroll, Group, PlainLabel, button, fill, side_by_side
 from radargui.session.info import JournalEntry
 
-Details = tuple[str, str, str, str]
-"""Operator, notes, sample, target, as `set_details` takes them."""
+
+class Details(NamedTuple):
+    """What the operator says of a session."""
+
+    operator: str
+    notes: str
+    sample: str = ""
+    target: str = ""
 
 
 class SessionPanel(QWidget):
@@ -25,25 +32,20 @@ class SessionPanel(QWidget):
 
     def __init__(self, data_folder: Path, operator: str = "") -> None:
         super().__init__()
-        content = QWidget()
-        column = QVBoxLayout(content)
-        column.setContentsMargins(6, 6, 6, 6)
         group = Group("Session")
-        self._folder = QLineEdit(str(data_folder))
-        self._folder.setObjectName("session.data_folder")
+        self._folder = self._line("data_folder", str(data_folder))
         self._folder.textChanged.connect(lambda _text: self.folder_changed.emit())
-        self._choose = QPushButton("Choose…")
-        self._choose.clicked.connect(self._browse)
+        self._choose = button("Choose…", self._browse)
         group.row("Data folder", side_by_side(self._folder, self._choose), "A new session makes its folder here")
-        self._operator = QLineEdit(operator)
-        self._operator.setObjectName("session.operator")
-        self._operator.editingFinished.connect(self.details_changed)
-        group.row("Operator", self._operator)
-        self._sample = self._line("sample", "Sample", "What is measured: material, make, surface")
-        self._target = self._line("target", "Target", "What it falls on, or moves in")
-        for field in (self._sample, self._target):
+        self._operator = self._line("operator", operator)
+        self._sample, self._target = self._line("sample"), self._line("target")
+        for field, words, tip in (
+            (self._operator, "Operator", ""),
+            (self._sample, "Sample", "What is measured: material, make, surface"),
+            (self._target, "Target", "What it falls on, or moves in"),
+        ):
             field.editingFinished.connect(self.details_changed)
-            group.row(field.accessibleName(), field, field.toolTip())
+            group.row(words, field, tip)
         self._notes = QPlainTextEdit()
         self._notes.setObjectName("session.notes")
         self._notes.setPlaceholderText("what else is worth knowing …")
@@ -52,28 +54,17 @@ class SessionPanel(QWidget):
         self._notes.setMaximumHeight(90)
         self._notes.textChanged.connect(self.details_changed)
         group.row("Notes", self._notes)
-        self._mark = QLineEdit()
-        self._mark.setObjectName("session.mark")
+        self._mark = self._line("mark")
         self._mark.setPlaceholderText("kept with time and sample")
         self._mark.returnPressed.connect(self.ask_mark)
-        self._keep_mark = QPushButton("Keep")
-        self._keep_mark.clicked.connect(self.ask_mark)
+        self._keep_mark = button("Keep", self.ask_mark)
         group.row("Note now", side_by_side(self._mark, self._keep_mark), "Also while a run is recorded (Ctrl+M)")
-        self._marked = plain_label()
+        self._marked, self._open = PlainLabel(), PlainLabel()
         group.row("", self._marked)
-        self._open = plain_label()
         group.row("Now open", self._open)
-        new = QPushButton("New session")
-        new.clicked.connect(self.new_asked)
-        old = QPushButton("Open…")
-        old.clicked.connect(self.open_asked)
-        self._buttons = (new, old)
-        group.whole(side_by_side(new, old))
-        column.addWidget(group)
-        column.addStretch(1)
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.addWidget(FormScroll(content))
+        self._buttons = (button("New session", self.new_asked), button("Open…", self.open_asked))
+        group.whole(side_by_side(*self._buttons))
+        fill(QVBoxLayout(self), FormScroll(group))
         self.show_session(None)
 
     @property
@@ -82,42 +73,18 @@ class SessionPanel(QWidget):
         return Path(self._folder.text().strip().strip('"')).expanduser()
 
     @property
-    def operator(self) -> str:
-        """Who measures."""
-        return self._operator.text().strip()
-
-    @property
-    def notes(self) -> str:
-        """What the operator wrote."""
-        return self._notes.toPlainText().strip()
-
-    @property
-    def sample(self) -> str:
-        """What is measured."""
-        return self._sample.text().strip()
-
-    @property
-    def target(self) -> str:
-        """What it falls on."""
-        return self._target.text().strip()
-
-    @property
     def details(self) -> Details:
         """What was typed."""
-        return self.operator, self.notes, self.sample, self.target
+        lines = (self._operator, self._sample, self._target)
+        operator, sample, target = (line.text().strip() for line in lines)
+        return Details(operator, self._notes.toPlainText().strip(), sample, target)
 
     def set_details(self, operator: str, notes: str, sample: str = "", target: str = "") -> None:
         """Show what a session that was opened says of itself."""
-        fields = (
-            (self._operator, operator),
-            (self._notes, notes),
-            (self._sample, sample),
-            (self._target, target),
-        )
-        for widget, text in fields:
-            widget.blockSignals(True)
-            widget.setText(text) if isinstance(widget, QLineEdit) else widget.setPlainText(text)
-            widget.blockSignals(False)
+        fields: tuple[QLineEdit | QPlainTextEdit, ...] = (self._operator, self._notes, self._sample, self._target)
+        for widget, text in zip(fields, (operator, notes, sample, target), strict=True):
+            with QSignalBlocker(widget):
+                widget.setText(text) if isinstance(widget, QLineEdit) else widget.setPlainText(text)
 
     def show_session(self, path: Path | None, *, read_only: bool = False) -> None:
         """Name the session that runs go to; one for looking only takes no changes."""
@@ -152,11 +119,9 @@ class SessionPanel(QWidget):
             widget.setEnabled(not running)
 
     @staticmethod
-    def _line(name: str, words: str, tip: str) -> QLineEdit:
-        field = QLineEdit()
+    def _line(name: str, text: str = "") -> QLineEdit:
+        field = QLineEdit(text)
         field.setObjectName(f"session.{name}")
-        field.setAccessibleName(words)
-        field.setToolTip(tip)
         return field
 
     def _browse(self) -> None:

@@ -14,6 +14,7 @@ from radargui.gui.services import Services
 from radargui.gui.settings import Settings
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.setup.words import called
 from radargui.model.errors import RadarGuiError, SetupError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup
@@ -73,7 +74,7 @@ class SetupFileController(QObject):
         changed = self._model.unsaved
         if not changed:
             return True
-        named = ", ".join(changed[:_MOST_NAMED]) + (" …" if len(changed) > _MOST_NAMED else "")
+        named = ", ".join(map(called, changed[:_MOST_NAMED])) + (" …" if len(changed) > _MOST_NAMED else "")
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
             self._window,

@@ -5,15 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 from PySide6.QtCore import QObject, Signal
 
+from radargui.gui.setup.words import faults_of
 from radargui.model.resources import shipped_setups
 from radargui.model.setup import Setup
-from radargui.model.setup_error import describe, dotted
 from radargui.model.setup_file import plain, read_setup, write_setup
 
 MOST_RECEIVERS = 4
+"""As many as the setup file allows: eight channels are what usual boards have."""
 
 
 class SetupModel(QObject):
@@ -29,8 +30,9 @@ class SetupModel(QObject):
         self.path = path
         self.setup = setup
         self.error = ""
-        self.faulty: frozenset[str] = frozenset()
+        self._faults: dict[str, str] = {}
         self._draft: dict[str, Any] = plain(setup)
+        self._in_force: dict[str, Any] = setup.model_dump()
         self._saved = setup
         self._of_last_run: Setup | None = None
 
@@ -60,13 +62,12 @@ class SetupModel(QObject):
         self.changed.emit()
 
     @property
-    def since_last_run(self) -> tuple[str, ...]:
-        """What is another now than at the last run, one `key (was value)` each; empty before the first run."""
+    def since_last_run(self) -> dict[str, Any]:
+        """Keys whose values are others now than at the last run, with those of then; empty before the first run."""
         if self._of_last_run is None or not self.valid:
-            return ()
+            return {}
         before, now = _flat(self._of_last_run.model_dump()), _flat(self.setup.model_dump())
-        keys = [key for key in (before | now) if before.get(key) != now.get(key)]
-        return tuple(f"{key} (was {'not set' if before.get(key) is None else before[key]})" for key in keys)
+        return {key: before.get(key) for key in (before | now) if before.get(key) != now.get(key)}
 
     @property
     def unsaved(self) -> tuple[str, ...]:
@@ -74,9 +75,15 @@ class SetupModel(QObject):
         before, now = _flat(plain(self._saved)), _flat(self._draft)
         return tuple(key for key in (before | now) if before.get(key) != now.get(key))
 
+    def fault_of(self, key: str) -> str:
+        """Return what is wrong with a value, in the words and the unit of its field; empty where nothing is."""
+        # a fault of a list is one of each of its entries, and that of an entry one of the list
+        texts = (text for one, text in self._faults.items() if key == one or _is_entry(key, one) or _is_entry(one, key))
+        return next(texts, "")
+
     def saved_value(self, key: str) -> Any:
         """Return what the file says, None where it has no such value."""
-        return _value(self._saved, key)
+        return _found(self._saved.model_dump(), key)
 
     def differs(self, key: str) -> bool:
         """Return whether a value is not the file's; those of a receiver that the file does not have are no change."""
@@ -134,13 +141,8 @@ class SetupModel(QObject):
         """Return what the draft says, else the value in force, None where there is none (or no such receiver)."""
         if _receiver(key) >= self.n_receivers:
             return None
-        found: Any = self._draft
-        try:
-            for part in _parts(key):
-                found = found[part]
-        except (KeyError, IndexError, TypeError):
-            return _value(self.setup, key)
-        return found
+        drafted = _found(self._draft, key)
+        return drafted if drafted is not None else _found(self._in_force, key)
 
     def assign(self, key: str, value: object) -> None:
         """Set a value of the draft; None takes the key out, so that the default holds."""
@@ -188,12 +190,15 @@ class SetupModel(QObject):
     def _validate(self) -> None:
         try:
             self.setup = Setup.model_validate(self._draft)
-            self.error, self.faulty = "", frozenset()
-        except ValidationError as fault:
-            self.error = describe(fault, Setup)
-            places = [one["loc"] for one in fault.errors(include_url=False)]
-            self.faulty = frozenset(dotted(place[:deep]) for place in places for deep in (2, 3))
+            self._in_force = self.setup.model_dump()
+            self.error, self._faults = "", {}
+        except ValidationError as error:
+            self._faults, self.error = faults_of(error)
         self.changed.emit()
+
+
+def _is_entry(key: str, of: str) -> bool:
+    return key.endswith("]") and key.rpartition("[")[0] == of
 
 
 def _receiver(key: str) -> int:
@@ -212,11 +217,14 @@ def _parts(key: str) -> list[str | int]:
     return parts
 
 
-def _value(setup: Setup, key: str) -> Any:
-    current: Any = setup
-    for part in _parts(key):
-        current = _step(current, part)
-    return current
+def _found(tables: Any, key: str) -> Any:
+    """Return what stands at a key below plain tables, None where nothing does."""
+    try:
+        for part in _parts(key):
+            tables = tables[part]
+    except (KeyError, IndexError, TypeError):
+        return None
+    return tables
 
 
 def _flat(value: Any, name: str = "") -> dict[str, Any]:
@@ -228,9 +236,3 @@ def _flat(value: Any, name: str = "") -> dict[str, Any]:
     else:
         return {name: value}
     return {key: one for part, below in parts for key, one in _flat(below, part).items()}
-
-
-def _step(current: Any, part: str | int) -> Any:
-    if isinstance(part, int):
-        return current[part] if part < len(current) else None
-    return dict(current).get(part) if isinstance(current, BaseModel) else None

@@ -11,10 +11,10 @@ from PySide6.QtGui import QFontDatabase
 from PySide6.QtWidgets import QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from radargui.gui.control.feed import Feed
-from radargui.gui.plots.key import Key
+from radargui.gui.layout import fill
+from radargui.gui.plots.plot import Key
 from radargui.gui.theme import Theme
-from radargui.gui.track.height_plot import HeightPlot
-from radargui.gui.track.projections import Projections
+from radargui.gui.track.flat_views import HeightPlot, Projections
 from radargui.gui.track.shown_track import LiveTrail, ShownTrack, result_track
 from radargui.gui.track.space import Space, space_of
 from radargui.model.result import RunResult
@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from radargui.gui.track.space_view import SpaceView
 
 LIVE_S = 4.0
+"""Of the live track: a drop of half a metre with its first ten bounces."""
 HOLD_S = 0.8
+"""A result stays so long at least, whatever moves: the hand that puts the sphere back comes a moment later."""
 
 
 class TrackPanel(QWidget):
@@ -56,12 +58,7 @@ class TrackPanel(QWidget):
         self._title.setContentsMargins(6, 3, 6, 0)
 
         lower = QWidget()
-        column = QVBoxLayout(lower)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addWidget(self.where)
-        column.addWidget(self.key)
-        column.addWidget(self.height_plot, 1)
+        fill(QVBoxLayout(lower), self.where, self.key, (self.height_plot, 1))
         splitter = QSplitter(Qt.Orientation.Vertical)
         splitter.setObjectName("track.parts")
         splitter.addWidget(self._stack)
@@ -69,15 +66,9 @@ class TrackPanel(QWidget):
         splitter.setStretchFactor(0, 3)
         splitter.setStretchFactor(1, 2)
         splitter.setChildrenCollapsible(False)
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.setSpacing(0)
-        outer.addWidget(self._title)
-        outer.addWidget(splitter, 1)
-        self._entitle("Live track: nothing yet")
-        self._show_words(result=False)
-        self._show_where(None)
+        fill(QVBoxLayout(self), self._title, (splitter, 1), spacing=0)
         self.show_setup(setup)
+        self.clear()
 
     @property
     def in_space(self) -> bool:
@@ -124,16 +115,14 @@ class TrackPanel(QWidget):
     def show_setup(self, setup: Setup) -> None:
         """Show the field of view of another setup."""
         self._space = space_of(setup)
-        self.view.show_space(self._space)
-        self.height_plot.show_space(self._space)
+        for view in (self.view, self.height_plot):
+            view.show_space(self._space)
 
     def show_feed(self, feed: Feed | None) -> None:
         """Follow another acquisition; None keeps what is shown."""
         self._trail = None if feed is None else LiveTrail(feed, LIVE_S)
         if feed is not None:
-            self._space = space_of(feed.setup)
-            self.view.show_space(self._space)
-            self.height_plot.show_space(self._space)
+            self.show_setup(feed.setup)
         self._follow()
 
     def show_result(self, result: RunResult, name: str) -> None:
@@ -146,10 +135,10 @@ class TrackPanel(QWidget):
         self.height_plot.show_result(track)
         words = "preliminary result" if result.preliminary else "result"
         self._entitle(f"{name}: {words if track else 'no track'}")
-        if track is not None:
-            fit = [("╌", "fit", "parabola of the first fall")] if track.fit_time_s.size else []
-            impacts = [("×", "mark", "impacts")] if track.impact_time_s.size else []
-            self.key.show_entries(("▬", "track", "z"), *fit, *impacts)
+        drawn = [("▬", "track", "z")] if track else []
+        drawn += [("╌", "fit", "parabola of the first fall")] if track and track.fit_time_s.size else []
+        drawn += [("×", "mark", "impacts")] if track and track.impact_time_s.size else []
+        self.key.show_entries(*drawn)
         self._show_words(result=track is not None)
 
     def clear(self) -> None:

@@ -13,12 +13,14 @@ from radargui.gui.control.run_control import RunControl
 from radargui.gui.services import Services
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.setup.words import in_words
 from radargui.gui.wiring.wiring_dialog import WiringDialog
 from radargui.model.setup import Setup
 from radargui.processing.wiring import WiringReport
 from radargui.sources.contract import Source
 
 LOOK_MS = 40
+"""How often the guide looks at the samples: a step begins within a frame or two of what is said."""
 
 
 def simulated_operator(setup: Setup) -> Source:
@@ -52,8 +54,7 @@ class WiringController(QObject):
         self._wanted = self._own_view = False
         self._report: WiringReport | None = None
         self.scene: Callable[[Setup], Source] = simulated_operator
-        self._timer = QTimer(self)
-        self._timer.setInterval(LOOK_MS)
+        self._timer = QTimer(self, interval=LOOK_MS)
         self._timer.timeout.connect(self._look)
         control.feed_changed.connect(self._feed_changed)
         control.state_changed.connect(self._state_changed)
@@ -104,7 +105,9 @@ class WiringController(QObject):
         if self._control.state is AppState.LIVE:
             self._control.stop()
         model.replace(report.corrected(model.setup))
-        self._services.board.post("info", f"Taken into the setup: {', '.join(report.settings())}. Save it to keep it.")
+        self._services.board.post(
+            "info", f"Taken into the setup: {in_words(', '.join(report.settings()))}. Save it to keep it."
+        )
         self.dialog.show_taken()
 
     def end(self) -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QProgressBar, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QProgressBar, QScrollArea, QVBoxLayout, QWidget
 
 from radargui.experiment.wiring import GuideState
-from radargui.gui.setup.form import plain_label
+from radargui.gui.layout import PlainLabel, button, fill, fit_screen, take_out
+from radargui.gui.setup.words import in_words
 from radargui.gui.theme import Theme, scaled_font
 from radargui.processing.wiring import WiringFinding, WiringReport
 
@@ -15,6 +16,7 @@ _WELCOME = (
     "It finds channels at the wrong antenna, I and Q exchanged, an inverted Q and dead inputs."
 )
 _TITLE, _LARGE, _MEDIUM = 3.0, 4.0, 1.5
+"""Times the usual size of letters: the step is read from the antennas, two or three metres away."""
 
 
 class WiringDialog(QDialog):
@@ -30,45 +32,28 @@ class WiringDialog(QDialog):
         self._found: list[QLabel] = []
         self._measuring = False
         self.setWindowTitle("Wiring check")
-        self.resize(900, 560)
+        fit_screen(self, 900, 560)
 
-        self.when = plain_label(selectable=False)
+        self.when = PlainLabel(selectable=False)
         self.when.setFont(scaled_font(self.font(), _TITLE, bold=True))
-        self.step = plain_label(_WELCOME, selectable=False)
+        self.step = PlainLabel(_WELCOME, selectable=False)
         self.step.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
         self.progress = QProgressBar()
         self.progress.setTextVisible(False)
-        self.findings = QWidget()
-        self._lines = QVBoxLayout(self.findings)
-        self._lines.setContentsMargins(0, 0, 0, 0)
+        findings = QWidget()
+        self._lines = fill(QVBoxLayout(findings), spacing=6)
         self._lines.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._area = QScrollArea()
-        self._area.setWidget(self.findings)
+        self._area.setWidget(findings)
         self._area.setWidgetResizable(True)
         self._area.setFrameShape(QScrollArea.Shape.NoFrame)
-        self.begin = QPushButton("Begin")
-        self.begin.setDefault(True)
-        self.begin.clicked.connect(self.begin_asked)
-        self.take = QPushButton("Take over the proposals")
-        self.take.clicked.connect(self.take_asked)
-        close = QPushButton("Close")
-        close.setAutoDefault(False)
-        close.clicked.connect(self.reject)
-
-        column = QVBoxLayout(self)
-        column.setContentsMargins(18, 14, 18, 12)
-        column.setSpacing(10)
-        column.addWidget(self.when)
-        column.addWidget(self.step)
-        column.addWidget(self.progress)
-        column.addWidget(self._area, 1)
-        row = QHBoxLayout()
-        for button in (self.begin, self.take):
-            button.setFont(scaled_font(button.font(), 1.15, bold=True))
-            row.addWidget(button)
-        row.addStretch(1)
-        row.addWidget(close)
-        column.addLayout(row)
+        self.begin = button("Begin", self.begin_asked, default=True)
+        self.take = button("Take over the proposals", self.take_asked)
+        for one in (self.begin, self.take):
+            one.setFont(scaled_font(one.font(), 1.15, bold=True))
+        ends = fill(QHBoxLayout(), self.begin, self.take, 1, button("Close", self.reject), spacing=6)
+        parts = (self.when, self.step, self.progress, (self._area, 1), ends)
+        fill(QVBoxLayout(self), *parts, margins=(18, 14, 18, 12), spacing=10)
         theme.changed.connect(self._colour)
         self._show("Are the wires right?", _WELCOME)
 
@@ -99,10 +84,10 @@ class WiringDialog(QDialog):
         self._clear()
         wrong = sum(finding.kind != "good" for finding in report.findings)
         title = "The wiring is right." if report.is_good else f"{wrong} finding{'s'[: wrong > 1]}"
-        proposed = f"Proposed: {'; '.join(report.settings())}" if report.corrects else ""
+        proposed = f"Proposed: {in_words('; '.join(report.settings()))}" if report.corrects else ""
         self._show(title, proposed)
         for finding in report.findings:
-            line = plain_label(_said(finding))
+            line = PlainLabel(_said(finding))
             line.setFont(scaled_font(line.font(), _MEDIUM))
             self._lines.addWidget(line)
             self._found.append(line)
@@ -141,9 +126,7 @@ class WiringDialog(QDialog):
 
     def _clear(self) -> None:
         self._report = None
-        for line in self._found:
-            self._lines.removeWidget(line)
-            line.deleteLater()
+        take_out(self._lines, *self._found)
         self._found.clear()
 
     def _colour(self) -> None:

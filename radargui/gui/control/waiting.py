@@ -1,0 +1,123 @@
+"""What is waited for, how long, and how not to wait: at the end of a recording, and at the end of the window."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from PySide6.QtCore import QTimer, Signal
+
+from radargui.gui.control.app_state import AppState
+from radargui.gui.control.run_control import RunControl
+from radargui.gui.layout import Strip, button
+from radargui.gui.theme import Theme
+
+_LOOK_MS = 50
+"""Whether all has ended is looked at so often: soon enough to seem at once."""
+GRACE_S = 3.0
+"""What is told to leave now has so long to put its files in order: a block is written every half a second, and a
+device answers within two (chosen by hand; nothing is lost after it, samples are flushed as they come)."""
+
+
+class ClosingStrip(Strip):
+    """Hidden until the window is to close; `over` comes when nothing is waited for any more.
+
+    Parameters
+    ----------
+    theme
+        Gives the colours.
+    unfinished
+        Returns what has still to end, in words.
+    hurry
+        Asked to end everything at once.
+    clock
+        Seconds; injected by tests.
+    """
+
+    over = Signal()
+
+    def __init__(
+        self,
+        theme: Theme,
+        unfinished: Callable[[], tuple[str, ...]],
+        hurry: Callable[[], None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        tip = "What was recorded is kept. Runs that are still to be computed can be computed later: radargui batch"
+        self.leave = button("Leave now", self.leave_now, tip)
+        super().__init__(theme, "busy", self.leave)
+        self._unfinished, self._hurry, self._clock = unfinished, hurry, clock
+        self._began_s = 0.0
+        self._hurried_s: float | None = None
+        self._timer = QTimer(self, interval=_LOOK_MS)
+        self._timer.timeout.connect(self._look)
+
+    @property
+    def active(self) -> bool:
+        """Whether the window is closing."""
+        return self._timer.isActive()
+
+    def begin(self) -> None:
+        """Wait for what has still to end."""
+        self._began_s = self._clock()
+        self._timer.start()
+        self.show()
+        self._look()
+
+    def leave_now(self) -> None:
+        """Wait no longer than what runs needs to put its files in order."""
+        if self._hurried_s is None:
+            self._hurried_s = self._clock()
+            self.leave.setEnabled(False)
+            self._hurry()
+
+    def _look(self) -> None:
+        unfinished, now = self._unfinished(), self._clock()
+        if not unfinished or (self._hurried_s is not None and now - self._hurried_s > GRACE_S):
+            self._timer.stop()
+            self.over.emit()
+            return
+        does = "Closing" if self._hurried_s is None else "Leaving"
+        self.words.setText(f"{does}: waiting for {', '.join(unfinished)} ({now - self._began_s:.0f} s)")
+
+
+class StoppingStrip(Strip):
+    """Hidden unless nothing is recorded any more and results are still to come.
+
+    Parameters
+    ----------
+    theme
+        Gives the colours.
+    control
+        What is being done; asked by `look`.
+    clock
+        Seconds; injected by tests.
+    """
+
+    def __init__(self, theme: Theme, control: RunControl, clock: Callable[[], float] = time.monotonic) -> None:
+        tip = "Keep the preliminary result, where the setup has one; it is marked as preliminary"
+        self.quick = button("Use the quick result", control.cancel, tip)
+        tip = "What was recorded is kept; offered at the next start, or: radargui batch"
+        self.later = button("Compute later", control.leave, tip)
+        super().__init__(theme, "busy", self.quick, self.later)
+        self._control, self._clock = control, clock
+        self._began_s: float | None = None
+
+    def look(self, computed: str) -> None:
+        """Say what is waited for; `computed`: what the run is called whose result is computed."""
+        control = self._control
+        waits = control.state in (AppState.STOPPING, AppState.PROCESSING) and len(control.backlog) > 0
+        if not waits:
+            self._began_s = None
+            self.hide()
+            return
+        if self._began_s is None:
+            self._began_s = self._clock()
+        more = len(control.backlog) - 1
+        after = f", {more} more after it" if more else ""
+        share = f"{100.0 * control.progress:.0f} % computed"
+        waited_s = self._clock() - self._began_s
+        self.words.setText(f"Waiting for the result of {computed or 'a run'} ({share}{after}), {waited_s:.0f} s so far")
+        for one in (self.quick, self.later):
+            one.setEnabled(not control.leaves)
+        self.show()

@@ -12,9 +12,11 @@ from radargui.geometry.antennas import place_antennas
 from radargui.geometry.plane_wave import condition_number, t_matrix
 from radargui.gui.layout import FaultText, Group, PlainLabel, button, fill
 from radargui.gui.setup.fields import FormPanel, NumberField, SetupForm
+from radargui.gui.setup.polarization import PolarizationForm
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
 from radargui.gui.setup.words import words_of
 from radargui.gui.theme import Theme
+from radargui.model.assumed import ASSUMED
 
 COLUMNS = ("tilt_deg", "azimuth_deg", "distance_m")
 LARGE_CONDITION = 20.0
@@ -34,13 +36,29 @@ class AntennaPanel(FormPanel):
         matrix.whole(self.matrix)
         wave = SetupForm("Transmitter and wave", model, theme)
         wave.number("transmitter.distance_m")
+        wave.vector("transmitter.position_m")
         wave.number("radar.frequency_hz")
+        wave.number("radar.refractive_index", optional=True, hint="vacuum")
         wave.choice("radar.phase_sign")
         tracer = SetupForm("Tracer and floor", model, theme)
         tracer.number("tracer.diameter_m")
+        tracer.number("tracer.u_diameter_m", optional=True, hint=f"{1e3 * ASSUMED['u_diameter_m']:g} assumed")
+        tracer.number("tracer.density_kg_m3", optional=True, hint="no buoyancy")
         tracer.vector("tracer.release_position_m")
         tracer.number("floor.height_m", optional=True, hint="from the impacts")
-        self.lay_out(receivers, matrix, wave, tracer)
+        site = SetupForm("Site", model, theme)
+        for key in ("site.latitude_deg", "site.height_m", "site.g_m_s2", "site.u_g_m_s2"):
+            site.number(key, optional=True)
+        self._place = wave.rows
+        self.lay_out(receivers, matrix, wave, PolarizationForm(model, theme), tracer, site)
+
+    def refresh(self) -> None:
+        """Show what the draft is now; of the transmitter's distance and position the one that is given."""
+        super().refresh()
+        by_position = self._model.value("transmitter.position_m") is not None
+        # a row each, and what is wrong with each coordinate beneath
+        self._place.setRowVisible(0, not by_position)
+        self._place.setRowVisible(2, by_position)
 
 
 class ReceiverTable(QWidget):

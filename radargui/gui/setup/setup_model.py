@@ -5,16 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from PySide6.QtCore import QObject, Signal
 
 from radargui.gui.setup.words import faults_of
+from radargui.model.radar import Radar
 from radargui.model.resources import shipped_setups
 from radargui.model.setup import Setup
 from radargui.model.setup_file import plain, read_setup, write_setup
 
 MOST_RECEIVERS = 4
-"""As many as the setup file allows: eight channels are what usual boards have."""
+_TABLES = {name: info.default for name, info in Setup.model_fields.items()} | {"radar": Radar()}
+_DEFAULTS = {name: table.model_dump() for name, table in _TABLES.items() if isinstance(table, BaseModel)}
+"""What holds where the draft says nothing; of antennas nothing does."""
 
 
 class SetupModel(QObject):
@@ -32,7 +35,6 @@ class SetupModel(QObject):
         self.error = ""
         self._faults: dict[str, str] = {}
         self._draft: dict[str, Any] = plain(setup)
-        self._in_force: dict[str, Any] = setup.model_dump()
         self._saved = setup
         self._of_last_run: Setup | None = None
 
@@ -138,11 +140,11 @@ class SetupModel(QObject):
         self._validate()
 
     def value(self, key: str) -> Any:
-        """Return what the draft says, else the value in force, None where there is none (or no such receiver)."""
+        """Return what the draft says, else the default, None where there is none (or no such receiver)."""
         if _receiver(key) >= self.n_receivers:
             return None
         drafted = _found(self._draft, key)
-        return drafted if drafted is not None else _found(self._in_force, key)
+        return drafted if drafted is not None else _found(_DEFAULTS, key)
 
     def assign(self, key: str, value: object) -> None:
         """Set a value of the draft; None takes the key out, so that the default holds."""
@@ -190,7 +192,6 @@ class SetupModel(QObject):
     def _validate(self) -> None:
         try:
             self.setup = Setup.model_validate(self._draft)
-            self._in_force = self.setup.model_dump()
             self.error, self._faults = "", {}
         except ValidationError as error:
             self._faults, self.error = faults_of(error)

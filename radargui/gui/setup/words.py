@@ -106,17 +106,39 @@ _WORDS = {
         tip="Moving the tracer away must raise every path length",
         choices={1: "+1 (I = A cos, Q = A sin)", -1: "−1 (Q inverted)"},
     ),
+    "radar.refractive_index": Words(
+        "Refractive index", tip="Of the air: wavelength = c / (n f). 1.00032 in a laboratory; empty: vacuum"
+    ),
+    "transmitter.position_m": Words("Position x, y, z", "mm", 1e3, "Where a calibration found the transmitter"),
+    "transmitter.polarization_deg": Words(
+        "Polarisation",
+        "°",
+        tip="Direction of the electric field, from the x axis towards the y axis; empty: the sphere counts as a point",
+    ),
+    "transmitter.u_polarization_deg": Words("Uncertainty ±", "°", tip="Standard uncertainty of the angle"),
+    "receiver.polarization_deg": Words(
+        "Polarisation",
+        "°",
+        tip="Of the field it answers to, from the horizontal h towards v; empty: turned for the strongest signal",
+    ),
+    "receiver.u_polarization_deg": Words("Uncertainty ±", "°", tip="Standard uncertainty of the angle"),
     "transmitter.distance_m": Words("Distance", "mm", 1e3, "From the centre of the field of view, on the z axis"),
     "receiver.tilt_deg": Words("Tilt", "°"),
     "receiver.azimuth_deg": Words("Azimuth", "°"),
     "receiver.distance_m": Words("Distance", "mm", 1e3),
     "tracer.diameter_m": Words("Diameter", "mm", 1e3),
+    "tracer.u_diameter_m": Words("Diameter ±", "mm", 1e3, "Standard uncertainty of the diameter"),
+    "tracer.density_kg_m3": Words("Density", "kg/m³", tip="For the buoyancy in air when g is checked; steel 7800"),
     "tracer.release_position_m": Words(
         "Release x, y, z", "mm", 1e3, "Centre of the sphere where it hangs before the fall"
     ),
     "floor.height_m": Words(
         "Floor z", "mm", 1e3, "Centre of the sphere where it touches; empty: found from the impacts"
     ),
+    "site.latitude_deg": Words("Latitude", "°", tip="With the height: normal gravity of the place, for the check of g"),
+    "site.height_m": Words("Height above the sea", "m"),
+    "site.g_m_s2": Words("or g", "m/s²", tip="Where it is known better than from latitude and height"),
+    "site.u_g_m_s2": Words("g ±", "m/s²", tip="Standard uncertainty; empty: 0.0005 m/s²"),
     "daq.device": Words("Device", tip="Name in NI-DAQmx, for instance Dev1"),
     "daq.remote": Words(
         "Device server", tip="host:port of an NI gRPC device server; empty: the driver of this computer"
@@ -175,6 +197,7 @@ _ANTENNAS = {
     "receiver": "Receiver",
     "tracer": "Tracer",
     "floor": "Floor",
+    "site": "Site",
 }
 """Tables whose fields stand in the antenna panel; those of the others stand in the hardware panel."""
 
@@ -190,8 +213,8 @@ def words_of(key: str) -> Words:
     words = _WORDS.get(re.sub(r"\[\d+\]", "", key))
     if words is None:
         return Words(key)
-    if key.startswith("tracer.release_position_m["):
-        return replace(words, name=f"Release {'xyz'[int(key[-2]) - 1]}")
+    if words.name.endswith(" x, y, z") and key.endswith("]"):
+        return replace(words, name=f"{words.name.removesuffix(' x, y, z')} {'xyz'[int(key[-2]) - 1]}")
     return words
 
 
@@ -219,10 +242,11 @@ def faults_of(error: ValidationError) -> tuple[dict[str, str], str]:
     for fault in faults_in_order(error):
         key, place, text = dotted(fault["loc"]), find_place(Setup, fault["loc"]), ""
         if fault["type"] == "value_error":
-            text = in_words(str(fault["ctx"]["error"]))
-            # what concerns several values is said at the one it begins with
-            named = _KEY.search(str(fault["ctx"]["error"]))
-            key = key or (named[0] if named else "")
+            # what concerns several values, or a whole table, is said at the one it begins with
+            of_table = bool(key) and place is not None and place.is_table
+            sentence = f"{key}.{fault['ctx']['error']}" if of_table else str(fault["ctx"]["error"])
+            text, named = in_words(sentence), _KEY.search(sentence)
+            key = named[0] if named and (of_table or not key) else key
         words = words_of(key)
         if not text:
             unit = f" {words.unit}" if words.unit else ""

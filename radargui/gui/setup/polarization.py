@@ -1,0 +1,221 @@
+"""The antennas' polarisations: a row each with its uncertainty, and a drawing of what the angles mean."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
+
+from radargui.gui.layout import Group, PlainLabel
+from radargui.gui.setup.fields import NumberField
+from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
+from radargui.gui.setup.words import words_of
+from radargui.gui.theme import Theme
+from radargui.model.antenna_fields import LEAST_SHARE, received_fields
+from radargui.model.assumed import ASSUMED
+
+_ASSUMED_DEG = ASSUMED["u_polarization_deg"]
+_ANTENNAS = ("transmitter", *(f"receiver[{number}]" for number in range(1, MOST_RECEIVERS + 1)))
+_SHORT = ("Tx", *(f"Rx {number}" for number in range(1, MOST_RECEIVERS + 1)))
+_HEIGHT, _MARGIN = 108, 4
+
+
+class PolarizationForm(Group):
+    """Angle and uncertainty of each antenna's electric field, and the drawing."""
+
+    def __init__(self, model: SetupModel, theme: Theme) -> None:
+        super().__init__("Polarisation")
+        self._model = model
+        table = QWidget()
+        grid = QGridLayout(table)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(4)
+        for column, key in enumerate(("transmitter.polarization_deg", "transmitter.u_polarization_deg"), start=1):
+            grid.addWidget(QLabel(words_of(key).label), 0, column)
+        self._rows = [self._row(grid, theme, place) for place in range(len(_ANTENNAS))]
+        self.sketch = PolarizationSketch(model, theme)
+        self.whole(table)
+        self.whole(self.sketch)
+        self.whole(
+            PlainLabel(
+                "Each antenna from behind, looking at the centre. Arrow: electric field; wedge: uncertainty; dashed: "
+                "strongest signal, of which the receiver gets so much."
+            )
+        )
+        model.changed.connect(self._refresh)
+        self._refresh()
+
+    def _row(self, grid: QGridLayout, theme: Theme, place: int) -> list[QWidget]:
+        line, antenna = grid.rowCount(), _ANTENNAS[place]
+        row: list[QWidget] = [QLabel(_SHORT[place])]
+        for name, hint in (("polarization_deg", ""), ("u_polarization_deg", f"{_ASSUMED_DEG:g} assumed")):
+            field = NumberField(self._model, theme, f"{antenna}.{name}", optional=True, hint=hint)
+            field.setAccessibleName(f"{_SHORT[place]} {words_of(field.key).label}")
+            field.setToolTip(words_of(field.key).tip)
+            row.append(field)
+            grid.addWidget(field.changed.fault, line + len(row) - 1, 0, 1, 3)
+        for column, widget in enumerate(row):
+            grid.addWidget(widget, line, column)
+        return row
+
+    def _refresh(self) -> None:
+        drawn = self.sketch.antennas
+        for place, row in enumerate(self._rows):
+            for widget in row:
+                widget.setVisible(place <= self._model.n_receivers)
+            angle = row[1]
+            if isinstance(angle, NumberField):
+                known = place < len(drawn) and drawn[place].strongest_deg is not None
+                angle.setPlaceholderText(f"strongest, {drawn[place].strongest_deg:.1f}" if known else "not given")
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnAntenna:
+    """One dial of the drawing.
+
+    Attributes
+    ----------
+    name, axes
+        Beneath it; what points right and what up.
+    angle_deg, u_deg
+        Of the field; None: not given.
+    strongest_deg, share
+        Of a receiver: the angle of the strongest signal, and what it gets of it; None where that is not known.
+    """
+
+    name: str
+    axes: tuple[str, str]
+    angle_deg: float | None
+    u_deg: float
+    strongest_deg: float | None = None
+    share: float | None = None
+
+    @property
+    def words(self) -> str:
+        """What is drawn, in words."""
+        if self.angle_deg is None:
+            return f"{self.name}: not given"
+        got = f", {self.share:.0%} of the strongest signal" if self.share is not None else ""
+        return f"{self.name}: {self.angle_deg:.1f}° ± {self.u_deg:g}° from {self.axes[0]} towards {self.axes[1]}{got}"
+
+
+class PolarizationSketch(QWidget):
+    """A dial for each antenna; follows typing, also where the setup is refused for it."""
+
+    def __init__(self, model: SetupModel, theme: Theme) -> None:
+        super().__init__()
+        self._model, self._theme = model, theme
+        self.antennas: list[DrawnAntenna] = []
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName("Drawing of the polarisations")
+        model.changed.connect(self.refresh)
+        theme.changed.connect(self.update)
+        self.refresh()
+
+    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        """Return room for a dial each."""
+        return QSize(60 * (1 + self._model.n_receivers), _HEIGHT)
+
+    def refresh(self) -> None:
+        """Take over what the draft says."""
+        setup, sent = self._model.setup, self._number("transmitter.polarization_deg")
+        self.antennas = [DrawnAntenna("Tx", ("x", "y"), sent, self._u("transmitter"))]
+        receivers = [
+            one.model_copy(update={"polarization_deg": self._number(f"receiver[{number}].polarization_deg")})
+            for number, one in enumerate(setup.receiver, 1)
+        ]
+        if sent is not None:
+            for number, own in enumerate(
+                received_fields(setup.radar, setup.transmitter, receivers, setup.tracer, sent), 1
+            ):
+                u_deg = self._u(f"receiver[{number}]")
+                self.antennas.append(
+                    DrawnAntenna(f"Rx {number}", ("h", "v"), own.angle_deg, u_deg, own.strongest_deg, own.share)
+                )
+        else:
+            self.antennas += [
+                DrawnAntenna(f"Rx {number}", ("h", "v"), None, 0.0) for number in range(1, len(receivers) + 1)
+            ]
+        words = "\n".join(one.words for one in self.antennas)
+        self.setAccessibleDescription(words)
+        self.setToolTip(f"{words}\nh is horizontal, v points up as far as the antenna's tilt lets it")
+        self.update()
+
+    def _number(self, key: str) -> float | None:
+        value = self._model.value(key)
+        return float(value) if isinstance(value, (int, float)) else None
+
+    def _u(self, antenna: str) -> float:
+        u_deg = self._number(f"{antenna}.u_polarization_deg")
+        return _ASSUMED_DEG if u_deg is None else min(max(u_deg, 0.0), 90.0)
+
+    @property
+    def middle_y(self) -> float:
+        """How far below the top the middles of the dials are, in pixels."""
+        return self._radius + 3 * _MARGIN
+
+    @property
+    def _radius(self) -> float:
+        below = 2 * self.fontMetrics().height()
+        return min(0.5 * self.width() / len(self.antennas) - 12.0, 0.5 * (self.height() - below) - 2 * _MARGIN)
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the dials side by side."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        width, line, radius = self.width() / len(self.antennas), self.fontMetrics().height(), self._radius
+        colours = (self._theme.colours.mark, *self._theme.colours.receivers)
+        for place, antenna in enumerate(self.antennas):
+            middle = QPointF((place + 0.5) * width, self.middle_y)
+            self._dial(painter, antenna, middle, radius, QColor(colours[place]))
+            below = QRectF(place * width, self.height() - 2 * line, width, line)
+            painter.setPen(QColor(self._theme.colours.text))
+            painter.drawText(below, Qt.AlignmentFlag.AlignCenter, antenna.name)
+            said = "" if antenna.angle_deg is None else f"{antenna.angle_deg:.0f}°"
+            if antenna.share is not None:
+                said = f"{antenna.share:.0%}"
+                weak = antenna.share < LEAST_SHARE
+                painter.setPen(QColor(self._theme.colours.alarm if weak else self._theme.colours.faint))
+            painter.drawText(below.translated(0.0, line), Qt.AlignmentFlag.AlignCenter, said)
+
+    def _dial(self, painter: QPainter, antenna: DrawnAntenna, middle: QPointF, radius: float, colour: QColor) -> None:
+        faint = QColor(self._theme.colours.faint)
+        box = QRectF(middle.x() - radius, middle.y() - radius, 2.0 * radius, 2.0 * radius)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(self._theme.colours.line), 1.0))
+        painter.drawEllipse(box)
+        painter.drawLine(_at(middle, radius, 180.0), _at(middle, radius, 0.0))
+        painter.drawLine(_at(middle, radius, 270.0), _at(middle, radius, 90.0))
+        painter.setPen(faint)
+        for name, angle_deg in zip(antenna.axes, (0.0, 90.0), strict=True):
+            place = _at(middle, radius + 7.0, angle_deg)
+            painter.drawText(QRectF(place.x() - 8.0, place.y() - 8.0, 16.0, 16.0), Qt.AlignmentFlag.AlignCenter, name)
+        if antenna.strongest_deg is not None:
+            painter.setPen(QPen(faint, 1.0, Qt.PenStyle.DashLine))
+            painter.drawLine(
+                _at(middle, radius, antenna.strongest_deg), _at(middle, radius, antenna.strongest_deg + 180.0)
+            )
+        if antenna.angle_deg is None:
+            return
+        wedge = QColor(colour)
+        wedge.setAlpha(120)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(wedge)
+        for end_deg in (antenna.angle_deg, antenna.angle_deg + 180.0):
+            # sixteenths of a degree, counted as the angle is
+            painter.drawPie(box, round(16.0 * (end_deg - antenna.u_deg)), round(32.0 * antenna.u_deg))
+        painter.setPen(QPen(colour, 2.0))
+        for end_deg in (antenna.angle_deg, antenna.angle_deg + 180.0):
+            tip = _at(middle, radius, end_deg)
+            painter.drawLine(middle, tip)
+            for side in (150.0, -150.0):
+                painter.drawLine(tip, _at(tip, 0.25 * radius, end_deg + side))
+
+
+def _at(middle: QPointF, radius: float, angle_deg: float) -> QPointF:
+    """Return the point so far from the middle, the angle counted from the right upwards."""
+    angle = math.radians(angle_deg)
+    return QPointF(middle.x() + radius * math.cos(angle), middle.y() - radius * math.sin(angle))

@@ -41,6 +41,9 @@ class ScaledSignals:
     mixers
         What is taken off each receiver already, where its gain ratio or quadrature error is too large for a start from
         a circle; else None.
+    before
+        What a volt of the channel before is in units of each channel, for the multiplexer's crosstalk; None where
+        mixers are taken off already, shape (2 n_receivers,).
     rate_hz
         Samples per second.
     rest_end_s
@@ -58,6 +61,7 @@ class ScaledSignals:
     scale_v: FloatArray
     delay_s: FloatArray
     mixers: tuple[FrontEnd | None, ...]
+    before: FloatArray | None
     rate_hz: float
     rest_end_s: float
     onset_s: float
@@ -107,10 +111,17 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
         scale,
         delay_s,
         mixers,
+        None if any(mixers) else _before(scale, conditioned.phase_sign),
         conditioned.sample_rate_hz,
         conditioned.rest_end_s,
         max(conditioned.onset_s, float(conditioned.time_s[0])),
     )
+
+
+def _before(scale_v: FloatArray, phase_sign: int) -> FloatArray:
+    """Return unit and sign of the channel before over those of each channel, shape (2 n_receivers,)."""
+    unit = np.repeat(scale_v, 2) * np.tile([1.0, float(phase_sign)], scale_v.size)
+    return np.asarray(np.roll(unit, 1) / unit)
 
 
 LARGE_LOG_GAIN, LARGE_ERROR_DEG = 0.25, 18.0

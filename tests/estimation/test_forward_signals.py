@@ -27,6 +27,7 @@ def signals_of(value: np.ndarray, rate: float, sigma: float = 0.01) -> ScaledSig
         scale_v=np.ones(n_channels // 2),
         delay_s=np.zeros(n_channels),
         mixers=(None,) * (n_channels // 2),
+        before=None,
         rate_hz=rate,
         rest_end_s=0.8 * n / rate,
         onset_s=0.8 * n / rate,

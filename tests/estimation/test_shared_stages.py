@@ -26,6 +26,7 @@ def signals_of(value: np.ndarray, rate: float) -> ScaledSignals:
         np.ones(value.shape[0] // 2),
         np.zeros(value.shape[0]),
         (None,) * (value.shape[0] // 2),
+        None,
         rate,
         0.0,
         0.0,

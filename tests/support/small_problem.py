@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.bins import BinnedData, Bins
+from radargui.estimation.forward.bins import BinnedData, Bins, Multiplexer
 from radargui.estimation.forward.mirrors import FLOOR, WALL, MirrorPlane
 from radargui.estimation.forward.parameters import ReceiverConstants
 from radargui.estimation.forward.slow_noise import Drift
@@ -74,6 +74,7 @@ def small_problem(
     n_bins: int = 250,
     shown: tuple[MirrorPlane, ...] | None = None,
     breaks_s: tuple[float, ...] = (BOUNCE_S,),
+    crosstalk: float | None = None,
 ) -> SmallProblem:
     """Make a problem whose data the model shows at a known state.
 
@@ -93,6 +94,8 @@ def small_problem(
         Mirrors in the data where they differ from the model's.
     breaks_s
         Breaks of the model's motion; the data have one, at BOUNCE_S.
+    crosstalk
+        kappa in the data; None: the model knows none.
     """
     time = np.linspace(0.0, END_S, n_bins + 1)
     middle, half = (time[:-1] + time[1:]) / 2.0, np.diff(time) / 2.0
@@ -107,7 +110,11 @@ def small_problem(
         time[1:] - 1e-6,
         ones,
     )
-    data = BinnedData(bins, ANTENNAS, RELEASE_M, WAVELENGTH_M, middle < START_S, delay_s * np.arange(6.0), START_S)
+    delay = delay_s * np.arange(6.0)
+    multiplexer = None if crosstalk is None else Multiplexer(np.array([0.8, 1.0, 1.25, 1.0, 0.7, 1.0]), 2e-4)
+    data = BinnedData(
+        bins, ANTENNAS, RELEASE_M, WAVELENGTH_M, middle < START_S, delay, START_S, multiplexer=multiplexer
+    )
     motion = first_motion(data, positions(middle), START_S, np.array([BOUNCE_S]))
 
     def made(mirrors: tuple[MirrorPlane, ...]) -> Start:
@@ -115,6 +122,7 @@ def small_problem(
 
     in_data = made(planes if shown is None else shown)
     theta = with_reflection(in_data, reflection)
+    theta[in_data.problem.layout.crosstalk] = crosstalk
     value = np.concatenate([s.value for s in linearise(in_data.problem, State(motion.coefficients, theta)).signals])
     value += sigma * np.random.default_rng(seed).standard_normal(value.shape)
     data = replace(data, bins=replace(bins, value=value))

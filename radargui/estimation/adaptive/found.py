@@ -16,7 +16,7 @@ from radargui.estimation.adaptive.rounds import (
     still_round,
     timed_round,
 )
-from radargui.estimation.forward.bins import BinnedData, bin_by_fringe
+from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe
 from radargui.estimation.forward.sphere import polarised_sphere
 from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.geometry.antennas import place_antennas
@@ -95,10 +95,12 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     rough = rough_phases(signals, onset)
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
     impacts, sphere = np.zeros(0), polarised_sphere(setup)
+    multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
     for _ in range(2):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
+        rest = bins.last_s < start
         data = BinnedData(
-            bins, antennas, release, setup.radar.wavelength_m, bins.last_s < start, signals.delay_s, onset, sphere
+            bins, antennas, release, setup.radar.wavelength_m, rest, signals.delay_s, onset, sphere, multiplexer
         )
         first, last = _from_count(data, rough)
         for receiver in () if impacts.size else rough.seen:

@@ -77,6 +77,30 @@ class Bins:
 
 
 @dataclass(frozen=True, slots=True)
+class Multiplexer:
+    """How channels follow each other: each may keep a share kappa of the one before, the first of the last.
+
+    Attributes
+    ----------
+    before
+        Unit and sign of the channel before over those of each channel, shape (n_channels,).
+    scan_s
+        Time between samples of one channel.
+    """
+
+    before: FloatArray
+    scan_s: float
+
+    def excess(self, value: FloatArray, time_s: FloatArray) -> FloatArray:
+        """Return the channel before minus the channel, d value / d kappa, for values (n_channels, n) at bins' times.
+
+        Both are the model's: measured ones would share their noise with the residual.
+        """
+        last = np.interp(time_s - self.scan_s, time_s, value[-1])
+        return np.asarray(self.before[:, None] * np.concatenate([last[None], value[:-1]]) - value)
+
+
+@dataclass(frozen=True, slots=True)
 class BinnedData:
     """The data of an estimate: what stays the same while motion and mismatch are improved.
 
@@ -94,6 +118,8 @@ class BinnedData:
         End of the rest as seen in the samples.
     sphere
         The tracer and the antennas' polarisation; None where it counts as a point.
+    multiplexer
+        What the channels may have of each other; None where that is not looked for.
     """
 
     bins: Bins
@@ -104,6 +130,7 @@ class BinnedData:
     delay_s: FloatArray
     onset_s: float
     sphere: PolarisedSphere | None = None
+    multiplexer: Multiplexer | None = None
 
 
 def pool(signals: ScaledSignals, spacing_s: float) -> Bins:

@@ -97,7 +97,7 @@ class ReceiverLayout:
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Numbers of breaks, mirrors, receivers, functions of each bias and amplitude map, of slow noise, angles each."""
+    """Numbers of breaks, mirrors, receivers, functions of a bias and an amplitude map, of slow noise; angles, kappa."""
 
     breaks: int
     mirrors: int
@@ -106,6 +106,7 @@ class Sizes:
     amplitude_map: int
     drift: int
     polarization: int = 0
+    crosstalk: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +125,8 @@ class Layout:
         How ln |T| changes with height, two a mirror.
     polarization
         Angle of the transmitter (rad), one place; none where the sphere counts as a point.
+    crosstalk
+        kappa of the multiplexer, one place or none.
     receivers
         One a receiver.
     sizes
@@ -137,14 +140,15 @@ class Layout:
     transmitter_reflection: slice
     transmitter_lobe: slice
     polarization: slice
+    crosstalk: slice
     receivers: tuple[ReceiverLayout, ...]
     sizes: Sizes
     size: int
 
     @property
     def shared(self) -> slice:
-        """Places of what the receivers share besides the motion: mirrors and the transmitter's angle."""
-        return slice(self.planes.start, self.polarization.stop)
+        """Places of what the receivers share besides the motion: mirrors, the transmitter's angle, crosstalk."""
+        return slice(self.planes.start, self.crosstalk.stop)
 
     def plane_unknowns(self, theta: FloatArray) -> FloatArray:
         """Return two tilts (rad) and the shift (m) of each mirror, shape (n_mirrors, 3)."""
@@ -172,9 +176,8 @@ def make_layout(sizes: Sizes) -> Layout:
         return slice(end - count, end)
 
     two_a_mirror = 2 * sizes.mirrors
-    breaks, planes, reflection, lobe, polarization = (
-        take(count) for count in (sizes.breaks, 3 * sizes.mirrors, two_a_mirror, two_a_mirror, sizes.polarization)
-    )
+    shared = (sizes.breaks, 3 * sizes.mirrors, two_a_mirror, two_a_mirror, sizes.polarization, sizes.crosstalk)
+    breaks, planes, reflection, lobe, polarization, crosstalk = (take(count) for count in shared)
     receivers = [
         ReceiverLayout(
             phase=take(1).start,
@@ -194,4 +197,4 @@ def make_layout(sizes: Sizes) -> Layout:
         )
         for _ in range(sizes.receivers)
     ]
-    return Layout(breaks, planes, reflection, lobe, polarization, tuple(receivers), sizes, end)
+    return Layout(breaks, planes, reflection, lobe, polarization, crosstalk, tuple(receivers), sizes, end)

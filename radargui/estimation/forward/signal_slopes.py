@@ -33,8 +33,8 @@ class ReceiverSlopes:
         With respect to the receiver's own unknowns before those of its slow noise, shape (2, n_bins, n_own); the slow
         noise of a channel adds the inputs' functions to that channel alone.
     by_shared
-        With respect to planes, the transmitter's reflections, their lobes and the transmitter's angle, shape (2,
-        n_bins, n).
+        With respect to planes, the transmitter's reflections, their lobes, the transmitter's angle and crosstalk,
+        shape (2, n_bins, n).
     """
 
     by_position: FloatArray
@@ -43,9 +43,18 @@ class ReceiverSlopes:
 
 
 def receiver_slopes(
-    node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int
+    node_m: FloatArray,
+    theta: FloatArray,
+    layout: Layout,
+    inputs: ModelInputs,
+    receiver: int,
+    excess: FloatArray | None = None,
 ) -> ReceiverSlopes:
-    """Return the derivatives of `receiver_signal`; parameters as there."""
+    """Return the derivatives of `receiver_signal`; parameters as there.
+
+    `excess` is what the channels before are more, shape (2, n_bins), the derivative with respect to crosstalk; what
+    other channels do to these through it is neglected: parts in a hundred of each slope.
+    """
     own = layout.receivers[receiver]
     k = inputs.wavenumber
     tx, rx = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
@@ -96,7 +105,10 @@ def receiver_slopes(
         for by_direct, slope in zip(sphere.direct_slopes, mirrored.by_angle, strict=True)
     ]
     by_own[:, :, columns(own.polarization)] = _stack(angles[1:], n_bins)
-    by_shared = [_stack(by_planes, n_bins), by_transmitter, lobes[0], _stack(angles[:1], n_bins)]
+    by_crosstalk = np.zeros((2, n_bins, layout.sizes.crosstalk))
+    if excess is not None and layout.sizes.crosstalk:
+        by_crosstalk[:, :, 0] = excess
+    by_shared = [_stack(by_planes, n_bins), by_transmitter, lobes[0], _stack(angles[:1], n_bins), by_crosstalk]
     return ReceiverSlopes(_front_vector(front_end, by_position), by_own, np.concatenate(by_shared, axis=2))
 
 

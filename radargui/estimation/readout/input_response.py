@@ -159,7 +159,8 @@ def _slopes(solution: Solution, changes: FloatArray) -> tuple[FloatArray, FloatA
         here = inputs.of_bins(part)
         for receiver, own in enumerate(layout.receivers):
             pair = slice(2 * receiver, 2 * receiver + 2)
-            slopes = receiver_slopes(at.node_m[:, pair, :, part], state.theta, layout, here, receiver)
+            node_m, excess = at.node_m[:, pair, :, part], at.excess[pair, part]
+            slopes = receiver_slopes(node_m, state.theta, layout, here, receiver, excess)
             weighed = at.weight[pair, part][:, :, None] * changes[pair, part]
             pull[part] += np.einsum("can,cnk->nak", slopes.by_position, weighed)
             by_global[layout.shared] += np.einsum("cnp,cnk->pk", slopes.by_shared, weighed)

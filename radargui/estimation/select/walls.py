@@ -240,7 +240,10 @@ class _LinearisedSearch:
         spheres = [inputs.sphere_factors(theta, layout, n) for n in range(self.n_receivers)]
         self.fields = [field_at_nodes(node, theta, layout, inputs, n, spheres[n]) for n, node in enumerate(self.nodes)]
         self.place = positions_at_bins(solution)
-        self.slopes = [receiver_slopes(node, theta, layout, inputs, n) for n, node in enumerate(self.nodes)]
+        self.slopes = [
+            receiver_slopes(node, theta, layout, inputs, n, solution.at.excess[2 * n : 2 * n + 2])
+            for n, node in enumerate(self.nodes)
+        ]
 
     def gain(self, plane: MirrorPlane) -> float:
         """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2, A the Schur complement of T and R, g their slope."""

@@ -124,6 +124,7 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntA
         (old.transmitter_reflection, new.transmitter_reflection),
         (old.transmitter_lobe, new.transmitter_lobe),
         (old.polarization, new.polarization),
+        (old.crosstalk, new.crosstalk),
     ]
     for was, now in zip(old.receivers, new.receivers, strict=True):
         pairs += [(was.constants, now.constants), (was.amplitude_map, now.amplitude_map)]

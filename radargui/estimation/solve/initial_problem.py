@@ -119,6 +119,7 @@ def initial_problem(
             amplitude_map=amplitude.size,
             drift=drift.count,
             polarization=0 if data.sphere is None else 1,
+            crosstalk=0 if data.multiplexer is None else 1,
         )
     )
     theta = np.zeros(layout.size)
@@ -156,6 +157,7 @@ def initial_problem(
         amplitude_basis=amplitude,
         released_s=data.onset_s + settings.release_s,
         sphere=data.sphere,
+        multiplexer=data.multiplexer,
     )
     return Start(problem.at_places(place, theta), State(motion.coefficients, theta))
 

@@ -46,12 +46,18 @@ class PriorSettings:
         bench accuracy to 15 % and 10 degrees).
     reflection
         |T| and |R| of each mirror: at most some tenths, what a lossy floor or a table gives.
+    wall_reflection
+        The same of a wall. A weak wall's T and R are hardly determined: re-estimated without a lower limit their
+        deviation shrinks with them, and with it the uncertainty of the motion (0.01 mm where the error was 0.11).
     double_reflection
         |X|, what the product of the factors leaves: small beside them.
     floor_lobe
         Coefficients of ln |T| and ln |R| of the floor per 0.15 m and (0.15 m)^2.
     wall_lobe
         The same of a wall: held at nothing, its few per cent do not tell how they change with height.
+    crosstalk
+        kappa: a multiplexer keeps parts in a thousand of the channel before. Where the samples do not ask for it, its
+        deviation shrinks and switches it off.
     bias, log_amplitude_map
         Coefficients of the maps.
     """
@@ -64,9 +70,11 @@ class PriorSettings:
     log_gain: float = 0.15
     quadrature_error_rad: float = 0.15
     reflection: Allowed = Allowed(0.1, 1e-3, 0.2)
+    wall_reflection: Allowed = Allowed(0.03, 0.02, 0.2)
     double_reflection: Allowed = Allowed(0.01, 1e-4, 0.3)
     floor_lobe: Allowed = Allowed(0.03, 1e-3, 0.7)
     wall_lobe: Allowed = Allowed(1e-4, 1e-4, 1e-4)
+    crosstalk: Allowed = Allowed(0.003, 1e-5, 0.03)
     bias: Allowed = Allowed(0.02, 1e-4, 0.5)
     log_amplitude_map: Allowed = Allowed(0.1, 1e-3, 0.5)
 
@@ -144,11 +152,15 @@ def make_prior(
             sd[index] = allowed.start
             prior.groups.append(PriorGroup(index, allowed.lowest, allowed.highest))
 
+    group([layout.crosstalk], settings.crosstalk)
     receivers = layout.receivers
     for m, plane in enumerate(planes):
         reflections = [layout.transmitter_reflection, *(own.receiver_reflection for own in receivers)]
         lobes = [layout.transmitter_lobe, *(own.receiver_lobe for own in receivers)]
-        group([pair_of(places, m) for places in reflections], settings.reflection)
+        group(
+            [pair_of(places, m) for places in reflections],
+            settings.reflection if plane.name == FLOOR else settings.wall_reflection,
+        )
         group(
             [pair_of(places, m) for places in lobes], settings.floor_lobe if plane.name == FLOOR else settings.wall_lobe
         )

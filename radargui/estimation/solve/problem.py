@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import bsr_matrix, csr_matrix, eye_array, kron
 
-from radargui.estimation.forward.bins import Bins
+from radargui.estimation.forward.bins import Bins, Multiplexer
 from radargui.estimation.forward.motion_spline import MotionSpline
 from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.position_map import PositionBasis
@@ -51,6 +51,8 @@ class JointProblem:
         From here on the release is over.
     sphere
         The tracer and the antennas' polarisation; None where it counts as a point.
+    multiplexer
+        What the channels may have of each other.
     """
 
     bins: Bins
@@ -66,6 +68,7 @@ class JointProblem:
     amplitude_basis: PositionBasis
     released_s: float
     sphere: PolarisedSphere | None = None
+    multiplexer: Multiplexer | None = None
 
     @property
     def n_receivers(self) -> int:
@@ -123,6 +126,8 @@ class Linearised:
         Positions at the bins' nodes at each channel's time, shape (3, n_channels, 2, n_bins).
     spline, design, jerk
         The motion with the breaks in force, B at the bins, and its third derivative in the spans.
+    excess
+        Channel before minus channel, shape (n_channels, n_bins): slope of the crosstalk.
     """
 
     cost: float
@@ -133,6 +138,7 @@ class Linearised:
     spline: MotionSpline
     design: csr_matrix
     jerk: csr_matrix
+    excess: FloatArray
 
 
 def linearise(problem: JointProblem, state: State) -> Linearised:
@@ -144,11 +150,22 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     offset = spline.offset((node + delays[:, None, None]).ravel(), state.coefficients)
     place = np.ascontiguousarray((offset + problem.inputs.release_m).T).reshape(3, delays.size, 2, bins.n_bins)
     node_m = np.take(place, which, axis=1)
-    residual, weight, signals = np.empty_like(bins.value), np.empty_like(bins.value), []
+    residual, weight = np.empty_like(bins.value), np.empty_like(bins.value)
     loss = 0.0
-    for receiver in range(problem.n_receivers):
+    signals = [
+        receiver_signal(node_m[:, 2 * n : 2 * n + 2], theta, problem.layout, problem.inputs, n)
+        for n in range(problem.n_receivers)
+    ]
+    excess = np.zeros_like(bins.value)
+    if problem.multiplexer is not None and problem.layout.sizes.crosstalk:
+        excess = problem.multiplexer.excess(np.concatenate([one.value for one in signals]), bins.time_s)
+        kept = float(theta[problem.layout.crosstalk.start]) * excess.reshape(-1, 2, bins.n_bins)
+        signals = [
+            replace(one, value=one.value + own, besides=one.besides + own)
+            for one, own in zip(signals, kept, strict=True)
+        ]
+    for receiver, signal in enumerate(signals):
         pair = slice(2 * receiver, 2 * receiver + 2)
-        signal = receiver_signal(node_m[:, pair], theta, problem.layout, problem.inputs, receiver)
         sigma = bins.sigma[pair] * problem.noise_scale[receiver]
         scaled = (signal.value - bins.value[pair]) / sigma
         size = np.abs(scaled)
@@ -156,12 +173,12 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
         far = HUBER_SIGMAS * size - 0.5 * HUBER_SIGMAS**2
         loss += float((np.where(size < HUBER_SIGMAS, 0.5 * size**2, far) * problem.use).sum())
         residual[pair], weight[pair] = scaled, robust / sigma**2
-        signals.append(signal)
     jerk, _, _ = spline.jerk()
     prior = problem.prior
     loss += 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum())
     loss += 0.5 * float((((jerk @ state.coefficients) / problem.jerk_sd[:, None]) ** 2).sum())
-    return Linearised(loss, residual, weight, tuple(signals), node_m, spline, spline.design(bins.time_s), jerk)
+    design = spline.design(bins.time_s)
+    return Linearised(loss, residual, weight, tuple(signals), node_m, spline, design, jerk, excess)
 
 
 @dataclass(frozen=True)
@@ -207,7 +224,8 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
         near, near_motion = _touched(motion[rows])
         for receiver, (signal, own) in enumerate(zip(at.signals, layout.receivers, strict=True)):
             pair = slice(2 * receiver, 2 * receiver + 2)
-            slopes = receiver_slopes(at.node_m[:, pair, :, part], state.theta, layout, inputs, receiver)
+            node_m, excess = at.node_m[:, pair, :, part], at.excess[pair, part]
+            slopes = receiver_slopes(node_m, state.theta, layout, inputs, receiver, excess)
             weight, misfit = at.weight[pair, part], signal.value[:, part] - bins.value[pair, part]
             weighted = slopes.by_position * weight[:, None]
             pull[part] += (weighted * misfit[:, None]).sum(axis=0).T

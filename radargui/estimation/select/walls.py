@@ -50,7 +50,7 @@ class WallSettings:
     promising
         A coarse look goes on where it gains this in ln E.
     convincing
-        A wall is kept at this gain in ln E, since many are tried.
+        A wall is kept at this gain in ln E, since many are tried; what the prior of its reflection costs is in it.
     """
 
     azimuths: int = 40
@@ -70,7 +70,7 @@ class WallSettings:
     searches: int = 4
     worthwhile: float = 2.0
     promising: float = 3.0
-    convincing: float = 25.0
+    convincing: float = 10.0
 
 
 WALLS = WallSettings()

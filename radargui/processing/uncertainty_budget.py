@@ -26,6 +26,8 @@ SAME_IMPACT_S = 0.005
 """Impacts of two tracks nearer than this are one: neighbours are 13 ms apart at least."""
 HYPOTHETICAL_DEG = (0.0, 45.0, 90.0, 135.0)
 """Of the transmitter's field, where nobody says it: half a turn of directions, the other half is the same."""
+HYPOTHETICAL_TURNS_DEG = (-55.0, 55.0)
+"""Of the receivers from the strongest signal: as for the joint estimate."""
 BouncesOf = Callable[[Track, Segment, Setup, float], Bounces]
 
 
@@ -144,12 +146,23 @@ def changes_of_track(
         other = moved(setup, one.key, one.u)
         longer = other.radar.wavelength_m / setup.radar.wavelength_m
         add(one.key, "calibration", _located(replace(thin, change_m=longer * thin.change_m), other), other)
-    for angle in () if told else HYPOTHETICAL_DEG:
-        sent = setup.transmitter.model_copy(update={"polarization_deg": angle})
-        delay_m = scattering_delay_m(base.position_m, setup.model_copy(update={"transmitter": sent}))
+    ways = [] if told else [(angle, turn) for angle in HYPOTHETICAL_DEG for turn in HYPOTHETICAL_TURNS_DEG]
+    for angle, turn in ways:
+        delay_m = scattering_delay_m(base.position_m, _polarised(setup, angle, turn))
         body = replace(thin, change_m=thin.change_m - delay_m)
-        add("sphere", "sphere", _located(body, setup), setup, 1.0 / np.sqrt(len(HYPOTHETICAL_DEG)))
+        add("sphere", "sphere", _located(body, setup), setup, 1.0 / np.sqrt(len(ways)))
     return tuple(out)
+
+
+def _polarised(setup: Setup, angle_deg: float, turn_deg: float) -> Setup:
+    """Return the setup with a polarised transmitter and the receivers turned from the strongest signal."""
+    sent = setup.transmitter.model_copy(update={"polarization_deg": angle_deg})
+    strongest = setup.model_copy(update={"transmitter": sent}).received_fields()
+    receivers = tuple(
+        own.model_copy(update={"polarization_deg": field.strongest_deg + turn_deg})
+        for own, field in zip(setup.receiver, strongest, strict=True)
+    )
+    return setup.model_copy(update={"transmitter": sent, "receiver": receivers})
 
 
 def _e_at(time_s: FloatArray, bounces: Bounces) -> FloatArray:

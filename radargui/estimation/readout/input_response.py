@@ -22,6 +22,9 @@ STEP = 0.01
 """Share of an uncertainty by which an input is moved: the response is linear, half a degree of an antenna is not."""
 HYPOTHETICAL_DEG = (0.0, 45.0, 90.0, 135.0)
 """Polarisations of the transmitter tried where none is given: the field turns on itself after 180 degrees."""
+HYPOTHETICAL_TURNS_DEG = (-55.0, 55.0)
+"""How far the receivers are turned from the strongest signal then: half of the signal's angles lie beyond 45, and the
+phase changes most with position where a receiver gets little. Turned for the strongest the share was too small by 2."""
 DIAMETER = "tracer.diameter_m"
 _BINS_TOGETHER = 2048  # slopes of so many bins at a time: bounds the memory, changes nothing
 
@@ -58,13 +61,18 @@ def moved_inputs(setup: Setup, key: str, by: float) -> OtherInputs:
 
 
 def possible_spheres(setup: Setup) -> list[OtherInputs]:
-    """Return the inputs with a conducting sphere for the point, receivers turned for the strongest signal."""
+    """Return the inputs with a conducting sphere for the point, antennas polarised in some ways."""
+    release, wavenumber = np.asarray(setup.tracer.release_position_m), 2.0 * np.pi / setup.radar.wavelength_m
     out = []
     for angle in HYPOTHETICAL_DEG:
         turned = setup.transmitter.model_copy(update={"polarization_deg": angle})
         body = polarised_sphere(setup.model_copy(update={"transmitter": turned}))
-        release, wavenumber = np.asarray(setup.tracer.release_position_m), 2.0 * np.pi / setup.radar.wavelength_m
-        out.append(OtherInputs(place_antennas(setup), release, wavenumber, body=body))
+        if body is None:
+            continue
+        receivers = np.arange(body.angle_rad.size) > 0
+        for turn in HYPOTHETICAL_TURNS_DEG:
+            other = replace(body, angle_rad=body.angle_rad + np.radians(turn) * receivers)
+            out.append(OtherInputs(place_antennas(setup), release, wavenumber, body=other))
     return out
 
 

@@ -132,11 +132,12 @@ def _conditioned(
         # without the hum the motion is seen where it begins
         motion = find_motion(volts, rate_hz, noise_v) or motion
     volts, lines = without_standing_lines(volts, rate_hz, noise_v)
+    toned = (False,) * (volts.shape[0] // 2)
     if lines:
-        found = find_motion(volts, rate_hz, noise_v)
-        if found is None or find_motion(without_ends(volts, rate_hz), rate_hz, noise_v) is None:
-            tones = ", ".join(f"{frequency:.0f}" for frequency in lines[:4])
-            return NoMotion(f"nothing but a hum or tones ({tones} Hz) moves the voltages")
+        found, inner = find_motion(volts, rate_hz, noise_v), without_ends(volts, rate_hz)
+        toned = tuple(find_motion(inner[k : k + 2], rate_hz, noise_v[k : k + 2]) is None for k in _pairs(volts))
+        if found is None or all(toned):
+            return NoMotion(f"{_only_tones(lines)} moves the voltages")
         motion = found
     rest = _rest_before(volts, time_s, motion, settings)
     moving = slice(motion.first, motion.last)
@@ -148,6 +149,11 @@ def _conditioned(
     n_channels = volts.shape[0]
     usable = stretch.usable & ~_plateaus(volts, moving)
     doppler = _doppler(volts, rate_hz, noise_v, moving)
+    faults = _faults(volts, noise_v, usable, doppler, moving, phase_sign)
+    if lines:
+        faults = tuple(
+            f"{_only_tones(lines)} moves it" if only else own for only, own in zip(toned, faults, strict=True)
+        )
     return Conditioned(
         stretch.samples,
         time_s,
@@ -161,11 +167,20 @@ def _conditioned(
         lines,
         doppler,
         _lost(doppler, volts.shape[1]),
-        _faults(volts, noise_v, usable, doppler, moving, phase_sign),
+        faults,
         channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64),
         rate_hz,
         phase_sign,
     )
+
+
+def _only_tones(lines_hz: tuple[float, ...]) -> str:
+    return f"nothing but a hum or tones ({', '.join(f'{frequency:.0f}' for frequency in lines_hz[:4])} Hz)"
+
+
+def _pairs(volts: FloatArray) -> range:
+    """Return the first channel of each receiver."""
+    return range(0, volts.shape[0], 2)
 
 
 def _plateaus(volts: FloatArray, moving: slice) -> BoolArray:
@@ -177,9 +192,9 @@ def _plateaus(volts: FloatArray, moving: slice) -> BoolArray:
 
 
 def _doppler(volts: FloatArray, rate_hz: float, noise_v: FloatArray, moving: slice) -> tuple[Doppler, ...]:
-    pairs = [slice(first, first + 2) for first in range(0, volts.shape[0], 2)]
     return tuple(
-        measure_doppler(volts[pair, moving], rate_hz, noise_v[pair]).counted_from(-moving.start) for pair in pairs
+        measure_doppler(volts[k : k + 2, moving], rate_hz, noise_v[k : k + 2]).counted_from(-moving.start)
+        for k in _pairs(volts)
     )
 
 

@@ -182,6 +182,9 @@ def _measure_part(
 ) -> MeasuredMotion:
     if not part.receivers:
         return nothing_measured(part.conditioned, part.setup.processing.correction)
+    if part.is_too_small:
+        # the run is rejected: of the others only their quality is told, and in a moment
+        return measure_by_receiver(part.conditioned, part.setup, "ellipse", report)
 
     def preliminary(motion: MeasuredMotion) -> None:
         if on_preliminary is not None:

@@ -57,6 +57,11 @@ class Part:
         """Whether there is a track although receivers are left out."""
         return any(self.faults) and len(self.receivers) >= LEAST_RECEIVERS
 
+    @property
+    def is_too_small(self) -> bool:
+        """Whether faults leave too few receivers for the track that all would have given."""
+        return len(self.receivers) < LEAST_RECEIVERS <= len(self.faults)
+
     def without(self, faults: dict[int, str]) -> Part:
         """Return what is left without further receivers, by number, each with its reason."""
         return replace(self, faults=tuple(faults.get(number, fault) for number, fault in enumerate(self.faults)))

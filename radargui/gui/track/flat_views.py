@@ -105,6 +105,7 @@ class Projections(QWidget):
         for number, (across, up) in enumerate(_VIEWS):
             plot = Plot(theme, f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]", equal=True, live=True)
             plot.getPlotItem().getAxis("left").setWidth(46)
+            plot.getPlotItem().getAxis("left").setTickDensity(0.6)
             floor = plot.rule("line", 0.0, angle=0, dashed=False) if up == 2 else None
             trail = plot.fast_line("track")
             impacts = plot.marker("mark", symbol="x", size=9)

@@ -196,9 +196,10 @@ class TrackPanel(QWidget):
         self.key.setVisible(result)
 
     def _show_where(self, track: ShownTrack | None) -> None:
-        text = "x       –    y       –    z       –  mm"
+        # short enough for the narrowest dock
+        text = "x       –  y       –  z       –  mm"
         if track is not None and track.position_mm.shape[1]:
             place = track.position_mm[:, -1]
             if np.isfinite(place).all():
-                text = "    ".join(f"{axis} {value:+7.1f}" for axis, value in zip("xyz", place, strict=True)) + "  mm"
+                text = "  ".join(f"{axis} {value:+7.1f}" for axis, value in zip("xyz", place, strict=True)) + "  mm"
         self.where.setText(text)

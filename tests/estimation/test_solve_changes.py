@@ -29,7 +29,7 @@ from radargui.estimation.solve.changed_problem import (
 )
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem, usable_bins
 from radargui.estimation.solve.minimise import minimise
-from radargui.estimation.solve.problem import Start, linearise
+from radargui.estimation.solve.problem import Start, State, linearise
 
 
 def shown(start: Start) -> np.ndarray:
@@ -86,11 +86,18 @@ def test_every_parameter_that_both_layouts_have_is_carried_to_its_own_place() ->
         assert not theta[now.double_reflection][2:].any()
 
 
-def test_one_more_mirror_that_reflects_nothing_changes_nothing() -> None:
+def test_one_more_mirror_starts_the_bias_again_and_changes_nothing_else() -> None:
     made = small_problem((FLOOR_PLANE,), reflection=0.1)
     solution = minimise(made.start, 2)
     more = problem_with_mirrors(solution, (FLOOR_PLANE, WALL_PLANE))
-    assert shown(more) == pytest.approx(shown(Start(solution.problem, solution.state)), abs=1e-12)
+    unbiased = solution.state.theta.copy()
+    for own in solution.problem.layout.receivers:
+        assert unbiased[own.bias_i].any()
+        unbiased[own.bias_i] = unbiased[own.bias_q] = 0.0
+    expected = Start(solution.problem, State(solution.state.coefficients, unbiased))
+    assert shown(more) == pytest.approx(shown(expected), abs=1e-12)
+    same = problem_with_mirrors(solution, (FLOOR_PLANE,))
+    assert shown(same) == pytest.approx(shown(Start(solution.problem, solution.state)), abs=1e-12)
     assert more.problem.layout.sizes.mirrors == 2
     fewer = problem_with_mirrors(solution, ())
     assert np.abs(shown(fewer) - shown(more)).max() > 0.05

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.doppler import Doppler, measure_doppler
-from radargui.conditioning.fading import lost_echo
+from radargui.conditioning.doppler import ALONE, Doppler, measure_doppler
+from radargui.conditioning.echo import Echo, follow_echo
 from radargui.conditioning.hum import SETTINGS as HUM
 from radargui.conditioning.hum import Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
@@ -17,6 +17,7 @@ from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
 from radargui.conditioning.onset import find_onset
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
 from radargui.conditioning.segment import Motion, find_motion, held
+from radargui.conditioning.skew import remove_skew
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.digitisation import channel_skew
 from radargui.model.recording import Recording
@@ -50,6 +51,14 @@ class RestSettings:
 SETTINGS = RestSettings()
 CLIPPED_SHARE = 0.03
 """Of the motion at one end of the range: a full wave of a 12 bit converter has 1 % of its samples at its two crests."""
+PILED, LEAST_PILED = 5, 20
+"""Samples at an end over those at the value beside it, and in number, that no crest has."""
+CLIPPED_U = 0.25
+"""Uncertainty of ln gain that filled samples leave, times their share (`bench robust`, kind clipped)."""
+LEAST_LED = 0.12
+"""Share of a record that an echo under the noise must lead in to be a motion: as in `LEAST_KNOWN` of the path."""
+FILLED_SHARE, FILL_ROUNDS = 0.003, 4
+"""Share of clipped samples that moves the front end by its u, and rounds after which a fifth of them does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +127,22 @@ def _motion_in(recording: Recording, samples: slice) -> _Stretch | None:
         # a target below a hum or a tone
         clean, lines = without_standing_lines(volts, rate_hz, noise_v)
         motion = find_motion(clean, rate_hz, noise_v) if lines else None
+        motion = motion or _steady_motion(clean, usable, rate_hz, noise_v, lines)
     return None if motion is None else _Stretch(samples, volts, usable, noise_v, motion)
+
+
+def _steady_motion(
+    volts: FloatArray, usable: BoolArray, rate_hz: float, noise_v: FloatArray, lines_hz: tuple[float, ...]
+) -> Motion | None:
+    """Return the motion of a target too weak to shake the voltages, but whose line one or two receivers show."""
+    pairs = [slice(first, first + 2) for first in range(0, volts.shape[0], 2)]
+    if len(pairs) > 2:
+        return None
+    for pair in pairs:
+        _, echo = _followed(volts[pair], usable[pair], rate_hz, noise_v[pair], lines_hz)
+        if echo is not None and echo.leads.mean() > LEAST_LED:
+            return Motion(0, volts.shape[1], 0.0)
+    return None
 
 
 def _conditioned(
@@ -139,16 +163,28 @@ def _conditioned(
         if found is None or all(toned):
             return NoMotion(f"{_only_tones(lines)} moves the voltages")
         motion = found
-    rest = _rest_before(volts, time_s, motion, settings)
-    moving = slice(motion.first, motion.last)
     phase_sign = setup.radar.phase_sign
     if phase_sign < 0:
         volts = volts.copy()
         volts[1::2] *= -1.0
         hum = _inverted(hum)
-    n_channels = volts.shape[0]
+    n_channels, moving = volts.shape[0], slice(motion.first, motion.last)
+    delay_s = channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64)
     usable = stretch.usable & ~_plateaus(volts, moving)
-    doppler = _doppler(volts, rate_hz, noise_v, moving)
+    pairs = [slice(first, first + 2) for first in range(0, n_channels, 2)]
+    doppler: tuple[Doppler, ...]
+    echoes: tuple[Echo | None, ...] = (None,) * len(pairs)
+    if len(pairs) < 3:
+        # they tell no position: each has to be followed by itself, and at rest too
+        at_one_time, found_hz = remove_skew(volts, rate_hz, delay_s), (*lines, *(() if hum is None else hum.lines_hz))
+        alone = [_followed(at_one_time[pair], usable[pair], rate_hz, noise_v[pair], found_hz) for pair in pairs]
+        doppler, echoes = tuple(one for one, _ in alone), tuple(echo for _, echo in alone)
+    else:
+        doppler = tuple(
+            measure_doppler(volts[pair, moving], rate_hz, noise_v[pair]).counted_from(-moving.start) for pair in pairs
+        )
+    motion = _widened(motion, doppler, echoes)
+    rest, moving = _rest_before(volts, time_s, motion, settings), slice(motion.first, motion.last)
     faults = _faults(volts, noise_v, usable, doppler, moving, phase_sign)
     if lines:
         faults = tuple(
@@ -166,9 +202,9 @@ def _conditioned(
         rest.end_s,
         lines,
         doppler,
-        _lost(doppler, volts.shape[1]),
+        echoes,
         faults,
-        channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64),
+        delay_s,
         rate_hz,
         phase_sign,
     )
@@ -183,26 +219,54 @@ def _pairs(volts: FloatArray) -> range:
     return range(0, volts.shape[0], 2)
 
 
+def _followed(
+    pair_v: FloatArray, usable: BoolArray, rate_hz: float, noise_v: FloatArray, lines_hz: tuple[float, ...]
+) -> tuple[Doppler, Echo | None]:
+    """Return the lines and the echo of one receiver; clipped samples are filled with what the echo shows there."""
+    doppler = measure_doppler(pair_v, rate_hz, noise_v, ALONE).without_mains(lines_hz)
+    echo = follow_echo(pair_v, usable, noise_v, doppler)
+    share = float((~usable).mean())
+    for _ in range(FILL_ROUNDS if share > FILLED_SHARE else 0):
+        if echo is None:
+            break
+        as_before = replace(ALONE, lengths_s=(doppler.size / rate_hz,))
+        filled = np.where(usable, pair_v, echo.shown_v)
+        doppler = measure_doppler(filled, rate_hz, noise_v, as_before).without_mains(lines_hz)
+        before, echo = echo.front_end, follow_echo(filled, usable, noise_v, doppler)
+        if echo is not None:
+            echo = replace(echo, front_end=echo.front_end.with_change_since(before, CLIPPED_U * share))
+    return doppler, echo
+
+
+def _widened(motion: Motion, doppler: tuple[Doppler, ...], echoes: tuple[Echo | None, ...]) -> Motion:
+    """Return the motion with all frames that an echo leads in: a steady one under noise does not shake the voltages."""
+    first, last = motion.first, motion.last
+    for own, echo in zip(doppler, echoes, strict=True):
+        seen = np.flatnonzero(own.clear & echo.leads[own.centre]) if echo is not None else np.empty(0, dtype=np.intp)
+        if echo is not None and seen.size:
+            first = min(first, int(own.centre[seen[0]]) if seen[0] else 0)
+            last = max(last, int(own.centre[seen[-1]]) if seen[-1] < own.centre.size - 1 else echo.leads.size)
+    return Motion(first, last, motion.window_s)
+
+
 def _plateaus(volts: FloatArray, moving: slice) -> BoolArray:
-    """Return where a channel lies at its highest or lowest value, if it does so for longer than a wave's crest."""
-    inside = volts[:, moving]
-    ends = np.stack([inside.min(axis=1), inside.max(axis=1)])
-    at_end = ((volts == ends[0][:, None]) | (volts == ends[1][:, None])) & (ends[0] < ends[1])[:, None]
-    return np.asarray(at_end & (at_end[:, moving].mean(axis=1) > CLIPPED_SHARE)[:, None])
+    """Return where a channel lies at its highest or lowest value, if it does so for longer than a wave's crest.
 
-
-def _doppler(volts: FloatArray, rate_hz: float, noise_v: FloatArray, moving: slice) -> tuple[Doppler, ...]:
-    return tuple(
-        measure_doppler(volts[k : k + 2, moving], rate_hz, noise_v[k : k + 2]).counted_from(-moving.start)
-        for k in _pairs(volts)
-    )
-
-
-def _lost(doppler: tuple[Doppler, ...], n_samples: int) -> BoolArray:
-    """Return where echoes are lost; three receivers tell a position, whose motion carries over a weak moment of one."""
-    if len(doppler) > 2:
-        return np.zeros((len(doppler), n_samples), dtype=np.bool_)
-    return np.array([lost_echo(own, n_samples) for own in doppler])
+    More than a share of the motion, or many times as often as at the value next to it: the two last codes of a sine
+    stand as 2.4 to 1.
+    """
+    out = np.zeros(volts.shape, dtype=np.bool_)
+    for row, channel in zip(out, volts, strict=True):
+        inside = channel[moving]
+        for end, inner in ((inside.max(), -np.inf), (inside.min(), np.inf)):
+            others = inside[inside != end]
+            if others.size == 0:
+                continue
+            beside = others.max() if inner < 0 else others.min()
+            count = int((inside == end).sum())
+            if count > CLIPPED_SHARE * inside.size or count > max(PILED * int((inside == beside).sum()), LEAST_PILED):
+                row |= channel == end
+    return out
 
 
 def _faults(
@@ -216,7 +280,10 @@ def _faults(
     """Return why a receiver is none, one a receiver."""
     faults = [
         check_receiver(
-            own, volts[2 * k : 2 * k + 2, moving], noise_v[2 * k : 2 * k + 2], usable[2 * k : 2 * k + 2, moving]
+            own.between(moving.start, moving.stop),
+            volts[2 * k : 2 * k + 2, moving],
+            noise_v[2 * k : 2 * k + 2],
+            usable[2 * k : 2 * k + 2, moving],
         )
         for k, own in enumerate(doppler)
     ]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from radargui.conditioning.doppler import Doppler
+from radargui.conditioning.echo import Echo
 from radargui.conditioning.hum import Hum
 from radargui.conditioning.skew import remove_skew
 from radargui.model.arrays import BoolArray, FloatArray
@@ -44,9 +45,11 @@ class Conditioned:
     lines_hz
         Frequencies of standing lines (hum and tones without a rest to measure them on) that were taken off.
     doppler
-        Lines of each receiver's frames in the motion; samples count from the first of these.
-    lost
-        Where a receiver's echo is lost in the noise, shape (n_receivers, n_samples).
+        Lines of each receiver's frames: in the motion, of one or two receivers in all samples; samples count from the
+        first of these.
+    echoes
+        Each receiver's echo as far as it can be followed by itself; None where it cannot, and of three receivers, whose
+        position tells more.
     faults
         Why a receiver is none, one a receiver; empty where nothing speaks against it.
     delay_s
@@ -68,7 +71,7 @@ class Conditioned:
     rest_end_s: float
     lines_hz: tuple[float, ...]
     doppler: tuple[Doppler, ...] = field(repr=False)
-    lost: BoolArray = field(repr=False)
+    echoes: tuple[Echo | None, ...] = field(repr=False)
     faults: tuple[str, ...]
     delay_s: FloatArray
     sample_rate_hz: float
@@ -92,7 +95,7 @@ class Conditioned:
             noise_v=self.noise_v[channels],
             hum=hum,
             doppler=tuple(self.doppler[number] for number in numbers),
-            lost=self.lost[list(numbers)],
+            echoes=tuple(self.echoes[number] for number in numbers),
             faults=tuple(self.faults[number] for number in numbers),
             delay_s=self.delay_s[channels],
         )
@@ -100,7 +103,12 @@ class Conditioned:
     @property
     def valid(self) -> BoolArray:
         """Where both channels of a receiver can be used and its echo is there, shape (n_receivers, n_samples)."""
-        return np.asarray(self.usable[0::2] & self.usable[1::2] & ~self.lost)
+        out = np.asarray(self.usable[0::2] & self.usable[1::2])
+        for row, echo in zip(out, self.echoes, strict=True):
+            # the slow beginning after a rest is not led: there the path itself is judged
+            if echo is not None and not self.segment.has_rest:
+                row &= echo.leads
+        return out
 
     @property
     def n_samples(self) -> int:

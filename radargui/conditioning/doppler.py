@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from radargui.conditioning.hum import HARMONICS, MAINS_HZ
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
 
@@ -41,9 +44,16 @@ class DopplerSettings:
 
 
 SETTINGS = DopplerSettings()
+ALONE = DopplerSettings(
+    lengths_s=(0.0125, 0.018, 0.025, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2, 0.3, 0.5), frames=5.0, few=1.0
+)
+"""Of one or two receivers, whose path rests on these frames."""
 STEADY = 0.9
 """Share of what is above the noise that the line of one speed holds."""
+MAINS_WITHIN_HZ = 0.3
+"""Of the mains' nominal frequency, which grids keep within 0.05 Hz."""
 _HALF_LINE = 3
+_BY_FRAME = ("centre", "frequency_hz", "power", "share", "clear", "mixed", "i", "q", "moments")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +78,8 @@ class Doppler:
         Whether it stands out of the noise and is alone; or is not alone. Shape (n_frames,).
     i, q
         Spectra of I and of Q at the line, shape (n_frames,).
+    moments
+        Sums of |I|^2, |Q|^2 and Re(Q I*) over the bins of the line, without the noise's share, shape (3, n_frames).
     """
 
     centre: IntArray
@@ -80,6 +92,7 @@ class Doppler:
     mixed: BoolArray
     i: ComplexArray
     q: ComplexArray
+    moments: FloatArray
 
     @property
     def steady(self) -> BoolArray:
@@ -94,6 +107,24 @@ class Doppler:
     def counted_from(self, start: int) -> Doppler:
         """Return the same with samples counted from `start` on."""
         return replace(self, centre=self.centre - start)
+
+    def between(self, first: int, last: int) -> Doppler:
+        """Return the frames whose middle lies in samples first:last."""
+        inside = (self.centre >= first) & (self.centre < last)
+        rows = {name: getattr(self, name)[..., inside] for name in _BY_FRAME}
+        return replace(self, **rows)
+
+    def without_mains(self, lines_hz: Sequence[float]) -> Doppler:
+        """Return the same where no line at a multiple of a mains frequency counts, if one of `lines_hz` is one."""
+        hum = np.zeros(self.centre.size, dtype=np.bool_)
+        for nominal, one in itertools.product(MAINS_HZ, lines_hz):
+            order = max(round(one / nominal), 1)
+            mains = one / order
+            if order <= HARMONICS and abs(mains - nominal) < MAINS_WITHIN_HZ:
+                hum |= (
+                    np.abs(self.frequency_hz - mains * np.round(self.frequency_hz / mains)) < 0.1 * self.resolution_hz
+                )
+        return replace(self, clear=self.clear & ~hum, mixed=self.mixed & ~hum)
 
     @property
     def highest_hz(self) -> float | None:
@@ -168,7 +199,17 @@ def _lines_in_frames(
         np.asarray(strong & ~alone),
         spectrum[0][rows, place],
         spectrum[1][rows, place],
+        _moments(spectrum, first, last, float((window**2).sum()) * noise_v**2),
     )
+
+
+def _moments(spectrum: ComplexArray, first: IntArray, last: IntArray, noise: FloatArray) -> FloatArray:
+    """Return |I|^2, |Q|^2 and Re(Q I*) summed over bins first:last of each frame, less noise, shape (3, n)."""
+    i, q = spectrum
+    products = np.stack([np.abs(i) ** 2 - noise[0], np.abs(q) ** 2 - noise[1], (q * i.conj()).real])
+    total = np.concatenate([np.zeros((3, i.shape[0], 1)), np.cumsum(products, axis=2)], axis=2)
+    rows = np.arange(first.size)
+    return np.asarray(total[:, rows, last] - total[:, rows, first])
 
 
 def _interpolated(power: FloatArray, place: IntArray) -> FloatArray:

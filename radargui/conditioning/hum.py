@@ -76,6 +76,11 @@ class Hum:
         """Amplitude of the strongest harmonic in each channel, shape (n_channels,)."""
         return np.asarray(np.hypot(self.cosine_v, self.sine_v).max(axis=1))
 
+    @property
+    def lines_hz(self) -> tuple[float, ...]:
+        """Frequencies of the harmonics found."""
+        return tuple(order * self.frequency_hz for order in self.orders)
+
     def at(self, time_s: FloatArray) -> FloatArray:
         """Return the pick-up in volts, shape (n_channels, n_samples)."""
         weights = np.stack([self.cosine_v, self.sine_v], axis=2).reshape(self.cosine_v.shape[0], -1)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 
 import numpy as np
 
+from radargui.conditioning.echo import Echo
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -36,7 +38,11 @@ SETTINGS = PieceSettings()
 
 
 def join_pieces(
-    phase_rad: FloatArray, valid: BoolArray, sample_rate_hz: float, settings: PieceSettings = SETTINGS
+    phase_rad: FloatArray,
+    valid: BoolArray,
+    sample_rate_hz: float,
+    echoes: Sequence[Echo | None] = (),
+    settings: PieceSettings = SETTINGS,
 ) -> tuple[FloatArray, IntArray]:
     """Return the phases and the number of the piece of each sample, shapes (n_receivers, n_samples) and (n_samples,).
 
@@ -52,21 +58,34 @@ def join_pieces(
         Same shape.
     sample_rate_hz
         Rate of the samples.
+    echoes
+        Of the receivers, where they are known: the phase is carried over a hole where its echo goes on, and over none
+        else, for a slip is what makes a hole there.
     settings
         When a hole is bridged.
     """
     out = phase_rad.copy()
     begins = np.zeros(phase_rad.shape[1], dtype=np.intp)
-    for row, good in zip(out, valid, strict=True):
+    for row, good, echo in zip_longest(out, valid, echoes[: len(out)]):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]]))).reshape(-1, 2)
         runs = [(int(a), int(b)) for a, b in edges if b - a >= settings.least_samples]
         for before, after in pairwise(runs):
-            turn = _carried(row, before, after, sample_rate_hz, settings)
+            short = after[0] - before[1] < settings.longest_s * sample_rate_hz
+            if echo is None:
+                turn = _carried(row, before, after, sample_rate_hz, settings)
+            elif short and echo.leads[before[1] - 1 : after[0] + 1].all():
+                turn = float(echo.phase_rad[after[0]] - echo.phase_rad[before[1] - 1])
+            else:
+                turn = None
             if turn is None:
                 begins[after[0]] = 1
             else:
                 away = row[before[1] - 1] + turn - row[after[0]]
-                row[after[0] :] += 2.0 * np.pi * np.round(away / (2.0 * np.pi))
+                turns = 2.0 * np.pi * np.round(away / (2.0 * np.pi))
+                if echo is not None and abs(away - turns) > settings.most_u_rad:
+                    begins[after[0]] = 1
+                else:
+                    row[after[0] :] += turns
     return out, np.cumsum(begins)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.correction.doppler_band import front_end_of
+from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEnd

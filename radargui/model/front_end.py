@@ -39,6 +39,23 @@ class FrontEnd:
             quadrature_error_deg=float(np.degrees(np.arctan2(along, across))),
         )
 
+    def with_change_since(self, before: FrontEnd, u_log_gain: float) -> FrontEnd:
+        """Return the same, uncertain also by five times what it has changed by, and by another share of the gain ratio.
+
+        Rounds of which each changes a fifth less than the one before would still change it by four times that.
+        """
+        return replace(
+            self,
+            u_gain_ratio=float(
+                np.linalg.norm(
+                    [self.u_gain_ratio, 5.0 * (self.gain_ratio - before.gain_ratio), self.gain_ratio * u_log_gain]
+                )
+            ),
+            u_quadrature_error_deg=float(
+                np.hypot(self.u_quadrature_error_deg, 5.0 * (self.quadrature_error_deg - before.quadrature_error_deg))
+            ),
+        )
+
     def less(self, first: FrontEnd) -> FrontEnd:
         """Return what is left of these constants where others are taken off first: the inverse of `after`."""
         e0, e = np.radians(first.quadrature_error_deg), np.radians(self.quadrature_error_deg)

@@ -9,7 +9,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.correction.doppler_band import correct_in_band
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.hardware import disagreement, knows_more
@@ -23,16 +22,12 @@ from radargui.model.path import PathLengths
 from radargui.model.setup import Setup
 from radargui.model.track import Track
 from radargui.processing.continuity import checked
+from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.processing.whole import as_wired
 from radargui.restitution.input_changes import joint_changes
 from radargui.restitution.joint_bounces import joint_bounces
-
-WHOLE = 0.97
-"""Share of valid samples above which nothing else is tried."""
-MORE = 1.02
-"""How many times more samples the Doppler band must know."""
 
 
 def measure_by_estimate(
@@ -75,11 +70,12 @@ def measure_by_estimate(
         why = "it needs three receivers" if "correction" in setup.processing.model_fields_set else ""
     # the matrices are many and small: threads of the linear algebra cost four times what they save
     with threadpool_limits(limits=1, user_api="blas"):
+        if conditioned.n_receivers < LEAST_RECEIVERS:
+            alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
+            return _with_reason(alone, why)
         rounds = adaptive_rounds(conditioned, setup)
         estimate = estimate_adaptive(rounds)
         adaptive = _motion_of(estimate, conditioned, setup)
-        if conditioned.n_receivers < LEAST_RECEIVERS:
-            adaptive = _in_band_where_better(adaptive, conditioned, setup)
         if method == "joint" and _is_hopeless(estimate, adaptive):
             return adaptive
         if method == "joint":
@@ -88,6 +84,15 @@ def measure_by_estimate(
             joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
             if joint is not None:
                 return _with_prior(_motion_of(joint, conditioned, setup), tried, why)
+    return _with_reason(adaptive, why)
+
+
+def _by_circles(conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
+    return _motion_of(estimate_adaptive(adaptive_rounds(conditioned, setup)), conditioned, setup)
+
+
+def _with_reason(adaptive: MeasuredMotion, why: str) -> MeasuredMotion:
+    """Return the motion with why the joint correction does not stand; nothing where it was not asked for."""
     warnings = (f"the joint correction does not stand here ({why}): the adaptive one was used",) if why else ()
     return replace(adaptive, warnings=adaptive.warnings + warnings)
 
@@ -101,47 +106,6 @@ def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
     rejected = np.array([channel.verdict == "rejected" for channel in adaptive.corrected.channels])
     lost = rejected & [channel.verdict != "rejected" for channel in estimate.channels]
     return bool(lost.any() or 2 * rejected.sum() > rejected.size)
-
-
-def _in_band_where_better(motion: MeasuredMotion, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
-    """Return the motion with receivers taken in their Doppler band where that knows more.
-
-    The circle with maps needs an offset that is smooth in position, and an echo that is the strongest thing in the
-    signal; the band needs a target that moves all the time.
-    """
-    corrected, paths = motion.corrected, motion.paths
-    i, q, u_phase = corrected.i.copy(), corrected.q.copy(), corrected.u_phase_rad.copy()
-    phase, valid = paths.phase_rad.copy(), paths.valid.copy()
-    channels, warnings = list(corrected.channels), list(motion.warnings)
-    for number, channel in enumerate(corrected.channels):
-        known = 0 if channel.verdict == "rejected" else int(valid[number].sum())
-        found = correct_in_band(conditioned, number) if known < WHOLE * conditioned.n_samples else None
-        if found is None or found.valid.sum() <= MORE * known:
-            continue
-        i[number], q[number], u_phase[number] = found.iq[0], found.iq[1], found.u_phase_rad
-        phase[number], valid[number], channels[number] = found.phase_rad, found.valid, found.quality
-        warnings.append(
-            f"receiver {channel.name}: its phase was taken in the Doppler band above {found.lower_hz:.0f} Hz; "
-            "where the target is slower nothing is known"
-        )
-    if tuple(channels) == corrected.channels:
-        return motion
-    per_rad = setup.radar.wavelength_m / (2.0 * np.pi)
-    corrected = replace(corrected, i=i, q=q, valid=valid, u_phase_rad=u_phase, channels=tuple(channels))
-    paths = PathLengths(paths.time_s, phase, phase * per_rad, u_phase * per_rad, valid)
-    in_band = checked(
-        replace(motion, corrected=corrected, paths=paths, warnings=tuple(warnings)),
-        conditioned,
-        setup.radar.wavelength_m,
-    )
-    better = _known(in_band) > _known(motion)
-    return in_band if better else motion
-
-
-def _known(motion: MeasuredMotion) -> int:
-    """Return how many samples are valid in receivers that are not rejected."""
-    sound = np.array([channel.verdict != "rejected" for channel in motion.corrected.channels])
-    return int(motion.paths.valid[sound].sum())
 
 
 def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:

@@ -9,7 +9,6 @@ import numpy as np
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.correct import correct
 from radargui.correction.phase import unwrap, wrapped_phase
-from radargui.correction.pieces import join_pieces
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.path import PathLengths
 from radargui.model.setup import Setup
@@ -44,7 +43,7 @@ def measure_by_receiver(
 def demodulate(corrected: CorrectedIQ, conditioned: Conditioned, wavelength_m: float) -> PathLengths:
     """Return dL_i = phase_i wavelength / (2 pi), 0 in the mean at rest (Rech & Huang 2019, eq. 1).
 
-    Without a rest the first valid sample is 0.
+    Without a rest the first valid sample is 0. Of one or two receivers `checked` does it, piece by piece.
 
     Parameters
     ----------
@@ -58,10 +57,8 @@ def demodulate(corrected: CorrectedIQ, conditioned: Conditioned, wavelength_m: f
     masked_i = np.where(corrected.valid, corrected.i, np.nan)
     masked_q = np.where(corrected.valid, corrected.q, np.nan)
     phase = unwrap(wrapped_phase(masked_i, masked_q))
-    piece = np.zeros(conditioned.n_samples, dtype=np.intp)
-    if is_alone(conditioned):
-        phase, piece = join_pieces(phase, corrected.valid, conditioned.sample_rate_hz)
-    rest = slice(conditioned.segment.rest_first, conditioned.segment.rest_last)
-    phase = lay_down(phase, corrected.valid, piece, rest)
+    if not is_alone(conditioned):
+        rest = slice(conditioned.segment.rest_first, conditioned.segment.rest_last)
+        phase = lay_down(phase, corrected.valid, np.zeros(conditioned.n_samples, dtype=np.intp), rest)
     per_rad = wavelength_m / (2.0 * np.pi)
     return PathLengths(corrected.time_s, phase, phase * per_rad, corrected.u_phase_rad * per_rad, corrected.valid)

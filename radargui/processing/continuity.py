@@ -8,10 +8,11 @@ import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import Doppler
-from radargui.correction.follows import ALONE, TOGETHER, follows, missed_frames
+from radargui.conditioning.echo import Echo
+from radargui.conditioning.follows import ALONE, TOGETHER, follows, missed_frames
+from radargui.correction.agreement import strays
 from radargui.correction.pieces import join_pieces
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
-from radargui.model.path import PathLengths
 from radargui.model.quality import ChannelQuality
 from radargui.model.track import Track
 from radargui.processing.locate import LEAST_RECEIVERS
@@ -19,6 +20,8 @@ from radargui.processing.measured_motion import MeasuredMotion
 
 JUMP_S = 0.005
 """Around a jump of a path in which nothing is known: half the block in which the phase's roughness is told."""
+LEAST_RUN_S = 0.005
+"""A path known for less is a moment between two doubts."""
 MOST_SCATTER_RAD = 0.8
 """Of a phase about its line of 10 ms: with more, samples are nearer to another turn than to their own."""
 LEAST_CLEAR = 0.4
@@ -26,8 +29,15 @@ LEAST_CLEAR = 0.4
 
 Only after a rest: without one no joint estimate tests what adaptive finds in signals that are no echo.
 """
-LEAST_KNOWN = 0.5
-"""Share of the motion that a path of one receiver must be known in: with less, more is guessed than seen. By hand."""
+LEAST_KNOWN = 0.12
+"""Share of the motion that a path of one receiver must be known in: less is more likely noise than an echo."""
+MOST_TURNS, MOST_AWAY = 400.0, 0.02
+"""After a rest a path of fewer fringes that strays in no more of the moments with an echo is known in the others too.
+
+Spectra do not know the offset where a fall begins, and a low-pass rounds its impacts.
+"""
+MOST_STRAYED = 0.3
+"""Share of the moments with an echo in which a path may turn otherwise, and is invalid: more is no single slip."""
 LOST = "the echo was lost {times}: path lengths start anew after it, and the position is not known there"
 
 
@@ -47,18 +57,33 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
         Of the radar.
     """
     alone = is_alone(conditioned)
-    valid = _without_jumps(motion.paths, conditioned.sample_rate_hz) if alone else motion.paths.valid
+    valid = motion.paths.valid.copy()
     moving = slice(conditioned.segment.first, conditioned.segment.last)
-    rested = not alone and conditioned.segment.rest_last > conditioned.segment.rest_first
-    channels = tuple(
-        channel
-        if rested and conditioned.doppler[k].clear.mean() < LEAST_CLEAR
-        else _judged(channel, motion.paths.phase_rad[k], valid[k], conditioned.doppler[k], moving, alone=alone)
-        for k, channel in enumerate(motion.corrected.channels)
-    )
+    has_rest = conditioned.segment.has_rest
+    rested = not alone and has_rest
+    channels = list(motion.corrected.channels)
+    for k, (channel, echo, doppler) in enumerate(zip(channels, conditioned.echoes, conditioned.doppler, strict=True)):
+        phase, good = motion.paths.phase_rad[k], valid[k]
+        if channel.verdict == "rejected":
+            pass
+        elif echo is not None:
+            channels[k] = _judged_by_echo(
+                channel, phase, good, echo, moving, conditioned.sample_rate_hz, rested=has_rest
+            )
+        elif not (rested and doppler.clear.mean() < LEAST_CLEAR):
+            if alone:
+                _drop_jumps(phase, good, conditioned.sample_rate_hz)
+            channels[k] = _judged(channel, phase, good, doppler, alone=alone)
+        if alone:
+            _drop_islands(good, max(2, round(LEAST_RUN_S * conditioned.sample_rate_hz)))
+            known = float(good[moving].mean())
+            if channels[k].verdict != "rejected" and known < LEAST_KNOWN:
+                reason = f"only {100.0 * known:.0f} % of the motion can be followed: the echo is lost too often"
+                channels[k] = replace(channel, verdict="rejected", reason=reason)
+            good &= channels[k].verdict != "rejected"
     motion = replace(
         motion,
-        corrected=replace(motion.corrected, channels=channels, valid=valid),
+        corrected=replace(motion.corrected, channels=tuple(channels), valid=valid),
         paths=replace(motion.paths, valid=valid),
     )
     return _divided(motion, conditioned, wavelength_m) if alone else motion
@@ -93,54 +118,77 @@ def lay_down(phase_rad: FloatArray, valid: BoolArray, piece: IntArray, rest: sli
     return out
 
 
-def _without_jumps(paths: PathLengths, rate_hz: float) -> BoolArray:
-    """Return where paths are valid, with no jump near and no roughness: neither is motion.
+def _drop_jumps(phase_rad: FloatArray, valid: BoolArray, rate_hz: float) -> None:
+    """Call invalid, in place, where a path jumps or is rough: neither is motion.
 
     Half a turn from one sample to the next is a jump; a phase that scatters by a radian about its line of 10 ms has
     lost count somewhere in it.
     """
-    valid = paths.valid.copy()
     reach = max(2, round(JUMP_S * rate_hz))
     size = 2 * reach
-    count = valid.shape[1] // size
+    count = valid.size // size
     along = np.arange(size) - 0.5 * (size - 1)
-    for phase, good in zip(paths.phase_rad, valid, strict=True):
-        jumps = np.flatnonzero((np.abs(np.diff(phase)) > np.pi) & good[1:] & good[:-1])
-        for place in jumps:
-            good[max(place - reach, 0) : place + reach + 1] = False
-        blocks = phase[: count * size].reshape(count, size)
-        blocks = blocks - blocks.mean(axis=1, keepdims=True)
-        residual = blocks - (blocks @ along)[:, None] / (along @ along) * along
-        rough = np.sqrt((residual**2).mean(axis=1)) > MOST_SCATTER_RAD
-        good[: count * size] &= ~np.repeat(rough, size)
-    return valid
+    for place in np.flatnonzero((np.abs(np.diff(phase_rad)) > np.pi) & valid[1:] & valid[:-1]):
+        valid[max(place - reach, 0) : place + reach + 1] = False
+    blocks = phase_rad[: count * size].reshape(count, size)
+    blocks = blocks - blocks.mean(axis=1, keepdims=True)
+    residual = blocks - (blocks @ along)[:, None] / (along @ along) * along
+    valid[: count * size] &= ~np.repeat(np.sqrt((residual**2).mean(axis=1)) > MOST_SCATTER_RAD, size)
+
+
+def _drop_islands(valid: BoolArray, least: int) -> None:
+    """Call invalid, in place, runs of fewer samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], valid.astype(np.int8), [0]])))
+    for begin, end in edges.reshape(-1, 2):
+        if end - begin < least:
+            valid[begin:end] = False
 
 
 def _judged(
-    channel: ChannelQuality, phase_rad: FloatArray, valid: BoolArray, doppler: Doppler, moving: slice, *, alone: bool
+    channel: ChannelQuality, phase_rad: FloatArray, valid: BoolArray, doppler: Doppler, *, alone: bool
 ) -> ChannelQuality:
     """Return the verdict on a receiver; alone, single moments that do not follow become invalid, in place."""
-    if channel.verdict == "rejected":
-        return channel
     missed, share = missed_frames(phase_rad, valid, doppler)
-    if follows(missed, share, ALONE if alone else TOGETHER):
-        reach = doppler.size // 4 + 1
-        for centre in doppler.centre[missed] if alone else ():
-            valid[max(centre - reach, 0) : centre + reach] = False
-        known = float(valid[moving].mean()) if alone else 1.0
-        if known >= LEAST_KNOWN:
-            return channel
-        reason = f"only {100.0 * known:.0f} % of the motion can be followed: the echo is lost too often"
-        return replace(channel, verdict="rejected", reason=reason)
+    if not follows(missed, share, ALONE if alone else TOGETHER):
+        return _strayed(channel, share)
+    reach = doppler.size // 4 + 1
+    for centre in doppler.centre[missed] if alone else ():
+        valid[max(centre - reach, 0) : centre + reach] = False
+    return channel
+
+
+def _judged_by_echo(
+    channel: ChannelQuality,
+    phase_rad: FloatArray,
+    valid: BoolArray,
+    echo: Echo,
+    moving: slice,
+    rate_hz: float,
+    *,
+    rested: bool,
+) -> ChannelQuality:
+    """Return the verdict on a receiver whose echo is known; moments that do not agree become invalid, in place."""
+    turns = float(np.ptp(echo.phase_rad)) / (2.0 * np.pi)
+    away = strays(phase_rad, valid, echo, rate_hz) & echo.leads
+    if rested and turns < MOST_TURNS and away.sum() <= MOST_AWAY * max(int(echo.leads.sum()), 1):
+        return channel
+    valid &= echo.leads
+    before = int(valid[moving].sum())
+    valid &= ~strays(phase_rad, valid, echo, rate_hz)
+    share = 1.0 - int(valid[moving].sum()) / max(before, 1)
+    if share > MOST_STRAYED:
+        return _strayed(channel, share)
+    return channel
+
+
+def _strayed(channel: ChannelQuality, share: float) -> ChannelQuality:
     reason = f"in {100.0 * share:.0f} % of the moments the phase does not turn as fast as the signal does"
     return replace(channel, verdict="rejected", reason=f"{reason}: an offset, a hum or another target leads it")
 
 
 def _divided(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
     paths, segment = motion.paths, conditioned.segment
-    phase, piece = join_pieces(paths.phase_rad, paths.valid, conditioned.sample_rate_hz)
-    if not piece.any() and np.array_equal(phase, paths.phase_rad, equal_nan=True):
-        return motion
+    phase, piece = join_pieces(paths.phase_rad, paths.valid, conditioned.sample_rate_hz, conditioned.echoes)
     phase = lay_down(phase, paths.valid, piece, slice(segment.rest_first, segment.rest_last))
     per_rad = wavelength_m / (2.0 * np.pi)
     lost = int(piece[-1])

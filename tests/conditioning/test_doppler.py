@@ -13,7 +13,7 @@ from benchmarks.robust_scenes.reflecting import make_scene_drop
 from radargui.conditioning.condition import NoMotion, condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import Doppler, measure_doppler
-from radargui.conditioning.fading import lost_echo
+from radargui.conditioning.echo import Echo, follow_echo
 from radargui.conditioning.lines import find_standing_lines, without_standing_lines
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
 from radargui.model.arrays import FloatArray
@@ -81,15 +81,26 @@ def test_a_target_is_no_standing_line(speed: str) -> None:
     assert find_standing_lines(echo(2 * np.pi * turn, 1.6, np.radians(35.0)), RATE, NOISE) == ()
 
 
-def test_an_echo_that_sinks_into_the_noise_is_lost_and_one_that_stops_is_not() -> None:
+def followed(pair: FloatArray) -> Echo:
+    found = follow_echo(pair, usable(pair), NOISE, measured(pair))
+    assert found is not None
+    return found
+
+
+def test_an_echo_that_sinks_into_the_noise_is_lost_and_one_that_turns_round_is_not() -> None:
     beam = np.clip(1.5 * np.cos(2 * np.pi * TIME / 2.0) ** 2 - 0.4, 0.0, 1.0)
-    fading = lost_echo(measured(echo(2 * np.pi * 300.0 * TIME, amplitude=beam)), TIME.size)
-    dark = beam < 0.02
-    assert fading[dark].mean() > 0.95
-    assert fading[beam > 0.5].mean() < 0.02
-    after = np.clip(TIME - 0.8, 0.0, None)
-    slows = 300.0 * (TIME - after + 0.25 * (1.0 - np.exp(-after / 0.25)))
-    assert not lost_echo(measured(echo(2 * np.pi * slows)), TIME.size).any()
+    leads = followed(echo(2 * np.pi * 300.0 * TIME, amplitude=beam)).leads
+    assert leads[beam < 0.02].mean() < 0.05
+    assert leads[beam > 0.5].mean() > 0.98
+    assert followed(echo(2 * np.pi * 300.0 * np.abs(TIME - 1.0))).leads.mean() > 0.98
+
+
+def test_a_tone_that_is_left_where_the_echo_fades_does_not_lead() -> None:
+    beam = np.where(np.abs(TIME - 1.0) < 0.3, 0.0, 1.0)
+    tone = 0.3 * np.stack([np.cos(2 * np.pi * 290.0 * TIME), np.cos(2 * np.pi * 290.0 * TIME + 0.4)])
+    found = followed(echo(2 * np.pi * 300.0 * TIME, 0.8, 0.3, beam) + tone)
+    assert found.leads[np.abs(TIME - 1.0) < 0.2].mean() < 0.05
+    assert found.leads[np.abs(TIME - 1.0) > 0.4].mean() > 0.95
 
 
 def test_a_sound_receiver_is_one() -> None:

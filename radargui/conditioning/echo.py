@@ -1,0 +1,277 @@
+"""The echo of one receiver by itself: front end and offset from the spectra, then the phase of what is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.fft import fft, fftfreq, ifft, next_fast_len
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
+
+from radargui.conditioning.doppler import SETTINGS as LINES
+from radargui.conditioning.doppler import Doppler
+from radargui.conditioning.follows import FollowSettings, missed_frames
+from radargui.conditioning.offset_curve import offset_curve
+from radargui.conditioning.spectral_front_end import front_end_of
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from radargui.model.front_end import FrontEnd
+from radargui.model.front_end_equations import channels_of, point_of
+
+
+@dataclass(frozen=True, slots=True)
+class EchoSettings:
+    """How offset and phase are found, and where they are believed; values from `bench robust`, seeds 101 to 105.
+
+    Attributes
+    ----------
+    most_drift
+        Of the offset since it was last seen, in amplitudes, up to which a phase is believed.
+    most_wander
+        Of the offset within 0.3 s, root mean square in amplitudes.
+    least_known
+        Share of what is stronger than noise whose offset must be known: with less the target is too slow for spectra.
+    slow, most_slow
+        What is slower than this share of the lowest Doppler frequency near by is taken off where its power is more than
+        that share of all: a quarter of the amplitude.
+    band, added_hz
+        Corner of the low-pass: times the highest Doppler frequency near by, and added for changes of speed.
+    envelope_s
+        Over which the strength of the echo is averaged, and at least two periods of a slow one.
+    over_noise
+        Least power over the noise in the band: at 7 dB the phase of a 1 kHz band clicks once a second (Rice 1963).
+    held
+        Share of usable samples within a period of the band's corner.
+    deepest
+        An envelope that sinks below this share of its mean lets the phase slip: noise, or a second echo of two thirds.
+    most_image
+        Power of a line's image over the line: those of a tone are alike, of an echo the front end leaves a hundredth.
+    weak, weak_elsewhere
+        Share of the high amplitudes (one in ten is higher) below which it is another thing that is left where the echo
+        has gone, a hum or a second target: at the frequency of the strong echo next in time, and at another one.
+    elsewhere
+        Share by which a frequency is another one.
+    """
+
+    most_drift: float = 0.3
+    most_wander: float = 1.0
+    least_known: float = 0.2
+    slow: float = 0.5
+    most_slow: float = 0.06
+    band: float = 1.25
+    added_hz: float = 40.0
+    envelope_s: float = 0.02
+    over_noise: float = 5.0
+    held: float = 0.4
+    deepest: float = 0.25
+    most_image: float = 0.06
+    weak: float = 0.07
+    weak_elsewhere: float = 0.3
+    elsewhere: float = 0.25
+
+
+SETTINGS = EchoSettings()
+ROUGHLY = FollowSettings(share=0.3, bins=1.5)
+"""How the phase must follow the line of its own frame: where an offset leads, it hardly turns."""
+WANDER_S = 0.3
+"""Twice the time over which an offset is smooth."""
+_SHARES = 8
+"""Parts of a frame in which a line is looked for on both sides."""
+
+
+@dataclass(frozen=True, slots=True)
+class Echo:
+    """What turns with the target in one receiver, found without any model of the scene.
+
+    Attributes
+    ----------
+    wave
+        X + jY in volts without front end and offset, in the Doppler band, shape (n_samples,).
+    offset
+        X + jY of it, shape (n_samples,).
+    amplitude_v, u_phase_rad
+        Its mean strength, and the standard uncertainty of its phase by noise, shape (n_samples,).
+    phase_rad
+        Unwrapped, shape (n_samples,).
+    leads
+        Where it stands out of noise and is an echo: no tone, no offset, not two echoes alike, shape (n_samples,).
+    front_end
+        Gain ratio and quadrature error.
+    """
+
+    wave: ComplexArray = field(repr=False)
+    offset: ComplexArray = field(repr=False)
+    amplitude_v: FloatArray = field(repr=False)
+    u_phase_rad: FloatArray = field(repr=False)
+    phase_rad: FloatArray = field(repr=False)
+    leads: BoolArray = field(repr=False)
+    front_end: FrontEnd
+
+    @property
+    def shown_v(self) -> FloatArray:
+        """I and Q in volts that echo and offset show, shape (2, n_samples)."""
+        shown = self.wave + self.offset
+        eps = float(np.radians(self.front_end.quadrature_error_deg))
+        return channels_of(shown, shown, self.front_end.gain_ratio, eps)
+
+
+def follow_echo(
+    pair_v: FloatArray,
+    usable: BoolArray,
+    noise_v: FloatArray,
+    doppler: Doppler,
+    settings: EchoSettings = SETTINGS,
+) -> Echo | None:
+    """Follow the echo of one receiver; None where too few frames show a line to tell the echo from its offset.
+
+    Parameters
+    ----------
+    pair_v, usable
+        I and Q at one time, and where they are neither clipped nor lost, shape (2, n_samples).
+    noise_v
+        White noise of both, shape (2,).
+    doppler
+        Lines of its frames, all over the samples.
+    settings
+        How it is done.
+    """
+    front_end = front_end_of(doppler)
+    if front_end is None:
+        return None
+    rate_hz = doppler.sample_rate_hz
+    x, y = point_of(pair_v[0], pair_v[1], front_end.gain_ratio, float(np.radians(front_end.quadrature_error_deg)))
+    offset, drift = offset_curve(x + 1j * y, doppler)
+    slowest_hz, fastest_hz = _range(doppler, x.size)
+    wave, too_slow = _without_slow(x + 1j * y - offset, slowest_hz, doppler, settings)
+    corner_hz = settings.band * fastest_hz + settings.added_hz
+    wave = _low_passed(wave, rate_hz, corner_hz)
+    periods_s = 2.0 / float(np.quantile(doppler.frequency_hz[doppler.clear], 0.1))
+    window, near = (max(3, round(s * rate_hz)) for s in (max(settings.envelope_s, periods_s), settings.envelope_s))
+    noise_power = float((noise_v**2).sum()) * np.minimum(1.0, 2.0 * corner_hz / rate_hz)
+    power = uniform_filter1d(np.abs(wave) ** 2, window, mode="nearest") - noise_power
+    amplitude = np.sqrt(np.maximum(power, 1e-300))
+    strong = power > settings.over_noise * noise_power
+    # an offset that runs about as far as the echo turns is another echo, slower and stronger
+    known = np.hypot(drift / settings.most_drift, _wander(offset, rate_hz) / settings.most_wander) < amplitude
+    if not strong.any() or (strong & known).sum() < settings.least_known * strong.sum():
+        return None
+    usual = float(np.quantile(amplitude[strong & known], 0.9))
+    strong &= (
+        amplitude
+        > np.where(_elsewhere(doppler, amplitude, usual, settings), settings.weak_elsewhere, settings.weak) * usual
+    )
+    deep = minimum_filter1d(np.abs(wave), near) < settings.deepest * amplitude
+    # single samples at the end of the range are filled by their neighbours in the band
+    held = uniform_filter1d(usable.all(axis=0).astype(float), max(1, round(rate_hz / corner_hz.max()))) > settings.held
+    phase = np.unwrap(np.angle(wave))
+    other = too_slow | _images(doppler, front_end, wave, settings)
+    # a line that is neither clear nor mixed is a hum's (`Doppler.without_mains`)
+    fast = doppler.frequency_hz > 3.5 * doppler.resolution_hz
+    other |= ~doppler.clear & ~doppler.mixed & fast & (doppler.power > LINES.strong)
+    other |= missed_frames(phase, strong, doppler, ROUGHLY)[0] & doppler.steady
+    return Echo(
+        wave,
+        offset,
+        amplitude,
+        np.asarray(np.sqrt(0.5 * noise_power) / amplitude),
+        phase,
+        np.asarray(strong & known & held & ~deep & ~_around(doppler, other, wave.size)),
+        front_end,
+    )
+
+
+def _elsewhere(doppler: Doppler, amplitude: FloatArray, usual: float, settings: EchoSettings) -> BoolArray:
+    """Return where the line has another frequency than the strong one next in time, shape (n_samples,)."""
+    strong = doppler.clear & (amplitude[doppler.centre] > settings.weak_elsewhere * usual)
+    if not strong.any():
+        return np.zeros(amplitude.size, dtype=np.bool_)
+    centre, sample = doppler.centre, np.arange(amplitude.size)
+
+    def next_of(frames: IntArray) -> IntArray:
+        after = np.clip(np.searchsorted(centre[frames], sample), 1, max(frames.size - 1, 1))
+        before, later = frames[after - 1], frames[np.minimum(after, frames.size - 1)]
+        return np.asarray(np.where(np.abs(sample - centre[before]) <= np.abs(centre[later] - sample), before, later))
+
+    hz, usual_hz = (doppler.frequency_hz[next_of(np.flatnonzero(frames))] for frames in (doppler.clear, strong))
+    return np.asarray(np.abs(hz - usual_hz) > np.maximum(settings.elsewhere * usual_hz, 2.0 * doppler.resolution_hz))
+
+
+def _wander(offset: ComplexArray, rate_hz: float) -> FloatArray:
+    """Return the standard deviation of the offset within 0.3 s around each sample, shape (n_samples,)."""
+    parts, size = np.stack([offset.real, offset.imag]), max(1, round(WANDER_S * rate_hz))
+    parts = parts - parts.mean(axis=1, keepdims=True)
+    mean, square = (uniform_filter1d(one, size, axis=1, mode="nearest") for one in (parts, parts**2))
+    return np.asarray(np.sqrt(np.maximum(square - mean**2, 0.0).sum(axis=0)))
+
+
+def _range(doppler: Doppler, n_samples: int) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest and the highest Doppler frequency of the frames around each sample, shapes (n_samples,)."""
+    hz = np.interp(doppler.centre, doppler.centre[doppler.clear], doppler.frequency_hz[doppler.clear])
+    highest = maximum_filter1d(np.maximum(hz, np.where(doppler.mixed, doppler.frequency_hz, 0.0)), 3, mode="nearest")
+    lowest = minimum_filter1d(hz, 3, mode="nearest")
+    sample = np.arange(n_samples)
+    return np.interp(sample, doppler.centre, lowest), np.interp(sample, doppler.centre, highest)
+
+
+def _without_slow(
+    wave: ComplexArray, slowest_hz: FloatArray, doppler: Doppler, settings: EchoSettings
+) -> tuple[ComplexArray, BoolArray]:
+    """Return the wave without what is slower than the target, where that is strong, and which frames are then empty.
+
+    A hum that swells, or a second slow target, is beside the line; so is the target itself where it turns round.
+    """
+    nothing = np.zeros(doppler.centre.size, dtype=np.bool_)
+    # turns round of the target itself reach into the upper half of what is taken off
+    slow = _low_passed(wave, doppler.sample_rate_hz, 0.5 * settings.slow * slowest_hz)
+    power = uniform_filter1d(np.stack([np.abs(slow) ** 2, np.abs(wave) ** 2]), doppler.size, axis=1, mode="nearest")
+    share = power[0, doppler.centre] / np.maximum(power[1, doppler.centre], 1e-300)
+    if float(np.median(share[doppler.clear])) < settings.most_slow:
+        return wave, nothing
+    slow = _low_passed(wave, doppler.sample_rate_hz, settings.slow * slowest_hz)
+    return wave - slow, ~(doppler.clear | doppler.mixed)
+
+
+def _low_passed(wave: ComplexArray, rate_hz: float, corner_hz: FloatArray) -> ComplexArray:
+    """Return the wave through a low-pass whose corner changes: between fixed ones half an octave apart."""
+    lowest, highest = float(corner_hz.min()), float(corner_hz.max())
+    octaves = float(np.log2(highest / lowest))
+    corners = np.geomspace(lowest, highest, 1 + int(np.ceil(2.0 * octaves)))
+    place = np.log2(corner_hz / lowest) * (corners.size - 1) / max(octaves, 1e-12)
+    pad = min(wave.size - 1, round(rate_hz / lowest))
+    spectrum = fft(np.pad(wave, pad, mode="reflect"), next_fast_len(wave.size + 2 * pad))
+    hz = np.abs(fftfreq(spectrum.size, 1.0 / rate_hz))
+    out = np.zeros_like(wave)
+    for k, corner in enumerate(corners):
+        share = np.maximum(1.0 - np.abs(place - k), 0.0)
+        if share.any():
+            # flat without ringing: 99 % at half of the corner, 79 % at the corner, 10 % at 1.45 corners
+            passed = ifft(spectrum * np.exp(-np.log(2.0) * (hz / (1.2 * corner)) ** 6))
+            out += share * passed[pad : pad + wave.size]
+    return out
+
+
+def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray, settings: EchoSettings) -> BoolArray:
+    """Return in which frames a line stands on both sides at once, so that a tone or a hum leads, shape (n_frames,).
+
+    A target that turns round has it on one side after the other.
+    """
+    angle = np.radians(front_end.quadrature_error_deg)
+    q = (doppler.q / front_end.gain_ratio - doppler.i * np.sin(angle)) / np.cos(angle)
+    sides = np.abs(np.stack([doppler.i + 1j * q, doppler.i - 1j * q])) ** 2
+    allowed = settings.most_image + 3.0 / np.maximum(doppler.power, 1e-300)
+    both = np.asarray(doppler.clear & (sides.min(axis=0) > allowed * sides.max(axis=0)))
+    half, short = doppler.size // 2, max(2, doppler.size // _SHARES)
+    for k in np.flatnonzero(both & (doppler.frequency_hz > _SHARES / 2 * doppler.resolution_hz)):
+        frame = wave[max(doppler.centre[k] - half, 0) : doppler.centre[k] + half]
+        turn = np.exp(-2j * np.pi * doppler.frequency_hz[k] / doppler.sample_rate_hz * np.arange(frame.size))
+        ahead, back = (np.abs(uniform_filter1d(frame * one, short)) ** 2 for one in (turn, turn.conj()))
+        both[k] = np.minimum(ahead, back).sum() > allowed[k] * np.maximum(ahead, back).sum()
+    return both
+
+
+def _around(doppler: Doppler, frames: BoolArray, n_samples: int) -> BoolArray:
+    """Return the samples nearest to some frames, shape (n_samples,)."""
+    out = np.zeros(n_samples, dtype=np.bool_)
+    reach = doppler.size // 4 + 1
+    for centre in doppler.centre[frames]:
+        out[max(centre - reach, 0) : centre + reach] = True
+    return out

@@ -1,0 +1,70 @@
+"""A path held against the echo that conditioning followed, moment by moment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.conditioning.echo import Echo
+from radargui.model.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class AgreementSettings:
+    """When a path agrees with the echo.
+
+    Attributes
+    ----------
+    block_s
+        Over which both are compared.
+    most_rad, share
+        By so much, and by so much of what was turned, their difference may change within a block and to the next one:
+        0.2 wavelengths, what an offset of two thirds of the amplitude bends a path by.
+    """
+
+    block_s: float = 0.01
+    most_rad: float = 1.2
+    share: float = 0.08
+
+
+AGREEMENT = AgreementSettings()
+
+
+def strays(
+    phase_rad: FloatArray, valid: BoolArray, echo: Echo, sample_rate_hz: float, settings: AgreementSettings = AGREEMENT
+) -> BoolArray:
+    """Return where a phase turns otherwise than the echo that leads there, shape (n_samples,).
+
+    Parameters
+    ----------
+    phase_rad, valid
+        Of one receiver, unwrapped, shape (n_samples,).
+    echo
+        Of the same receiver.
+    sample_rate_hz
+        Of the samples.
+    settings
+        What agrees.
+    """
+    size = max(4, round(settings.block_s * sample_rate_hz))
+    count = -(-phase_rad.size // size)
+    both = valid & echo.leads & np.isfinite(phase_rad)
+
+    def blocks(values: FloatArray, outside: float) -> FloatArray:
+        filled = np.full(count * size, outside)
+        filled[: values.size] = np.where(both, values, outside)
+        return filled.reshape(count, size)
+
+    away = np.where(both, phase_rad, 0.0) - echo.phase_rad
+    low, high = blocks(away, np.inf).min(axis=1), blocks(away, -np.inf).max(axis=1)
+    seen = np.isfinite(low)
+    middle = np.where(seen, 0.5 * (np.where(seen, low, 0.0) + np.where(seen, high, 0.0)), np.nan)
+    turned = blocks(echo.phase_rad, -np.inf).max(axis=1) - blocks(echo.phase_rad, np.inf).min(axis=1)
+    allowed = settings.most_rad + settings.share * np.where(seen, turned, 0.0)
+    apart = seen & (np.where(seen, high - low, 0.0) > allowed)
+    with np.errstate(invalid="ignore"):
+        stepped = np.abs(np.diff(middle)) > np.minimum(allowed[1:], allowed[:-1])
+    apart[1:] |= stepped
+    apart[:-1] |= stepped
+    return np.asarray(np.repeat(apart, size)[: phase_rad.size])

@@ -29,7 +29,7 @@ class EchoSettings:
     most_wander
         Of the offset within 0.3 s, root mean square in amplitudes.
     least_known
-        Share of what is stronger than noise whose offset must be known: with less the target is too slow for spectra.
+        Share of the clear frames whose offset must be known: with less the target is too slow for spectra.
     slow, most_slow
         What is slower than this share of the lowest Doppler frequency near by is taken off where its power is more than
         that share of all: a quarter of the amplitude.
@@ -152,7 +152,7 @@ def follow_echo(
     strong = power > settings.over_noise * noise_power
     # an offset that runs about as far as the echo turns is another echo, slower and stronger
     known = np.hypot(drift / settings.most_drift, _wander(offset, rate_hz) / settings.most_wander) < amplitude
-    if not strong.any() or (strong & known).sum() < settings.least_known * strong.sum():
+    if not (strong & known).any() or known[doppler.centre[doppler.clear]].mean() < settings.least_known:
         return None
     usual = float(np.quantile(amplitude[strong & known], 0.9))
     strong &= (

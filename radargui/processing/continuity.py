@@ -31,11 +31,13 @@ Only after a rest: without one no joint estimate tests what adaptive finds in si
 """
 LEAST_KNOWN = 0.12
 """Share of the motion that a path of one receiver must be known in: less is more likely noise than an echo."""
-MOST_TURNS, MOST_AWAY = 400.0, 0.02
+MOST_TURNS, MOST_AWAY = 60.0, 0.02
 """After a rest a path of fewer fringes that strays in no more of the moments with an echo is known in the others too.
 
 Spectra do not know the offset where a fall begins, and a low-pass rounds its impacts.
 """
+MOST_GAP_S = 0.5
+"""Where no echo leads for so long it has faded: a flight below 30 cm turns round in less."""
 MOST_STRAYED = 0.3
 """Share of the moments with an echo in which a path may turn otherwise, and is invalid: more is no single slip."""
 LOST = "the echo was lost {times}: path lengths start anew after it, and the position is not known there"
@@ -87,6 +89,11 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
         paths=replace(motion.paths, valid=valid),
     )
     return _divided(motion, conditioned, wavelength_m) if alone else motion
+
+
+def longest_gap_s(echo: Echo, moving: slice, rate_hz: float) -> float:
+    """Return for how long at the most no echo leads between the first and the last moment that one does."""
+    return float(np.diff(np.flatnonzero(echo.leads[moving])).max(initial=0) / rate_hz)
 
 
 def is_alone(conditioned: Conditioned) -> bool:
@@ -170,7 +177,12 @@ def _judged_by_echo(
     """Return the verdict on a receiver whose echo is known; moments that do not agree become invalid, in place."""
     turns = float(np.ptp(echo.phase_rad)) / (2.0 * np.pi)
     away = strays(phase_rad, valid, echo, rate_hz) & echo.leads
-    if rested and turns < MOST_TURNS and away.sum() <= MOST_AWAY * max(int(echo.leads.sum()), 1):
+    if (
+        rested
+        and turns < MOST_TURNS
+        and longest_gap_s(echo, moving, rate_hz) < MOST_GAP_S
+        and away.sum() <= MOST_AWAY * max(int(echo.leads.sum()), 1)
+    ):
         return channel
     valid &= echo.leads
     before = int(valid[moving].sum())

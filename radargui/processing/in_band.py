@@ -14,7 +14,7 @@ from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
 from radargui.model.path import PathLengths
 from radargui.model.quality import ChannelQuality
-from radargui.processing.continuity import MOST_AWAY, MOST_TURNS, checked
+from radargui.processing.continuity import MOST_AWAY, MOST_GAP_S, MOST_TURNS, checked, longest_gap_s
 from radargui.processing.measured_motion import MeasuredMotion
 
 ABOVE_NOISE = 1.5
@@ -73,9 +73,12 @@ def measure_in_band(
 
 def _agree(circles: MeasuredMotion, conditioned: Conditioned) -> bool:
     """Whether circles that know the slow beginning of a motion turn as the echoes do where these lead."""
+    moving = slice(conditioned.segment.first, conditioned.segment.last)
     for k, echo in enumerate(conditioned.echoes):
         phase, valid = circles.paths.phase_rad[k], circles.paths.valid[k]
-        if echo is None or circles.corrected.channels[k].verdict == "rejected":
+        if echo is None or longest_gap_s(echo, moving, conditioned.sample_rate_hz) >= MOST_GAP_S:
+            return False
+        if circles.corrected.channels[k].verdict == "rejected":
             return False
         away = strays(phase, valid, echo, conditioned.sample_rate_hz) & echo.leads
         if away.sum() > MOST_AWAY * max(int(echo.leads.sum()), 1):

@@ -41,6 +41,7 @@ def collected_in_the_main_thread_only() -> Iterator[None]:
     gc.disable()
     gc.freeze()  # what stands now is not looked at again
     yield
+    gc.unfreeze()  # at the interpreter's end windows that nobody could collect would outlive the application
     gc.collect()
 
 

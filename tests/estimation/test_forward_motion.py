@@ -122,3 +122,8 @@ def test_position_derivative_is_right_up_to_the_amplitudes_slope() -> None:
         up, down = (receiver_signal(node + s * step, theta, layout, inputs, 0).value for s in (1, -1))
         slope = (up - down) / 2e-7
         assert np.abs(at.by_position[:, axis] - slope).max() < 0.01 * np.abs(slope).max()
+
+
+def test_a_motion_without_breaks_has_no_one_sided_slopes() -> None:
+    spline = make_spline(0.0, 0.4, np.empty(0))
+    assert [side.shape for side in one_sided_slopes(spline)] == [(0, spline.size)] * 2

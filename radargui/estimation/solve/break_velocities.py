@@ -172,6 +172,8 @@ def one_sided_slopes(spline: MotionSpline) -> tuple[csr_matrix, csr_matrix]:
 
     A cubic's slope at the end of four even points: (-11 f0 + 18 f1 - 9 f2 + 2 f3) / (6 h).
     """
+    if not spline.break_s.size:
+        return csr_matrix((0, spline.size)), csr_matrix((0, spline.size))
     edge, out = spline.edge_s, []
     last = np.array([1.0 - share[-2] for share in spline.fractions[:-1]]) * np.diff(edge)[:-1]
     first = np.array([share[1] for share in spline.fractions[1:]]) * np.diff(edge)[1:]

@@ -30,6 +30,9 @@ class FrontEndSettings:
         Of successive frames, whose means tell how far slow disturbances move the front end.
     huber
         Standard deviations beyond which a frame counts less (Huber 1964).
+    most_gain, most_angle_deg
+        Gain ratio (or its inverse) and quadrature error that no mixer has: cheap ones are within 0.6 to 1.6 and 35
+        deg. What shows more turns no one way: a tone or a hum that is the same on both channels.
     """
 
     least_frames: int = 4
@@ -38,13 +41,15 @@ class FrontEndSettings:
     least_u: float = 0.004
     groups: int = 8
     huber: float = 3.0
+    most_gain: float = 2.5
+    most_angle_deg: float = 50.0
 
 
 SETTINGS = FrontEndSettings()
 
 
 def front_end_of(doppler: Doppler, settings: FrontEndSettings = SETTINGS) -> FrontEnd | None:
-    """Return gain ratio and quadrature error from the lines of I and Q, None with too few clear frames.
+    """Return gain ratio and quadrature error from the lines of I and Q; None with few clear frames, or for no mixer.
 
     An echo that turns one way has no image, <z^2> = 0: g^2 = <Q^2> / <I^2> and sin eps = <I Q> / sqrt(<I^2><Q^2>),
     with the moments taken over the bins of each frame's line. A fit of circles takes a second reflection, at twice the
@@ -63,6 +68,8 @@ def front_end_of(doppler: Doppler, settings: FrontEndSettings = SETTINGS) -> Fro
     # what disturbs is about as strong throughout: the weaker the echo, the farther it is moved
     moved = np.maximum(1.0, np.median(power) / power)
     (gain, u_gain), (angle, u_angle) = (_mean(one, 1.0 / power, moved, settings) for one in (log_gain, eps))
+    if abs(gain) > np.log(settings.most_gain) or abs(angle) > np.radians(settings.most_angle_deg):
+        return None
     gain = float(np.exp(gain))
     return FrontEnd(gain, gain * u_gain, float(np.degrees(angle)), float(np.degrees(u_angle)))
 

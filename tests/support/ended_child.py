@@ -9,6 +9,8 @@ import os
 import struct
 import sys
 
+from support.killing import hear_signals
+
 from radargui.cli import record
 from radargui.cli.app import app
 from radargui.cli.console import guarded
@@ -32,6 +34,7 @@ class TellingSource(SimulatedSource):
 
 
 def main() -> None:
+    hear_signals()
     descriptor = int(sys.argv[1])
     record.make_source = lambda _kind, setup, **_: TellingSource(setup, descriptor)
     raise SystemExit(guarded(app, sys.argv[2:]))

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 from PySide6.QtCore import QTimer
+from support.killing import hear_signals
 
 from radargui.gui.app import run_window
 from radargui.gui.control.app_state import AppState
@@ -38,5 +39,6 @@ class RecordingWindow(MainWindow):
 if __name__ == "__main__":
     import radargui.gui.main_window
 
+    hear_signals()
     radargui.gui.main_window.MainWindow = RecordingWindow  # type: ignore[misc]
     raise SystemExit(run_window(Path(sys.argv[1])))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import struct
 import subprocess
 import sys
@@ -19,6 +20,13 @@ from radargui.sources.simulated import simulate_recording
 
 ROOT = Path(__file__).resolve().parents[2]
 LOST_S = 0.6
+
+
+def hear_signals() -> None:
+    """Hear Ctrl-C and hang-up in a child of the tests, also where whoever started them (nohup, `&`) ignores both."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def killed_setup(rate_hz: float) -> Setup:

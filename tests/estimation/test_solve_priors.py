@@ -51,13 +51,14 @@ def test_constants_keep_near_where_the_fit_starts_and_front_ends_near_zero() -> 
     assert prior.sd[LAYOUT.planes].tolist() == [0.03, 0.03, 0.03, 0.15, 0.03, 0.03]
 
 
-def test_a_wall_has_no_lobe_and_a_floor_has() -> None:
+def test_a_wall_has_wider_lobes_than_a_floor_and_keeps_some() -> None:
     prior = prior_of()
     floor, wall = LAYOUT.transmitter_lobe.start, LAYOUT.transmitter_lobe.start + 2
     assert prior.sd[floor] == 0.03
-    assert prior.sd[wall] == 1e-4
-    (held,) = [group for group in prior.groups if wall in group.index]
-    assert held.lowest == held.highest == 1e-4
+    assert prior.sd[wall] == 0.1
+    (own,) = [group for group in prior.groups if wall in group.index]
+    assert floor not in own.index
+    assert (own.lowest, own.highest) == (0.03, 0.3)
 
 
 def test_a_setting_can_be_varied_alone() -> None:

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.scenes.draw import draw_scene
+from benchmarks.scenes.scene import make_record
 from support.changed import changed
 from support.small_setups import quick_setup
 
@@ -234,3 +236,14 @@ def test_a_release_position_that_the_setup_does_not_give_is_told(setup: Setup) -
     result = process(recording, Setup.model_validate(plain))
     assert any("release_position_m" in warning for warning in result.warnings)
     assert not any("release_position_m" in warning for warning in process(recording, setup).warnings)
+
+
+def test_a_correction_that_fails_in_one_of_four_receivers_is_not_trusted_in_the_others() -> None:
+    # one leaves the circle by 269 %, another by 33 %, which is usable: the track of the three was 16 mm wrong
+    record = make_record(draw_scene(9212, "generic", None))
+    published = changed(record.setup, processing={"correction": "published"})
+    result = process(record.recording, published)
+    assert result.status == "rejected"
+    assert result.reason.startswith("receiver 3: corrected I and Q leave the circle")
+    assert result.track is not None
+    assert not result.track.valid.any()

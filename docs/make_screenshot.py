@@ -30,7 +30,7 @@ PICTURE = Path(__file__).parent / "images" / "window.png"
 MOST_BYTES = 300_000
 SIZE = (1440, 900)
 LONGEST_S = 300.0
-NEAR_FLOOR_MM = -130.0
+NEAR_FLOOR_MM = -60.0
 
 
 def main() -> int:

@@ -166,12 +166,13 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
 
 
 def _left_out(part: Part, motion: MeasuredMotion) -> dict[int, str]:
-    """Return why receivers are left out that the estimate rejected, where enough others remain; else nothing.
+    """Return why receivers are left out that the correction rejected, where enough others remain; else nothing.
 
     A correction of each receiver by itself that fails in one says little good of it in the others: they may leave the
-    circle by a third and be `usable`. There the run is refused.
+    circle by a third and be `usable`. Unless all of them are good the run is refused.
     """
-    if motion.corrected.method not in ("adaptive", "joint"):
+    verdicts = {channel.verdict for channel in motion.corrected.channels}
+    if motion.corrected.method not in ("adaptive", "joint") and "usable" in verdicts:
         return {}
     channels = zip(part.receivers, motion.corrected.channels, strict=True)
     faults = {number: channel.reason for number, channel in channels if channel.verdict == "rejected"}

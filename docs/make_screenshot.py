@@ -9,13 +9,14 @@ Run it where a display is (a virtual one will do):
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import sys
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QBuffer, QCoreApplication, QIODevice, Qt
+from PySide6.QtCore import QBuffer, QCoreApplication, QEventLoop, QIODevice, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
@@ -30,6 +31,9 @@ PICTURE = Path(__file__).parent / "images" / "window.png"
 MOST_BYTES = 300_000
 SIZE = (1440, 900)
 LONGEST_S = 300.0
+"""For each thing that is waited for, and for the whole."""
+TURN_MS = 50
+"""Events are handled so long at most before the time is looked at."""
 NEAR_FLOOR_MM = -60.0
 
 
@@ -40,6 +44,8 @@ def main() -> int:
     parser.add_argument("--output", type=Path, default=PICTURE)
     chosen = parser.parse_args()
 
+    # where OpenGL in software draws slower than new pictures are asked for, Qt may never come back to be asked the time
+    faulthandler.dump_traceback_later(LONGEST_S, exit=True)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)
     application = QApplication(sys.argv[:1])
     with tempfile.TemporaryDirectory() as folder:
@@ -52,6 +58,7 @@ def main() -> int:
         try:
             take(window, application, chosen.output)
         finally:
+            faulthandler.cancel_dump_traceback_later()
             window.may_leave = lambda: True  # type: ignore[method-assign]
             window.close()
     return 0
@@ -98,7 +105,7 @@ def wait(application: QApplication, condition: Callable[[], bool]) -> None:
     while not condition():
         if time.monotonic() > end:
             raise TimeoutError("the moment of the picture never came")
-        application.processEvents()
+        application.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, TURN_MS)
         time.sleep(0.002)
 
 

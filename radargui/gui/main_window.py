@@ -45,6 +45,7 @@ from radargui.gui.theme import Theme
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.wiring.wiring_controller import WiringController
 from radargui.gui.work_strip import WorkStrip
+from radargui.model.errors import SessionError
 from radargui.session.folder import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 
@@ -103,7 +104,7 @@ class MainWindow(QMainWindow):
         )
         self.antennas = AntennaPanel(self.setup_model, theme)
         data_folder = settings.path("data_folder") or default_data_folder()
-        self.session_panel = SessionPanel(data_folder, settings.text("operator"))
+        self.session_panel = SessionPanel(theme, data_folder, settings.text("operator"))
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
         self.planes = IQPlanePanel(theme)
         self.track = TrackPanel(theme, self.setup_model.setup)
@@ -194,12 +195,20 @@ class MainWindow(QMainWindow):
         if not self.setup_model.valid:
             self.board.post("error", self.setup_model.error)
             return False
+        self.hardware.replay.fault.say("")
+        self.session_panel.folder_fault.say("")
         if self.hardware.kind == "replay" and self.hardware.replay.path is None:
             words = "No file to replay is chosen. Choose one under Hardware setup."
             self.hardware.replay.fault.say(words.partition(".")[0])
             self.board.post("error", words)
             return False
         return True
+
+    def _say_at_field(self, error: BaseException) -> None:
+        """Say what failed at the field that is to be corrected, besides the message."""
+        self.session_panel.say_at_field(error)
+        if self.hardware.kind == "replay" and not isinstance(error, SessionError) and not self.control.had_source:
+            self.hardware.replay.fault.say(f"File: {error}")
 
     def _follow_live(self) -> None:
         self.track.show_live()
@@ -260,6 +269,7 @@ class MainWindow(QMainWindow):
         self.control.state_changed.connect(self._show_state)
         self.control.feed_changed.connect(self._show_feed)
         self.control.session_changed.connect(self._show_session)
+        self.control.failed.connect(self._say_at_field)
         self.control.warned.connect(lambda text, topic: self.board.post("warning", text, topic=topic))
         self.runs.run_chosen.connect(lambda _entry: self.panels.bring_up("run"))
 

@@ -13,12 +13,16 @@ _UNFIT = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 
 
+class DataFolderError(SessionError):
+    """No session can be made in the folder that was chosen for sessions."""
+
+
 def new_folder(parent: Path, name: str) -> Path:
     """Make a folder that was not there; where the name is taken, -2, -3, ... is added.
 
     Raises
     ------
-    SessionError
+    DataFolderError
         It cannot be made.
     """
     try:
@@ -31,12 +35,12 @@ def new_folder(parent: Path, name: str) -> Path:
                 continue
             return folder
     except OSError as error:
-        raise SessionError(
+        raise DataFolderError(
             f"No session can be made in {parent}: {error.strerror or error}.",
             reasons=("the folder cannot be written", "part of the path is a file", "the disk is full"),
             remedy="Choose another data folder.",
         ) from None
-    raise SessionError(f"{parent} holds too many sessions named {name}.", remedy="Choose another name.")
+    raise DataFolderError(f"{parent} holds too many sessions named {name}.", remedy="Choose another name.")
 
 
 def own_subfolder(session: Path, name: str) -> Path:

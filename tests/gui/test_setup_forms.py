@@ -11,12 +11,14 @@ from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.plane_wave import t_matrix
+from radargui.gui.control.app_state import AppState
 from radargui.gui.layout import FaultText
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES
 from radargui.gui.setup.words import parse_number, show_number
 from radargui.model.errors import DeviceError
 from radargui.model.setup_file import read_setup
+from radargui.session.folder import default_data_folder
 from radargui.sources.ni.device import NiDevice
 
 OTHER = {"antennas": "hardware", "hardware": "antennas"}
@@ -243,3 +245,36 @@ def test_scaled_numbers_come_back_as_they_were_typed() -> None:
     for text in ("0.1", "702.5", "33.333", "1e-3", "123456"):
         value = parse_number(text, 1000.0)
         assert float(show_number(value, 1000.0)) == float(text)
+
+
+def test_a_folder_or_file_that_cannot_be_used_is_told_at_its_field(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    def failed() -> None:
+        window.actions_.record.trigger()
+        wait_for(lambda: window.control.state is AppState.FAILED)
+        assert window.board.notices[0].level == "error", "and among the messages"
+
+    window.panels.go_to("session")
+    folder, fault = field(window, "session.data_folder"), window.session_panel.folder_fault
+    folder.setText(str(tmp_path / "lab.toml" / "data"))
+    failed()
+    assert fault.isVisible()
+    assert fault.text().startswith(f"Data folder: No session can be made in {tmp_path / 'lab.toml' / 'data'}: ")
+    folder.setText("")
+    assert fault.isHidden()
+    assert window.session_panel.data_folder == default_data_folder(), "as the empty field says"
+    assert folder.placeholderText() == str(default_data_folder())
+
+    folder.setText(str(tmp_path / "data"))
+    window.hardware.choose("replay")
+    window.panels.go_to("hardware")
+    window.hardware.replay.choose(tmp_path / "gone.csv")
+    failed()
+    fault = window.hardware.replay.fault
+    assert fault.isVisible()
+    assert fault.text().startswith("File: ")
+    assert "gone.csv" in fault.text()
+    assert window.session_panel.folder_fault.isHidden()
+    window.hardware.replay.choose(tmp_path / "lab.csv")
+    assert fault.isHidden()

@@ -113,18 +113,36 @@ def test_a_session_is_exported_and_nothing_is_replaced_unasked(
     path = make_session(tmp_path / "data", 4, n_runs=2)
     window.sessions.open(path)
     target = tmp_path / "out"
-    for attempt in range(2):
+
+    def ordered(folder: Path) -> ExportDialog:
         window.actions_.export_samples.trigger()
         dialog = dialog_of(window)
         assert isinstance(dialog, ExportDialog)
         dialog.kind.setCurrentIndex(dialog.kind.findData("tdms"))
-        dialog.folder.setText(str(target))
+        dialog.folder.setText(str(folder))
         dialog.go.click()
-        wait_for(lambda: not window.work.busy)
-        if attempt == 0:
-            assert [file.name for file in sorted(target.iterdir())] == ["run-0001.tdms", "run-0002.tdms"]
-            assert not [notice for notice in window.board.notices if notice.level == "error"]
-    assert [notice for notice in window.board.notices if notice.level == "error"]
+        wait_for(lambda: not window.jobs.running and not window.work.busy)
+        return dialog
+
+    assert ordered(target).isHidden()
+    assert [file.name for file in sorted(target.iterdir())] == ["run-0001.tdms", "run-0002.tdms"]
+    (target / "run-0001.tdms").write_bytes(b"of somebody else")
+
+    # a fault stands at its field, and the dialog with what was chosen stays
+    wrong = ordered(tmp_path / "lab.toml" / "out")
+    assert wrong.fault.isVisible()
+    assert wrong.fault.text().startswith(f"Folder: {tmp_path / 'lab.toml' / 'out'} cannot be made: ")
+    again = ordered(target)
+    assert again.fault.isVisible()
+    assert "run-0001.tdms are there already" in again.fault.text().replace(f", {target / 'run-0002.tdms'}", "")
+    assert again.fault.text().endswith("Choose another folder, or tick “Replace files that are there”.")
+    assert (target / "run-0001.tdms").read_bytes() == b"of somebody else"
+    again.replace.setChecked(True)
+    assert again.fault.isHidden()
+    again.go.click()
+    wait_for(lambda: not window.jobs.running and not window.work.busy)
+    assert again.isHidden()
+    assert not [notice for notice in window.board.notices if notice.level == "error"]
     original = read_recording(path / "run-0001.h5")
     np.testing.assert_array_equal(read_recording(target / "run-0001.tdms").volts(), original.volts())
 
@@ -145,7 +163,7 @@ def test_cancelled_work_leaves_no_half_file(
 
     monkeypatch.setattr("radargui.gui.work_strip.Task.report", cancelled)
     dialog.go.click()
-    wait_for(lambda: not window.work.busy)
+    wait_for(lambda: not window.jobs.running and not window.work.busy)
     assert not list((tmp_path / "out").iterdir())
     assert "cancelled" in window.board.notices[-1].text
 

@@ -72,6 +72,8 @@ class RunControl(QObject):
         self.kept = 0
         """Runs recorded since Record was asked for, without those that were set aside."""
         self.has_preliminary = False
+        self.had_source = False
+        """Whether what failed last had a source by then: else it could not be made, a file not be read."""
         self._mailbox = Mailbox(self)
 
     @property
@@ -370,6 +372,7 @@ class RunControl(QObject):
         if self._worker is not None:
             self._worker.join()
         request = self._next
+        self.had_source = self._of_worker.reached.source is not None
         if error is not None:
             self._finish(AppState.IDLE if self._of_worker.stops else AppState.FAILED)
             self.failed.emit(error)

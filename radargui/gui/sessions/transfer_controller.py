@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
@@ -10,34 +9,30 @@ from PySide6.QtWidgets import QCheckBox, QDialog, QFileDialog, QLineEdit, QVBoxL
 
 from radargui.experiment.importing import Imported, ImportOrder, import_recordings
 from radargui.files.export import EXPORT_FORMATS, ExportFormat
+from radargui.files.fresh_file import make_folder
+from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import Choice, Group, button, fill, side_by_side
+from radargui.gui.layout import Choice, FaultText, Group, button, fill, side_by_side
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.import_dialog import ImportDefaults, ImportDialog
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.work_strip import Task
-from radargui.session.export import FOLDER, ExportedRun, plan_export
-
-
-@dataclass(frozen=True, slots=True)
-class ExportOrder:
-    """What the operator wants: a session folder or a run file, written in a format to a folder."""
-
-    what: Path
-    kind: ExportFormat
-    folder: Path
-    force: bool
+from radargui.gui.theme import Theme
+from radargui.model.errors import FileError
+from radargui.session.export import FOLDER, ExportedRun, ExportPlan, plan_export
 
 
 class ExportDialog(QDialog):
-    """Asks what to export."""
+    """Asks what to export; `ordered` brings the plan, once the folder is one that takes it."""
 
     ordered = Signal(object)
 
-    def __init__(self, session: Path, run: Path | None, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, jobs: Jobs, theme: Theme, session: Path, run: Path | None, parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
+        self._jobs = jobs
         self.setWindowTitle("Export samples")
         self.setMinimumWidth(520)
         one = [(run, f"The chosen run, {run.stem}")] if run is not None else []
@@ -50,10 +45,14 @@ class ExportDialog(QDialog):
         group.row("What", self.what)
         group.row("Format", self.kind, "Each file carries the settings and units")
         group.row("Folder", side_by_side(self.folder, button("Choose…", self._browse)))
+        self.fault = FaultText(theme)
+        group.whole(self.fault)
         group.whole(self.replace)
         ends = side_by_side(go, button("Cancel", self.reject))
         fill(QVBoxLayout(self), group, ends, margins=(9, 9, 9, 9), spacing=6)
         self.folder.textChanged.connect(lambda text: go.setEnabled(bool(text.strip())))
+        for changed in (self.folder.textChanged, self.replace.toggled, self.kind.activated, self.what.activated):
+            changed.connect(lambda _value: self.fault.say(""))
 
     def _browse(self) -> None:
         name = QFileDialog.getExistingDirectory(self, "Export to", self.folder.text())
@@ -62,9 +61,21 @@ class ExportDialog(QDialog):
 
     def _order(self) -> None:
         folder = Path(self.folder.text().strip().strip('"')).expanduser()
-        kind = EXPORT_FORMATS[self.kind.currentData()]
-        self.ordered.emit(ExportOrder(Path(self.what.currentData()), kind, folder, self.replace.isChecked()))
-        self.accept()
+        what, kind, force = self.what.currentData(), EXPORT_FORMATS[self.kind.currentData()], self.replace.isChecked()
+        self.go.setEnabled(False)
+        self._jobs.start(
+            "looking at the folder", lambda: _planned(Path(what), kind, folder, force=force), self._accept, self._refuse
+        )
+
+    def _accept(self, plan: ExportPlan) -> None:
+        if self.isVisible():
+            self.ordered.emit(plan)
+            self.accept()
+
+    def _refuse(self, error: BaseException) -> None:
+        self.go.setEnabled(True)
+        said = f"Folder: {error}" if isinstance(error, FileError) else str(error)
+        self.fault.say(said.replace("write over with --force", f"tick “{self.replace.text()}”"))
 
 
 class TransferController(QObject):
@@ -100,7 +111,13 @@ class TransferController(QObject):
             self._board.post("warning", "There is nothing to export: record a run, or open a session.")
             return
         chosen = self._runs.chosen
-        dialog = ExportDialog(session.path, chosen.path if chosen else None, self._services.parent)
+        dialog = ExportDialog(
+            self._services.jobs,
+            self._services.theme,
+            session.path,
+            chosen.path if chosen else None,
+            self._services.parent,
+        )
         dialog.ordered.connect(self.take_out)
         self._show(dialog)
 
@@ -110,19 +127,23 @@ class TransferController(QObject):
             "importing recordings",
             lambda task: import_recordings(order, task.report),
             self._brought_in,
-            self._board.post_error,
+            self._not_brought_in,
             lambda: self._board.post("info", "The import was cancelled; runs that were there already are kept."),
         )
 
-    def take_out(self, order: ExportOrder) -> None:
+    def take_out(self, plan: ExportPlan) -> None:
         """Export in the background."""
         self._services.work.start(
             "exporting samples",
-            lambda task: _taken_out(order, task),
-            lambda runs: self._taken(order, runs),
+            lambda task: tuple(plan.carry_out(task.report)),
+            lambda runs: self._taken(plan, runs),
             self._board.post_error,
-            lambda: self._board.post("info", f"The export was cancelled; files that were done are in {order.folder}"),
+            lambda: self._board.post("info", f"The export was cancelled; files that were done are in {plan.folder}"),
         )
+
+    def _not_brought_in(self, error: BaseException) -> None:
+        self._board.post_error(error)
+        self._panel.say_at_field(error)
 
     def _brought_in(self, imported: Imported) -> None:
         for error in imported.errors:
@@ -134,13 +155,13 @@ class TransferController(QObject):
         if not self._control.state.running:
             self.imported.emit(imported.session)
 
-    def _taken(self, order: ExportOrder, runs: tuple[ExportedRun, ...]) -> None:
+    def _taken(self, plan: ExportPlan, runs: tuple[ExportedRun, ...]) -> None:
         for run in runs:
             if run.error is not None:
                 self._board.post_error(run.error)
         files = sum(len(run.paths) for run in runs)
         if files:
-            self._board.post("info", f"{files} files written to {order.folder}")
+            self._board.post("info", f"{files} files written to {plan.folder}")
 
     def _show(self, dialog: QDialog) -> None:
         if self.dialog is not None:
@@ -150,5 +171,7 @@ class TransferController(QObject):
         dialog.show()
 
 
-def _taken_out(order: ExportOrder, task: Task) -> tuple[ExportedRun, ...]:
-    return tuple(plan_export(order.what, order.kind, order.folder, force=order.force).carry_out(task.report))
+def _planned(what: Path, kind: ExportFormat, folder: Path, *, force: bool) -> ExportPlan:
+    plan = plan_export(what, kind, folder, force=force)
+    make_folder(folder)
+    return plan

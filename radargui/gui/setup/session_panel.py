@@ -8,7 +8,9 @@ from typing import NamedTuple
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QFileDialog, QLineEdit, QPlainTextEdit, QVBoxLayout, QWidget
 
-from radargui.gui.layout import FormScroll, Group, PlainLabel, button, fill, side_by_side
+from radargui.gui.layout import FaultText, FormScroll, Group, PlainLabel, button, fill, side_by_side
+from radargui.gui.theme import Theme
+from radargui.session.folder import DataFolderError, default_data_folder
 from radargui.session.info import JournalEntry
 
 
@@ -30,13 +32,17 @@ class SessionPanel(QWidget):
     open_asked = Signal()
     mark_asked = Signal(str)
 
-    def __init__(self, data_folder: Path, operator: str = "") -> None:
+    def __init__(self, theme: Theme, data_folder: Path, operator: str = "") -> None:
         super().__init__()
         group = Group("Session")
         self._folder = self._line("data_folder", str(data_folder))
+        self._folder.setPlaceholderText(str(default_data_folder()))
+        self.folder_fault = fault = FaultText(theme)
+        self._folder.textChanged.connect(lambda _text: fault.say(""))
         self._folder.textChanged.connect(lambda _text: self.folder_changed.emit())
         self._choose = button("Choose…", self._browse)
         group.row("Data folder", side_by_side(self._folder, self._choose), "A new session makes its folder here")
+        group.whole(fault)
         self._operator = self._line("operator", operator)
         self._sample, self._target = self._line("sample"), self._line("target")
         for field, words, tip in (
@@ -69,8 +75,9 @@ class SessionPanel(QWidget):
 
     @property
     def data_folder(self) -> Path:
-        """Where new sessions go."""
-        return Path(self._folder.text().strip().strip('"')).expanduser()
+        """Where new sessions go; the folder that the empty field shows, where nothing was typed."""
+        text = self._folder.text().strip().strip('"')
+        return Path(text).expanduser() if text else default_data_folder()
 
     @property
     def details(self) -> Details:
@@ -85,6 +92,11 @@ class SessionPanel(QWidget):
         for widget, text in zip(fields, (operator, notes, sample, target), strict=True):
             with QSignalBlocker(widget):
                 widget.setText(text) if isinstance(widget, QLineEdit) else widget.setPlainText(text)
+
+    def say_at_field(self, error: BaseException) -> None:
+        """Say what is wrong with the data folder, where it is that."""
+        if isinstance(error, DataFolderError):
+            self.folder_fault.say(f"Data folder: {error}")
 
     def show_session(self, path: Path | None, *, read_only: bool = False) -> None:
         """Name the session that runs go to; one for looking only takes no changes."""

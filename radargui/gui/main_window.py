@@ -292,7 +292,6 @@ class MainWindow(QMainWindow):
         self.banner.look()
         if not running:
             self.health.show_health(None)
-            self.scopes.idle()
 
     def _show_actions(self) -> None:
         state = self.control.state

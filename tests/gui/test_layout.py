@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QPushButton, QSplitter, QWidget
 
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES, Room
+from radargui.gui.runs.run_model import RunEntry
+from radargui.model.drop import RunOrigin
 
 SMALL = QSize(1350, 680)
 """What a screen of 1366 x 768 leaves of a window beside its frame, its title and the system's bar."""
@@ -70,12 +72,29 @@ def test_nothing_is_cut_on_a_small_screen(small: MainWindow, record_one: Any) ->
                     assert ignored or not cut(one), (name, one, one.objectName(), getattr(one, "text", str)())
 
 
-def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small: MainWindow, record_one: Any) -> None:
-    small.setup_model.assign("processing.correction", "adaptive")
-    record_one(small)
+@pytest.mark.parametrize("small", [SMALL, SMALLEST], indirect=True)
+def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small: MainWindow, tmp_path: Any) -> None:
+    origin = RunOrigin("simulated")
+    measured = {"e": 0.80001, "u_e": 2.2e-4, "g_m_s2": 9.81, "u_g_m_s2": 0.011, "drop_height_m": 0.26}
+    states: tuple[dict[str, Any], ...] = (
+        {"summary": measured | {"impact_speed_m_s": 2.259, "verdict": "usable", "preliminary": True}},
+        {"waits": True},
+        {"rejected": "rejected by the operator"},
+    )
+    small.runs.set_show_rejected(True)
+    for number, state in enumerate(states, start=1):
+        now = "2026-05-04T10:00:00+02:00"
+        small.runs.put(RunEntry(tmp_path / f"run-{number:04d}.h5", started_at=now, origin=origin, **state))
     looked_at(small, "runs")
     table, model = small.runs.table, small.runs.model
-    for column in range(model.columnCount()):
+    last = model.columnCount() - 1
+    for row, entry in enumerate(model.entries):
+        inside = QRect(0, 0, table.columnWidth(last) - 8, 10_000)
+        needed = table.fontMetrics().boundingRect(inside, Qt.TextFlag.TextWordWrap, entry.verdict)
+        assert entry.verdict
+        assert needed.height() <= table.rowHeight(row), entry.verdict
+        assert needed.width() <= inside.width(), entry.verdict
+    for column in range(last):
         words = (
             str(model.headerData(column, Qt.Orientation.Horizontal)),
             str(model.data(model.index(0, column), Qt.ItemDataRole.DisplayRole)),

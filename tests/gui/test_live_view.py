@@ -6,8 +6,10 @@ import threading
 from typing import Any
 
 import numpy as np
+import pytest
 from PySide6.QtCore import Qt
 from support.controlled_source import ControlledSource, codes
+from support.processing_here import ProcessingHere
 
 from radargui.gui.control.app_state import AppState
 from radargui.gui.main_window import MainWindow
@@ -148,6 +150,31 @@ def test_an_axis_says_now_only_while_its_edge_is_now(window: MainWindow, wait_fo
     window.actions_.stop.trigger()
     wait_for(lambda: window.control.state is AppState.IDLE)
     assert [axis_words(plot) for plot in plots] == [held, held]
+
+
+def test_while_results_are_computed_nothing_is_said_of_now(
+    window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go, process = threading.Event(), ProcessingHere.process
+
+    def held(self: ProcessingHere, job: Any, progress: Any, on_preliminary: Any) -> Any:
+        while not go.wait(0.01):
+            progress(0.4)
+        return process(self, job, progress, on_preliminary)
+
+    monkeypatch.setattr(ProcessingHere, "process", held)
+    window.setup_model.assign("processing.correction", "none")
+    window.actions_.record.trigger()
+    wait_for(lambda: window.health.texts()["rate"] != "Rate –")
+    assert axis_words(window.scopes.scopes[-1]) == "time before now [s]"
+    wait_for(lambda: window.control.state is AppState.PROCESSING and window.control.progress > 0.0)
+    wait_for(lambda: window.health.texts()["rate"] == "Rate –")
+    for plot in (window.scopes.scopes[-1], window.track.height_plot):
+        assert axis_words(plot) == "time before the last sample shown [s]"
+    assert all(level._peak_v is None for level in window.scopes.levels)
+    assert window.scopes.scopes[0].points > 0, "the last picture stays"
+    go.set()
+    wait_for(lambda: window.control.state is AppState.DONE)
 
 
 def test_keys_name_only_what_is_drawn(window: MainWindow, record_one: Any, wait_for: Any) -> None:

@@ -84,7 +84,8 @@ class RunControl(QObject):
     @property
     def health(self) -> Health | None:
         """The newest snapshot of the running acquisition; None where none runs. Taken by its worker, not here."""
-        return self._of_worker.reached.health if self._state.running else None
+        reached = self._of_worker.reached
+        return reached.health if self._state.running and not reached.only_processes else None
 
     @property
     def progress(self) -> float:
@@ -255,7 +256,12 @@ class RunControl(QObject):
             return
         reached = self._of_worker.reached
         acquisition = reached.acquisition
-        if acquisition is not None and acquisition is not self._pulled and acquisition.digitisation is not None:
+        if reached.only_processes:
+            # nothing comes in any more: what is shown is not now
+            if self.feed is not None:
+                self.feed = None
+                self.feed_changed.emit(None)
+        elif acquisition is not None and acquisition is not self._pulled and acquisition.digitisation is not None:
             self._pulled = acquisition
             if self._setup is not None:
                 self.feed = Feed(acquisition, self._setup)

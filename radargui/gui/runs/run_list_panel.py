@@ -14,7 +14,7 @@ from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.table import RowTable
 
 _MOST_FITTED = 50
-"""Runs that the columns are fitted to when a session is opened; all of ten thousand would take a second."""
+"""Runs that columns and lines are fitted to when a session is opened; all of ten thousand would take a second."""
 
 
 class RunListPanel(QWidget):
@@ -30,6 +30,9 @@ class RunListPanel(QWidget):
         self.model = RunModel()
         self.table = RowTable(self.model, "runs")
         self.table.setMinimumHeight(50)
+        # a verdict is never cut on a narrow screen: it takes another line
+        self.table.setWordWrap(True)
+        self.table.horizontalHeader().sectionResized.connect(lambda *_sizes: self._fit_rows())
         self.table.selectionModel().selectionChanged.connect(self._chosen)
 
         self.report = button("Make report", self.report_asked, "PDF, HTML, CSV and JSON of this session")
@@ -128,6 +131,13 @@ class RunListPanel(QWidget):
             if self.table.columnWidth(column) < wanted or not self.model.entries:
                 self.table.fit(column, wanted)
         self.table.fit(len(COLUMNS) - 1, 60)
+        self._fit_rows()
+
+    def _fit_rows(self) -> None:
+        """Make the lines as high as their words, of very many those of the last ones."""
+        count = len(self.model.entries)
+        for row in range(max(0, count - _MOST_FITTED), count):
+            self.table.resizeRowToContents(row)
 
     def _refresh_buttons(self) -> None:
         series = self.model.series

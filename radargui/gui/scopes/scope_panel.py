@@ -80,6 +80,8 @@ class ScopePanel(QWidget):
         if feed is not None:
             self.set_receivers(feed.n_receivers, feed.range_v)
             self.clear()
+        else:
+            self._forget_levels()
         self._follow()
 
     def clear(self) -> None:
@@ -88,7 +90,7 @@ class ScopePanel(QWidget):
         for scope in self.scopes:
             scope.clear_data()
         self.key.show_entries(*_KEY)
-        self.idle()
+        self._forget_levels()
 
     def refresh(self, health: Health | None) -> None:
         """Draw what is new; called by the window's timer."""
@@ -110,8 +112,7 @@ class ScopePanel(QWidget):
             scope.draw(time_s, pairs[2 * number : 2 * number + 2], lost)
         self.key.show_entries(*_KEY, *([_LOST] if lost.any() else []))
 
-    def idle(self) -> None:
-        """Nothing comes in any more: levels are unknown, the last picture stays."""
+    def _forget_levels(self) -> None:
         for bar in self.levels:
             bar.show_level(None)
 

@@ -19,7 +19,7 @@ from radargui.gui.theme import Theme
 from radargui.gui.work_strip import Task, WorkStrip
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
-_WIDTHS = {"Date": 130, "Operator": 90, "Sample": 140, "Target": 120, "Runs": 120, "e": 290, "Setup": 90}
+_WIDTHS = {"Date": 120, "Operator": 80, "Sample": 110, "Target": 100, "Runs": 115, "e": 250, "Setup": 75}
 
 _SHARE_MS = 200
 """How often the share of a look that is done is written: seldom enough to be read."""

@@ -19,6 +19,8 @@ ASSUMED = {
 and measured with a calliper, a floor laid with a spirit level, the clock of NI's data sheets. Units as in the names."""
 ASSUMED_FREQUENCY = 1e-6
 """The same of the frequency, relative: a synthesiser with a crystal."""
+TILT, CLOCK = "floor.tilt_deg", "daq.clock_ppm"
+"""No keys of the setup: what `floor.u_tilt_deg` and `daq.u_clock_ppm` belong to."""
 AIR_OVER_VACUUM = 3.2e-4
 """n - 1 of air (ITU-R P.453 at 20 degrees C, 1013 hPa, half humid): what is not known where the setup names no n."""
 

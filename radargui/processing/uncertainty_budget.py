@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from radargui.geometry.antennas import place_antennas
+from radargui.geometry.bistatic import solve_gradient
+from radargui.geometry.path_length import path_gradient, path_lengths
+from radargui.geometry.plane_wave import locate_plane
 from radargui.geometry.scattering import scattering_delay_m
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import assumed_uncertainties, uncertain_inputs
+from radargui.model.assumed import CLOCK, TILT, assumed_uncertainties, uncertain_inputs
 from radargui.model.bounce import Bounces
 from radargui.model.path import PathLengths
 from radargui.model.segment import Segment
 from radargui.model.setup import Setup
 from radargui.model.setup_change import moved
 from radargui.model.track import Track
-from radargui.model.uncertainty_budget import BudgetLine, InputChange, UncertaintyBudget
+from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
 from radargui.processing.locate import locate
+from radargui.restitution.track_response import floor_and_clock, respond
 
 POINTS = 2000
 """Samples of the motion that are located again for each input: how a track bends needs no more, and each is a solve."""
-SAME_IMPACT_S = 0.005
-"""Impacts of two tracks nearer than this are one: neighbours are 13 ms apart at least."""
 HYPOTHETICAL_DEG = (0.0, 45.0, 90.0, 135.0)
 """Of the transmitter's field, where nobody says it: half a turn of directions, the other half is the same."""
 HYPOTHETICAL_TURNS_DEG = (-55.0, 55.0)
 """Of the receivers from the strongest signal: as for the joint estimate."""
-BouncesOf = Callable[[Track, Segment, Setup, float], Bounces]
 
 
 def with_budget(
@@ -89,17 +90,11 @@ def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
 
 
 def changes_of_track(
-    paths: PathLengths,
-    track: Track,
-    bounces: Bounces,
-    setup: Setup,
-    segment: Segment,
-    bounces_of: BouncesOf,
-    sample_rate_hz: float,
+    paths: PathLengths, track: Track, bounces: Bounces, setup: Setup, segment: Segment
 ) -> tuple[InputChange, ...]:
-    """Return what a located track changes by with each uncertain input of the setup, by finite differences.
+    """Return what a located track changes by with each uncertain input of the setup, to first order.
 
-    The track is located again from the same path lengths (GUM, 5.1.3). That these change with the geometry too,
+    The same path lengths are located with the input moved (GUM, 5.1.3). That these change with the geometry too,
     through maps of position, is of second order. A sphere that is no point adds the phase it scatters with: by its
     diameter and the polarisations where they are told, else that of a few polarisations.
 
@@ -107,51 +102,52 @@ def changes_of_track(
     ----------
     paths, track, bounces, segment
         Of the run.
-    bounces_of
-        Finds bounces in a track, of which e and g are taken.
-    sample_rate_hz
-        Of the paths.
     """
     size = max(1, (segment.last - segment.first) // POINTS)
     thin = _thinned(paths, size)
     inner = Segment(segment.first // size, segment.last // size, segment.rest_first // size, segment.rest_last // size)
-    rate_hz = sample_rate_hz / size
     base = _located(thin, setup)
     if base is None:
         return ()
-    before = bounces_of(base, inner, setup, rate_hz)
-    impact_s = np.array([own.time_s for own in bounces.impacts])
-    out = []
+    keys: list[tuple[str, Share]] = []
+    shifts: list[FloatArray] = []
 
-    def add(key: str, share: str, other: Track | None, used: Setup, part: float = 1.0) -> None:
-        if other is None:
-            return
-        after = bounces_of(other, inner, used, rate_hz)
-        e = part * (_e_at(impact_s, after) - _e_at(impact_s, before))
-        g = after.free_fall.g_m_s2 - before.free_fall.g_m_s2 if after.free_fall and before.free_fall else float("nan")
-        shift = part * (other.position_m - base.position_m)
-        whole = np.array([np.interp(track.time_s, thin.time_s, row) for row in np.nan_to_num(shift)])
-        out.append(InputChange(key, "sphere" if share == "sphere" else "calibration", whole, e, part * g))
+    def add(key: str, share: Share, shift_m: FloatArray) -> None:
+        keys.append((key, share))
+        shifts.append(shift_m)
 
     told = setup.transmitter.polarization_deg is not None
     for one in uncertain_inputs(setup):
-        if one.u == 0.0 or one.key in ("daq.clock_ppm", "floor.tilt_deg"):
-            continue
-        if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
-            if told:
-                other_m = scattering_delay_m(base.position_m, moved(setup, one.key, one.u))
-                change_m = thin.change_m + scattering_delay_m(base.position_m, setup) - other_m
-                add(one.key, "sphere", _located(replace(thin, change_m=change_m), setup), setup)
+        if one.u == 0.0 or one.key in (CLOCK, TILT):
             continue
         other = moved(setup, one.key, one.u)
+        if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
+            if told:
+                change_m = scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other)
+                add(one.key, "sphere", _moved(base, thin.change_m + change_m, setup, setup))
+            continue
         longer = other.radar.wavelength_m / setup.radar.wavelength_m
-        add(one.key, "calibration", _located(replace(thin, change_m=longer * thin.change_m), other), other)
+        add(one.key, "calibration", _moved(base, longer * thin.change_m, other, setup))
     ways = [] if told else [(angle, turn) for angle in HYPOTHETICAL_DEG for turn in HYPOTHETICAL_TURNS_DEG]
     for angle, turn in ways:
         delay_m = scattering_delay_m(base.position_m, _polarised(setup, angle, turn))
-        body = replace(thin, change_m=thin.change_m - delay_m)
-        add("sphere", "sphere", _located(body, setup), setup, 1.0 / np.sqrt(len(ways)))
-    return tuple(out)
+        add("sphere", "sphere", _moved(base, thin.change_m - delay_m, setup, setup) / np.sqrt(len(ways)))
+    if not shifts:
+        return ()
+    given = "normal" in setup.floor.model_fields_set
+    e, g = respond(base, inner, bounces, np.stack(shifts), given, setup.floor.u_tilt_deg)
+    wholes = [np.array([np.interp(track.time_s, thin.time_s, row) for row in np.nan_to_num(own)]) for own in shifts]
+    changes = [InputChange(*key, *own) for key, *own in zip(keys, wholes, e, g.tolist(), strict=True)]
+    return (*changes, *floor_and_clock(base, inner, bounces, setup, track.time_s.size))
+
+
+def _moved(base: Track, change_m: FloatArray, other: Setup, setup: Setup) -> FloatArray:
+    """Return how far paths with another setup lie from where they did: one Newton step, of a shift far below them."""
+    antennas, release = place_antennas(other), np.array(other.tracer.release_position_m)
+    if setup.processing.geometry == "plane":
+        return locate_plane(change_m, antennas, release) - base.position_m
+    off = path_lengths(release[:, None], antennas) + change_m - path_lengths(base.position_m, antennas)
+    return solve_gradient(path_gradient(base.position_m, antennas), off)
 
 
 def _polarised(setup: Setup, angle_deg: float, turn_deg: float) -> Setup:
@@ -163,17 +159,6 @@ def _polarised(setup: Setup, angle_deg: float, turn_deg: float) -> Setup:
         for own, field in zip(setup.receiver, strongest, strict=True)
     )
     return setup.model_copy(update={"transmitter": sent, "receiver": receivers})
-
-
-def _e_at(time_s: FloatArray, bounces: Bounces) -> FloatArray:
-    """Return e of the impacts at these times (n,); NaN where another track shows none: the last are small."""
-    out = np.full(time_s.shape, np.nan)
-    found_s = np.array([own.time_s for own in bounces.impacts])
-    for place, own_s in enumerate(time_s if found_s.size else ()):
-        nearest = int(np.argmin(np.abs(found_s - own_s)))
-        if abs(found_s[nearest] - own_s) < SAME_IMPACT_S:
-            out[place] = bounces.impacts[nearest].e
-    return out
 
 
 def _located(paths: PathLengths, setup: Setup) -> Track | None:

@@ -126,3 +126,12 @@ def normal_of_impacts(
     second = [(share * (1.0 / stiffness + (own[..., None] / stiffness) ** 2)).sum() for own in b]
     normal = np.array([*tilt, 1.0])
     return FloorNormal(normal / np.linalg.norm(normal), float(np.mean(second) - np.mean(tilt**2)))
+
+
+def e_by_tilt(before_m_s: FloatArray, after_m_s: FloatArray, normal: FloatArray, u_deg: float) -> list[FloatArray]:
+    """Return the changes of all e = -(after . n) / (before . n) where n leans by u_deg towards x, and towards y."""
+    out, down, up = [], before_m_s @ normal, after_m_s @ normal
+    for axis in np.eye(3)[:2]:
+        side = np.tan(np.radians(u_deg)) * (axis - normal * (axis @ normal))
+        out.append(np.asarray(-(after_m_s @ side) / down + up / down**2 * (before_m_s @ side)))
+    return out

@@ -9,13 +9,12 @@ import numpy as np
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.input_response import DIAMETER, InputResponse, moved_inputs, possible_spheres
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import uncertain_inputs
+from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
 from radargui.model.bounce import Bounces
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.flight_fit import FlightFit
-
-TILT, CLOCK = "floor.tilt_deg", "daq.clock_ppm"
+from radargui.restitution.floor_normal import e_by_tilt
 
 
 def joint_changes(
@@ -108,9 +107,5 @@ def _by_tilt(estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, u
     if fit is not None:
         count = fit.layout.n_impacts
         before[:count], after[:count] = fit.before_m_s, fit.after_m_s
-    places, out = _impact_breaks(bounces, breaks.time_s), []
-    for axis in np.eye(3)[:2]:
-        side = np.tan(np.radians(u_deg)) * (axis - n * (axis @ n))
-        down, up = before[places] @ n, after[places] @ n
-        out.append(np.asarray(-(after[places] @ side) / down + up / down**2 * (before[places] @ side)))
-    return out
+    places = _impact_breaks(bounces, breaks.time_s)
+    return e_by_tilt(before[places], after[places], n, u_deg)

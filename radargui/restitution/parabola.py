@@ -76,14 +76,8 @@ def fit_parabolas(stretches: Sequence[tuple[FloatArray, FloatArray]]) -> Parabol
     stretches
         Per flight times in s and heights in m, each of shape (n_samples,), at least four samples.
     """
-    origin = np.array([float(time.mean()) for time, _ in stretches])
     n = len(stretches)
-    blocks = []
-    for k, (time, _) in enumerate(stretches):
-        d = time - origin[k]
-        block = np.zeros((time.size, 2 * n + 1))
-        block[:, 2 * k], block[:, 2 * k + 1], block[:, -1] = 1.0, d, -0.5 * d * d
-        blocks.append(block)
+    origin, blocks = parabola_design([time for time, _ in stretches])
     design = np.concatenate(blocks)
     heights = np.concatenate([height for _, height in stretches])
     solution, *_ = np.linalg.lstsq(design, heights, rcond=None)
@@ -106,6 +100,17 @@ def fit_parabolas(stretches: Sequence[tuple[FloatArray, FloatArray]]) -> Parabol
         covariance,
         float(np.sqrt(np.mean(residual**2))),
     )
+
+
+def parabola_design(times_s: Sequence[FloatArray]) -> tuple[FloatArray, list[FloatArray]]:
+    """Return t0 of each flight, its middle, and d heights / d (h0_1, v0_1, h0_2, ..., v0_n, g) in rows a flight."""
+    origin_s, blocks = np.array([float(time.mean()) for time in times_s]), []
+    for k, time in enumerate(times_s):
+        d = time - origin_s[k]
+        block = np.zeros((time.size, 2 * len(times_s) + 1))
+        block[:, 2 * k], block[:, 2 * k + 1], block[:, -1] = 1.0, d, -0.5 * d * d
+        blocks.append(block)
+    return origin_s, blocks
 
 
 def misfit_widening(residual: FloatArray) -> float:

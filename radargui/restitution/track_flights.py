@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,18 +144,23 @@ def impact_velocities(time_s: FloatArray, position_m: FloatArray, impact_s: Floa
         Instants of impact, shape (n_impacts,).
     """
     velocity, variance = np.full((2, impact_s.size, 3), np.nan), np.full((2, impact_s.size), np.nan)
+    for number, side, inside in impact_sides(time_s, impact_s):
+        d = time_s[inside] - impact_s[number]
+        straight = position_m[:, inside].copy()
+        straight[2] += 0.5 * NOMINAL_GRAVITY_M_S2 * d * d
+        line = np.polynomial.polynomial.polyfit(d, straight.T, 1)
+        velocity[side, number] = line[1]
+        off = straight[:2] - line[0, :2, None] - line[1, :2, None] * d
+        white = [float(own @ own) / (d.size - 2) * correlation_length(own) for own in off]
+        variance[side, number] = float(np.mean(white)) / float(((d - d.mean()) ** 2).sum())
+    return ImpactVelocities(velocity[0], velocity[1], np.sqrt(variance.sum(axis=0)))
+
+
+def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> Iterator[tuple[int, int, slice]]:
+    """Yield the impact's number, 0 before it and 1 after, and the samples there, where these are enough for a line."""
     for number, instant in enumerate(impact_s):
         for side, sign in enumerate((-1.0, 1.0)):
-            begin, end = np.sort(instant + sign * np.array([TRACKS.clearance_s, TRACKS.side_s]))
-            inside = slice(*np.searchsorted(time_s, [begin, end]))
-            d = time_s[inside] - instant
-            if d.size < TRACKS.least_side_samples:
-                continue
-            straight = position_m[:, inside].copy()
-            straight[2] += 0.5 * NOMINAL_GRAVITY_M_S2 * d * d
-            line = np.polynomial.polynomial.polyfit(d, straight.T, 1)
-            velocity[side, number] = line[1]
-            off = straight[:2] - line[0, :2, None] - line[1, :2, None] * d
-            white = [float(own @ own) / (d.size - 2) * correlation_length(own) for own in off]
-            variance[side, number] = float(np.mean(white)) / float(((d - d.mean()) ** 2).sum())
-    return ImpactVelocities(velocity[0], velocity[1], np.sqrt(variance.sum(axis=0)))
+            ends = np.sort(instant + sign * np.array([TRACKS.clearance_s, TRACKS.side_s]))
+            inside = slice(*np.searchsorted(time_s, ends))
+            if inside.stop - inside.start >= TRACKS.least_side_samples:
+                yield number, side, inside

@@ -8,10 +8,8 @@ from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import make_record
 from support.changed import changed
 
-from radargui.model.bounce import Bounce, Bounces
 from radargui.model.setup import Setup
 from radargui.processing.offline import process
-from radargui.processing.uncertainty_budget import _e_at
 
 U_TILT_DEG = 0.5
 
@@ -20,15 +18,6 @@ def with_receiver(setup: Setup, **keys: float) -> Setup:
     plain = setup.model_dump(by_alias=True)
     plain["receiver"][0].update(keys)
     return Setup.model_validate(plain)
-
-
-def test_an_impact_that_a_moved_antenna_does_not_show_has_no_budget_and_the_others_keep_theirs() -> None:
-    def bounces(*times_s: float) -> Bounces:
-        return Bounces(tuple(Bounce(time_s, 1.0, 0.5, 0.5 + time_s, 0.01, "flights", valid=True) for time_s in times_s))
-
-    seen = np.array([0.1, 0.2, 0.25])
-    assert _e_at(seen, bounces(0.101, 0.252)) == pytest.approx([0.601, np.nan, 0.752], nan_ok=True)
-    assert np.isnan(_e_at(seen, bounces())).all()
 
 
 def test_e_g_and_position_move_with_an_antenna_as_the_budget_says() -> None:

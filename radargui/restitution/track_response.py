@@ -1,0 +1,166 @@
+"""How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray
+from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
+from radargui.model.bounce import Bounce, Bounces
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.segment import Segment
+from radargui.model.setup import Setup
+from radargui.model.track import Track
+from radargui.model.uncertainty_budget import InputChange
+from radargui.restitution.floor_normal import e_by_tilt, normal_of_impacts
+from radargui.restitution.parabola import parabola_design
+from radargui.restitution.settings import TRACKS
+from radargui.restitution.track_flights import Flight, find_flights, impact_sides, impact_velocities
+
+
+def respond(
+    track: Track,
+    segment: Segment,
+    bounces: Bounces,
+    shift_m: FloatArray,
+    given_normal: bool,
+    u_tilt_deg: float | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the changes of all e and of g in free fall by shifts of the track.
+
+    Parabolas are linear in the heights: a shift far below a wavelength moves no impact to another flight, and the fit
+    to the shift alone is the change of the fit (GUM, 5.1.3). Where the normal was found from the impacts it moves too.
+
+    Parameters
+    ----------
+    track, segment, bounces
+        Of the run; the impacts and their normal stand.
+    shift_m
+        Shape (n_shifts, 3, n_samples) for the samples of `track`.
+    given_normal
+        Whether the setup says where the floor points.
+    u_tilt_deg
+        Standard deviation of the floor's slope, as in `find_bounces`.
+
+    Returns
+    -------
+    tuple
+        Of e, shape (n_shifts, n_impacts), and of g in m/s^2, shape (n_shifts,); NaN where there is none to change.
+    """
+    e, g = np.full((shift_m.shape[0], len(bounces.impacts)), np.nan), np.full(shift_m.shape[0], np.nan)
+    part = slice(segment.first, segment.last)
+    known = track.valid[part] & np.isfinite(track.position_m[:, part]).all(axis=0)
+    known &= np.isfinite(shift_m[:, :, part]).all(axis=(0, 1))
+    time, position, shift = (
+        track.time_s[part][known],
+        track.position_m[:, part][:, known],
+        shift_m[:, :, part][..., known],
+    )
+    if bounces.normal is None or not bounces.impacts or time.size < TRACKS.least_samples:
+        return e, g
+    normal, impact_s = np.asarray(bounces.normal), np.array([one.time_s for one in bounces.impacts])
+    height = np.einsum("a,man->mn", normal, shift)
+    if not given_normal:
+        leaning = _normal_changes(time, position, shift, bounces, u_tilt_deg)
+        # of heights only slopes count: the first place is as good as any
+        height += leaning @ (position - position[:, :1])
+    last = bounces.impacts[-1].speed_after_m_s
+    flights = find_flights(track.time_s[segment.first], track.time_s[segment.last - 1], impact_s, max(last, 0.0))
+    change = _FlightChanges(time, height, flights)
+    for k, impact in enumerate(bounces.impacts):
+        if np.isfinite(impact.e) and k in change.place and k + 1 in change.place:
+            e[:, k] = change.of_e(k, impact, NOMINAL_GRAVITY_M_S2 * float(normal[2]))
+    if bounces.free_fall is not None:
+        g = _FlightChanges(time, height, flights[:1]).g_m_s2 / max(abs(normal[2]), 1e-9)
+    return e, g
+
+
+def floor_and_clock(
+    track: Track, segment: Segment, bounces: Bounces, setup: Setup, n_samples: int
+) -> list[InputChange]:
+    """Return what e changes by with a given normal's tilt and g with the clock; the track moves with neither.
+
+    Parameters
+    ----------
+    track, segment, bounces, setup
+        As for `respond`.
+    n_samples
+        Of the track whose budget it is.
+    """
+    nothing, none, out = np.zeros((3, n_samples)), np.zeros(len(bounces.impacts)), []
+    u = {one.key: one.u for one in uncertain_inputs(setup)}
+    if "normal" in setup.floor.model_fields_set and u[TILT] and bounces.impacts:
+        part = slice(segment.first, segment.last)
+        known = track.valid[part] & np.isfinite(track.position_m[:, part]).all(axis=0)
+        impact_s = np.array([one.time_s for one in bounces.impacts])
+        at = impact_velocities(track.time_s[part][known], track.position_m[:, part][:, known], impact_s)
+        changes = e_by_tilt(at.before_m_s, at.after_m_s, np.asarray(setup.floor.normal), u[TILT])
+        out += [InputChange(TILT, "calibration", nothing, e, 0.0) for e in changes]
+    if bounces.free_fall is not None:
+        # true times are (1 + c) as long: velocities change alike, accelerations twice
+        g = -2e-6 * u[CLOCK] * bounces.free_fall.g_m_s2
+        out.append(InputChange(CLOCK, "calibration", nothing, none, g))
+    return out
+
+
+def _normal_changes(
+    time_s: FloatArray, position_m: FloatArray, shift_m: FloatArray, bounces: Bounces, u_tilt_deg: float | None
+) -> FloatArray:
+    """Return how the normal that the impacts say leans over, shape (n_shifts, 3)."""
+    impact_s = np.array([one.time_s for one in bounces.impacts])
+    at = impact_velocities(time_s, position_m, impact_s)
+    seen = np.isfinite(at.u_side_m_s) & np.array([one.valid for one in bounces.impacts])
+    out = np.zeros((shift_m.shape[0], 3))
+    if not seen.any():
+        return out
+    u, before, after = at.u_side_m_s[seen], at.before_m_s[seen], at.after_m_s[seen]
+    upright = normal_of_impacts(before, after, u, u_tilt_deg).normal
+    for row, (more_before, more_after) in zip(out, _speed_changes(time_s, shift_m, impact_s[seen]), strict=True):
+        row[:] = normal_of_impacts(before + more_before, after + more_after, u, u_tilt_deg).normal - upright
+    return out
+
+
+def _speed_changes(time_s: FloatArray, shift_m: FloatArray, impact_s: FloatArray) -> FloatArray:
+    """Return the changes of the velocities before and after impacts, shape (n_shifts, 2, n_impacts, 3)."""
+    out = np.zeros((2, impact_s.size, shift_m.shape[0] * 3))
+    flat = shift_m.reshape(out.shape[2], -1)
+    for number, side, inside in impact_sides(time_s, impact_s):
+        out[side, number] = np.polynomial.polynomial.polyfit(time_s[inside] - impact_s[number], flat[:, inside].T, 1)[1]
+    return np.asarray(out.reshape(2, impact_s.size, -1, 3).transpose(2, 0, 1, 3))
+
+
+class _FlightChanges:
+    """Changes of parabolas with one g by changes of the height, several at a time.
+
+    Parameters
+    ----------
+    time_s, height_m
+        Known samples of the motion, shape (n_samples,), and changes, shape (n_changes, n_samples).
+    flights
+        As found; None where one is too short.
+    """
+
+    def __init__(self, time_s: FloatArray, height_m: FloatArray, flights: Sequence[Flight | None]) -> None:
+        parts = {k: slice(*np.searchsorted(time_s, [one.begin_s, one.end_s])) for k, one in enumerate(flights) if one}
+        parts = {k: part for k, part in parts.items() if part.stop - part.start >= TRACKS.least_samples}
+        self.place = {k: n for n, k in enumerate(parts)}
+        self.g_m_s2 = np.full(height_m.shape[0], np.nan)
+        if parts:
+            self._origin_s, blocks = parabola_design([time_s[part] for part in parts.values()])
+            heights = np.concatenate([height_m[:, part] for part in parts.values()], axis=1)
+            self._change = np.linalg.lstsq(np.concatenate(blocks), heights.T, rcond=None)[0]
+            self.g_m_s2 = self._change[-1]
+
+    def of_e(self, k: int, impact: Bounce, g_m_s2: float) -> FloatArray:
+        """Return de of impact k, shape (n_changes,); the instant moves to where the changed parabolas meet."""
+        (fell, falling), (rose, rising) = self._at(k, impact.time_s), self._at(k + 1, impact.time_s)
+        before, after = impact.speed_before_m_s, impact.speed_after_m_s
+        later_s = (fell - rose) / (before + after)
+        return np.asarray((rising - g_m_s2 * later_s) / before - after / before**2 * (g_m_s2 * later_s - falling))
+
+    def _at(self, k: int, time_s: float) -> tuple[FloatArray, FloatArray]:
+        """Return the changes of height and speed of a flight at an instant."""
+        n = self.place[k]
+        level, slope, g = self._change[2 * n], self._change[2 * n + 1], self._change[-1]
+        d = time_s - self._origin_s[n]
+        return level + slope * d - 0.5 * g * d * d, slope - g * d

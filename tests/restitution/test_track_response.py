@@ -31,7 +31,7 @@ def drifting_track() -> tuple[Track, Segment]:
 
 def shifts(track: Track) -> np.ndarray:
     """Return what a wrong antenna does: fields of position, a quadratic, a stretch and a leaning."""
-    x, y, z = track.position_m
+    x, _, z = track.position_m
     nothing = np.zeros_like(z)
     return np.stack(
         [

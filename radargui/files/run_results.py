@@ -17,8 +17,6 @@ from radargui.files import run_layout as layout
 from radargui.files.rewriting import copy_attribute, rewritten
 from radargui.files.run_header import is_run
 from radargui.files.run_health import health_in, put_health
-from radargui.files.stored_front_ends import PRIOR
-from radargui.files.stored_results import keep_earlier
 from radargui.files.summary import summarise, summary_in
 from radargui.files.thumbnail import put_thumbnail
 from radargui.model.bounce import Bounce, Bounces, FreeFall
@@ -27,7 +25,10 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_file import dump_setup
 
+PRIOR = "front_end_prior"
 _UNITS = {"rad": "rad", "m": "m", "s": "s"}
+_KEPT_PARTS = ("bounces", layout.THUMBNAIL)
+"""Of earlier results the figures are kept; track and paths can be computed again from the setup beside them."""
 
 
 def write_results(path: Path, result: RunResult, *, health: Mapping[str, object] | None = None) -> None:
@@ -61,6 +62,37 @@ def write_results(path: Path, result: RunResult, *, health: Mapping[str, object]
         _write(target.create_group(layout.RESULTS), result, source.attrs.get("crc32"))
         if health is not None:
             put_health(target, {**(health_in(source) or {}), **health})
+
+
+def keep_earlier(source: Any, target: Any, same_as: tuple[str, str]) -> None:
+    """Keep the figures of the results in `source` among the earlier ones of `target`.
+
+    Parameters
+    ----------
+    source, target
+        Opened run files; the earlier results of the source are in the target already.
+    same_as
+        Version and setup of the results that come in their place: those of the same are replaced, not kept.
+    """
+    if layout.RESULTS not in source or not hdf5.is_sound(source[layout.RESULTS].attrs):
+        return
+    old = source[layout.RESULTS]
+    known = [made_by(group) for group in target.get(layout.EARLIER, {}).values()]
+    if made_by(old) == same_as or made_by(old) in known:
+        return
+    earlier = target.require_group(layout.EARLIER)
+    # counted on from the last: names sort in the order of their making
+    group = earlier.create_group(f"{max((int(name) for name in earlier), default=0) + 1:06d}")
+    for key in old.attrs:
+        copy_attribute(old.attrs, group.attrs, key)
+    for name in _KEPT_PARTS:
+        if name in old:
+            source.copy(old[name], group, name=name)
+
+
+def made_by(group: Any) -> tuple[str, str]:
+    """Return version and setup (TOML) that a group of results was made by."""
+    return hdf5.text(group.attrs, "version"), hdf5.text(group.attrs, "setup")
 
 
 def _want_ended(attributes: Any, path: Path) -> None:
@@ -110,16 +142,16 @@ def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
         hdf5.put_text(group.attrs, key, str(summary[key]))
     hdf5.put_text(group.attrs, "setup", dump_setup(result.setup))
     hdf5.put_text(group.attrs, "processed_at", datetime.now(UTC).isoformat(timespec="seconds"))
-    hdf5.put_text(group.attrs, "summary", json.dumps(summary))
-    hdf5.put_text(group.attrs, "warnings", json.dumps(list(result.warnings)))
-    budget = None if result.uncertainty_budget is None else asdict(result.uncertainty_budget)
-    hdf5.put_text(group.attrs, "uncertainty_budget", json.dumps(budget))
-    channels = result.corrected.channels if result.corrected else ()
-    hdf5.put_text(group.attrs, "channels", json.dumps([asdict(channel) for channel in channels]))
-    prior = None if result.front_end_prior is None else asdict(result.front_end_prior)
-    hdf5.put_text(group.attrs, PRIOR, json.dumps(prior))
-    excerpt = result.recording.excerpt
-    hdf5.put_text(group.attrs, "excerpt", json.dumps(None if excerpt is None else asdict(excerpt)))
+    excerpt, channels = result.recording.excerpt, result.corrected.channels if result.corrected else ()
+    for key, value in {
+        "summary": summary,
+        "warnings": result.warnings,
+        "uncertainty_budget": result.uncertainty_budget,
+        "channels": channels,
+        PRIOR: result.front_end_prior,
+        "excerpt": excerpt,
+    }.items():
+        hdf5.put_text(group.attrs, key, json.dumps(value, default=asdict))
     group.attrs["first_sample"] = 0 if excerpt is None else excerpt.first_stored
     if result.segment is not None:
         group.attrs["segment"] = astuple(result.segment)

@@ -1,21 +1,38 @@
-"""The results stored with a run, the present ones and those before, to be compared."""
+"""Results read back: the present one whole, all of them as figures to compare, front ends for the priors of other runs."""
 
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+from pydantic import TypeAdapter
 
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.rewriting import copy_attribute
 from radargui.files.run_header import is_run
+from radargui.files.run_results import PRIOR, are_made_of, bounces_in, made_by
 from radargui.files.summary import summary_in
 from radargui.files.thumbnail import Thumbnail, thumbnail_in
+from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import FileError
+from radargui.model.front_end import FrontEnd, FrontEndPrior
+from radargui.model.path import PathLengths
+from radargui.model.quality import ChannelQuality
+from radargui.model.recording import Excerpt, Recording
+from radargui.model.result import RunResult, Status
+from radargui.model.segment import Segment
 from radargui.model.setup import Setup
-from radargui.model.setup_file import parse_setup
+from radargui.model.setup_file import dump_setup, parse_setup
+from radargui.model.track import Track
+from radargui.model.uncertainty_budget import UncertaintyBudget
 
-_KEPT_PARTS = ("bounces", layout.THUMBNAIL)
-"""Of earlier results the figures are kept; track and paths can be computed again from the setup beside them."""
+_EXCERPT = TypeAdapter[Excerpt | None](Excerpt | None)
+_CHANNELS = TypeAdapter(tuple[ChannelQuality, ...])
+_BUDGET = TypeAdapter[UncertaintyBudget | None](UncertaintyBudget | None)
+_PRIOR = TypeAdapter[FrontEndPrior | None](FrontEndPrior | None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,37 +89,6 @@ def read_stored_results(path: Path) -> tuple[StoredResult, ...]:
         return tuple(_result(group, path, is_present) for group, is_present in groups)
 
 
-def keep_earlier(source: Any, target: Any, same_as: tuple[str, str]) -> None:
-    """Keep the figures of the results in `source` among the earlier ones of `target`.
-
-    Parameters
-    ----------
-    source, target
-        Opened run files; the earlier results of the source are in the target already.
-    same_as
-        Version and setup of the results that come in their place: those of the same are replaced, not kept.
-    """
-    if layout.RESULTS not in source or not hdf5.is_sound(source[layout.RESULTS].attrs):
-        return
-    old = source[layout.RESULTS]
-    known = [made_by(group) for group in target.get(layout.EARLIER, {}).values()]
-    if made_by(old) == same_as or made_by(old) in known:
-        return
-    earlier = target.require_group(layout.EARLIER)
-    # counted on from the last: names sort in the order of their making
-    group = earlier.create_group(f"{max((int(name) for name in earlier), default=0) + 1:06d}")
-    for key in old.attrs:
-        copy_attribute(old.attrs, group.attrs, key)
-    for name in _KEPT_PARTS:
-        if name in old:
-            source.copy(old[name], group, name=name)
-
-
-def made_by(group: Any) -> tuple[str, str]:
-    """Return version and setup (TOML) that a group of results was made by."""
-    return hdf5.text(group.attrs, "version"), hdf5.text(group.attrs, "setup")
-
-
 def _result(group: Any, path: Path, is_present: bool) -> StoredResult:
     if not hdf5.is_sound(group.attrs):
         raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
@@ -115,3 +101,206 @@ def _result(group: Any, path: Path, is_present: bool) -> StoredResult:
         is_present,
         thumbnail_in(group, path),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class StoredFrontEnds:
+    """What a run's result says about the front ends.
+
+    Attributes
+    ----------
+    run
+        Name of the run.
+    setup_toml
+        The setup it was made with.
+    front_ends
+        One a receiver.
+    had_prior
+        Whether they rest on other runs too.
+    """
+
+    run: str
+    setup_toml: str = field(repr=False)
+    front_ends: tuple[FrontEnd, ...]
+    had_prior: bool
+
+
+def read_front_ends(path: Path) -> StoredFrontEnds | None:
+    """Return the front ends of a run's present result; None where it is no sound joint one with good receivers."""
+    try:
+        attributes = _attributes(path)
+        channels = _CHANNELS.validate_json(hdf5.text(attributes, "channels"))
+        made = hdf5.text(attributes, "status"), hdf5.text(attributes, "correction")
+        if made != ("ok", "joint") or not channels or any(channel.verdict != "good" for channel in channels):
+            return None
+        front_ends, prior = tuple(map(_front_end, channels)), _prior_in(attributes)
+        return StoredFrontEnds(path.stem, hdf5.text(attributes, "setup"), front_ends, prior is not None and prior.used)
+    except (FileError, ValueError, LookupError, TypeError):
+        return None
+
+
+def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
+    """Return the prior that a run's present result had, so that it can be computed again.
+
+    None where it had none, or was not made with this setup, where one is given.
+    """
+    try:
+        attributes = _attributes(path)
+        is_other = setup is not None and hdf5.text(attributes, "setup") != dump_setup(setup)
+        return None if is_other else _prior_in(attributes)
+    except (FileError, ValueError, LookupError, TypeError):
+        return None
+
+
+def _attributes(path: Path) -> Mapping[str, Any]:
+    """Return the attributes of a run's present result; LookupError where it holds none, or a damaged one."""
+    with hdf5.opened(path, "a run file", is_run) as file:
+        attributes = file[layout.RESULTS].attrs
+        if not hdf5.is_sound(attributes):
+            raise LookupError(path)
+        return dict(attributes)
+
+
+def _prior_in(attributes: Any) -> FrontEndPrior | None:
+    """Return the prior among the attributes of results; None where there was none, or 0.1 wrote them."""
+    prior = _PRIOR.validate_json(hdf5.text(attributes, PRIOR) or "null")
+    for front_end in prior.front_ends if prior else ():
+        _want_possible(front_end)
+    return prior
+
+
+def _front_end(channel: ChannelQuality) -> FrontEnd:
+    keys = ("gain_ratio", "u_gain_ratio", "quadrature_error_deg", "u_quadrature_error_deg")
+    return _want_possible(FrontEnd(*(float(getattr(channel, key)) for key in keys)))
+
+
+def _want_possible(one: FrontEnd) -> FrontEnd:
+    # a prior divides by these: a damaged zero would weigh more than all runs together
+    if not (one.gain_ratio > 0.0 and one.u_gain_ratio > 0.0 and one.u_quadrature_error_deg > 0.0):
+        raise ValueError
+    return one
+
+
+def read_whole_result(
+    path: Path, setup: Setup, recording_of: Callable[[Excerpt | None], Recording]
+) -> RunResult | None:
+    """Return the result stored with a run; None where there is none that this version made of these samples with setup.
+
+    Numbers are those that were computed; I and Q, for display, have single precision. What a correction found on its
+    way (`CorrectedIQ.steps`) is not stored.
+
+    Parameters
+    ----------
+    path
+        Run file.
+    setup
+        What the result shall have been made with.
+    recording_of
+        Reads the samples of the run, all of them or those of an excerpt.
+
+    Raises
+    ------
+    FileError
+        Unreadable, no run file, or the results are damaged; what `recording_of` raises.
+    """
+    with hdf5.opened(path, "a run file", is_run) as file:
+        if layout.RESULTS not in file:
+            return None
+        group = file[layout.RESULTS]
+        if not hdf5.is_sound(group.attrs):
+            raise FileError(f"{path}: its results are damaged.", remedy="Process the run again.")
+        if not are_made_of(file, setup):
+            return None
+        return _Stored(group, path).result(setup, recording_of)
+
+
+class _Stored:
+    """A sound group of results; what it claims is checked against the samples. Bad values raise ValueError."""
+
+    def __init__(self, group: Any, path: Path) -> None:
+        self._group = group
+        self._path = path
+
+    def result(self, setup: Setup, recording_of: Callable[[Excerpt | None], Recording]) -> RunResult:
+        recording = recording_of(_EXCERPT.validate_json(self._text("excerpt")))
+        if self._text("status") not in get_args(Status):
+            raise ValueError("status")
+        paths = self._paths(recording, setup)
+        return RunResult(
+            recording,
+            setup,
+            status=self._text("status"),  # type: ignore[arg-type]  # one of them, as asked above
+            reason=self._text("reason"),
+            segment=self._segment(recording.n_samples),
+            corrected=None if paths is None else self._corrected(paths, setup),
+            paths=paths,
+            track=self._track(recording),
+            bounces=bounces_in(self._group, self._path),
+            uncertainty_budget=_BUDGET.validate_json(self._text("uncertainty_budget")),
+            warnings=tuple(json.loads(self._text("warnings"))),
+            preliminary=bool(summary_in(self._group)["preliminary"]),
+            front_end_prior=_prior_in(self._group.attrs),
+        )
+
+    def _paths(self, recording: Recording, setup: Setup) -> PathLengths | None:
+        if "paths" not in self._group:
+            return None
+        group, shape = self._group["paths"], (recording.n_receivers, recording.n_samples)
+        change_m = self._values(group, "change_m", shape)
+        return PathLengths(
+            recording.time_s(),
+            change_m / _per_rad(setup),
+            change_m,
+            self._values(group, "u_m", shape),
+            self._values(group, "valid", shape, np.bool_),
+            self._values(group, "piece", shape[1:], np.intp) if "piece" in group else None,
+        )
+
+    def _corrected(self, paths: PathLengths, setup: Setup) -> CorrectedIQ:
+        group, shape = self._group["corrected"], paths.change_m.shape
+        channels = _CHANNELS.validate_json(self._text("channels"))
+        if len(channels) != shape[0]:
+            raise ValueError("channels")
+        return CorrectedIQ(
+            paths.time_s,
+            self._values(group, "i", shape),
+            self._values(group, "q", shape),
+            paths.valid,
+            paths.u_m / _per_rad(setup),
+            self._text("correction"),
+            channels,
+        )
+
+    def _track(self, recording: Recording) -> Track | None:
+        if "track" not in self._group:
+            return None
+        group, count = self._group["track"], recording.n_samples
+        return Track(
+            recording.time_s(),
+            self._values(group, "position_m", (3, count)),
+            self._values(group, "u_position_m", (3, count)),
+            self._values(group, "valid", (count,), np.bool_),
+            self._text("geometry"),
+            self._values(group, "u_combined_m", (3, count)) if "u_combined_m" in group else None,
+        )
+
+    def _segment(self, count: int) -> Segment | None:
+        if "segment" not in self._group.attrs:
+            return None
+        found = Segment(*(int(place) for place in self._group.attrs["segment"]))
+        if not (0 <= found.first <= found.last <= count and 0 <= found.rest_first <= found.rest_last <= count):
+            raise ValueError("segment")
+        return found
+
+    def _values(self, group: Any, name: str, shape: tuple[int, ...], dtype: DTypeLike = np.float64) -> NDArray[Any]:
+        found = hdf5.dataset(group, name, self._path, (len(shape),))
+        if found.shape != shape:
+            raise ValueError(name)
+        return np.asarray(found[...], dtype)
+
+    def _text(self, key: str) -> str:
+        return hdf5.text(self._group.attrs, key)
+
+
+def _per_rad(setup: Setup) -> float:
+    return setup.radar.wavelength_m / (2.0 * np.pi)

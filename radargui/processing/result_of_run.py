@@ -8,8 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from radargui.files.run_file import read_run
-from radargui.files.stored_front_ends import read_prior
-from radargui.files.whole_result import read_whole_result
+from radargui.files.stored_results import read_prior, read_whole_result
 from radargui.model.errors import FileError
 from radargui.model.recording import Excerpt, Recording
 from radargui.model.result import RunResult

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from radargui.estimation.hardware import pool_constants
-from radargui.files.stored_front_ends import StoredFrontEnds, read_front_ends
+from radargui.files.stored_results import StoredFrontEnds, read_front_ends
 from radargui.model.errors import RadarGuiError
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.setup import Setup

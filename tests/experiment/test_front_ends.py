@@ -16,7 +16,7 @@ from support.stored_runs import SETUP, store_runs
 from radargui.experiment import finished, reprocess
 from radargui.experiment.batch import task
 from radargui.files.run_results import write_results
-from radargui.files.stored_front_ends import read_prior
+from radargui.files.stored_results import read_prior
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording

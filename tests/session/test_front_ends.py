@@ -13,7 +13,7 @@ from support.file_samples import codes, default_setup, int16_digitisation, resul
 
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
-from radargui.files.stored_front_ends import read_prior
+from radargui.files.stored_results import read_prior
 from radargui.model.block import Block
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.quality import ChannelQuality

@@ -32,7 +32,7 @@ from radargui.files.export import EXPORT_FORMATS, export_run
 from radargui.files.reading import list_channels, read_recording
 from radargui.files.run_file import read_run, read_run_setup, run_stream
 from radargui.files.run_results import results_are_current, write_results
-from radargui.files.whole_result import read_whole_result
+from radargui.files.stored_results import read_whole_result
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup_file import read_setup, write_setup

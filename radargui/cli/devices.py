@@ -8,8 +8,7 @@ from radargui.cli.console import show_table
 from radargui.model.errors import UsageError
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
-from radargui.sources.ni.device import NiDevice
-from radargui.sources.ni.discovery import find_devices
+from radargui.sources.ni.discovery import NiDevice, find_devices
 from radargui.sources.ni.source import check_setup
 
 

@@ -8,8 +8,8 @@ import typer
 from radargui.cli.console import FAILED, fail, progress_bar
 from radargui.cli.setup_choice import positive
 from radargui.experiment.importing import ImportOrder, first_own_setup, guess_of, import_recordings, remember_map
-from radargui.files.channel_map import ChannelMap, parse_channel_map
 from radargui.files.raw_file import RawLayout, parse_raw_layout
+from radargui.files.reading import ChannelMap, parse_channel_map
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup_file import read_setup
 from radargui.session.folder import default_data_folder

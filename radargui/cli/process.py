@@ -10,10 +10,9 @@ import typer
 
 from radargui.cli.console import fail, fail_unexpected, one_line, progress_bar, show_table
 from radargui.cli.setup_choice import COMMAND_LINE, own_setup, positive, processing_changes
-from radargui.files.channel_map import ChannelMap, parse_channel_map, read_mapped
 from radargui.files.formats import format_of
 from radargui.files.raw_file import RawLayout, parse_raw_layout
-from radargui.files.reading import read_recording
+from radargui.files.reading import ChannelMap, parse_channel_map, read_mapped, read_recording
 from radargui.files.run_layout import SUFFIX
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
 from radargui.model.recording import Recording

@@ -13,8 +13,7 @@ from radargui.cli.console import FAILED, fail, figure, show_table
 from radargui.cli.setup_choice import COMMAND_LINE, named_or_default, own_setup, parse_release, positive
 from radargui.experiment.event import RecordedRun
 from radargui.experiment.experiment import Experiment
-from radargui.files.run_card import origin_attributes
-from radargui.files.summary import summarise
+from radargui.files.run_card import origin_attributes, summarise
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError, SourceError, UsageError
 from radargui.model.rounding import UNKNOWN, plain

@@ -7,7 +7,7 @@ import typer
 
 from radargui.cli.console import FAILED, fail, progress_bar, show_table
 from radargui.experiment.reprocess import RecoveredRun, recover_run
-from radargui.files.summary import summarise
+from radargui.files.run_card import summarise
 from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.rounding import UNKNOWN

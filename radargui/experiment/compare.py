@@ -7,8 +7,8 @@ from typing import Any
 
 from radargui.experiment.reprocess import Outcome, each_run, own_setup, process_run
 from radargui.files.progress import Progress, silent
+from radargui.files.run_card import summarise
 from radargui.files.stored_results import StoredResult, read_stored_results
-from radargui.files.summary import summarise
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
 from radargui.model.setup_change import changed
@@ -32,7 +32,7 @@ class Side:
     Attributes
     ----------
     summary
-        See `files.summary.summarise`.
+        See `files.run_card.summarise`.
     setup
         What it was made with; None where this version cannot read it.
     processed_at

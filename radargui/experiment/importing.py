@@ -7,9 +7,9 @@ from pathlib import Path
 
 from radargui.experiment.reprocess import each_run, process_run
 from radargui.files.channel_guess import Basis, ChannelGuess
-from radargui.files.channel_map import ChannelEntry, ChannelMap, list_channels
-from radargui.files.formats import RUN, format_of
+from radargui.files.formats import RUN, format_of, list_channels
 from radargui.files.raw_file import RawLayout
+from radargui.files.reading import ChannelEntry, ChannelMap
 from radargui.files.signals import ChannelInfo
 from radargui.model.digitisation import iq_names
 from radargui.model.errors import RadarGuiError, UsageError

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from radargui.files.channel_map import LARGEST, ChannelEntry, ChannelMap
 from radargui.files.csv_layout import is_time_name
+from radargui.files.reading import LARGEST, ChannelEntry, ChannelMap
 from radargui.files.signals import ChannelInfo
 from radargui.model.digitisation import iq_names
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from radargui.files.csv_file import write_csv
 from radargui.files.fresh_file import fresh_files, make_folder
-from radargui.files.mat_writer import write_mat
+from radargui.files.mat_file import write_mat
 from radargui.files.progress import Progress, silent
 from radargui.files.run_file import run_stream
 from radargui.files.sigmf_file import write_sigmf

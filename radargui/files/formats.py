@@ -1,21 +1,156 @@
-"""The formats that are read, by suffix."""
+"""The formats that are read, by suffix; a run, and a file that we exported, with all that the format cannot say."""
 
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
+
+import numpy as np
 
 from radargui.files import hdf5
 from radargui.files.csv_file import csv_facts, list_csv, read_csv
-from radargui.files.exported_signals import FindCodes, FindFacts, Read, list_run, read_run_signals, with_own_facts
+from radargui.files.export_facts import ExportFacts
 from radargui.files.mat_file import list_mat, mat_codes, mat_facts, mat_program, read_mat
 from radargui.files.raw_file import EXAMPLE, WHAT, RawLayout, list_raw, read_raw
-from radargui.files.refusal import want_file
-from radargui.files.run_file import opened_run
+from radargui.files.refusal import resolved, want_file
+from radargui.files.run_file import opened_run, read_run
 from radargui.files.sigmf_file import DATA_SUFFIX, list_sigmf, read_sigmf, sigmf_facts, sigmf_program
-from radargui.files.signals import ChannelInfo, Signals
+from radargui.files.signals import ChannelInfo, Signal, Signals
 from radargui.files.tdms_file import list_tdms, read_tdms, tdms_facts
+from radargui.model.arrays import RawArray
+from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, UsageError
+
+
+def list_run(path: Path) -> tuple[ChannelInfo, ...]:
+    """Return the channels of a run file.
+
+    Raises
+    ------
+    FileError
+        Unreadable or no run file.
+    """
+    recording = read_run(path)
+    known = recording.digitisation
+    return tuple(
+        ChannelInfo(name, recording.n_samples, known.sample_rate_hz, known.unit) for name in known.channel_names
+    )
+
+
+def read_run_signals(path: Path, names: Sequence[str]) -> Signals:
+    """Return channels of a run file by name.
+
+    Raises
+    ------
+    FileError
+        Unreadable, no run file, or a channel missing.
+    """
+    recording = read_run(path)
+    known = recording.digitisation
+    signals, rows = [], []
+    for name in resolved(path, names, known.channel_names):
+        row = known.channel_names.index(name)
+        scaling = None if known.scaling is None else known.scaling[row]
+        rows.append(row)
+        signals.append(Signal(name, recording.raw[row], scaling, known.unit))
+    return Signals(
+        tuple(signals),
+        sample_rate_hz=known.sample_rate_hz,
+        gaps=recording.gaps,
+        channel_skew_s=skew_of_rows(known.channel_skew_s, rows, path),
+        started_at=recording.started_at,
+        device=known.device,
+        trigger_index=recording.trigger_index,
+    )
+
+
+def skew_of_rows(skew_s: float | None, rows: Sequence[int], path: Path) -> float | None:
+    """Return the delay of each chosen channel against the one chosen before; None where it cannot be known.
+
+    Raises
+    ------
+    FileError
+        They do not follow one another in steps of the same length.
+    """
+    steps = {later - earlier for earlier, later in pairwise(rows)}
+    if not skew_s:
+        return skew_s
+    if not steps:
+        return None
+    if len(steps) > 1 or min(steps) < 1:
+        raise FileError(f"{path}: its channels were sampled one after another and cannot be put in this order.")
+    return skew_s * steps.pop()
+
+
+_NUMBERED = re.compile(r"ch([0-9]{1,4})")
+Read = Callable[[Path, Sequence[str]], Signals]
+FindFacts = Callable[[Path], ExportFacts | None]
+FindCodes = Callable[[Path, ExportFacts], RawArray | None]
+
+
+def with_own_facts(read: Read, find_facts: FindFacts, find_codes: FindCodes | None = None) -> Read:
+    """Return a reader that knows scaling, unit, skew, gaps, trigger and date of files that were exported by RadarGUI.
+
+    Where the samples in the file are no longer those that were exported (another number of them, other names), the
+    file is taken for what it says itself.
+
+    Parameters
+    ----------
+    read
+        Reads any file of the format.
+    find_facts
+        Gives the facts in a file, None in a foreign one.
+    find_codes
+        Gives the codes where the format keeps them beside the values.
+    """
+
+    def read_with_facts(path: Path, names: Sequence[str]) -> Signals:
+        signals = read(path, names)
+        facts = find_facts(path)
+        if facts is None or any(signal.samples.size != facts.n_samples for signal in signals.signals):
+            return signals
+        rows = [_row(signal.name, facts.digitisation) for signal in signals.signals]
+        if None in rows:
+            return signals
+        known = [row for row in rows if row is not None]
+        codes = find_codes(path, facts) if find_codes and facts.digitisation.scaling else None
+        return Signals(
+            tuple(_signal(signal, row, facts, codes) for signal, row in zip(signals.signals, known, strict=True)),
+            sample_rate_hz=facts.digitisation.sample_rate_hz,
+            gaps=facts.gaps,
+            channel_skew_s=skew_of_rows(facts.digitisation.channel_skew_s, known, path),
+            started_at=facts.started_at,
+            device=facts.digitisation.device,
+            trigger_index=facts.trigger_index,
+        )
+
+    return read_with_facts
+
+
+def _row(name: str, known: Digitisation) -> int | None:
+    last = name.rpartition("/")[2]
+    if last in known.channel_names:
+        return known.channel_names.index(last)
+    match = _NUMBERED.fullmatch(last)
+    place = int(match[1]) - 1 if match else -1
+    return place if 0 <= place < known.n_channels else None
+
+
+def _signal(signal: Signal, row: int, facts: ExportFacts, codes: RawArray | None) -> Signal:
+    known = facts.digitisation
+    scaling = None if known.scaling is None else known.scaling[row]
+    if scaling is not None and signal.samples.dtype == np.int16:
+        return replace(signal, scaling=scaling, unit=known.unit)
+    # Values that somebody changed after the export count, not the codes beside them.
+    if scaling is not None and codes is not None and _are_values(codes[row], scaling, signal.samples):
+        return Signal(signal.name, np.ascontiguousarray(codes[row]), scaling, known.unit)
+    return replace(signal, unit=known.unit)
+
+
+def _are_values(codes: RawArray, scaling: tuple[float, ...], values: RawArray) -> bool:
+    return np.array_equal(np.polynomial.polynomial.polyval(codes.astype(np.float64), scaling), values)
 
 
 @dataclass(frozen=True, slots=True)

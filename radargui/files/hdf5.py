@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radargui.files.refusal import reading
-from radargui.files.run_layout import COMPRESSION
 from radargui.model.arrays import RawArray
 from radargui.model.errors import FileError
 
+COMPRESSION = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+"""0.70 to 0.80 of the size for about 1 % of a core; any HDF5 library reads it."""
 _SLACK_BYTES = 65_536
 """May be claimed by a file that stores nothing: a chunk never filled takes no room. Chosen by hand."""
 LARGEST_RATIO = 1100

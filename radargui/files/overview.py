@@ -8,7 +8,6 @@ import numpy as np
 
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.run_header import is_run, read_digitisation, whole_samples
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.decimation import lowest_and_highest
 
@@ -129,13 +128,13 @@ def read_overview(path: Path, least_bins: int = 2000) -> Overview:
     FileError
         Unreadable, damaged, or no run file.
     """
-    with hdf5.opened(path, "a run file", is_run) as file:
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
-        digitisation = read_digitisation(raw, path)
+        digitisation = layout.read_digitisation(raw, path)
         found = _stored(file, path, least_bins)
         count = int(raw.shape[1])
         if found is None:
-            count = whole_samples(raw)
+            count = layout.whole_samples(raw)
             found = _computed(raw, count)
         lowest, highest, size = found
         ends = digitisation.volts(lowest), digitisation.volts(highest)

@@ -1,21 +1,186 @@
-"""Any file that is read, as one recording."""
+"""Any file that is read, as one recording; the channel map says which of its columns or variables is I1, Q1, I2, ..."""
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from radargui.files.assemble import SAME_RATE, assemble
-from radargui.files.channel_map import ChannelMap, read_mapped
-from radargui.files.formats import RUN, format_of, list_channels
+from radargui.files.formats import RUN, SUFFIXES, format_of, read_signals
 from radargui.files.raw_file import RawLayout
 from radargui.files.refusal import listed
 from radargui.files.run_file import read_run
-from radargui.files.signals import ChannelInfo
+from radargui.files.signals import ChannelInfo, Signals
 from radargui.model.digitisation import iq_names
-from radargui.model.errors import FileError
+from radargui.model.errors import FileError, UsageError
 from radargui.model.recording import Recording
 
-__all__ = ["list_channels", "read_recording"]
+LARGEST = 4
+"""Receivers, as a setup may have."""
+_ENTRY = re.compile(r"\s*([IQ])(\d{1,99})\s*=", re.IGNORECASE)
+_SUFFIX = "|".join(re.escape(suffix) for suffix in sorted(SUFFIXES, key=len, reverse=True))
+_WITH_SUFFIX = re.compile(rf"(.*?(?:{_SUFFIX})):(.*)", re.IGNORECASE | re.DOTALL)
+_NUMBERED = re.compile(r"(.+):\s*(\d+)", re.DOTALL)
+_FORM = "Write I1=NAME,Q1=NAME,... or I1=PATH:NAME,Q1=PATH:NAME,..."
+_ENDINGS = ", ".join(SUFFIXES)
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelEntry:
+    """One channel of a map.
+
+    Attributes
+    ----------
+    target
+        I1, Q1, ...
+    variable
+        Name in the file.
+    path
+        File; None: the input file.
+    """
+
+    target: str
+    variable: str
+    path: Path | None = None
+
+    @property
+    def text(self) -> str:
+        """The entry as it was written."""
+        return self.variable if self.path is None else f"{self.path}:{self.variable}"
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelMap:
+    """Complete pairs I1, Q1, ... in canonical order."""
+
+    entries: tuple[ChannelEntry, ...]
+
+    @property
+    def has_paths(self) -> bool:
+        """Whether the map itself names the files."""
+        return any(entry.path is not None for entry in self.entries)
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """The files it names, each once, in order."""
+        return tuple(dict.fromkeys(entry.path for entry in self.entries if entry.path is not None))
+
+    @property
+    def n_receivers(self) -> int:
+        """Number of IQ pairs."""
+        return len(self.entries) // 2
+
+
+def parse_channel_map(text: str, *, numbered: bool = False) -> ChannelMap:
+    r"""Return the map that a text such as `I1=a.mat:src1.Data,Q1=b.mat:src1.Data` or `I1=x,Q1=y` describes.
+
+    A path ends with the suffix of a format that is read, and a colon follows: so `C:\data\a.mat:x` is understood, and
+    a name may hold colons. Where channels are `numbered`, as in plain binary, a path may end as it likes. Commas inside
+    a path or name are part of it unless `I` or `Q`, a number and `=` follow.
+
+    Raises
+    ------
+    UsageError
+        Not of this form, a channel twice, a pair incomplete.
+    """
+    starts = [match for match in _ENTRY.finditer(text) if match.start() == 0 or text[match.start() - 1] == ","]
+    if not starts or starts[0].start() != 0:
+        raise UsageError(f"--channels {text!r} is not a channel map.", remedy=_FORM)
+    entries: dict[str, ChannelEntry] = {}
+    for match, after in zip(starts, [*starts[1:], None], strict=True):
+        value = text[match.end() : after.start() - 1 if after else len(text)].strip()
+        target = f"{match[1].upper()}{int(match[2])}"
+        if target in entries:
+            raise UsageError(f"--channels names {target} twice.", remedy=_FORM)
+        entries[target] = _entry(target, value, numbered=numbered)
+    return _complete(entries)
+
+
+def _entry(target: str, value: str, *, numbered: bool) -> ChannelEntry:
+    match = (_NUMBERED if numbered else _WITH_SUFFIX).fullmatch(value)
+    path, variable = (match[1].strip(), match[2].strip()) if match else ("", value)
+    if value.lower().endswith(SUFFIXES):
+        raise UsageError(f"--channels: {target}={value} names a file, but nothing in it.", remedy=_FORM)
+    if not variable:
+        raise UsageError(f"--channels: {target}={value} names no column or variable.", remedy=_FORM)
+    return ChannelEntry(target, variable, Path(path) if path else None)
+
+
+def _complete(entries: dict[str, ChannelEntry]) -> ChannelMap:
+    count = max(int(target[1:]) for target in entries)
+    if count > LARGEST:
+        raise UsageError(f"--channels names receiver {count}; there can be 1 to {LARGEST}.", remedy=_FORM)
+    wanted = iq_names(count)
+    missing = [target for target in wanted if target not in entries]
+    if missing or len(entries) != len(wanted):
+        lacking = ", ".join(missing) or "receivers counted from 1"
+        raise UsageError(
+            f"--channels lacks {lacking}.", reasons=("I and Q come in pairs counted from 1",), remedy=_FORM
+        )
+    places = [(entries[target].path, entries[target].variable) for target in wanted]
+    if len(set(places)) != len(places):
+        raise UsageError("--channels gives the same column or variable to two channels.", remedy=_FORM)
+    given = {entries[target].path is not None for target in wanted}
+    if len(given) > 1:
+        raise UsageError("--channels names a path for some channels and none for others.", remedy=_FORM)
+    return ChannelMap(tuple(entries[target] for target in wanted))
+
+
+def read_mapped(
+    channel_map: ChannelMap,
+    *,
+    file: Path | None = None,
+    rate_hz: float | None = None,
+    name: str | None = None,
+    raw: RawLayout | None = None,
+) -> Recording:
+    """Return the recording that a map describes.
+
+    Parameters
+    ----------
+    channel_map
+        Which columns or variables.
+    file
+        The input file; None where the map names the files.
+    rate_hz
+        Sample rate where the files have none.
+    name
+        Name of the recording; None: the stem of the only file.
+    raw
+        How the files are laid out where they are plain binary.
+
+    Raises
+    ------
+    UsageError
+        A file and a map with paths, neither, or no name for several files.
+    FileError
+        Unreadable, a channel missing, channels that do not fit together.
+    """
+    entries = channel_map.entries
+    if file is not None and channel_map.has_paths:
+        raise UsageError(f"--channels names files of its own: {file} cannot be read with it.", remedy=_FORM)
+    if file is None and not channel_map.has_paths:
+        raise UsageError("--channels without paths needs an input file.", remedy=f"{_FORM}; a path ends in {_ENDINGS}.")
+    grouped: dict[Path, list[ChannelEntry]] = {}
+    for entry in entries:
+        if (path := entry.path or file) is not None:
+            grouped.setdefault(path, []).append(entry)
+    if name is None and len(grouped) > 1:
+        raise UsageError("Several files form one input: it needs a name.", remedy="Give --name.")
+    # One part a channel, so that the order is the map's, whatever file each comes from.
+    parts: dict[str, Signals] = {}
+    for path, some in grouped.items():
+        part = read_signals(path, [entry.variable for entry in some], raw)
+        parts |= {one.target: replace(part, signals=(own,)) for one, own in zip(some, part.signals, strict=True)}
+    targets = [entry.target for entry in entries]
+    return assemble(
+        [parts[target] for target in targets],
+        targets,
+        name=name or next(iter(grouped)).stem,
+        where=", ".join(str(path) for path in grouped),
+        rate_hz=rate_hz,
+    )
+
 
 _CANONICAL = re.compile(r"[IQ]\d+")
 

@@ -1,8 +1,9 @@
-"""A run file written anew with a change, put in place of the old one in one step: a crash cannot spoil a recording."""
+"""A run file written anew and put in place of the old one in one step: with a change, or finished after a crash."""
 
 import contextlib
 import itertools
 import os
+import shutil
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -10,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 from radargui.files import hdf5
+from radargui.files import run_layout as layout
+from radargui.files.overview import OverviewMaker, write_overview
 from radargui.files.refusal import why
-from radargui.files.run_header import is_run
 from radargui.files.staged_file import StagedFile
 from radargui.model.errors import FileError
 
@@ -40,7 +43,7 @@ def rewritten(path: Path, said: str) -> Iterator[tuple[Any, Any]]:
     """
     partial: Path | None = None
     try:
-        with hdf5.opened(path, "a run file", is_run) as source:
+        with hdf5.opened(path, "a run file", layout.is_run) as source:
             try:
                 staged = _new_file(path)
                 partial = Path(staged.name)
@@ -92,3 +95,85 @@ def _refused(path: Path, said: str, error: Exception) -> FileError:
         reasons=("the disk is full", "another program has the file open", "the folder cannot be written"),
         remedy="Try again once that is settled.",
     )
+
+
+ASIDE = ".unfinished"
+"""Added to the name of a file that holds more than could be taken over; it is kept."""
+_PIECE = 1 << 18
+_MADE_ANEW = (layout.RAW, layout.OVERVIEW)
+
+
+def finish_run(path: Path, *, now: str) -> int:
+    """Finish a run file and return how many samples of each channel it holds.
+
+    The new file takes the place of the old one in one step. Where part of a chunk reached the disk for some
+    channels only, the old file is kept beside it, with `.unfinished` after its name.
+
+    Parameters
+    ----------
+    path
+        Run file that nobody writes to any more.
+    now
+        ISO 8601 date and time, kept as `recovered_at`.
+
+    Raises
+    ------
+    FileError
+        It cannot be read, was closed in order, or the folder cannot be written; then it is as it was.
+    """
+    with rewritten(path, "it cannot be finished") as (source, target):
+        if hdf5.number(source.attrs, "complete") != 0.0:
+            raise FileError(f"{path} was closed in order: there is nothing to recover.")
+        raw = hdf5.dataset(source, layout.RAW, path, (2,))
+        count = int(raw.shape[1]) if "crc32" in source.attrs else layout.whole_samples(raw)
+        for key in source.attrs:
+            copy_attribute(source.attrs, target.attrs, key)
+        for name in source:
+            if name not in _MADE_ANEW:
+                source.copy(name, target)
+        _copy_samples(raw, target, count, path)
+        hdf5.put_text(target.attrs, "recovered_at", now)
+        hdf5.seal(target.attrs)
+        if count < raw.shape[1]:
+            _keep(path)
+    return count
+
+
+def _copy_samples(raw: Any, target: Any, count: int, path: Path) -> None:
+    """Copy what is whole, and check that it reads back the same."""
+    n_channels = raw.shape[0]
+    copy = target.create_dataset(
+        layout.RAW,
+        shape=(n_channels, count),
+        maxshape=(n_channels, None),
+        dtype=raw.dtype,
+        chunks=raw.chunks or (1, layout.LARGEST_CHUNK),
+        **hdf5.COMPRESSION,
+    )
+    for key in raw.attrs:
+        copy_attribute(raw.attrs, copy.attrs, key)
+    hdf5.seal(copy.attrs)
+    overview, crcs, copied = OverviewMaker(n_channels, raw.dtype), [0] * n_channels, [0] * n_channels
+    for first in range(0, count, _PIECE):
+        piece = raw[:, first : min(first + _PIECE, count)]
+        copy[:, first : first + piece.shape[1]] = piece
+        crcs = hdf5.rows_crc(piece, crcs)
+        copied = hdf5.rows_crc(np.asarray(copy[:, first : first + piece.shape[1]]), copied)
+        overview.add(piece)
+    if crcs != copied:
+        raise FileError(f"{path} cannot be finished: the copy differs from the original, which is as it was.")
+    write_overview(target, overview, layout.stored_unit(layout.read_digitisation(copy, path)))
+    layout.write_end(target, count, crcs, complete=True)
+
+
+def _keep(path: Path) -> None:
+    aside = path.with_name(path.name + ASIDE)
+    number = 1
+    while aside.exists():
+        number += 1
+        aside = path.with_name(f"{path.name}-{number}{ASIDE}")
+    try:
+        os.link(path, aside)
+    except OSError:
+        # not every disk gives a file two names
+        shutil.copy2(path, aside)

@@ -1,18 +1,181 @@
-"""The card of a run: what lists and searches need of it, read in one go."""
+"""The card of a run, what lists and searches need of it: summary, thumbnail, health, origin."""
 
+import json
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from radargui import __version__
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.run_file import markers_in
-from radargui.files.run_header import is_run
-from radargui.files.run_health import health_in
-from radargui.files.summary import summary_in
+from radargui.model.arrays import FloatArray
+from radargui.model.decimation import lowest_and_highest
 from radargui.model.drop import RunOrigin
+from radargui.model.result import RunResult
+
+HEALTH = "health"
+_RECORD = "record"
+
+
+def put_health(file: Any, record: Mapping[str, object]) -> None:
+    """Store a record in an open run file, in place of an older one; NaN and infinity are refused."""
+    group = file.require_group(HEALTH)
+    hdf5.put_text(group.attrs, _RECORD, json.dumps(dict(record), allow_nan=False))
+    hdf5.seal(group.attrs)
+
+
+def read_health(path: Path) -> dict[str, object] | None:
+    """Return the health record of a run; None where it holds none, or a damaged one.
+
+    Raises
+    ------
+    FileError
+        Unreadable, or no run file.
+    """
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
+        return health_in(file)
+
+
+def health_in(file: Any) -> dict[str, object] | None:
+    """Return the health record in an open run file; None where it holds none, or a damaged one."""
+    if HEALTH not in file or not hdf5.is_sound(file[HEALTH].attrs):
+        return None
+    try:
+        record = json.loads(hdf5.text(file[HEALTH].attrs, _RECORD) or "null")
+    except ValueError:
+        return None
+    return record if isinstance(record, dict) else None
+
+
+_VERDICTS = ("rejected", "usable", "good")
+
+
+def summarise(result: RunResult) -> dict[str, object]:
+    """Return the figures of a run's first bounce and first fall; None where there is none or it is not valid.
+
+    Parameters
+    ----------
+    result
+        What the run gave.
+
+    Returns
+    -------
+    dict
+        `status`, `reason`, `drop_height_m`, `impact_speed_m_s`, `e`, `u_e`, `u_e_combined`, `g_m_s2`, `u_g_m_s2`,
+        `u_g_combined_m_s2` (combined: with what calibration and sphere leave open; else statistical), `correction`,
+        `geometry`, `version`, `n_bounces` (all impacts), `verdict` (the worst receiver's), `preliminary` (see
+        `RunResult`), `from_rest` (whether the rest before the motion was recorded). JSON can hold it.
+    """
+    bounce = next((bounce for bounce in result.bounces.impacts[:1] if bounce.valid), None)
+    fall, budget = result.bounces.free_fall, result.uncertainty_budget
+    corrected, track = result.corrected, result.track
+    verdicts = {channel.verdict for channel in corrected.channels} if corrected else set()
+    return {
+        "status": result.status,
+        "reason": result.reason,
+        "drop_height_m": _finite(fall.drop_height_m) if fall else None,
+        "impact_speed_m_s": _finite(bounce.speed_before_m_s) if bounce else None,
+        "e": _finite(bounce.e) if bounce else None,
+        "u_e": _finite(bounce.u_e) if bounce else None,
+        "u_e_combined": _finite(bounce.u_e_combined) if bounce else None,
+        "g_m_s2": _finite(fall.g_m_s2) if fall else None,
+        "u_g_m_s2": _finite(fall.u_g_m_s2) if fall else None,
+        "u_g_combined_m_s2": budget.g_m_s2.combined if fall and budget else None,
+        "correction": corrected.method if corrected else result.setup.processing.correction,
+        "geometry": track.geometry if track else result.setup.processing.geometry,
+        "version": __version__,
+        "n_bounces": len(result.bounces.impacts),
+        "verdict": next((verdict for verdict in _VERDICTS if verdict in verdicts), None),
+        "preliminary": result.preliminary,
+        "from_rest": result.segment is not None and result.segment.has_rest,
+    }
+
+
+def summary_in(results: Any) -> dict[str, object]:
+    """Return the summary stored in a group of results; empty where there is none."""
+    summary = json.loads(hdf5.text(results.attrs, "summary") or "null")
+    return summary if isinstance(summary, dict) else {}
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+BINS = 128
+"""As many as the picture in a list has pixels."""
+_MARGIN = 0.1
+"""Share of the motion shown before and after it. Chosen by hand."""
+
+
+@dataclass(frozen=True, slots=True)
+class Thumbnail:
+    """Height against time.
+
+    Attributes
+    ----------
+    time_s, z_m
+        Shape (n,), at most 2 * BINS points; NaN where unknown.
+    """
+
+    time_s: FloatArray
+    z_m: FloatArray
+
+
+def put_thumbnail(group: Any, result: RunResult) -> None:
+    """Store the thumbnail of a result in its group: lowest and highest z of each bin around the motion."""
+    track, segment = result.track, result.segment
+    if track is None or not track.time_s.size:
+        return
+    n = track.time_s.size
+    first, last = (segment.first, segment.last) if segment else (0, n)
+    margin = round(_MARGIN * (last - first))
+    first, last = max(first - margin, 0), min(last + margin, n)
+    z, t = track.position_m[2, first:last], track.time_s[first:last]
+    size = max(1, -(-z.size // BINS))
+    whole = z.size // size * size
+    ends = np.stack(lowest_and_highest(z[:whole], size), axis=1)
+    if result.paths is not None:
+        restarts = result.paths.restarts() - first
+        # unknown, so that no line joins two pieces
+        ends[restarts[(restarts >= 0) & (restarts < whole)] // size] = np.nan
+    places = np.repeat(t[size // 2 : whole : size], 2)
+    thumbnail = group.create_group(layout.THUMBNAIL)
+    for name, values, unit in (("time_s", places, "s"), ("z_m", ends.ravel(), "m")):
+        hdf5.put_text(thumbnail.create_dataset(name, data=values).attrs, "unit", unit)
+
+
+def read_thumbnail(path: Path) -> Thumbnail | None:
+    """Return the thumbnail stored with the results of a run; None where there is none.
+
+    Raises
+    ------
+    FileError
+        Unreadable, damaged, or no run file.
+    """
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
+        return thumbnail_in(file[layout.RESULTS], path) if layout.RESULTS in file else None
+
+
+def thumbnail_in(group: Any, path: Path) -> Thumbnail | None:
+    """Return the thumbnail in a group of results; None where there is none.
+
+    Raises
+    ------
+    FileError
+        It is damaged.
+    """
+    if layout.THUMBNAIL not in group:
+        return None
+    time_s, z_m = (
+        np.asarray(hdf5.dataset(group[layout.THUMBNAIL], name, path, (1,))[:], dtype=np.float64)
+        for name in ("time_s", "z_m")
+    )
+    return Thumbnail(time_s, z_m) if time_s.shape == z_m.shape else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +193,7 @@ class RunCard:
     n_samples, sample_rate_hz
         Of each channel.
     summary
-        See `files.summary.summarise`; empty where not processed.
+        See `files.run_card.summarise`; empty where not processed.
     markers
         The operator's notes.
     origin
@@ -55,7 +218,7 @@ def read_run_card(path: Path) -> RunCard:
     FileError
         Unreadable, damaged, or no run file.
     """
-    with hdf5.opened(path, "a run file", is_run) as file:
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
         finished = hdf5.number(file.attrs, "complete") != 0.0
         # the header's own checksum is left to those who read samples: it would double the time
@@ -85,7 +248,7 @@ def read_run_origin(path: Path) -> RunOrigin:
     FileError
         Unreadable, or no run file.
     """
-    with hdf5.opened(path, "a run file", is_run) as file:
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
         return _origin(file)
 
 
@@ -111,7 +274,7 @@ def read_origin(path: Path) -> str:
     FileError
         Unreadable, or no run file.
     """
-    with hdf5.opened(path, "a run file", is_run) as file:
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
         name, kind, program, layout_text = (
             hdf5.text(file.attrs, f"imported_{key}") for key in ("from", "format", "program", "layout")
         )

@@ -11,7 +11,6 @@ from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.export_facts import ExportFacts
 from radargui.files.progress import Progress, silent
-from radargui.files.run_header import is_run, read_digitisation, read_trigger, whole_samples
 from radargui.model.arrays import RawArray
 from radargui.model.block import Gap, Marker, are_possible
 from radargui.model.errors import FileError
@@ -30,15 +29,15 @@ def read_run(path: Path) -> Recording:
     """
     with opened_run(path) as file:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
-        digitisation = read_digitisation(raw, path)
-        samples = raw[:] if "crc32" in file.attrs else raw[:, : whole_samples(raw)]
+        digitisation = layout.read_digitisation(raw, path)
+        samples = raw[:] if "crc32" in file.attrs else raw[:, : layout.whole_samples(raw)]
         _want_untouched(file.attrs, samples, path)
         return Recording(
             name=path.stem,
             raw=samples,
             digitisation=digitisation,
             gaps=read_gaps(file, path),
-            trigger_index=read_trigger(raw.attrs),
+            trigger_index=layout.read_trigger(raw.attrs),
             started_at=hdf5.text(raw.attrs, "started_at"),
         )
 
@@ -87,7 +86,7 @@ def opened_run(path: Path) -> Iterator[Any]:
     FileError
         Unreadable, damaged, or no run file.
     """
-    with hdf5.opened(path, "a run file", is_run) as file:
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
         # Where a crash stopped the recording, it may have come between the header and its checksum.
         if _complete(file) and not (hdf5.is_sound(file.attrs) and hdf5.is_sound(file[layout.RAW].attrs)):
             raise FileError(f"{path}: its header is damaged.", remedy="Take the file from a backup.")
@@ -199,10 +198,10 @@ def run_stream(path: Path, session: Mapping[str, str] | None = None) -> Iterator
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
         facts = ExportFacts(
             name=path.stem,
-            digitisation=read_digitisation(raw, path),
-            n_samples=int(raw.shape[1]) if "crc32" in file.attrs else whole_samples(raw),
+            digitisation=layout.read_digitisation(raw, path),
+            n_samples=int(raw.shape[1]) if "crc32" in file.attrs else layout.whole_samples(raw),
             gaps=read_gaps(file, path),
-            trigger_index=read_trigger(raw.attrs),
+            trigger_index=layout.read_trigger(raw.attrs),
             started_at=hdf5.text(raw.attrs, "started_at"),
             markers=markers_in(file, path),
             setup_toml=hdf5.text(file.attrs, "setup"),

@@ -1,7 +1,19 @@
-"""The layout of a run file: names and types that writer and reader share."""
+"""The layout of a run file: names and types that writer and reader share, and the header, written before any sample."""
+
+import math
+from collections.abc import Mapping
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+
+from radargui import __version__
+from radargui.files import hdf5
+from radargui.model.arrays import FloatArray
+from radargui.model.digitisation import Digitisation
+from radargui.model.errors import FileError
 
 FORMAT = "radargui-run"
 FORMAT_VERSION = 1
@@ -22,8 +34,6 @@ CHUNK_S = 0.5
 """What a crash may cost, and how often the disk is written to."""
 LARGEST_CHUNK = 1 << 18
 """Samples of one channel: 0.5 to 2 MB, in memory once a channel while they are compressed. Chosen by hand."""
-COMPRESSION = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-"""0.70 to 0.80 of the size for about 1 % of a core; any HDF5 library reads it."""
 
 REASON_BYTES = 80
 GAP_TYPE = np.dtype(
@@ -41,3 +51,167 @@ def chunk_length(sample_rate_hz: float) -> int:
 def fitted(text: str, n_bytes: int) -> bytes:
     """Return a text as UTF-8 of at most `n_bytes` bytes, cut between characters."""
     return text.replace("\0", " ").encode("utf-8", "replace")[:n_bytes].decode("utf-8", "ignore").encode("utf-8")
+
+
+Attribute = str | float | int
+
+
+def write_header(
+    file: Any,
+    digitisation: Digitisation,
+    *,
+    started_at: str,
+    setup_toml: str,
+    attributes: Mapping[str, Attribute],
+) -> None:
+    """Make the empty datasets and all attributes of a new run file."""
+    n_channels = digitisation.n_channels
+    raw = file.create_dataset(
+        RAW,
+        shape=(n_channels, 0),
+        maxshape=(n_channels, None),
+        dtype=np.float64 if digitisation.scaling is None else np.int16,
+        chunks=(1, chunk_length(digitisation.sample_rate_hz)),
+        **hdf5.COMPRESSION,
+    )
+    for name, kind, units in (
+        (GAPS, GAP_TYPE, ("sample", "sample", "text")),
+        (MARKERS, MARKER_TYPE, ("sample", "text")),
+    ):
+        table = file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(16,), dtype=kind, **hdf5.COMPRESSION)
+        hdf5.put_texts(table.attrs, "units", units)
+    for key, value in attributes.items():
+        if isinstance(value, str):
+            hdf5.put_text(file.attrs, key, value)
+        else:
+            file.attrs[key] = value
+    hdf5.put_text(file.attrs, "format", FORMAT)
+    file.attrs["format_version"] = FORMAT_VERSION
+    hdf5.put_text(file.attrs, "version", __version__)
+    hdf5.put_text(file.attrs, "setup", setup_toml)
+    file.attrs["complete"] = False
+    # On the samples and on the file: whoever looks at either finds them.
+    for place in (file, raw):
+        place.attrs["sample_rate_hz"] = float(digitisation.sample_rate_hz)
+        hdf5.put_text(place.attrs, "unit", digitisation.unit)
+        hdf5.put_text(place.attrs, "stored_unit", stored_unit(digitisation))
+        hdf5.put_texts(place.attrs, "channel_names", digitisation.channel_names)
+        if digitisation.channel_skew_s is not None:
+            place.attrs["channel_skew_s"] = float(digitisation.channel_skew_s)
+        hdf5.put_text(place.attrs, "device", digitisation.device)
+        hdf5.put_text(place.attrs, "started_at", started_at)
+        if digitisation.scaling is not None:
+            place.attrs["scaling"] = padded(digitisation.scaling)
+    write_trigger(file, None, digitisation.sample_rate_hz)
+
+
+def stored_unit(digitisation: Digitisation) -> str:
+    """Return the unit of the samples as they are stored."""
+    return digitisation.unit if digitisation.scaling is None else "code"
+
+
+def write_trigger(file: Any, index: int | None, sample_rate_hz: float) -> None:
+    """Set the trigger in a header."""
+    for place in (file, file[RAW]):
+        place.attrs["trigger_index"] = NO_TRIGGER if index is None else int(index)
+        place.attrs["trigger_time_s"] = math.nan if index is None else index / sample_rate_hz
+        hdf5.seal(place.attrs)
+
+
+def write_end(file: Any, count: int, crcs: list[int], *, complete: bool) -> None:
+    """Set what is known only at the end: the number of samples and the checksum of each channel."""
+    file.attrs["n_samples"] = count
+    file.attrs["crc32"] = np.array(crcs, dtype=np.uint32)
+    file.attrs["complete"] = complete
+    hdf5.seal(file.attrs)
+
+
+def read_digitisation(raw: Any, path: Path) -> Digitisation:
+    """Return how the samples of a run file were digitised.
+
+    Raises
+    ------
+    FileError
+        An attribute is missing or does not fit the samples.
+    """
+    attributes = raw.attrs
+    rate_hz = hdf5.number(attributes, "sample_rate_hz")
+    if rate_hz is None or not math.isfinite(rate_hz) or rate_hz <= 0.0:
+        raise FileError(f"{path}: its sample_rate_hz is not a rate.")
+    names = tuple(_as_text(name) for name in np.atleast_1d(attributes.get("channel_names", [])))
+    if len(names) != raw.shape[0] or len(set(names)) != len(names):
+        raise FileError(f"{path}: {len(names)} channel names for {raw.shape[0]} channels.")
+    skew_s = hdf5.number(attributes, "channel_skew_s")
+    return Digitisation(
+        channel_names=names,
+        sample_rate_hz=rate_hz,
+        scaling=_scaling(raw, path),
+        channel_skew_s=skew_s if skew_s is not None and math.isfinite(skew_s) else None,
+        unit=hdf5.text(attributes, "unit") or "V",
+        device=hdf5.text(attributes, "device"),
+    )
+
+
+def read_trigger(attributes: Any) -> int | None:
+    """Return the index of the trigger, None where there is none."""
+    index = hdf5.number(attributes, "trigger_index")
+    return None if index is None or not math.isfinite(index) or index < 0 else int(index)
+
+
+def _scaling(raw: Any, path: Path) -> tuple[tuple[float, ...], ...] | None:
+    if raw.dtype == np.float64:
+        return None
+    if raw.dtype != np.int16:
+        raise FileError(f"{path}: its samples are {raw.dtype}, not int16 codes or float64 volts.")
+    table = np.asarray(raw.attrs.get("scaling", []), dtype=np.float64)
+    if table.ndim != 2 or table.shape[0] != raw.shape[0] or table.shape[1] < 1 or not np.isfinite(table).all():
+        raise FileError(f"{path}: the scaling of its codes is missing or does not fit its channels.")
+    return tuple(_trimmed(row) for row in table.tolist())
+
+
+def padded(scaling: tuple[tuple[float, ...], ...]) -> FloatArray:
+    """Return the coefficients of each channel in a row, the missing ones 0, shape (n_channels, most coefficients)."""
+    return np.array(list(zip_longest(*scaling, fillvalue=0.0)), dtype=np.float64).T
+
+
+def _trimmed(row: list[float]) -> tuple[float, ...]:
+    while len(row) > 2 and row[-1] == 0.0:
+        row = row[:-1]
+    return tuple(row)
+
+
+def _as_text(name: Any) -> str:
+    return name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)
+
+
+def whole_samples(raw: Any) -> int:
+    """Return how many samples lie before the first chunk that a crash kept from the disk."""
+    n_channels, count = raw.shape
+    if raw.chunks is None:
+        return int(count)
+    length = raw.chunks[1]
+    if raw.id.get_num_chunks() == n_channels * -(-count // length):
+        return int(count)
+    for first in range(0, count, length):
+        for channel in range(n_channels):
+            if raw.id.get_chunk_info_by_coord((channel, first)).byte_offset is None:
+                return first
+    return int(count)
+
+
+def is_run(file: Any) -> bool:
+    """Return whether an opened HDF5 file is a run file of this program.
+
+    Raises
+    ------
+    FileError
+        It is one of a newer version.
+    """
+    version = hdf5.number(file.attrs, "format_version")
+    if hdf5.text(file.attrs, "format") == FORMAT and version is not None and version > FORMAT_VERSION:
+        raise FileError(
+            f"{file.filename} was written by a newer version of RadarGUI (its format is {version:g}, this one knows "
+            f"{FORMAT_VERSION}).",
+            remedy="Open it with that version, or update this one.",
+        )
+    return hdf5.text(file.attrs, "format") == FORMAT or isinstance(file.get(RAW), h5py.Dataset)

@@ -15,10 +15,7 @@ from radargui import __version__
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.rewriting import copy_attribute, rewritten
-from radargui.files.run_header import is_run
-from radargui.files.run_health import health_in, put_health
-from radargui.files.summary import summarise, summary_in
-from radargui.files.thumbnail import put_thumbnail
+from radargui.files.run_card import health_in, put_health, put_thumbnail, summarise, summary_in
 from radargui.model.bounce import Bounce, Bounces, FreeFall
 from radargui.model.errors import FileError
 from radargui.model.result import RunResult
@@ -113,7 +110,7 @@ def results_are_current(path: Path, setup: Setup) -> bool:
     FileError
         Unreadable, or no run file.
     """
-    with hdf5.opened(path, "a run file", is_run) as file:
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
         if layout.RESULTS not in file or not hdf5.is_sound(file[layout.RESULTS].attrs):
             return False
         summary = summary_in(file[layout.RESULTS])
@@ -195,7 +192,7 @@ def put_bounces(group: Any, bounces: Bounces) -> None:
     """Store bounces in a group of results."""
     rows = np.array([_row(bounce) for bounce in bounces.impacts], dtype=BOUNCE_TYPE)
     # compressed for the checksum that comes with it: a damaged figure is told, not shown
-    options = {"chunks": rows.shape, **layout.COMPRESSION} if rows.size else {}
+    options = {"chunks": rows.shape, **hdf5.COMPRESSION} if rows.size else {}
     table = group.create_dataset(_NAME, data=rows, **options)
     hdf5.put_texts(table.attrs, "units", _BOUNCE_UNITS)
     if bounces.free_fall is not None:

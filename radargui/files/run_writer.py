@@ -18,8 +18,7 @@ from radargui.files import hdf5
 from radargui.files import run_layout as layout
 from radargui.files.overview import OverviewMaker, write_overview
 from radargui.files.refusal import why
-from radargui.files.run_header import Attribute, stored_unit, write_end, write_header, write_trigger
-from radargui.files.run_health import put_health
+from radargui.files.run_card import put_health
 from radargui.files.staged_file import StagedFile, TakenAwayError
 from radargui.model.arrays import RawArray
 from radargui.model.block import Block
@@ -72,7 +71,7 @@ class RunWriter:
         started_at: str,
         trigger_index: int | None = None,
         setup_toml: str = "",
-        attributes: Mapping[str, Attribute] | None = None,
+        attributes: Mapping[str, layout.Attribute] | None = None,
     ) -> None:
         self.path = path
         self.digitisation = digitisation
@@ -91,10 +90,10 @@ class RunWriter:
         try:
             self._file: Any = h5py.File(self._staged, "w")
             with self._guarded() as file:
-                write_header(
+                layout.write_header(
                     file, digitisation, started_at=started_at, setup_toml=setup_toml, attributes=attributes or {}
                 )
-                write_trigger(file, trigger_index, digitisation.sample_rate_hz)
+                layout.write_trigger(file, trigger_index, digitisation.sample_rate_hz)
             self._want_room()
         except FileError:
             path.unlink(missing_ok=True)
@@ -177,8 +176,8 @@ class RunWriter:
             self._write_rows()
             with self._guarded() as file:
                 if self._free_bytes() > 2 * RESERVE_BYTES:
-                    write_overview(file, self._overview, stored_unit(self.digitisation))
-                write_end(file, self._count, self._crcs, complete=complete)
+                    write_overview(file, self._overview, layout.stored_unit(self.digitisation))
+                layout.write_end(file, self._count, self._crcs, complete=complete)
             self._let_go(whole=True)
 
     def __enter__(self) -> RunWriter:

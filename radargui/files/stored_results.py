@@ -1,4 +1,4 @@
-"""Results read back: the present one whole, all of them as figures to compare, front ends for the priors of other runs."""
+"""Results read back: the present one whole, all as figures to compare, the front ends for the priors of other runs."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -12,10 +12,8 @@ from pydantic import TypeAdapter
 
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.run_header import is_run
+from radargui.files.run_card import Thumbnail, summary_in, thumbnail_in
 from radargui.files.run_results import PRIOR, are_made_of, bounces_in, made_by
-from radargui.files.summary import summary_in
-from radargui.files.thumbnail import Thumbnail, thumbnail_in
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import FileError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
@@ -42,7 +40,7 @@ class StoredResult:
     Attributes
     ----------
     summary
-        See `files.summary.summarise`.
+        See `files.run_card.summarise`.
     processed_at
         ISO 8601 date and time.
     version
@@ -82,7 +80,7 @@ def read_stored_results(path: Path) -> tuple[StoredResult, ...]:
     FileError
         Unreadable, damaged, or no run file.
     """
-    with hdf5.opened(path, "a run file", is_run) as file:
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
         earlier = file.get(layout.EARLIER, {})
         groups = [(earlier[name], False) for name in sorted(earlier)]
         groups += [(file[layout.RESULTS], True)] if layout.RESULTS in file else []
@@ -154,7 +152,7 @@ def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
 
 def _attributes(path: Path) -> Mapping[str, Any]:
     """Return the attributes of a run's present result; LookupError where it holds none, or a damaged one."""
-    with hdf5.opened(path, "a run file", is_run) as file:
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
         attributes = file[layout.RESULTS].attrs
         if not hdf5.is_sound(attributes):
             raise LookupError(path)
@@ -203,7 +201,7 @@ def read_whole_result(
     FileError
         Unreadable, no run file, or the results are damaged; what `recording_of` raises.
     """
-    with hdf5.opened(path, "a run file", is_run) as file:
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
         if layout.RESULTS not in file:
             return None
         group = file[layout.RESULTS]

@@ -71,7 +71,7 @@ class Drop:
 
 
 def drop_of(name: str, origin: RunOrigin, summary: Mapping[str, object] | None) -> Drop:
-    """Return a drop from the summary of its result, see `files.summary.summarise`; None: it was not processed."""
+    """Return a drop from the summary of its result, see `files.run_card.summarise`; None: it was not processed."""
     found = summary or {}
 
     def figure(key: str) -> float | None:
@@ -99,7 +99,7 @@ def restitution_words(summary: Mapping[str, object] | None, *, statistical: bool
     Parameters
     ----------
     summary
-        See `files.summary.summarise`.
+        See `files.run_card.summarise`.
     statistical
         Whether the statistical part is asked for in any case: what differs between runs on one setup.
     """

@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
-from radargui.model.antenna_fields import LEAST_SHARE, ReceivedField, received_fields
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.digitisation import iq_names
+from radargui.model.polarization import LEAST_SHARE, ReceivedField, received_fields
 from radargui.model.processing import Processing
 from radargui.model.radar import Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.section import ExactWhole, Section

@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from radargui.files.run_card import read_origin, read_run_origin
-from radargui.files.summary import summarise
+from radargui.files.run_card import read_origin, read_run_origin, summarise
 from radargui.model.block import Gap
 from radargui.model.bounce import Bounces
 from radargui.model.drop import Drop, RunOrigin, drop_of

@@ -112,7 +112,7 @@ class RunLine:
     duration_s
         Stored samples / rate.
     summary
-        See `files.summary.summarise`; empty where not processed.
+        See `files.run_card.summarise`; empty where not processed.
     rejected
         Why it was set aside; empty where it counts.
     problem

@@ -6,10 +6,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import Unpack
 
-from radargui.files.channel_map import ChannelMap, read_mapped
 from radargui.files.formats import format_of, own_setup_toml, source_program
 from radargui.files.raw_file import RawLayout
-from radargui.files.reading import read_recording
+from radargui.files.reading import ChannelMap, read_mapped, read_recording
 from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError, RadarGuiError
 from radargui.model.recording import Recording

@@ -9,7 +9,7 @@ from pathlib import Path
 import platformdirs
 
 from radargui.files.channel_guess import ChannelGuess, guess_channel_map, guess_of_variables, pattern_of
-from radargui.files.channel_map import LARGEST, ChannelMap
+from radargui.files.reading import LARGEST, ChannelMap
 from radargui.files.signals import ChannelInfo
 from radargui.model.digitisation import iq_names
 

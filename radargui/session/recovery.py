@@ -4,8 +4,8 @@ from contextlib import closing
 from datetime import datetime
 from pathlib import Path
 
+from radargui.files.rewriting import finish_run
 from radargui.files.run_file import run_is_complete
-from radargui.files.run_recovery import finish_run
 from radargui.model.errors import FileError
 from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.info import FILE_NAME

@@ -7,7 +7,7 @@ from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
 from radargui.sources.clock import SYSTEM_CLOCK, Clock
 from radargui.sources.contract import Source
-from radargui.sources.replay import ReplaySource
+from radargui.sources.paced import ReplaySource
 from radargui.sources.restarting import RestartingSource
 from radargui.sources.simulated import SimulatedSource
 

@@ -12,9 +12,9 @@ from support.controlled_source import LONGEST_S, ControlledSource, MemoryRun, co
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.acquisition import Acquisition
-from radargui.acquisition.block_queue import TOO_SLOW
 from radargui.acquisition.recorder import OpenRun, Recorder
 from radargui.acquisition.state import AcquisitionState, Ending, RecorderState
+from radargui.acquisition.stream import TOO_SLOW
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_writer import RunWriter
 from radargui.model.arrays import RawArray

@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 
-from radargui.acquisition.block_queue import TOO_SLOW, BlockQueue
+from radargui.acquisition.stream import TOO_SLOW, BlockQueue
 from radargui.model.block import Block, Gap
 
 

@@ -29,8 +29,8 @@ from support.ni_generator import Generator, generator
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.experiment.experiment import Experiment
+from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run, run_is_complete
-from radargui.files.run_health import read_health
 from radargui.model.block import Block
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup

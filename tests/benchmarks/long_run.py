@@ -55,8 +55,7 @@ def process(path: Path) -> str:
 def show(path: Path) -> str:
     """Read what the first picture needs."""
     from radargui.files.overview import read_overview
-    from radargui.files.run_card import read_run_card
-    from radargui.files.thumbnail import read_thumbnail
+    from radargui.files.run_card import read_run_card, read_thumbnail
 
     begun = time.perf_counter()
     card, overview, thumbnail = read_run_card(path), read_overview(path, WIDTH), read_thumbnail(path)

@@ -9,7 +9,7 @@ import pytest
 from support.command_line import Command
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni.device import NiDevice
+from radargui.sources.ni.discovery import NiDevice
 
 PAD = NiDevice(
     "Dev1",

@@ -103,7 +103,7 @@ def test_a_run_is_skipped_while_setup_and_version_are_those_of_its_results(data:
 
 def test_results_of_another_version_are_made_again(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = runs_of(data)[0]
-    monkeypatch.setattr("radargui.files.summary.__version__", "0.0.1")
+    monkeypatch.setattr("radargui.files.run_card.__version__", "0.0.1")
     process_run(run)
     monkeypatch.undo()
     assert work_on(BatchTask(run)).state == "done"

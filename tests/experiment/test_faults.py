@@ -19,13 +19,13 @@ from support.ni_server import ByHand, serve
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.acquisition import Acquisition
-from radargui.acquisition.block_queue import TOO_SLOW
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.state import Ending
+from radargui.acquisition.stream import TOO_SLOW
 from radargui.experiment.event import Event, EventKind, ExperimentState
 from radargui.experiment.experiment import Experiment
+from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run, run_is_complete
-from radargui.files.run_health import read_health
 from radargui.files.run_writer import RunWriter
 from radargui.model.block import Block, Gap
 from radargui.model.errors import DeviceError, FileError, RadarGuiError

@@ -24,8 +24,8 @@ from radargui.experiment.event import Event, EventKind, ExperimentState, Recorde
 from radargui.experiment.experiment import Experiment
 from radargui.experiment.finished import FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
+from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run
-from radargui.files.run_health import read_health
 from radargui.model.errors import CancelledError, DeviceError, FileError, ProcessingError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup

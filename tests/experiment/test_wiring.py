@@ -20,7 +20,7 @@ from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
 from radargui.model.wiring import wiring_steps
 from radargui.processing.wiring import WiringReport
-from radargui.sources.replay import ReplaySource
+from radargui.sources.paced import ReplaySource
 from radargui.sources.simulated.wiring_scene import WiringScene
 
 RATE_HZ = 2000.0

@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.file_samples import codes, volts, write_csv, write_mat5, write_run, write_tdms
 
-from radargui.files.channel_map import ChannelMap, parse_channel_map, read_mapped
-from radargui.files.reading import read_recording
+from radargui.files.reading import ChannelMap, parse_channel_map, read_mapped, read_recording
 from radargui.model.digitisation import iq_names
 from radargui.model.errors import FileError, UsageError
 

@@ -13,8 +13,8 @@ from support.file_samples import volts, write_csv
 from support.work import python_calls
 
 from radargui.files.channel_guess import guess_channel_map
-from radargui.files.channel_map import parse_channel_map
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.formats import list_channels
+from radargui.files.reading import parse_channel_map, read_recording
 from radargui.model.block import Gap
 from radargui.model.errors import FileError
 

@@ -11,7 +11,8 @@ import pytest
 from support.file_samples import codes, volts, write_csv, write_mat5, write_mat73, write_run, write_sigmf, write_tdms
 from support.run_contents import read_markers, read_run_truth, read_summary
 
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.formats import list_channels
+from radargui.files.reading import read_recording
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.model.errors import FileError, SetupError
 from radargui.model.recording import Recording

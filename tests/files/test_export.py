@@ -14,12 +14,12 @@ import sigmf
 from nptdms import TdmsFile
 from support.file_samples import codes, default_setup, int16_digitisation, volts, write_run
 
-from radargui.files import mat_writer
+from radargui.files import mat_file
 from radargui.files.csv_file import csv_facts
 from radargui.files.export import EXPORT_FORMATS, export_run
-from radargui.files.formats import own_setup_toml
+from radargui.files.formats import list_channels, own_setup_toml
 from radargui.files.mat_file import mat_facts
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.reading import read_recording
 from radargui.files.run_file import read_run
 from radargui.files.run_writer import RunWriter
 from radargui.files.sigmf_file import sigmf_facts
@@ -155,7 +155,7 @@ def test_a_long_run_becomes_a_7_3_file_with_the_same_variables(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     short = scipy.io.loadmat(exported(run, "mat")[0])
-    monkeypatch.setattr(mat_writer, "LARGEST_V5_BYTES", 1000)
+    monkeypatch.setattr(mat_file, "LARGEST_V5_BYTES", 1000)
     path, after = exported(run, "mat", force=True)
     before = read_run(run)
     np.testing.assert_array_equal(after.raw, before.raw)

@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from support.hostile.attack import TESTS, attack
 from support.hostile.victims import VICTIMS
 
-from radargui.files.channel_map import parse_channel_map
-from radargui.files.formats import SUFFIXES
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.formats import SUFFIXES, list_channels
+from radargui.files.reading import parse_channel_map, read_recording
 from radargui.model.errors import FileError, RadarGuiError, SetupError, UsageError
 from radargui.model.setup_file import parse_setup, validate_setup
 

@@ -12,8 +12,8 @@ import pytest
 import scipy.io
 from support.file_samples import volts, write_mat5, write_mat73
 
-from radargui.files.channel_map import parse_channel_map
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.formats import list_channels
+from radargui.files.reading import parse_channel_map, read_recording
 from radargui.model.errors import FileError
 
 SAMPLES = volts(2, 400)

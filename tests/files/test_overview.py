@@ -12,10 +12,10 @@ from support.file_samples import codes, int16_digitisation, result_of, volts
 
 from radargui.files import overview as module
 from radargui.files.overview import OverviewMaker, read_overview
+from radargui.files.run_card import read_thumbnail
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
-from radargui.files.thumbnail import read_thumbnail
 from radargui.model.block import Block
 from radargui.model.digitisation import Digitisation, iq_names
 

@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.file_samples import volts, write_csv
 
-from radargui.files.channel_map import parse_channel_map, read_mapped
 from radargui.files.raw_file import RawLayout, first_seconds, list_raw, parse_raw_layout
-from radargui.files.reading import read_recording
+from radargui.files.reading import parse_channel_map, read_mapped, read_recording
 from radargui.model.errors import FileError, UsageError
 
 TOY_CAR = "dtype=u2le,channels=5,header=8,rate=31250,scale=8.06e-4,offset=0,skip=300"

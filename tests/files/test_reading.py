@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from support.file_samples import volts, write_csv, write_run, write_tdms
 
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.formats import list_channels
+from radargui.files.reading import read_recording
 from radargui.model.errors import FileError, UsageError
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radargui.files.channel_map import parse_channel_map, read_mapped
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.formats import list_channels
+from radargui.files.reading import parse_channel_map, read_mapped, read_recording
 from radargui.model.errors import FileError
 
 

@@ -12,11 +12,11 @@ import pytest
 from support.file_samples import codes, default_setup, int16_digitisation, result_of, write_run
 from support.run_contents import read_markers, read_run_truth, read_summary
 
+from radargui.files.run_card import summarise
 from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
 from radargui.files.staged_file import StagedFile
-from radargui.files.summary import summarise
 from radargui.model.block import Block
 from radargui.model.errors import FileError, SetupError
 from radargui.model.result import RunResult

@@ -11,8 +11,8 @@ import pytest
 import sigmf
 from support.file_samples import volts, write_sigmf
 
-from radargui.files.channel_map import parse_channel_map
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.formats import list_channels
+from radargui.files.reading import parse_channel_map, read_recording
 from radargui.model.block import Gap
 from radargui.model.errors import FileError
 

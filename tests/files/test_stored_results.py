@@ -42,7 +42,7 @@ def test_results_of_another_version_are_kept_too(tmp_path: Path, monkeypatch: py
     path = tmp_path / "run.h5"
     write_run(path)
     result = result_of(read_run(path))
-    monkeypatch.setattr("radargui.files.summary.__version__", "0.0.1")
+    monkeypatch.setattr("radargui.files.run_card.__version__", "0.0.1")
     write_results(path, result)
     monkeypatch.undo()
     write_results(path, result)

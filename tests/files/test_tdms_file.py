@@ -9,8 +9,8 @@ import pytest
 from nptdms import ChannelObject, TdmsFile, TdmsWriter
 from support.file_samples import codes, volts, write_tdms
 
-from radargui.files.channel_map import parse_channel_map
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.formats import list_channels
+from radargui.files.reading import parse_channel_map, read_recording
 from radargui.files.tdms_file import code_polynomial
 from radargui.model.errors import FileError
 

@@ -19,7 +19,7 @@ from radargui.gui.setup.words import parse_number, show_number
 from radargui.model.errors import DeviceError
 from radargui.model.setup_file import read_setup
 from radargui.session.folder import default_data_folder
-from radargui.sources.ni.device import NiDevice
+from radargui.sources.ni.discovery import NiDevice
 
 OTHER = {"antennas": "hardware", "hardware": "antennas"}
 

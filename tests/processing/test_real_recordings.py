@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radargui.files.channel_map import parse_channel_map, read_mapped
+from radargui.files.reading import parse_channel_map, read_mapped
 from radargui.model.arrays import FloatArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.recording import Recording

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from radargui.files.channel_map import parse_channel_map
+from radargui.files.reading import parse_channel_map
 from radargui.files.signals import ChannelInfo
 from radargui.session.map_memory import MOST_PATTERNS, MapMemory
 

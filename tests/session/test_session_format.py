@@ -24,7 +24,7 @@ from radargui.model.block import Block, Gap
 from radargui.model.digitisation import Digitisation, iq_names
 from radargui.session.info import Calibration
 from radargui.session.session import Session
-from radargui.sources.simulated.source import SimulatedSource
+from radargui.sources.simulated.model import SimulatedSource
 
 DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "session-format.md").read_text(encoding="utf-8")
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)

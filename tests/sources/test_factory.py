@@ -14,7 +14,7 @@ from radargui.files import run_writer
 from radargui.model.block import Block
 from radargui.model.errors import FileError, SourceError
 from radargui.sources.factory import make_source
-from radargui.sources.replay import ReplaySource
+from radargui.sources.paced import ReplaySource
 from radargui.sources.simulated import SimulatedSource, simulate_recording
 
 
@@ -62,7 +62,7 @@ def test_an_unknown_kind_is_refused() -> None:
 
 def test_simulation_and_replay_load_neither_ni_nor_qt() -> None:
     code = (
-        "import sys; import radargui.sources.factory, radargui.sources.simulated, radargui.sources.replay; "
+        "import sys; import radargui.sources.factory, radargui.sources.simulated, radargui.sources.paced; "
         "sys.exit(any(name in sys.modules for name in ('nidaqmx', 'grpc', 'PySide6', 'h5py')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

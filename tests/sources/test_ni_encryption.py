@@ -11,7 +11,7 @@ from support.ni_server import serve
 from support.ni_server.server import CERTIFICATES
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni import NiSource, driver_version, find_devices, remote
+from radargui.sources.ni import NiSource, driver, driver_version, find_devices
 
 AUTHORITY, STRANGER = str(CERTIFICATES / "authority.pem"), str(CERTIFICATES / "stranger.pem")
 
@@ -65,7 +65,7 @@ def test_a_certificate_for_a_server_without_encryption_is_told() -> None:
 
 
 def test_a_server_with_encryption_asked_without_certificate_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remote, "CONNECT_S", 0.5)
+    monkeypatch.setattr(driver, "CONNECT_S", 0.5)
     with serve(code_recording(10), certificate="server") as server:
         text = refused(server.address, None)
     assert f"The NI gRPC device server at {server.address} answers only encrypted (TLS)." in text

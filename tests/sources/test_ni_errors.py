@@ -18,7 +18,7 @@ from support.ni_samples import code_recording, ni_setup
 from support.ni_server import ByHand, NiServer, digital_only, serve, usb_6356
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni import NiSource, driver_version, find_devices, remote
+from radargui.sources.ni import NiSource, driver, driver_version, find_devices
 from radargui.sources.ni.explain import explained
 from radargui.sources.ni.source import EMPTY_READS, READ_SLICE_S
 
@@ -262,8 +262,8 @@ def test_a_server_killed_during_a_blocked_read_ends_it() -> None:
 
 
 def test_a_dead_network_ends_a_blocked_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    quick = tuple((name, min(value, 700) if name.endswith("_ms") else value) for name, value in remote._OPTIONS)
-    monkeypatch.setattr(remote, "_OPTIONS", quick)
+    quick = tuple((name, min(value, 700) if name.endswith("_ms") else value) for name, value in driver._OPTIONS)
+    monkeypatch.setattr(driver, "_OPTIONS", quick)
     with serve(code_recording(400)) as server, wire_to(server.address) as wire:
         source = NiSource(ni_setup(wire.address))
         source.open()
@@ -291,7 +291,7 @@ def test_a_computer_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch
 
 
 def test_something_else_on_the_port_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remote, "CONNECT_S", 0.3)
+    monkeypatch.setattr(driver, "CONNECT_S", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as other:
         address = f"127.0.0.1:{other.getsockname()[1]}"
         assert f"Something listens at {address}, but it does not answer" in told(lambda: find_devices(address))
@@ -330,7 +330,7 @@ def test_every_way_to_fail_has_its_own_sentence(error: Exception, text: str) -> 
 @given(st.text(max_size=30))
 def test_any_text_is_an_address_or_told_to_be_none(text: str) -> None:
     try:
-        host, port = remote.split_address(text)
+        host, port = driver.split_address(text)
     except DeviceError as error:
         assert "HOST:PORT" in str(error)  # noqa: PT017  most texts end here
     else:
@@ -340,4 +340,4 @@ def test_any_text_is_an_address_or_told_to_be_none(text: str) -> None:
 
 @given(st.text(min_size=1, max_size=30), st.integers(1, 65535))
 def test_any_host_with_a_port_is_an_address(host: str, port: int) -> None:
-    assert remote.split_address(f"{host}:{port}") == (host, port)
+    assert driver.split_address(f"{host}:{port}") == (host, port)

@@ -16,7 +16,7 @@ from radargui.model.errors import DeviceError
 from radargui.model.setup import Setup
 from radargui.sources.ni import NiSource
 from radargui.sources.ni.checks import checked_settings, rate_sentence
-from radargui.sources.ni.device import NiDevice
+from radargui.sources.ni.discovery import NiDevice
 
 
 @contextmanager

@@ -18,7 +18,7 @@ from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.sources.ni import NiSource
 from radargui.sources.ni.checks import checked_settings
-from radargui.sources.ni.device import NiDevice
+from radargui.sources.ni.discovery import NiDevice
 
 PAD = NiDevice(
     "Dev1",

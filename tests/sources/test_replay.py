@@ -13,7 +13,7 @@ from radargui.model.digitisation import Digitisation, iq_names
 from radargui.model.errors import SourceError
 from radargui.model.recording import Recording
 from radargui.sources.contract import Source
-from radargui.sources.replay import ReplaySource
+from radargui.sources.paced import ReplaySource
 
 RATE_HZ = 1000.0
 

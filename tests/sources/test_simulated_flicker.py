@@ -11,8 +11,8 @@ from support.simulated_setup import perfect_setup
 
 from radargui.model.simulation import Simulation
 from radargui.sources.simulated import simulate_recording
-from radargui.sources.simulated.flicker import CORNERS_HZ, Flicker, unit_scale
 from radargui.sources.simulated.model import CHUNK, SimulatedRadar
+from radargui.sources.simulated.noise import CORNERS_HZ, Flicker, unit_scale
 
 
 def _noise(rate_hz: float, n_chunks: int, n_channels: int = 12, *, chunk: int = CHUNK, size: float = 1.0) -> np.ndarray:

@@ -11,10 +11,9 @@ from support.simulated_setup import PERFECT, perfect_setup, simulated_setup
 from radargui.model.daq import Daq
 from radargui.model.simulation import MismatchKind, Simulation
 from radargui.sources.simulated import simulate_recording
-from radargui.sources.simulated.hardware import Converter, make_mixer
+from radargui.sources.simulated.mismatch import Converter, SmoothField, make_mixer
 from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.noise import Disturbance
-from radargui.sources.simulated.tracer_mismatch import SmoothField
 
 KINDS: tuple[MismatchKind, ...] = (
     "dc_offset", "gain_error", "bias", "amplitude_variation", "drift", "reflection", "mains",

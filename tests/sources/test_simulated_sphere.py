@@ -14,9 +14,8 @@ from radargui.model.scattering import conducting_sphere, scattered_field
 from radargui.model.setup import Setup
 from radargui.sources.simulated.floor import contact_plane
 from radargui.sources.simulated.model import SimulatedRadar
-from radargui.sources.simulated.reflection import make_waves, reflectors_of
 from radargui.sources.simulated.scene import Scene
-from radargui.sources.simulated.waves import Lobe
+from radargui.sources.simulated.waves import Lobe, make_waves, reflectors_of
 
 RELEASE = np.array([0.0, 0.0, 0.12])
 

@@ -12,8 +12,7 @@ from radargui.model.setup import Setup
 from radargui.model.setup_file import dump_setup, parse_setup
 from radargui.sources.simulated import simulate_recording
 from radargui.sources.simulated.model import SimulatedRadar
-from radargui.sources.simulated.reflection import make_waves, reflectors_of
-from radargui.sources.simulated.waves import Lobe
+from radargui.sources.simulated.waves import Lobe, make_waves, reflectors_of
 
 WAVELENGTH_M = 299_792_458.0 / 10e9
 RELEASE = np.array([0.0, 0.0, 0.12])

@@ -11,8 +11,7 @@ from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
 from radargui.sources.simulated import simulate_recording
 from radargui.sources.simulated.model import SimulatedRadar
-from radargui.sources.simulated.reflection import make_waves, reflectors_of
-from radargui.sources.simulated.waves import SIDE_LOBE, Lobe
+from radargui.sources.simulated.waves import SIDE_LOBE, Lobe, make_waves, reflectors_of
 
 WAVELENGTH_M = 299_792_458.0 / 10e9
 

@@ -16,7 +16,7 @@ from radargui.cli.app import app
 from radargui.cli.console import guarded
 from radargui.model.block import Block
 from radargui.model.setup import Setup
-from radargui.sources.simulated.source import SimulatedSource
+from radargui.sources.simulated.model import SimulatedSource
 
 
 class TellingSource(SimulatedSource):

@@ -15,7 +15,7 @@ from radargui.experiment.experiment import Experiment
 from radargui.model.block import Block
 from radargui.model.setup_file import read_setup
 from radargui.session.session import Session
-from radargui.sources.simulated.source import SimulatedSource
+from radargui.sources.simulated.model import SimulatedSource
 
 SECONDS = 30.0
 

@@ -9,9 +9,9 @@ from typing import Literal
 
 from radargui import __version__
 from radargui.experiment.reprocess import own_setup
+from radargui.files.run_card import summarise
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_results import read_prior
-from radargui.files.summary import summarise
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup

@@ -16,9 +16,8 @@ from radargui.acquisition.state import Ending
 from radargui.experiment.event import RecordedRun
 from radargui.experiment.reprocess import own_setup, process_run
 from radargui.files.overview import Overview, read_overview
-from radargui.files.run_card import RunCard
+from radargui.files.run_card import RunCard, summarise
 from radargui.files.stored_results import read_stored_results
-from radargui.files.summary import summarise
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, notes_of_file, notes_of_run
 from radargui.gui.runs.run_panel import RunPanel

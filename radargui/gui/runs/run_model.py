@@ -14,7 +14,7 @@ from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication
 
 from radargui.experiment.event import RecordedRun
-from radargui.files.run_health import read_health
+from radargui.files.run_card import read_health
 from radargui.gui.table import RowModel
 from radargui.model.drop import Drop, RunOrigin, drop_of, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError
@@ -40,7 +40,7 @@ class RunEntry:
     started_at
         ISO 8601; empty where unknown.
     summary
-        What `files.summary.summarise` gave; None while not processed.
+        What `files.run_card.summarise` gave; None while not processed.
     problem
         Why the file cannot be used; empty where it can.
     rejected

@@ -8,7 +8,7 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QComboBox, QHeaderView, QSpinBox, QTableWidget, QTableWidgetItem, QVBoxLayout, QWidget
 
 from radargui.experiment.importing import FilesLook
-from radargui.files.channel_map import LARGEST
+from radargui.files.reading import LARGEST
 from radargui.files.signals import ChannelInfo
 from radargui.gui.layout import Choice, PlainLabel, fill, side_by_side
 from radargui.model.digitisation import iq_names

@@ -9,8 +9,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt
 
-from radargui.files.run_card import read_run_card
-from radargui.files.thumbnail import Thumbnail, read_thumbnail
+from radargui.files.run_card import Thumbnail, read_run_card, read_thumbnail
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.table import RowModel
 from radargui.model.errors import RadarGuiError

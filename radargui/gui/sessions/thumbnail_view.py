@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem, QStyledItemDelegate, QStyleOptionViewItem
 
-from radargui.files.thumbnail import Thumbnail
+from radargui.files.run_card import Thumbnail
 from radargui.gui.sessions.session_model import RunLook
 from radargui.gui.table import Index
 from radargui.gui.theme import Theme

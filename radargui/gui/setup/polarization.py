@@ -14,8 +14,8 @@ from radargui.gui.setup.fields import NumberField
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
 from radargui.gui.setup.words import words_of
 from radargui.gui.theme import Theme
-from radargui.model.antenna_fields import LEAST_SHARE, received_fields
 from radargui.model.assumed import ASSUMED
+from radargui.model.polarization import LEAST_SHARE, received_fields
 
 _ASSUMED_DEG = ASSUMED["u_polarization_deg"]
 _ANTENNAS = ("transmitter", *(f"receiver[{number}]" for number in range(1, MOST_RECEIVERS + 1)))

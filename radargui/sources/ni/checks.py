@@ -8,7 +8,7 @@ import numpy as np
 from radargui.model.daq import Edge, Terminal
 from radargui.model.errors import DeviceError
 from radargui.model.setup import Setup
-from radargui.sources.ni.device import NiDevice
+from radargui.sources.ni.discovery import NiDevice
 
 _NO_PRETRIGGER = (
     "Set daq.start_pretrigger = false to begin at the edge; or set daq.start = 'now': a run then begins "

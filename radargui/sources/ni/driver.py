@@ -1,11 +1,238 @@
 """The way to NI-DAQmx: the package, loaded when first needed, and the local driver or a remote device server."""
 
+import socket
+import ssl
 import sys
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni.remote import open_channel
+
+_HOSTNAME_MISMATCH = (62, 64)
+"""OpenSSL: the certificate is for another name, or for another address."""
+
+_LARGEST = 1_000_000
+
+
+def read_certificate(path: str) -> bytes:
+    """Return the certificate file (PEM) by which a device server is known.
+
+    Raises
+    ------
+    DeviceError
+        The file cannot be read or holds no certificate.
+    """
+    remedy = "Set daq.remote_certificate (or --certificate) to the server's certificate, a .pem or .crt file with text."
+    try:
+        with Path(path).expanduser().open("rb") as file:
+            content = file.read(_LARGEST)
+    except (OSError, ValueError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise DeviceError(f"The certificate file {path} cannot be read: {reason}.", remedy=remedy) from error
+    try:
+        _trusting(content)
+    except (ssl.SSLError, ValueError) as error:
+        raise DeviceError(
+            f"The file {path} holds no certificate in PEM form.",
+            reasons=("it is a key, a DER file or something else",),
+            remedy=remedy,
+        ) from error
+    return content
+
+
+def check_encryption(host: str, port: int, certificate: bytes, timeout_s: float) -> DeviceError | None:
+    """Try an encrypted connection and return what is wrong with it, None where it is good.
+
+    Parameters
+    ----------
+    host, port
+        Of the device server; it listens there.
+    certificate
+        Content of the certificate file.
+    timeout_s
+        Longest wait.
+    """
+    address = f"{host}:{port}"
+    try:
+        _shake_hands(_trusting(certificate), host, port, timeout_s)
+    except ssl.SSLCertVerificationError as error:
+        if error.verify_code in _HOSTNAME_MISMATCH:
+            return DeviceError(
+                f"The certificate of the NI gRPC device server at {address} is for another name: "
+                f"{error.verify_message}.",
+                remedy="Use the name in the certificate in daq.remote, or give the server a certificate for this name.",
+            )
+        return DeviceError(
+            f"The NI gRPC device server at {address} has another certificate than the one given: "
+            f"{error.verify_message}.",
+            reasons=("the certificate of another server was given", "it has run out or was replaced on the server"),
+            remedy="Copy the server's present certificate (server_cert in its configuration) to this computer.",
+        )
+    except OSError as error:
+        return DeviceError(
+            f"The NI gRPC device server at {address} does not answer encrypted: {_short(error)}.",
+            reasons=("it runs without encryption", "it wants a certificate of this computer too (root_cert)"),
+            remedy="Leave out daq.remote_certificate, or set server_cert and server_key in the server's configuration "
+            "and leave root_cert empty.",
+        )
+    return None
+
+
+def answers_encrypted(host: str, port: int, timeout_s: float) -> bool:
+    """Return whether what listens there speaks TLS; its certificate is not checked and nothing is sent."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname = False
+    context.verify_mode = ssl.CERT_NONE
+    try:
+        _shake_hands(context, host, port, timeout_s)
+    except OSError:
+        return False
+    return True
+
+
+def _shake_hands(context: ssl.SSLContext, host: str, port: int, timeout_s: float) -> None:
+    """Connect, encrypted as gRPC does it, and leave; an OSError (an SSLError is one) where that fails."""
+    context.set_alpn_protocols(["h2"])
+    name = host.strip("[]")
+    with (
+        socket.create_connection((name, port), timeout=timeout_s) as plain,
+        context.wrap_socket(plain, server_hostname=name),
+    ):
+        pass
+
+
+def _trusting(certificate: bytes) -> ssl.SSLContext:
+    """Return a context that trusts this certificate alone; an SSLError or a ValueError where it is none."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.load_verify_locations(cadata=certificate.decode("ascii"))
+    # the server's own certificate may be trusted without the authority that signed it
+    context.verify_flags |= ssl.VerifyFlags.VERIFY_X509_PARTIAL_CHAIN
+    return context
+
+
+def _short(error: OSError) -> str:
+    if isinstance(error, ssl.SSLError) and error.reason:
+        return error.reason.lower().replace("_", " ")
+    return str(error.strerror or error)
+
+
+CONNECT_S = 5.0
+DEFAULT_PORT = 31763
+"""Of NI's gRPC device server."""
+
+_PROBE = "/grpc.health.v1.Health/Check"
+
+_OPTIONS = (
+    # a block of many fast channels is larger than gRPC's 4 MB
+    ("grpc.max_receive_message_length", -1),
+    # an unplugged network cable fails a call after some seconds instead of never
+    ("grpc.keepalive_time_ms", 5000),
+    ("grpc.keepalive_timeout_ms", 5000),
+    ("grpc.http2.max_pings_without_data", 0),
+    # the probe that gRPC sends with data counts too, and waits a minute by default
+    ("grpc.http2.ping_timeout_ms", 5000),
+    # how long one attempt to connect again may take: 20 s otherwise
+    ("grpc.min_reconnect_backoff_ms", 2000),
+    # a laboratory's device server is not behind the web proxy
+    ("grpc.enable_http_proxy", 0),
+)
+
+
+def split_address(remote: str) -> tuple[str, int]:
+    """Return host and port of HOST:PORT.
+
+    Raises
+    ------
+    DeviceError
+        It is not of that form, or the port is not 1 to 65535.
+    """
+    host, colon, port = remote.rpartition(":")
+    if not colon or not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
+        raise DeviceError(
+            f"'{remote}' is not the address of an NI gRPC device server.",
+            remedy=f"Give HOST:PORT, for example lab-pc:{DEFAULT_PORT}; the port is a number from 1 to 65535.",
+        )
+    return host, int(port)
+
+
+def open_channel(remote: str, certificate: str | None = None) -> Any:
+    """Return a gRPC channel that is connected to a server at HOST:PORT.
+
+    Parameters
+    ----------
+    remote
+        HOST:PORT.
+    certificate
+        File with the certificate (PEM) by which the server is known; None: the connection is not encrypted.
+
+    Raises
+    ------
+    DeviceError
+        The package grpcio is missing, the certificate cannot be read, the name is unknown, nothing listens there, or
+        what listens is no gRPC server or not the one of that certificate.
+    """
+    host, port = split_address(remote)
+    try:
+        import grpc
+    except ImportError as error:
+        raise DeviceError(
+            f"The Python package grpcio cannot be loaded, so the device server {remote} cannot be used: {error}.",
+            remedy="Install it into the same environment: python -m pip install 'nidaqmx[grpc]'.",
+        ) from error
+    known_by = None if certificate is None else read_certificate(certificate)
+    _knock(host, port)
+    if known_by is None:
+        channel = grpc.insecure_channel(remote, options=_OPTIONS)
+    else:
+        wrong = check_encryption(host, port, known_by, CONNECT_S)
+        if wrong is not None:
+            raise wrong
+        channel = grpc.secure_channel(remote, grpc.ssl_channel_credentials(known_by), options=_OPTIONS)
+    try:
+        # any answer, be it "unknown method", shows that a gRPC server is there
+        channel.unary_unary(_PROBE)(b"", timeout=CONNECT_S, wait_for_ready=True)
+    except grpc.RpcError as error:
+        if error.code() not in (grpc.StatusCode.DEADLINE_EXCEEDED, grpc.StatusCode.UNAVAILABLE):
+            return channel
+        channel.close()
+        if known_by is None and answers_encrypted(host, port, CONNECT_S):
+            raise DeviceError(
+                f"The NI gRPC device server at {remote} answers only encrypted (TLS).",
+                remedy="Copy its certificate (server_cert in its configuration) to this computer and name the file in "
+                "daq.remote_certificate (or --certificate).",
+            ) from error
+        raise DeviceError(
+            f"Something listens at {remote}, but it does not answer as an NI gRPC device server.",
+            reasons=("another program uses this port", "the server hangs"),
+            remedy="Check the port in the configuration file of the NI gRPC device server, or start it again.",
+        ) from error
+    return channel
+
+
+def _knock(host: str, port: int) -> None:
+    """Try the address with a plain connection: the operating system tells why it fails, gRPC does not."""
+    address = f"{host}:{port}"
+    try:
+        socket.create_connection((host.strip("[]"), port), timeout=CONNECT_S).close()
+    except (socket.gaierror, UnicodeError) as error:
+        raise DeviceError(
+            f"The computer {host} is not known here, so its NI gRPC device server cannot be reached.",
+            reasons=("the name is misspelt", "that computer is off or in another network"),
+            remedy="Check daq.remote (or --remote), or give the IP address instead of the name.",
+        ) from error
+    except ConnectionRefusedError as error:
+        raise DeviceError(
+            f"No NI gRPC device server is running at {address}: the connection was refused.",
+            reasons=("the server is not started there", "it listens on another port or only on its own computer"),
+            remedy="Start ni_grpc_device_server on that computer and check address and port in its configuration.",
+        ) from error
+    except OSError as error:
+        raise DeviceError(
+            f"The NI gRPC device server at {address} does not answer: {error.strerror or error}.",
+            reasons=("that computer is off", "a firewall blocks the port", "the network is down"),
+            remedy="Switch that computer on, open the port in its firewall, then try again.",
+        ) from error
 
 
 def load_nidaqmx() -> ModuleType:

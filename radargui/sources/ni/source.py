@@ -13,8 +13,7 @@ from radargui.model.setup import Setup
 from radargui.model.truth import Truth
 from radargui.sources.clock import SYSTEM_CLOCK, Clock
 from radargui.sources.ni.checks import StartEdge, checked_settings, rate_sentence
-from radargui.sources.ni.device import NiDevice
-from radargui.sources.ni.discovery import find_device
+from radargui.sources.ni.discovery import NiDevice, find_device
 from radargui.sources.ni.driver import Driver, driver_errors
 from radargui.sources.ni.explain import no_edge, no_samples
 from radargui.sources.ni.task import InputTask

@@ -9,7 +9,7 @@ import numpy as np
 from radargui.model.arrays import RawArray
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.checks import StartEdge, TaskSettings
-from radargui.sources.ni.device import TERMINALS, NiDevice
+from radargui.sources.ni.discovery import TERMINALS, NiDevice
 from radargui.sources.ni.driver import Driver, driver_errors, load_nidaqmx
 from radargui.sources.ni.explain import TIMEOUT, error_code, explained, told_plainly
 

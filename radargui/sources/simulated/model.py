@@ -1,22 +1,22 @@
-"""The simulated radar: everything from the scene to the samples, in chunks that are always the same."""
+"""The simulated radar: everything from the scene to the samples, and its source."""
 
 import numpy as np
 
 from radargui.geometry.antennas import Antennas, place_antennas
 from radargui.geometry.path_length import path_lengths
 from radargui.model.arrays import ComplexArray, FloatArray, RawArray
+from radargui.model.block import Block, Gap
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import SetupError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.truth import Truth
-from radargui.sources.simulated.arrays import dot
-from radargui.sources.simulated.flicker import Flicker
-from radargui.sources.simulated.hardware import Converter, make_mixer
-from radargui.sources.simulated.noise import Disturbance, WhiteNoise
-from radargui.sources.simulated.reflection import Reflector, make_waves, reflectors_of
+from radargui.sources.clock import SYSTEM_CLOCK, Clock
+from radargui.sources.paced import PacedSource
+from radargui.sources.simulated.mismatch import Converter, TracerMismatch, make_mixer
+from radargui.sources.simulated.noise import Disturbance, Flicker, WhiteNoise
 from radargui.sources.simulated.scene import Scene
-from radargui.sources.simulated.tracer_mismatch import TracerMismatch
+from radargui.sources.simulated.waves import Reflector, dot, make_waves, reflectors_of
 
 CHUNK = 4096
 """Samples drawn and computed at a time, whatever is asked for: the same noise for any length of blocks."""
@@ -181,3 +181,73 @@ def simulate_recording(setup: Setup, *, run: int = 0, name: str = "simulated") -
         raise SetupError("A scene that repeats for ever has no recording")
     recording = Recording(name, radar.samples(0, radar.n_samples), radar.digitisation)
     return recording, radar.truth(0, radar.n_samples)
+
+
+class SimulatedSource(PacedSource):
+    """One simulated run, or one that repeats for ever.
+
+    In real time it behaves like a device: a reader that is more than `daq.buffer_s` late loses the oldest samples
+    and is reported so by the gap of the next block.
+
+    Parameters
+    ----------
+    setup
+        `[simulation]` says what happens, `[daq]` how it is sampled.
+    run
+        Number of the run in its session: noise, drift and mains differ, hardware and surroundings stay.
+    realtime
+        Give out samples when their time has come; otherwise as fast as asked.
+    clock
+        Paces real time.
+    repeat
+        Carry the sphere back to the release and let it go again, for ever.
+
+    Raises
+    ------
+    SetupError
+        The simulated scene is impossible.
+    """
+
+    def __init__(
+        self,
+        setup: Setup,
+        *,
+        run: int = 0,
+        realtime: bool = False,
+        clock: Clock = SYSTEM_CLOCK,
+        repeat: bool = False,
+    ) -> None:
+        self._radar, daq = SimulatedRadar(setup, run=run, repeat=repeat), setup.daq
+        super().__init__(
+            "The simulated source", clock, daq.rate_hz, daq.read_interval_s, self._radar.n_samples, realtime=realtime
+        )
+        self._buffer = max(round(daq.buffer_s * daq.rate_hz), self._block)
+
+    def open(self) -> Digitisation:
+        """Return how samples are digitised."""
+        self._opened = True
+        return self._radar.digitisation
+
+    def _read(self) -> Block | None:
+        gap = self._overflow()
+        end = self._end_of_block()
+        if end <= self._next or not self._wait_for(end):
+            return None
+        block = Block(self._radar.samples(self._next, end - self._next), self._next, gap)
+        self._next = end
+        return block
+
+    def truth(self, first_index: int, count: int) -> Truth:
+        """Return the exact motion during samples first_index : first_index + count.
+
+        Impact times count from sample `first_index`.
+        """
+        return self._radar.truth(first_index, count)
+
+    def _overflow(self) -> Gap | None:
+        lost = self.backlog() - self._buffer
+        if lost <= 0:
+            return None
+        gap = Gap(self._next, lost, "the buffer overflowed: samples were not read in time")
+        self._next += lost
+        return gap

@@ -1,6 +1,7 @@
-"""What time adds to a channel: white noise, drift of the offset, mains pick-up; the same however a run is read."""
+"""What time adds to a channel: white and 1/f noise, drift, mains pick-up; the same however a run is read."""
 
 import numpy as np
+from scipy.signal import lfilter
 
 from radargui.model.arrays import FloatArray
 from radargui.model.simulation import Simulation
@@ -58,3 +59,122 @@ class WhiteNoise:
         """Add the noise of a chunk to its volts (n_channels, n)."""
         if self.sigma_v:
             volts += self.sigma_v * generator(self._seed, Draw.NOISE, self._run, chunk).standard_normal(volts.shape)
+
+
+_BLOCK = 256
+
+
+class Anchors:
+    """Ornstein-Uhlenbeck processes of variance 1, sampled once a chunk: x -> d x + sqrt(1 - d^2) w, d = exp(-loss).
+
+    They are drawn in blocks of 256 chunks, always from the first: the same states whatever is asked for and when. A
+    skip costs some microseconds a chunk skipped, going back begins again.
+
+    Parameters
+    ----------
+    seed, run
+        Draw the states.
+    loss
+        Logarithm of the decay over a chunk, shape (n_processes,).
+    n_channels
+        Independent processes of each kind.
+    """
+
+    def __init__(self, seed: int, run: int, loss: FloatArray, n_channels: int) -> None:
+        self._seed, self._run = seed, run
+        self._decay = np.exp(-loss)[:, None]
+        self._kick = np.sqrt(-np.expm1(-2.0 * loss))[:, None]
+        self._shape = (loss.size, n_channels)
+        self._block = 0
+        self._states = self._begun()
+
+    def around(self, chunk: int) -> tuple[FloatArray, FloatArray]:
+        """Return the states at the first sample of a chunk and of the next, shape (n_processes, n_channels) each."""
+        block, offset = divmod(chunk, _BLOCK)
+        if block < self._block:
+            self._block, self._states = 0, self._begun()
+        while self._block < block:
+            self._block += 1
+            self._states = self._continued(self._states[-1], self._block)
+        return self._states[offset], self._states[offset + 1]
+
+    def _begun(self) -> FloatArray:
+        start = generator(self._seed, Draw.FLICKER_ANCHORS, self._run).standard_normal(self._shape)
+        return self._continued(start, 0)
+
+    def _continued(self, state: FloatArray, block: int) -> FloatArray:
+        """Return the states of a block and the first of the next, shape (257, n_processes, n_channels)."""
+        kicks = generator(self._seed, Draw.FLICKER_ANCHORS, self._run, block).standard_normal((_BLOCK, *self._shape))
+        states = np.empty((_BLOCK + 1, *self._shape))
+        states[0] = state
+        for step, kick in enumerate(kicks):
+            states[step + 1] = self._decay * states[step] + self._kick * kick
+        return states
+
+
+LOWEST_HZ, HIGHEST_HZ = 0.1, 1000.0
+CORNERS_HZ = np.geomspace(0.01, 10_000.0, 9)
+
+
+class Flicker:
+    """Independent 1/f noise of all channels.
+
+    Each channel gets the sum of nine Ornstein-Uhlenbeck processes of equal variance s^2 with corner frequencies f_c
+    from 0.01 Hz to 10 kHz, evenly spread in log f. Its one-sided spectral density,
+    sum 2 s^2 / (pi f_c (1 + (f / f_c)^2)), is C / f within 3 % from 0.1 Hz to 1 kHz (van der Ziel 1950: a spread of
+    relaxation times gives 1/f). s is such that the root mean square in this band is `flicker` amplitudes; a decade
+    then holds half of that. Below and above the band it goes on for a decade: a run also has an offset of this size,
+    and at a low rate the converter folds the fast part down, as one without a filter does.
+
+    The states at the edges of the chunks are an exact autoregression (see `Anchors`), inside a chunk each process
+    is drawn free and then bent to meet the next state: the exact distribution of a bridge (conditioning by kriging).
+
+    Parameters
+    ----------
+    simulation
+        Its `flicker`, `amplitude_v` and `seed`.
+    rate_hz
+        Samples per second and channel.
+    n_channels
+        Number of channels.
+    run
+        Each run has its own noise.
+    chunk_length
+        Samples of a chunk.
+    """
+
+    def __init__(self, simulation: Simulation, rate_hz: float, n_channels: int, run: int, chunk_length: int) -> None:
+        self._seed, self._run = simulation.seed, run
+        self._scale_v = simulation.amplitude_v * simulation.flicker * unit_scale()
+        self._shape = (CORNERS_HZ.size, n_channels, chunk_length)
+        # the decay over one sample is exp(-loss)
+        self._loss = 2.0 * np.pi * CORNERS_HZ / rate_hz
+        self._anchors = Anchors(simulation.seed, run, self._loss * chunk_length, n_channels)
+        steps = np.arange(1, chunk_length + 1)
+        loss = self._loss[:, None]
+        self._decay = np.exp(-loss * steps)
+        self._share = np.exp(-loss * (chunk_length - steps)) * np.expm1(-2.0 * loss * steps)
+        self._share /= np.expm1(-2.0 * loss * chunk_length)
+
+    def add_to(self, volts: FloatArray, chunk: int) -> None:
+        """Add the noise of a chunk to its volts (n_channels, chunk_length)."""
+        start, end = self._anchors.around(chunk)
+        drawn = generator(self._seed, Draw.FLICKER, self._run, chunk).standard_normal(self._shape)
+        total = np.zeros(self._shape[1:])
+        for term, loss in enumerate(self._loss):
+            kick = np.sqrt(-np.expm1(-2.0 * loss))
+            free = lfilter([kick], [1.0, -np.exp(-loss)], drawn[term])
+            decay, share = self._decay[term], self._share[term]
+            missed = end[term] - decay[-1] * start[term] - free[:, -1]
+            total += free
+            total += start[term][:, None] * decay
+            total += missed[:, None] * share
+        # steps run from 1: the last one is the first sample of the next chunk
+        volts[:, 1:] += self._scale_v * total[:, :-1]
+        volts[:, 0] += self._scale_v * start.sum(axis=0)
+
+
+def unit_scale() -> float:
+    """Return s of `Flicker` for root mean square 1 in its band: each density integrates to an arctangent."""
+    inside = np.arctan(HIGHEST_HZ / CORNERS_HZ) - np.arctan(LOWEST_HZ / CORNERS_HZ)
+    return float(1.0 / np.sqrt(2.0 / np.pi * inside.sum()))

@@ -11,7 +11,7 @@ from radargui.model.setup import Setup
 from radargui.model.wiring import wiring_steps
 from radargui.sources.clock import SYSTEM_CLOCK, Clock
 from radargui.sources.paced import PacedSource
-from radargui.sources.simulated.hardware import Converter
+from radargui.sources.simulated.mismatch import Converter
 from radargui.sources.simulated.noise import WhiteNoise
 from radargui.sources.simulated.scene import minimum_jerk
 

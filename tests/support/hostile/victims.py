@@ -26,10 +26,11 @@ from support.file_samples import (
 from support.found_sessions import find_sessions
 from support.run_contents import read_markers, read_run_truth, read_summary
 
-from radargui.files import mat_writer
+from radargui.files import mat_file
 from radargui.files.channel_guess import guess_channel_map
 from radargui.files.export import EXPORT_FORMATS, export_run
-from radargui.files.reading import list_channels, read_recording
+from radargui.files.formats import list_channels
+from radargui.files.reading import read_recording
 from radargui.files.run_file import read_run, read_run_setup, run_stream
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_results import read_whole_result
@@ -133,11 +134,11 @@ def _make_exported(name: str) -> Callable[[Path], Path]:
 
 
 def _make_exported_mat73(folder: Path) -> Path:
-    kept, mat_writer.LARGEST_V5_BYTES = mat_writer.LARGEST_V5_BYTES, 0
+    kept, mat_file.LARGEST_V5_BYTES = mat_file.LARGEST_V5_BYTES, 0
     try:
         return _make_exported("mat")(folder)
     finally:
-        mat_writer.LARGEST_V5_BYTES = kept
+        mat_file.LARGEST_V5_BYTES = kept
 
 
 def _make_tdms(folder: Path) -> Path:

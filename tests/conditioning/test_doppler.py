@@ -75,6 +75,16 @@ def test_a_hum_and_a_tone_that_stand_are_found_and_taken_off_and_the_target_is_l
     assert np.abs(clean - target)[:, inside].max() < 0.08
 
 
+@pytest.mark.parametrize("mains_hz", [49.95, 60.03])
+def test_a_hum_that_turns_one_way_as_a_target_does_is_found_by_its_frequency(mains_hz: float) -> None:
+    phase = 2 * np.pi * mains_hz * TIME
+    hum = 2.0 * np.stack([np.cos(phase), 0.9 * np.sin(phase + 0.1)])
+    clean, lines = without_standing_lines(echo(2 * np.pi * 300.0 * TIME) + hum, RATE, NOISE)
+    assert lines == pytest.approx([mains_hz], abs=0.05)
+    assert np.abs(clean - echo(2 * np.pi * 300.0 * TIME))[:, 4000:-4000].max() < 0.08
+    assert find_standing_lines(echo(2 * np.pi * (mains_hz + 1.0) * TIME), RATE, NOISE) == ()
+
+
 @pytest.mark.parametrize("speed", ["steady", "to and fro"])
 def test_a_target_is_no_standing_line(speed: str) -> None:
     turn = 300.0 * TIME if speed == "steady" else 300.0 * np.abs((TIME % 1.0) - 0.5)

@@ -123,8 +123,8 @@ def assemble(
     signals = [signal for part in parts for signal in part.signals]
     lengths = {int(signal.samples.size) for signal in signals}
     if len(lengths) > 1:
-        told = ", ".join(f"{signal.name}: {signal.samples.size}" for signal in signals)
-        raise FileError(f"{where}: channels differ in length ({told} samples).")
+        lengths_text = ", ".join(f"{signal.name}: {signal.samples.size}" for signal in signals)
+        raise FileError(f"{where}: channels differ in length ({lengths_text} samples).")
     if lengths == {0}:
         raise FileError(f"{where} holds no samples.")
     time_s, gaps, timed_rate_hz = _times(parts, where)
@@ -171,8 +171,8 @@ def _rate(parts: Sequence[Signals], timed_hz: float | None, given_hz: float | No
         raise UsageError(f"--rate-hz {given_hz} is not a sample rate: allowed a number above 0.")
     headers = [part.sample_rate_hz for part in parts if part.sample_rate_hz is not None]
     if any(not _same(rate, headers[0]) for rate in headers[1:]):
-        told = ", ".join(f"{rate:g}" for rate in headers)
-        raise FileError(f"{where}: the channels have different sample rates: {told} Hz.")
+        rates_text = ", ".join(f"{rate:g}" for rate in headers)
+        raise FileError(f"{where}: the channels have different sample rates: {rates_text} Hz.")
     header_hz = headers[0] if headers else None
     if timed_hz is not None:
         for other, whose in ((given_hz, "--rate-hz says"), (header_hz, "the header says")):
@@ -194,11 +194,11 @@ def _same(first: float, second: float) -> bool:
 
 
 def _skew_s(parts: Sequence[Signals], where: str) -> float | None:
-    told = {part.channel_skew_s for part in parts}
-    if len(told) > 1:
+    delays_s = {part.channel_skew_s for part in parts}
+    if len(delays_s) > 1:
         _log.warning("%s: the files tell different delays between channels; none of them is used.", where)
         return None
-    return told.pop()
+    return delays_s.pop()
 
 
 def _stack(signals: Sequence[Signal]) -> tuple[RawArray, tuple[tuple[float, ...], ...] | None]:

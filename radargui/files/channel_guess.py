@@ -91,12 +91,12 @@ def _from_names(names: Sequence[str]) -> list[str]:
     """Return names as I1, Q1, I2, ...; empty where they do not tell it without doubt."""
     found: dict[tuple[int, str], str] = {}
     for name in names:
-        told = _told(name)
-        if told is None:
+        place = _receiver_and_part(name)
+        if place is None:
             continue
-        if told in found:
+        if place in found:
             return []
-        found[told] = name
+        found[place] = name
     numbers = sorted({number for number, _ in found})
     if not numbers or len(numbers) > LARGEST:
         return []
@@ -104,7 +104,7 @@ def _from_names(names: Sequence[str]) -> list[str]:
     return [found[one] for one in wanted] if all(one in found for one in wanted) else []
 
 
-def _told(name: str) -> tuple[int, str] | None:
+def _receiver_and_part(name: str) -> tuple[int, str] | None:
     """Return the number (0 where there is none) and I or Q that a name tells; None where it does not."""
     tokens = [token.lower() for token in _TOKEN.findall(name)]
     parts = [_PARTS[token] for token in tokens if token in _PARTS]

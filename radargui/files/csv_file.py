@@ -200,7 +200,7 @@ _ROWS = 1 << 14
 _COMMA, _NEWLINE = b",\n"
 
 
-def write_csv(run: RunStream, path: Path, tell: Progress) -> None:
+def write_csv(run: RunStream, path: Path, report: Progress) -> None:
     """Write `time_s,I1,Q1,...`: UTF-8, comma, decimal point, one row a stored sample, time in s, voltages in the unit.
 
     The first lines start with `# `; without that they are a TOML text with unit, rate, skew, scaling, lost samples,
@@ -211,15 +211,15 @@ def write_csv(run: RunStream, path: Path, tell: Progress) -> None:
     with path.open("wb") as file:
         file.write(commented(facts.text().rstrip("\n")).encode("utf-8"))
         file.write((",".join(names) + "\n").encode("utf-8"))
-        _write_rows(run, file, tell)
+        _write_rows(run, file, report)
 
 
-def _write_rows(run: RunStream, file: BinaryIO, tell: Progress) -> None:
+def _write_rows(run: RunStream, file: BinaryIO, report: Progress) -> None:
     facts = run.facts
     scaling = facts.digitisation.scaling
     tables = None if scaling is None else [_texts_of_codes(row) for row in scaling]
     done = 0
-    for piece in run.pieces(tell):
+    for piece in run.pieces(report):
         for first in range(0, piece.shape[1], _ROWS):
             part = piece[:, first : first + _ROWS]
             index = absolute_index(done, part.shape[1], facts.gaps)

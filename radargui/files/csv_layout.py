@@ -229,8 +229,8 @@ def _column(place: int, title: str) -> CsvColumn:
     name, unit, factor = title, "", 1.0
     match = _WITH_UNIT.fullmatch(title)
     if match:
-        told = next((group for group in match.groups()[1:] if group is not None), "")
-        unit, factor = _unit(told)
+        unit_text = next((group for group in match.groups()[1:] if group is not None), "")
+        unit, factor = _unit(unit_text)
         name = match[1] if unit and match[1] else title
     elif (suffix := _TIME_SUFFIX.fullmatch(title)) and _TIMES.fullmatch(suffix[1]):
         unit, factor = _unit(suffix[2].lower())

@@ -26,7 +26,7 @@ class ExportFormat:
     suffixes
         Of the files that one run becomes.
     write
-        Takes the run, one path a suffix, and whom to tell the share done.
+        Takes the run, one path a suffix, and what takes the share done.
     """
 
     name: str
@@ -57,7 +57,7 @@ def export_run(
     *,
     session: Mapping[str, str] | None = None,
     force: bool = False,
-    tell: Progress = silent,
+    report: Progress = silent,
 ) -> tuple[Path, ...]:
     """Write a run file in another format and return the files made; the run itself is only read.
 
@@ -73,7 +73,7 @@ def export_run(
         Facts of its session that shall travel with it.
     force
         Whether files that are there are replaced.
-    tell
+    report
         Called with the share done.
 
     Raises
@@ -85,5 +85,5 @@ def export_run(
     with run_stream(path, session) as run:
         make_folder(folder)
         with fresh_files(paths, force=force) as partial:
-            kind.write(run, *partial, tell)
+            kind.write(run, *partial, report)
     return paths

@@ -1,12 +1,13 @@
 """What travels with exported samples, whatever the format: one table that is written and read back."""
 
-import math
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any
 
 import tomlkit
+from pydantic import TypeAdapter
 
 from radargui import __version__
 from radargui.model.block import LARGEST_INDEX, Gap, Marker, are_possible
@@ -17,6 +18,8 @@ FORMAT = "radargui-export"
 FORMAT_VERSION = 1
 LARGEST_TEXT = 2_000_000
 """Longest table that is read, in characters."""
+_MOST_COEFFICIENTS = 16
+"""Of a scaling polynomial: NI's have 4 at most, and what is far longer is damage."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,69 +107,32 @@ def facts_of_text(text: str) -> ExportFacts | None:
     return facts_of_table(table)
 
 
+_FACTS = TypeAdapter(ExportFacts)
+
+
 def facts_of_table(table: Any) -> ExportFacts | None:
     """Return the facts that plain values tell; None where they are none of ours or contradict themselves."""
     if not isinstance(table, dict) or table.get("format") != FORMAT or table.get("format_version") != FORMAT_VERSION:
         return None
     try:
-        return _facts(table)
-    except (KeyError, TypeError, ValueError, OverflowError):
+        # As JSON: there a strict check takes a list for a tuple and a table for a dataclass, but no text for a number.
+        text = json.dumps({**table, "digitisation": table, "setup_toml": table.get("setup", "")}, allow_nan=False)
+        facts = _FACTS.validate_json(text, strict=True)
+    except (TypeError, ValueError, RecursionError):
         return None
-
-
-def _facts(table: Mapping[str, Any]) -> ExportFacts:
-    names = tuple(_text(name) for name in table["channel_names"])
-    if not names or len(set(names)) != len(names):
-        raise ValueError("channel names")
-    trigger, skew_s = table.get("trigger_index"), table.get("channel_skew_s")
-    gaps = tuple(Gap(_index(row["first_index"]), _index(row["count"]), _text(row["reason"])) for row in table["gaps"])
-    if not are_possible(gaps):
-        raise ValueError("gaps")
-    return ExportFacts(
-        name=_text(table["name"]),
-        digitisation=Digitisation(
-            channel_names=names,
-            sample_rate_hz=_number(table["sample_rate_hz"], above=0.0),
-            scaling=_scaling(table.get("scaling"), len(names)),
-            channel_skew_s=None if skew_s is None else _number(skew_s),
-            unit=_text(table["unit"])[:32],
-            device=_text(table["device"]),
-        ),
-        n_samples=_index(table["n_samples"]),
-        gaps=gaps,
-        trigger_index=None if trigger is None else _index(trigger),
-        started_at=_text(table["started_at"])[:64],
-        markers=tuple(Marker(_index(row["index"]), _text(row["text"])) for row in table["markers"]),
-        setup_toml=_text(table.get("setup", "")),
-        session={_text(key): _text(value) for key, value in table.get("session", {}).items()},
+    known = facts.digitisation
+    scaling = known.scaling or ((0.0,),) * known.n_channels
+    indices = [facts.n_samples, facts.trigger_index or 0, *(marker.index for marker in facts.markers)]
+    is_sound = (
+        0 < known.n_channels == len(set(known.channel_names)) == len(scaling)
+        and all(1 <= len(row) <= _MOST_COEFFICIENTS for row in scaling)
+        and known.sample_rate_hz > 0.0
+        and all(0 <= index < LARGEST_INDEX for index in indices)
+        and are_possible(facts.gaps)
     )
-
-
-def _scaling(rows: Any, n_channels: int) -> tuple[tuple[float, ...], ...] | None:
-    if rows is None:
-        return None
-    scaling = tuple(tuple(_number(value) for value in row) for row in rows)
-    if len(scaling) != n_channels or any(not 1 <= len(row) <= 16 for row in scaling):
-        raise ValueError("scaling")
-    return scaling
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise TypeError("a text")
-    return value
-
-
-def _index(value: Any) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < LARGEST_INDEX:
-        raise TypeError("an index")
-    return value
-
-
-def _number(value: Any, above: float = -math.inf) -> float:
-    if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value) or value <= above:
-        raise TypeError("a number")
-    return float(value)
+    # cut: what stands in the header of a run and in lists must not be a book
+    known = replace(known, unit=known.unit[:32])
+    return replace(facts, digitisation=known, started_at=facts.started_at[:64]) if is_sound else None
 
 
 def commented(text: str) -> str:

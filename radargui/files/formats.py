@@ -206,9 +206,9 @@ def format_of(path: Path, raw: RawLayout | None = None) -> Format:
             raise UsageError(f"{path} is read as {found.name} and tells its own layout", remedy="Leave --raw out.")
         return Format(WHAT, (), partial(list_raw, layout=raw), partial(read_raw, layout=raw))
     if found is None:
-        told = f"files that end in {suffix} are" if suffix else "a file without a suffix is"
+        kind = f"files that end in {suffix} are" if suffix else "a file without a suffix is"
         raise FileError(
-            f"{path}: {told} not read.",
+            f"{path}: {kind} not read.",
             remedy=f"Give one of {', '.join(SUFFIXES)}; plain binary with its layout: {EXAMPLE}.",
         )
     return found

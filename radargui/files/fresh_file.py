@@ -76,9 +76,9 @@ def refuse_existing(paths: Sequence[Path], *, force: bool) -> None:
     """
     there = [path for path in paths if path.exists()]
     if there and not force:
-        told = ", ".join(str(path) for path in there[:3]) + (" ..." if len(there) > 3 else "")
+        shown = ", ".join(str(path) for path in there[:3]) + (" ..." if len(there) > 3 else "")
         verb = "is" if len(there) == 1 else "are"
-        raise FileError(f"{told} {verb} there already.", remedy="Choose another folder, or write over with --force.")
+        raise FileError(f"{shown} {verb} there already.", remedy="Choose another folder, or write over with --force.")
 
 
 def make_folder(folder: Path) -> None:

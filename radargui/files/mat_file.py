@@ -283,7 +283,7 @@ _USER_BLOCK = 512
 _HEADER = b"MATLAB 7.3 MAT-file, written by RadarGUI".ljust(116) + b"\0" * 8 + b"\x00\x02IM"
 
 
-def write_mat(run: RunStream, path: Path, tell: Progress) -> None:
+def write_mat(run: RunStream, path: Path, report: Progress) -> None:
     """Write vectors `I1`, `Q1`, ... in volts (or the unit), `Fs` in Hz, `unit`, and all facts as TOML in `radargui`.
 
     A run of codes holds them untouched, too: `codes` (n_samples, n_channels, int16) and `scaling` (n_channels,
@@ -292,7 +292,7 @@ def write_mat(run: RunStream, path: Path, tell: Progress) -> None:
     facts = run.facts
     n_bytes = facts.n_samples * facts.digitisation.n_channels * 10
     if n_bytes > LARGEST_V5_BYTES:
-        _write_mat73(run, path, tell)
+        _write_mat73(run, path, report)
         return
     pieces = list(run.pieces())
     raw = cast("RawArray", np.hstack(pieces) if pieces else np.empty((facts.digitisation.n_channels, 0)))
@@ -302,12 +302,12 @@ def write_mat(run: RunStream, path: Path, tell: Progress) -> None:
     if facts.digitisation.scaling is not None:
         content[CODES] = raw.T
         content[SCALING] = layout.padded(facts.digitisation.scaling)
-    tell(0.5)
+    report(0.5)
     savemat(path, content, do_compression=True, appendmat=False, long_field_names=True)
-    tell(1.0)
+    report(1.0)
 
 
-def _write_mat73(run: RunStream, path: Path, tell: Progress) -> None:
+def _write_mat73(run: RunStream, path: Path, report: Progress) -> None:
     """Write the variables that `write_mat` names; arrays lie in the file with their sides exchanged, as MATLAB does."""
     facts = run.facts
     names, n_samples = _variable_names(facts), facts.n_samples
@@ -321,7 +321,7 @@ def _write_mat73(run: RunStream, path: Path, tell: Progress) -> None:
         if scaling is not None:
             _put(file, SCALING, layout.padded(scaling).T)
         done = 0
-        for piece in run.pieces(tell):
+        for piece in run.pieces(report):
             end = done + piece.shape[1]
             for dataset, row in zip(volts, facts.digitisation.volts(piece), strict=True):
                 dataset[0, done:end] = row
@@ -370,7 +370,7 @@ def _variable_names(facts: ExportFacts) -> tuple[str, ...]:
 def _small_variables(facts: ExportFacts) -> dict[str, Any]:
     """Return the variables that hold single values and texts."""
     known = facts.digitisation
-    # left out, not NaN, where nobody told it: a script that asks for it shall fail, not compute with nothing
+    # left out, not NaN, where it is not known: a script that asks for it shall fail, not compute with nothing
     skew = {} if known.channel_skew_s is None else {"channel_skew_s": known.channel_skew_s}
     return {
         "Fs": known.sample_rate_hz,

@@ -7,4 +7,4 @@ Progress = Callable[[float], None]
 
 
 def silent(share: float) -> None:
-    """Take the share done and tell nobody."""
+    """Take the share done and report it to nobody."""

@@ -4,7 +4,7 @@ import logging
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -63,16 +63,9 @@ class RawLayout:
     @property
     def text(self) -> str:
         """The layout as `--raw` takes it."""
-        given = {
-            "dtype": self.dtype,
-            "channels": self.channels,
-            "header": self.header_bytes or None,
-            "rate": self.rate_hz,
-            "scale": self.scale_v,
-            "offset": self.offset_v or None,
-            "skip": self.skip or None,
-        }
-        return ",".join(f"{key}={value}" for key, value in given.items() if value is not None)
+        defaults = {field.name: field.default for field in fields(self)}
+        given = {key: getattr(self, name) for key, (name, *_) in _KEYS.items()}
+        return ",".join(f"{key}={value}" for key, value in given.items() if value != defaults[_KEYS[key][0]])
 
 
 def parse_raw_layout(text: str) -> RawLayout:
@@ -97,7 +90,7 @@ def parse_raw_layout(text: str) -> RawLayout:
     missing = [key for key in ("dtype", "channels") if key not in given]
     if missing:
         raise UsageError(f"--raw lacks {' and '.join(missing)}", remedy=f"For example {EXAMPLE}.")
-    return RawLayout(**{_KEYS[key][0]: _KEYS[key][1](key, value) for key, value in given.items()})
+    return RawLayout(**{_KEYS[key][0]: _value(key, value) for key, value in given.items()})
 
 
 def list_raw(path: Path, layout: RawLayout) -> tuple[ChannelInfo, ...]:
@@ -207,42 +200,35 @@ def _unit(layout: RawLayout) -> str:
     return "V" if layout.scale_v is not None or layout.numpy_dtype.kind == "f" else "code"
 
 
-def _dtype(key: str, value: str) -> str:
-    match = _DTYPE.fullmatch(value.lower())
-    if match is None:
-        raise UsageError(f"--raw: {key} = {value!r}, allowed: {_ALLOWED_DTYPE}")
-    return match[1] + (match[2] or "le")
+def _dtype(text: str) -> str:
+    match = _DTYPE.fullmatch(text.lower())
+    return match[1] + (match[2] or "le") if match else ""
 
 
-def _whole(lowest: int, highest: int) -> Callable[[str, str], int]:
-    def number(key: str, value: str) -> int:
-        if not re.fullmatch(r"[0-9]{1,15}", value) or not lowest <= int(value) <= highest:
-            raise UsageError(f"--raw: {key} = {value!r}, allowed: a whole number from {lowest} to {highest}")
-        return int(value)
-
-    return number
-
-
-def _real(allowed: str, is_allowed: Callable[[float], bool]) -> Callable[[str, str], float]:
-    def number(key: str, value: str) -> float:
-        try:
-            found = float(value)
-        except ValueError:
-            found = math.nan
-        if not math.isfinite(found) or not is_allowed(found):
-            raise UsageError(f"--raw: {key} = {value!r}, allowed: {allowed}")
-        return found
-
-    return number
+def _value(key: str, text: str) -> Any:
+    _, kind, is_allowed, allowed = _KEYS[key]
+    try:
+        value = kind(text)
+    except ValueError:
+        value = math.nan
+    if not is_allowed(value):
+        raise UsageError(f"--raw: {key} = {text!r}, allowed: {allowed}")
+    return value
 
 
-_KEYS: dict[str, tuple[str, Callable[[str, str], Any]]] = {
-    "dtype": ("dtype", _dtype),
-    "channels": ("channels", _whole(1, MOST_CHANNELS)),
-    "header": ("header_bytes", _whole(0, LARGEST_BYTES)),
-    "rate": ("rate_hz", _real("samples per second of each channel, a number above 0", lambda rate: rate > 0.0)),
-    "scale": ("scale_v", _real("volts of one step, a number other than 0", lambda scale: scale != 0.0)),
-    "offset": ("offset_v", _real("volts of the number 0, a number", lambda _: True)),
-    "skip": ("skip", _whole(0, LARGEST_BYTES)),
+def _is_size(n_bytes: float) -> bool:
+    return 0 <= n_bytes <= LARGEST_BYTES
+
+
+_SIZE = f"a whole number from 0 to {LARGEST_BYTES}"
+_CHANNELS = f"a whole number from 1 to {MOST_CHANNELS}"
+_KEYS: dict[str, tuple[str, Callable[[str], Any], Callable[[Any], bool], str]] = {
+    "dtype": ("dtype", _dtype, lambda dtype: bool(dtype), _ALLOWED_DTYPE),
+    "channels": ("channels", int, lambda count: 1 <= count <= MOST_CHANNELS, _CHANNELS),
+    "header": ("header_bytes", int, _is_size, _SIZE),
+    "rate": ("rate_hz", float, lambda hz: 0.0 < hz < math.inf, "samples per second of each channel, a number above 0"),
+    "scale": ("scale_v", float, lambda v: v != 0.0 and math.isfinite(v), "volts of one step, a number other than 0"),
+    "offset": ("offset_v", float, math.isfinite, "volts of the number 0, a number"),
+    "skip": ("skip", int, _is_size, _SIZE),
 }
-"""Key of `--raw`: the field it fills and how its value is read."""
+"""Key of `--raw`: the field it fills, what its value is read as, whether it is allowed, and what is, in words."""

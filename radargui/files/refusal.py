@@ -50,10 +50,10 @@ def resolved(path: Path, names: Sequence[str], present: Sequence[str], shown: Se
     """
     loose = {" ".join(name.split()): name for name in reversed(present)}
     found = [name if name in present else loose.get(" ".join(name.split())) for name in names]
-    told = listed(present if shown is None else shown) or "no channel"
+    there = listed(present if shown is None else shown) or "no channel"
     for name, own in zip(names, found, strict=True):
         if not own:
-            raise FileError(f"{path} holds no {name}; it holds {told}.", remedy="Mend --channels.")
+            raise FileError(f"{path} holds no {name}; it holds {there}.", remedy="Mend --channels.")
     return [own for own in found if own]
 
 

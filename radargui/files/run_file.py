@@ -138,12 +138,12 @@ class RunStream:
         self.path = path
         self.facts = facts
 
-    def pieces(self, tell: Progress = silent) -> Iterator[RawArray]:
+    def pieces(self, report: Progress = silent) -> Iterator[RawArray]:
         """Yield the stored samples in order, untouched, shape (n_channels, at most PIECE), checked at the end.
 
         Parameters
         ----------
-        tell
+        report
             Called with the share done after each piece.
 
         Raises
@@ -159,7 +159,7 @@ class RunStream:
             piece = self.part(first, min(first + length, self.facts.n_samples))
             crcs = hdf5.rows_crc(piece, crcs)
             yield piece
-            tell((first + piece.shape[1]) / self.facts.n_samples)
+            report((first + piece.shape[1]) / self.facts.n_samples)
         attributes = self._file.attrs
         if "crc32" in attributes and crcs != np.ravel(attributes["crc32"]).tolist():
             raise FileError(f"{self.path}: its samples are damaged.", remedy="Take the file from a backup.")

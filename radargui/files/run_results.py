@@ -191,7 +191,7 @@ BOUNCE_TYPE = np.dtype([(name, _KINDS[kind]) for name, kind in get_type_hints(Bo
 def put_bounces(group: Any, bounces: Bounces) -> None:
     """Store bounces in a group of results."""
     rows = np.array([_row(bounce) for bounce in bounces.impacts], dtype=BOUNCE_TYPE)
-    # compressed for the checksum that comes with it: a damaged figure is told, not shown
+    # compressed for the checksum that comes with it: a damaged figure is refused, not shown
     options = {"chunks": rows.shape, **hdf5.COMPRESSION} if rows.size else {}
     table = group.create_dataset(_NAME, data=rows, **options)
     hdf5.put_texts(table.attrs, "units", _BOUNCE_UNITS)

@@ -94,99 +94,82 @@ def _signal(name: str, component: Any) -> Signal:
 
 
 def _load(path: Path) -> _Samples:
+    from sigmf.sigmffile import dtype_info
+
     with reading(path, WHAT):
-        handle = _opened(path)
-        facts = handle.get_global_info()
-        components = _components(handle, facts)
-        captures = handle.get_captures()
-        n_components = components.shape[1]
+        metadata, data, first, size = _document(path)
+        facts, captures = metadata["global"], metadata["captures"]
+        if not data.is_file():
+            raise FileError(f"{path}: its samples {data.name} are missing.", remedy="Put that file beside it.")
+        stored = np.fromfile(data, dtype=np.uint8, count=size, offset=first)
+        wanted = facts.get("core:sha512")
+        if wanted is not None and hashlib.sha512(stored).hexdigest() != wanted:
+            raise ValueError("its hash does not match the one in its metadata")
+        header, *between = (int(capture.get("core:header_bytes", 0)) for capture in captures or [{}])
+        trailing = int(facts.get("core:trailing_bytes", 0))
+        if min(header, trailing) < 0 or any(between):
+            raise ValueError("bytes between its samples are not read")
+        n_channels, info = facts.get("core:num_channels", 1), dtype_info(facts.get("core:datatype"))
+        if not isinstance(n_channels, int) or not 1 <= n_channels <= MOST_CHANNELS:
+            raise ValueError(f"core:num_channels = {n_channels}: allowed 1 to {MOST_CHANNELS}")
+        n_components = n_channels * (2 if info["is_complex"] else 1)
+        size -= header + trailing
+        count, rest = divmod(size, n_components * info["component_dtype"].itemsize)
+        marks = metadata.get("annotations", [])
+        ends = [int(mark["core:sample_start"]) + int(mark.get("core:sample_count", 0)) for mark in marks]
+        if rest or size < 0 or max(ends, default=0) > count:
+            raise ValueError(f"its samples are {size} bytes, which is not what its metadata say")
+        components = stored[header : header + size].view(info["component_dtype"]).reshape(count, n_components)
         names = iq_names(n_components // 2) if n_components % 2 == 0 else tuple(_numbered(n_components))
         return _Samples(names, components, _rate(facts), _started(captures), _gaps(captures))
 
 
-def _opened(path: Path) -> Any:
-    """Return the library's handle, checked against the checksum in the metadata where there is one."""
-    import sigmf
-    from sigmf.sigmffile import SigMFFile
-
+def _document(path: Path) -> tuple[dict[str, Any], Path, int, int]:
+    """Return the metadata, and where the stored bytes are: file, first byte, how many (0 where there is no file)."""
     if path.suffix.lower() == ARCHIVE_SUFFIX:
-        _want_plain_archive(path)
-        return sigmf.fromarchive(str(path), autoscale=False)
-    meta = path.with_suffix(META_SUFFIX)
+        return _archived(path)
+    meta, data = path.with_suffix(META_SUFFIX), path.with_suffix(DATA_SUFFIX)
     if not meta.is_file():
         raise FileError(f"{path}: its metadata {meta.name} are missing.")
     if meta.stat().st_size > LARGEST_META:
         raise FileError(f"{meta} is larger than metadata can be.")
     metadata = json.loads(meta.read_text(encoding="utf-8"))
-    data = path.with_suffix(DATA_SUFFIX)
-    named = metadata["global"].get("core:dataset")
-    if named is not None:
+    if (named := metadata["global"].get("core:dataset")) is not None:
+        # of this folder only: metadata from elsewhere shall not decide which file of this computer is read
         data = path.with_name(Path(str(named)).name)
-    if not data.is_file():
-        raise FileError(f"{path}: its samples {data.name} are missing.", remedy="Put that file beside it.")
-    facts = metadata["global"]
-    skipped = int(facts.get("core:trailing_bytes", 0))
-    skipped += sum(int(capture.get("core:header_bytes", 0)) for capture in metadata["captures"])
-    _count(facts, metadata.get("annotations", []), data.stat().st_size - skipped)
-    return SigMFFile(metadata=metadata, data_file=str(data), autoscale=False)
+    return metadata, data, 0, data.stat().st_size if data.is_file() else 0
 
 
-def _want_plain_archive(path: Path) -> None:
-    """Refuse an archive that is compressed, sparse, cut off, or whose metadata are larger than metadata can be.
-
-    The library reads all metadata into memory and takes any compression, which can swell without end.
+def _archived(path: Path) -> tuple[dict[str, Any], Path, int, int]:
+    """Return the same of an archive, whose members lie in it as they are.
 
     Raises
     ------
     ValueError
-        It is so.
+        It is sparse or cut off, its metadata are larger than metadata can be, or a member is missing.
     tarfile.TarError
         It is no archive, or compressed.
     """
     held = path.stat().st_size
+    # "r:": not compressed, as the format wants it; nothing can swell
     with tarfile.open(path, "r:") as archive:
-        for member in archive:
-            if member.issparse() or member.offset_data + member.size > held:
-                raise ValueError(f"{member.name[:60]} in it claims more than the archive holds")
-            if member.name.endswith(".sigmf-meta") and member.size > LARGEST_META:
-                raise ValueError("its metadata are larger than metadata can be")
+        members = list(archive)
+    for member in members:
+        if member.issparse() or member.offset_data + member.size > held:
+            raise ValueError(f"{member.name[:60]} in it claims more than the archive holds")
+    meta = _member(members, META_SUFFIX)
+    if meta.size > LARGEST_META:
+        raise ValueError("its metadata are larger than metadata can be")
+    metadata = json.loads(np.fromfile(path, dtype=np.uint8, count=meta.size, offset=meta.offset_data).tobytes())
+    data = _member(members, Path(str(metadata["global"].get("core:dataset", DATA_SUFFIX))).name)
+    return metadata, path, data.offset_data, data.size
 
 
-def _count(facts: dict[str, Any], annotations: list[dict[str, Any]], size: int) -> tuple[int, int]:
-    """Return number of samples and of components of each; what the metadata tell must be what is there."""
-    from sigmf.sigmffile import dtype_info
-
-    n_channels = facts.get("core:num_channels", 1)
-    if not isinstance(n_channels, int) or not 1 <= n_channels <= MOST_CHANNELS:
-        raise ValueError(f"core:num_channels = {n_channels}: allowed 1 to {MOST_CHANNELS}")
-    info = dtype_info(facts.get("core:datatype"))
-    n_components = n_channels * (2 if info["is_complex"] else 1)
-    count, rest = divmod(size, n_components * info["component_dtype"].itemsize)
-    ends = [int(one["core:sample_start"]) + int(one.get("core:sample_count", 0)) for one in annotations]
-    if rest or size < 0 or max(ends, default=0) > count:
-        raise ValueError(f"its samples are {size} bytes, which is not what its metadata tell")
-    return count, n_components
-
-
-def _components(handle: Any, facts: dict[str, Any]) -> Any:
-    from sigmf.sigmffile import dtype_info
-
-    dtype = dtype_info(facts["core:datatype"])["component_dtype"]
-    start, trailing = int(handle.data_offset), int(facts.get("core:trailing_bytes", 0))
-    # Within an archive the samples are a part of the file.
-    size = getattr(handle, "data_size_bytes", None)
-    if size is None:
-        held = (
-            len(handle.data_buffer.getbuffer()) if handle.data_file is None else Path(handle.data_file).stat().st_size
-        )
-        size = held - start - trailing
-    count, n_components = _count(facts, handle.get_annotations(), size)
-    if handle.data_file is None:
-        content = bytes(handle.data_buffer.getbuffer()[start : start + size])
-        flat = np.frombuffer(content, dtype=dtype, count=count * n_components)
-    else:
-        flat = np.fromfile(handle.data_file, dtype=dtype, count=count * n_components, offset=start)
-    return flat.reshape(count, n_components)
+def _member(members: Sequence[tarfile.TarInfo], ending: str) -> tarfile.TarInfo:
+    found = next((member for member in members if member.isfile() and member.name.endswith(ending)), None)
+    if found is None:
+        raise ValueError(f"no {ending[:60]} is in it")
+    return found
 
 
 def _rate(facts: dict[str, Any]) -> float | None:
@@ -221,36 +204,14 @@ def _gaps(captures: list[dict[str, Any]]) -> tuple[Gap, ...]:
 def sigmf_facts(path: Path) -> ExportFacts | None:
     """Return what `radargui:facts` of a SigMF recording tells; None where it is no export of ours."""
     with reading(path, WHAT):
-        table = _sigmf_global(path)
-    return facts_of_table(table.get(FACTS))
+        return facts_of_table(_document(path)[0]["global"].get(FACTS))
 
 
 def sigmf_program(path: Path) -> str:
     """Return the program that a SigMF recording says wrote it; empty where it does not say."""
     with reading(path, WHAT):
-        told = _sigmf_global(path).get("core:recorder")
-    return told[:80] if isinstance(told, str) else ""
-
-
-def _sigmf_global(path: Path) -> dict[str, Any]:
-    metadata = json.loads(_archived_meta(path) if path.suffix.lower() == ARCHIVE_SUFFIX else _meta(path))
-    table = metadata.get("global") if isinstance(metadata, dict) else None
-    return table if isinstance(table, dict) else {}
-
-
-def _meta(path: Path) -> str:
-    meta = path.with_suffix(META_SUFFIX)
-    return meta.read_text(encoding="utf-8") if meta.stat().st_size <= LARGEST_META else "{}"
-
-
-def _archived_meta(path: Path) -> str:
-    # "r:": an archive that is not compressed, as the format wants it; nothing can swell.
-    with tarfile.open(path, "r:") as archive:
-        for member in archive:
-            if member.isfile() and member.name.endswith(META_SUFFIX) and member.size <= LARGEST_META:
-                content = archive.extractfile(member)
-                return content.read().decode("utf-8") if content else "{}"
-    return "{}"
+        recorder = _document(path)[0]["global"].get("core:recorder")
+    return recorder[:80] if isinstance(recorder, str) else ""
 
 
 NAMESPACE = "radargui"
@@ -260,7 +221,7 @@ EXTENSION_VERSION = "1.0.0"
 _PAIRED = re.compile(r"[IQ]\d+")
 
 
-def write_sigmf(run: RunStream, meta: Path, data: Path, tell: Progress) -> None:
+def write_sigmf(run: RunStream, meta: Path, data: Path, report: Progress) -> None:
     """Write the pair of files of a SigMF recording.
 
     Codes are stored untouched (`ci16_le`), values as `cf64_le`; where the channels are no I and Q, real samples are
@@ -273,7 +234,7 @@ def write_sigmf(run: RunStream, meta: Path, data: Path, tell: Progress) -> None:
     kind, dtype = ("i16", "<i2") if is_code else ("f64", "<f8")
     digest = hashlib.sha512()
     with data.open("wb") as file:
-        for piece in run.pieces(tell):
+        for piece in run.pieces(report):
             content = np.ascontiguousarray(piece.T, dtype=dtype).tobytes()
             digest.update(content)
             file.write(content)

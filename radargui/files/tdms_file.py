@@ -117,8 +117,8 @@ def read_tdms(path: Path, names: Sequence[str]) -> Signals:
         _want_whole(file, path, chosen)
         rates = {_rate(channel) for channel in chosen}
         if len(rates) > 1:
-            told = ", ".join("none" if rate is None else f"{rate:g} Hz" for rate in rates)
-            raise FileError(f"{path}: its channels {listed(names)} have different sample rates: {told}.")
+            rates_text = ", ".join("none" if rate is None else f"{rate:g} Hz" for rate in rates)
+            raise FileError(f"{path}: its channels {listed(names)} have different sample rates: {rates_text}.")
         signals = tuple(_signal(name, channel) for name, channel in zip(names, chosen, strict=True))
         started_at = next(filter(None, map(_started, chosen)), "")
         return Signals(signals, sample_rate_hz=rates.pop() if rates else None, started_at=started_at)
@@ -200,9 +200,9 @@ def _signal(name: str, channel: Any) -> Signal:
     codes = _codes(channel)
     if codes is not None and coefficients is not None:
         # The library knows scalings better than we do: codes are kept only where both agree on the values.
-        told = np.asarray(channel.read_data(length=_COMPARED), dtype=np.float64)
+        theirs = np.asarray(channel.read_data(length=_COMPARED), dtype=np.float64)
         ours = np.polynomial.polynomial.polyval(codes[:_COMPARED].astype(np.float64), coefficients)
-        if np.allclose(told, ours, rtol=1e-9, atol=1e-12 * float(np.abs(told).max(initial=0.0))):
+        if np.allclose(theirs, ours, rtol=1e-9, atol=1e-12 * float(np.abs(theirs).max(initial=0.0))):
             return Signal(name, codes, coefficients, _unit(channel))
     values: FloatArray = np.ascontiguousarray(channel.read_data(), dtype=np.float64)
     return Signal(name, values, unit=_unit(channel))
@@ -249,7 +249,7 @@ FACTS = "RadarGUI"
 _LINEAR_TERMS = 2
 
 
-def write_tdms(run: RunStream, path: Path, tell: Progress) -> None:
+def write_tdms(run: RunStream, path: Path, report: Progress) -> None:
     """Write one group of the run's name with one channel each; LabVIEW and DIAdem show volts at their times.
 
     NI_Scale properties turn codes into volts, wf_increment and wf_start_time give the times. TDMS has no record of
@@ -269,7 +269,7 @@ def write_tdms(run: RunStream, path: Path, tell: Progress) -> None:
                 *(ChannelObject(group, name, None, own) for name, own in zip(names, properties, strict=True)),
             ]
         )
-        for piece in run.pieces(tell):
+        for piece in run.pieces(report):
             writer.write_segment(
                 [ChannelObject(group, name, np.ascontiguousarray(row)) for name, row in zip(names, piece, strict=True)]
             )

@@ -166,8 +166,8 @@ class Site(Section):
 
     @model_validator(mode="after")
     def _says_g_in_one_way(self) -> Site:
-        told = [name for name, value in self if value is not None]
-        if told and set(told) not in ({"g_m_s2"}, {"g_m_s2", "u_g_m_s2"}, {"latitude_deg", "height_m"}):
-            given = " with ".join(f"{name} = {getattr(self, name):g}" for name in told)
+        names = [name for name, value in self if value is not None]
+        if names and set(names) not in ({"g_m_s2"}, {"g_m_s2", "u_g_m_s2"}, {"latitude_deg", "height_m"}):
+            given = " with ".join(f"{name} = {getattr(self, name):g}" for name in names)
             raise ValueError(f"{given}, allowed: g_m_s2 (and u_g_m_s2), or latitude_deg and height_m together")
         return self

@@ -60,7 +60,7 @@ class ExportPlan:
                 progress((done + share) / len(self.runs))
 
             try:
-                paths = export_run(run, self.kind, self.folder, session=self.session, force=self.force, tell=whole)
+                paths = export_run(run, self.kind, self.folder, session=self.session, force=self.force, report=whole)
             except RadarGuiError as error:
                 yield ExportedRun(run, error=error)
             else:

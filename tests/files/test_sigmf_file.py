@@ -109,7 +109,7 @@ def test_the_checksum_in_the_metadata_is_checked(tmp_path: Path) -> None:
         ({"core:datatype": None}, "cannot be read as a SigMF"),
         ({"core:sample_rate": -5}, "is not a rate"),
         ({"core:sample_rate": "fast"}, "is not a rate"),
-        ({"annotations": [{"core:sample_start": 100, "core:sample_count": 1000}]}, "not what its metadata tell"),
+        ({"annotations": [{"core:sample_start": 100, "core:sample_count": 1000}]}, "not what its metadata say"),
         ({"core:dataset": "../../secret"}, "are missing"),
     ],
 )
@@ -124,7 +124,7 @@ def test_a_pair_that_is_not_whole_is_refused(tmp_path: Path) -> None:
     data = meta.with_suffix(".sigmf-data")
     content = data.read_bytes()
     data.write_bytes(content[:-3])
-    with pytest.raises(FileError, match="not what its metadata tell"):
+    with pytest.raises(FileError, match="not what its metadata say"):
         read_recording(meta)
     data.unlink()
     with pytest.raises(FileError, match=r"samples a\.sigmf-data are missing"):

@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeAlias
 
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.driver import Driver, load_nidaqmx
-from radargui.sources.ni.explain import error_code, not_connected, told_plainly
+from radargui.sources.ni.explain import device_errors, error_code, not_connected
 
 TerminalChoice: TypeAlias = Literal["differential", "rse", "nrse", "pseudodifferential"]
 TERMINALS: dict[TerminalChoice, str] = {
@@ -99,7 +99,7 @@ def find_devices(remote: str | None = None, certificate: str | None = None) -> t
     """
     with (
         closing(Driver(remote, certificate)) as driver,
-        told_plainly("the devices", driver.place, "looking for"),
+        device_errors("the devices", driver.place, "looking for"),
     ):
         return tuple(_describe(device) for device in driver.system().devices)
 
@@ -120,7 +120,7 @@ def driver_version(remote: str | None = None, certificate: str | None = None) ->
         return None
     with closing(Driver(remote, certificate)) as driver:
         try:
-            with told_plainly("the driver", driver.place, "asking the version of"):
+            with device_errors("the driver", driver.place, "asking the version of"):
                 version = driver.system().driver_version
         except DeviceError as error:
             if isinstance(error.__cause__, (nidaqmx.errors.DaqNotFoundError, nidaqmx.errors.DaqNotSupportedError)):
@@ -137,7 +137,7 @@ def find_device(driver: Driver, name: str) -> NiDevice:
     DeviceError
         There is no device, none of that name (the error names those that are there), or it is not connected.
     """
-    with told_plainly(name, driver.place, "looking for"):
+    with device_errors(name, driver.place, "looking for"):
         devices = list(driver.system().devices)
         for device in devices:
             if device.name.casefold() == name.casefold():

@@ -79,7 +79,7 @@ _BY_CODE = {
 
 
 @contextmanager
-def told_plainly(device: str, place: str, doing: str) -> Iterator[None]:
+def device_errors(device: str, place: str, doing: str) -> Iterator[None]:
     """Turn an error of the driver or of the connection inside the block into a DeviceError.
 
     Parameters
@@ -109,7 +109,7 @@ def error_code(error: Exception) -> int:
 
 
 def explained(error: Exception, device: str, place: str, doing: str) -> DeviceError:
-    """Return an error of the driver or of the connection as a DeviceError; parameters as of `told_plainly`."""
+    """Return an error of the driver or of the connection as a DeviceError; parameters as of `device_errors`."""
     errors = load_nidaqmx().errors
     if isinstance(error, errors.DaqNotFoundError):
         return no_driver(place)

@@ -11,7 +11,7 @@ from radargui.model.errors import DeviceError
 from radargui.sources.ni.checks import StartEdge, TaskSettings
 from radargui.sources.ni.discovery import TERMINALS, NiDevice
 from radargui.sources.ni.driver import Driver, driver_errors, load_nidaqmx
-from radargui.sources.ni.explain import TIMEOUT, error_code, explained, told_plainly
+from radargui.sources.ni.explain import TIMEOUT, device_errors, error_code, explained
 
 _log = logging.getLogger(__name__)
 
@@ -60,14 +60,14 @@ class InputTask:
         self._left = None if settings.start is None else settings.start.total_samples
         self.scaling: tuple[tuple[float, ...], ...] | None = None
         try:
-            with self._told("configuring"):
+            with self._errors("configuring"):
                 self._configure()
         except DeviceError:
             self.close()
             raise
 
-    def _told(self, doing: str) -> Any:
-        return told_plainly(self._device.title, self._driver.place, doing)
+    def _errors(self, doing: str) -> Any:
+        return device_errors(self._device.title, self._driver.place, doing)
 
     def _configure(self) -> None:
         from nidaqmx.constants import AcquisitionType, TaskMode, TerminalConfiguration
@@ -160,7 +160,7 @@ class InputTask:
         DeviceError
             The driver refuses.
         """
-        with self._told("starting"):
+        with self._errors("starting"):
             self._task.start()
         self._left = None if self.settings.start is None else self.settings.start.total_samples
         self._running = True

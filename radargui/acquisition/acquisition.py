@@ -6,16 +6,15 @@ from dataclasses import replace
 from datetime import datetime
 from functools import partial
 
-from radargui.acquisition.faults import attempt
 from radargui.acquisition.health import Health, health_record, snapshot
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.ring import Ring
 from radargui.acquisition.run_output import RunOutput
-from radargui.acquisition.state import AcquisitionState, Ending
+from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.acquisition.stream import MakeProcessor, Stream, make_stream
 from radargui.model.digitisation import Digitisation
-from radargui.model.errors import RadarGuiError, SourceError
+from radargui.model.errors import RadarGuiError, SourceError, attempt
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveProcessor
 from radargui.sources.clock import SYSTEM_CLOCK, Clock

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from radargui.acquisition.disk import LOW_S
 from radargui.acquisition.level import Level
 from radargui.acquisition.recorder import Recorder
-from radargui.acquisition.state import AcquisitionState, RecorderState
+from radargui.acquisition.run_plan import AcquisitionState, RecorderState
 from radargui.acquisition.stream import Peaks, Stream
 from radargui.model.errors import RadarGuiError
 

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from radargui.acquisition.disk import MINIMUM_FREE_BYTES, free_bytes, low_disk_error, want_writable
 from radargui.acquisition.run_output import FinishedRun, History, OpenRun, RunOutput, TruthOf
-from radargui.acquisition.run_plan import FixedPlan, MotionPlan, RunPlan
-from radargui.acquisition.state import Ending, RecorderState
+from radargui.acquisition.run_plan import Ending, FixedPlan, MotionPlan, RecorderState, RunPlan
 from radargui.conditioning.fall import FallTest
 from radargui.model.block import Block
 from radargui.model.daq import RecordingLimits

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from radargui.acquisition.level import RunTally
-from radargui.acquisition.state import Ending
+from radargui.acquisition.run_plan import Ending
 from radargui.files.run_writer import RunWriter
 from radargui.model.block import Block, Gap
 from radargui.model.digitisation import Digitisation

@@ -1,15 +1,54 @@
-"""When a run starts and ends: on motion and until quiet, or a fixed length at once."""
+"""When a run starts and ends: on motion and until quiet, or a fixed length at once; the states passed through."""
 
 from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections import deque
+from enum import Enum
 from operator import itemgetter
 
-from radargui.acquisition.state import Ending
 from radargui.conditioning.trigger import MotionTrigger, TriggerState
 from radargui.model.block import Block
 from radargui.model.daq import RecordingLimits
 from radargui.model.digitisation import Digitisation
+
+
+class AcquisitionState(Enum):
+    """Where an acquisition is: IDLE, OPENING, RUNNING, STOPPING, then STOPPED or FAILED for good."""
+
+    IDLE = "idle"
+    OPENING = "opening"
+    RUNNING = "running"
+    STOPPING = "stopping"
+    STOPPED = "stopped"
+    FAILED = "failed"
+
+
+class RecorderState(Enum):
+    """Where a recorder is: IDLE until the source is open, ARMED until something moves, RECORDING, at last DONE.
+
+    Where further runs follow it is ARMED again after each run; SETTLING in between where it is not quiet yet.
+    """
+
+    IDLE = "idle"
+    ARMED = "armed"
+    RECORDING = "recording"
+    SETTLING = "settling"
+    DONE = "done"
+
+
+class Ending(Enum):
+    """Why a recorder is done."""
+
+    QUIET = "the sphere came to rest"
+    MAXIMUM = "the longest length of a run was reached"
+    SECONDS = "the length asked for was reached"
+    END_OF_DATA = "the source gave no more samples"
+    STOPPED = "stopped by the operator"
+    FAILED = "recording failed"
+    DISK = "the disk was almost full"
+    NO_MOTION = "the source ended before anything moved"
+    WAITED = "nothing moved in the time allowed for waiting"
+
 
 _BREAKS_KEPT = 64
 """Gaps that an index can be counted back over: bounds memory on a source that loses much; chosen by hand."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import FinishedRun
-from radargui.acquisition.state import Ending
+from radargui.acquisition.run_plan import Ending
 from radargui.experiment.live_agreement import LiveAgreement
 from radargui.model.errors import RadarGuiError
 from radargui.model.result import RunResult

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 
 from radargui.acquisition.acquisition import Acquisition
-from radargui.acquisition.faults import attempt
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.conditioning.fall import FallTest
@@ -18,7 +17,7 @@ from radargui.experiment.finished import FinishedJob, process_finished
 from radargui.experiment.live_agreement import LiveAgreement
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.experiment.series import AcquisitionSeries, Ended, Message, Messages, Preliminary, Progress, unprocessed
-from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
 from radargui.model.result import RunResult
 from radargui.model.rounding import quantity
 from radargui.model.setup import Setup

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from radargui.experiment.reprocess import each_run, process_run
 from radargui.files.channel_guess import Basis, ChannelGuess
-from radargui.files.formats import RUN, format_of, list_channels
+from radargui.files.formats import RUN, format_of, list_channels, own_setup_of
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import ChannelEntry, ChannelMap
 from radargui.files.signals import ChannelInfo
 from radargui.model.digitisation import iq_names
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup import Setup
-from radargui.session.importing import Import, ImportedRun, ImportInput, own_setup_of
+from radargui.session.importing import Import, ImportedRun, ImportInput
 from radargui.session.info import About, about_setup_file
 from radargui.session.map_memory import MapMemory
 

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
-from radargui.acquisition.state import Ending, RecorderState
+from radargui.acquisition.run_plan import Ending, RecorderState
 from radargui.experiment.event import (
     EventKind,
     ExperimentState,

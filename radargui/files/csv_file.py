@@ -6,7 +6,6 @@ from typing import BinaryIO, TextIO
 
 import numpy as np
 
-from radargui.files.assemble import uniform
 from radargui.files.csv_layout import (
     BLANKS,
     LONGEST_HEADER,
@@ -22,7 +21,7 @@ from radargui.files.fixed_point import ByteArray, digits
 from radargui.files.progress import Progress
 from radargui.files.refusal import reading, resolved
 from radargui.files.run_file import RunStream
-from radargui.files.signals import TIME_NAME, ChannelInfo, Signal, Signals
+from radargui.files.signals import TIME_NAME, ChannelInfo, Signal, Signals, uniform
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.block import absolute_index
 from radargui.model.errors import FileError

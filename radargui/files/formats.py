@@ -9,19 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from radargui.files import hdf5
 from radargui.files.csv_file import csv_facts, list_csv, read_csv
 from radargui.files.export_facts import ExportFacts
 from radargui.files.mat_file import list_mat, mat_codes, mat_facts, mat_program, read_mat
 from radargui.files.raw_file import EXAMPLE, WHAT, RawLayout, list_raw, read_raw
 from radargui.files.refusal import resolved, want_file
-from radargui.files.run_file import opened_run, read_run
+from radargui.files.run_file import read_run, read_run_setup
 from radargui.files.sigmf_file import DATA_SUFFIX, list_sigmf, read_sigmf, sigmf_facts, sigmf_program
 from radargui.files.signals import ChannelInfo, Signal, Signals
 from radargui.files.tdms_file import list_tdms, read_tdms, tdms_facts
 from radargui.model.arrays import RawArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, UsageError
+from radargui.model.setup import Setup
+from radargui.model.setup_file import parse_setup
 
 
 def list_run(path: Path) -> tuple[ChannelInfo, ...]:
@@ -236,20 +237,21 @@ def read_signals(path: Path, names: Sequence[str], raw: RawLayout | None = None)
     return format_of(path, raw).read(path, names)
 
 
-def own_setup_toml(path: Path) -> str:
-    """Return the setup that a file brings with it as TOML: a run, or one that was exported; empty where it has none.
+def own_setup_of(path: Path) -> Setup | None:
+    """Return the setup that a file brings with it: a run, or one that RadarGUI exported; None where it has none.
 
     Raises
     ------
     FileError
         It cannot be read.
+    SetupError
+        The setup in it is not valid for this version.
     """
     kind = _by_suffix(path)
     if kind is RUN:
-        with opened_run(path) as file:
-            return hdf5.text(file.attrs, "setup")
+        return read_run_setup(path)
     facts = kind.facts(path) if kind else None
-    return facts.setup_toml if facts else ""
+    return parse_setup(facts.setup_toml, f"setup in {path}") if facts and facts.setup_toml.strip() else None
 
 
 def source_program(path: Path) -> str:

@@ -42,13 +42,9 @@ def opened(path: Path, what: str = "an HDF5 file", check: Callable[[Any], bool] 
         No such file, not HDF5, not of that kind, damaged, or in use by a recording.
     """
     with reading(path, what), h5py.File(path, "r", locking="best-effort") as file:
-        _want(path, what, check is None or check(file))
+        if check is not None and not check(file):
+            raise FileError(f"{path} is HDF5, but not {what}.")
         yield file
-
-
-def _want(path: Path, what: str, right: bool) -> None:
-    if not right:
-        raise FileError(f"{path} is HDF5, but not {what}.")
 
 
 def is_hdf5(path: Path) -> bool:
@@ -118,9 +114,12 @@ def put_texts(attributes: Any, key: str, texts: Sequence[str]) -> None:
 def text(attributes: Any, key: str) -> str:
     """Return an attribute as text, empty where it is missing or no text."""
     value = attributes.get(key, "")
-    if isinstance(value, bytes):
-        return value.decode("utf-8", "replace")
-    return value if isinstance(value, str) else ""
+    return decoded(value) if isinstance(value, bytes | str) else ""
+
+
+def decoded(value: Any) -> str:
+    """Return a text of a table or a list, which the library gives as bytes where its length is fixed."""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def number(attributes: Any, key: str) -> float | None:

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from radargui.files.assemble import SAME_RATE, assemble
 from radargui.files.formats import RUN, SUFFIXES, format_of, read_signals
 from radargui.files.raw_file import RawLayout
 from radargui.files.refusal import listed
 from radargui.files.run_file import read_run
-from radargui.files.signals import ChannelInfo, Signals
+from radargui.files.signals import SAME_RATE, ChannelInfo, Signals, assemble
 from radargui.model.digitisation import iq_names
 from radargui.model.errors import FileError, UsageError
 from radargui.model.recording import Recording

@@ -74,7 +74,7 @@ def markers_in(file: Any, path: Path) -> tuple[Marker, ...]:
     if layout.MARKERS not in file:
         return ()
     rows = hdf5.dataset(file, layout.MARKERS, path, (1,))[:]
-    return tuple(Marker(int(row["index"]), _text(row["text"])) for row in rows)
+    return tuple(Marker(int(row["index"]), hdf5.decoded(row["text"])) for row in rows)
 
 
 @contextmanager
@@ -116,14 +116,10 @@ def read_gaps(file: Any, path: Path) -> tuple[Gap, ...]:
     if layout.GAPS not in file:
         return ()
     rows = hdf5.dataset(file, layout.GAPS, path, (1,))[:]
-    gaps = tuple(Gap(int(row["first_index"]), int(row["count"]), _text(row["reason"])) for row in rows)
+    gaps = tuple(Gap(int(row["first_index"]), int(row["count"]), hdf5.decoded(row["reason"])) for row in rows)
     if not are_possible(gaps):
         raise FileError(f"{path}: its gap records are damaged.")
     return gaps
-
-
-def _text(value: Any) -> str:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 PIECE = 1 << 18

@@ -138,7 +138,7 @@ def read_digitisation(raw: Any, path: Path) -> Digitisation:
     rate_hz = hdf5.number(attributes, "sample_rate_hz")
     if rate_hz is None or not math.isfinite(rate_hz) or rate_hz <= 0.0:
         raise FileError(f"{path}: its sample_rate_hz is not a rate.")
-    names = tuple(_as_text(name) for name in np.atleast_1d(attributes.get("channel_names", [])))
+    names = tuple(hdf5.decoded(name) for name in np.atleast_1d(attributes.get("channel_names", [])))
     if len(names) != raw.shape[0] or len(set(names)) != len(names):
         raise FileError(f"{path}: {len(names)} channel names for {raw.shape[0]} channels.")
     skew_s = hdf5.number(attributes, "channel_skew_s")
@@ -178,10 +178,6 @@ def _trimmed(row: list[float]) -> tuple[float, ...]:
     while len(row) > 2 and row[-1] == 0.0:
         row = row[:-1]
     return tuple(row)
-
-
-def _as_text(name: Any) -> str:
-    return name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)
 
 
 def whole_samples(raw: Any) -> int:

@@ -103,7 +103,7 @@ def _load(path: Path) -> _Samples:
             raise FileError(f"{path}: its samples {data.name} are missing.", remedy="Put that file beside it.")
         stored = np.fromfile(data, dtype=np.uint8, count=size, offset=first)
         wanted = facts.get("core:sha512")
-        if wanted is not None and hashlib.sha512(stored).hexdigest() != wanted:
+        if wanted is not None and hashlib.sha512(stored.data).hexdigest() != wanted:
             raise ValueError("its hash does not match the one in its metadata")
         header, *between = (int(capture.get("core:header_bytes", 0)) for capture in captures or [{}])
         trailing = int(facts.get("core:trailing_bytes", 0))

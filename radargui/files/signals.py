@@ -1,9 +1,17 @@
-"""Signals: named channels as a file of any format holds them, before they become a recording."""
+"""Signals: named channels as a file of any format holds them, and how they become one recording."""
 
+import logging
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.block import Gap
+from radargui.model.block import Gap, are_possible
+from radargui.model.digitisation import Digitisation
+from radargui.model.errors import FileError, UsageError
+from radargui.model.recording import Recording
 
 TIME_NAME = "time_s"
 """A column or variable of this name is the file's own time of each sample."""
@@ -85,3 +93,218 @@ class Signals:
     started_at: str = ""
     device: str = ""
     trigger_index: int | None = None
+
+
+LARGEST_DEPARTURE = 0.6
+"""In samples: how far a time may lie from where uniform sampling puts it: rounding reaches 0.5, the rate's own error a
+little more."""
+
+
+def uniform(time_s: FloatArray, where: str) -> tuple[float, tuple[Gap, ...]]:
+    """Return sample rate in Hz and gaps from times that may be rounded.
+
+    The step is the median difference; a difference near k steps means k - 1 lost samples. The rate then is the number
+    of steps over the whole span, so that rounding of the times cancels out, and a rate within rounding of a whole
+    number is that number.
+
+    Parameters
+    ----------
+    time_s
+        Shape (n_samples,), at least 2.
+    where
+        Where the times are, for messages.
+
+    Raises
+    ------
+    FileError
+        Not finite, not increasing, or not uniform.
+    """
+    if time_s.size < 2:
+        raise FileError(f"{where}: one time is not enough for a sample rate.", remedy="Give --rate-hz.")
+    finite = np.isfinite(time_s)
+    if not finite.all():
+        raise FileError(f"{where}: the time of sample {int(np.argmin(finite)) + 1} is not a number.")
+    steps = np.diff(time_s)
+    if steps.min() <= 0.0:
+        late = int(np.argmax(steps <= 0.0)) + 2
+        raise FileError(
+            f"{where}: times do not increase at sample {late}.",
+            reasons=("they were written with too few digits",),
+            remedy="Write more digits, or leave the times out and give --rate-hz.",
+        )
+    step = float(np.median(steps))
+    counts = np.maximum(np.rint(steps / step), 1.0)
+    index = np.concatenate([[0.0], np.cumsum(counts)])
+    span = float(time_s[-1] - time_s[0])
+    rate_hz = float(index[-1]) / span
+    departure = np.abs((time_s - time_s[0]) * rate_hz - index)
+    if not math.isfinite(rate_hz) or departure.max() > LARGEST_DEPARTURE:
+        far = int(np.argmax(departure)) + 1
+        raise FileError(
+            f"{where}: times are not uniform: sample {far} lies {departure.max():.3g} samples off.",
+            reasons=("the sample rate changed", "the file holds several recordings"),
+            remedy="Resample it, or leave the times out and give --rate-hz.",
+        )
+    whole = round(rate_hz)
+    if whole >= 1 and abs(whole - rate_hz) <= rate_hz * min(1e-4, 2.0 * departure.max() / index[-1] + 1e-12):
+        rate_hz = float(whole)
+    return rate_hz, _gaps(counts)
+
+
+def rate_of_step(step_s: float) -> float | None:
+    """Return the sample rate in Hz of a sampling interval, None where it is not one; 2e-5 s is 50 kHz exactly."""
+    if not math.isfinite(step_s) or step_s <= 0.0 or not math.isfinite(1.0 / step_s):
+        return None
+    rate_hz = 1.0 / step_s
+    whole = float(round(rate_hz))
+    return whole if whole and abs(whole - rate_hz) <= 1e-9 * rate_hz else rate_hz
+
+
+def _gaps(counts: FloatArray) -> tuple[Gap, ...]:
+    lost, gaps = 0, []
+    for place in np.flatnonzero(counts > 1.0):
+        count = int(counts[place]) - 1
+        gaps.append(Gap(int(place) + 1 + lost, count, "times jump"))
+        lost += count
+    return tuple(gaps)
+
+
+SAME_RATE = 1e-3
+"""Rates that differ by less are the same one, written with fewer digits."""
+_log = logging.getLogger(__name__)
+
+
+def assemble(
+    parts: Sequence[Signals], targets: Sequence[str], *, name: str, where: str, rate_hz: float | None
+) -> Recording:
+    """Return one recording of the signals of all parts in order.
+
+    Codes stay codes where every signal has int16 codes with a scaling, else all become float64 values.
+
+    Parameters
+    ----------
+    parts
+        What was read, one entry a file.
+    targets
+        Channel names of the recording, one a signal.
+    name
+        Name of the recording.
+    where
+        The file or files, for messages.
+    rate_hz
+        Rate the operator gave. It goes before what a header says (with a warning in the log), for headers often hold a
+        default; times of samples must agree with it.
+
+    Raises
+    ------
+    FileError
+        No rate, rates or lengths that differ, samples that are not numbers.
+    UsageError
+        The rate given is none.
+    """
+    signals = [signal for part in parts for signal in part.signals]
+    lengths = {int(signal.samples.size) for signal in signals}
+    if len(lengths) > 1:
+        lengths_text = ", ".join(f"{signal.name}: {signal.samples.size}" for signal in signals)
+        raise FileError(f"{where}: channels differ in length ({lengths_text} samples).")
+    if lengths == {0}:
+        raise FileError(f"{where} holds no samples.")
+    time_s, gaps, timed_rate_hz = _times(parts, where)
+    if not are_possible(gaps):
+        raise FileError(f"{where} tells of lost samples that cannot be.", reasons=("it is damaged",))
+    rate = _rate(parts, timed_rate_hz, rate_hz, where)
+    raw, scaling = _stack(signals)
+    _want_numbers(raw, signals, where)
+    units = {signal.unit for signal in signals if signal.unit}
+    return Recording(
+        name=name,
+        raw=raw,
+        digitisation=Digitisation(
+            channel_names=tuple(targets),
+            sample_rate_hz=rate,
+            scaling=scaling,
+            channel_skew_s=_skew_s(parts, where),
+            unit=units.pop() if len(units) == 1 else "V" if not units else "mixed",
+            device=next((part.device for part in parts if part.device), ""),
+        ),
+        gaps=gaps,
+        file_time_s=time_s,
+        trigger_index=next((part.trigger_index for part in parts if part.trigger_index is not None), None),
+        started_at=next((part.started_at for part in parts if part.started_at), ""),
+    )
+
+
+def _times(parts: Sequence[Signals], where: str) -> tuple[FloatArray | None, tuple[Gap, ...], float | None]:
+    times = [part.time_s for part in parts if part.time_s is not None]
+    if not times:
+        gaps = {part.gaps for part in parts}
+        if len(gaps) > 1:
+            raise FileError(f"{where}: the files lost different samples and cannot be joined.")
+        return None, gaps.pop(), None
+    rate_hz, lost = uniform(times[0], where)
+    for other in times[1:]:
+        if other is not times[0] and np.abs(other - times[0]).max() * rate_hz > 1.0:
+            raise FileError(f"{where}: the files give different times and cannot be joined.")
+    return times[0], lost, rate_hz
+
+
+def _rate(parts: Sequence[Signals], timed_hz: float | None, given_hz: float | None, where: str) -> float:
+    if given_hz is not None and not (math.isfinite(given_hz) and given_hz > 0.0):
+        raise UsageError(f"--rate-hz {given_hz} is not a sample rate: allowed a number above 0.")
+    headers = [part.sample_rate_hz for part in parts if part.sample_rate_hz is not None]
+    if any(not _same(rate, headers[0]) for rate in headers[1:]):
+        rates_text = ", ".join(f"{rate:g}" for rate in headers)
+        raise FileError(f"{where}: the channels have different sample rates: {rates_text} Hz.")
+    header_hz = headers[0] if headers else None
+    if timed_hz is not None:
+        for other, whose in ((given_hz, "--rate-hz says"), (header_hz, "the header says")):
+            if other is not None and not _same(other, timed_hz):
+                raise FileError(
+                    f"{where}: its times make {timed_hz:.6g} Hz, {whose} {other:.6g} Hz.",
+                    remedy="Leave --rate-hz out, or leave the times out of the file.",
+                )
+        return timed_hz
+    if given_hz is None and header_hz is None:
+        raise FileError(f"{where} does not tell its sample rate.", remedy="Give it with --rate-hz.")
+    if given_hz is not None and header_hz is not None and not _same(given_hz, header_hz):
+        _log.warning("%s says %.6g Hz; %.6g Hz is used, as asked with --rate-hz.", where, header_hz, given_hz)
+    return float(given_hz or header_hz or math.nan)
+
+
+def _same(first: float, second: float) -> bool:
+    return abs(first - second) <= SAME_RATE * abs(second)
+
+
+def _skew_s(parts: Sequence[Signals], where: str) -> float | None:
+    delays_s = {part.channel_skew_s for part in parts}
+    if len(delays_s) > 1:
+        _log.warning("%s: the files tell different delays between channels; none of them is used.", where)
+        return None
+    return delays_s.pop()
+
+
+def _stack(signals: Sequence[Signal]) -> tuple[RawArray, tuple[tuple[float, ...], ...] | None]:
+    scaling = tuple(signal.scaling for signal in signals if signal.scaling is not None)
+    if len(scaling) == len(signals):
+        return np.stack([np.asarray(signal.samples, dtype=np.int16) for signal in signals]), scaling
+    return np.stack([_values(signal) for signal in signals]), None
+
+
+def _values(signal: Signal) -> FloatArray:
+    samples = np.asarray(signal.samples, dtype=np.float64)
+    if signal.scaling is None:
+        return samples
+    return np.asarray(np.polynomial.polynomial.polyval(samples, signal.scaling), dtype=np.float64)
+
+
+def _want_numbers(raw: RawArray, signals: Sequence[Signal], where: str) -> None:
+    if raw.dtype == np.int16:
+        return
+    for signal, row in zip(signals, raw, strict=True):
+        finite = np.isfinite(row)
+        if not finite.all():
+            raise FileError(
+                f"{where}: {signal.name} holds {int((~finite).sum())} samples that are not numbers, "
+                f"the first is sample {int(np.argmin(finite)) + 1}.",
+                remedy="Mend them or cut the recording there.",
+            )

@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from radargui.files.assemble import rate_of_step
 from radargui.files.export_facts import ExportFacts, facts_of_text
 from radargui.files.progress import Progress
 from radargui.files.refusal import listed, reading, resolved
 from radargui.files.run_file import RunStream
-from radargui.files.signals import ChannelInfo, Signal, Signals
+from radargui.files.signals import ChannelInfo, Signal, Signals, rate_of_step
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
 

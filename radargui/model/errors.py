@@ -1,7 +1,10 @@
 """The one tree of errors: what happened, likely why, what to do."""
 
+import logging
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+
+_logger = logging.getLogger(__name__)
 
 
 class RadarGuiError(Exception):
@@ -107,6 +110,29 @@ def fault_of(error: BaseException, what: str) -> FaultError:
         )
     fault.__cause__ = error
     return fault
+
+
+def attempt(step: Callable[[], object], what: str) -> RadarGuiError | None:
+    """Do a step; return its failure as an error for the operator, None where there is none.
+
+    An unexpected failure is logged with its traceback and named as a fault of the program.
+
+    Parameters
+    ----------
+    step
+        What to do.
+    what
+        Its name for people: "Reading the source".
+    """
+    try:
+        step()
+    except RadarGuiError as error:
+        _logger.info("%s: %s", what, error)
+        return error
+    except Exception as error:
+        _logger.exception("%s failed", what)
+        return fault_of(error, what)
+    return None
 
 
 class CancelledError(Exception):

@@ -6,14 +6,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Unpack
 
-from radargui.files.formats import format_of, own_setup_toml, source_program
+from radargui.files.formats import format_of, source_program
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import ChannelMap, read_mapped, read_recording
 from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError, RadarGuiError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
-from radargui.model.setup_file import parse_setup
 from radargui.session.info import About
 from radargui.session.session import Session
 
@@ -178,17 +177,3 @@ def blocks(recording: Recording) -> Iterator[Block]:
             first, index, before = first + count, index + count, None
         if gap is not None:
             index, before = gap.first_index + gap.count, gap
-
-
-def own_setup_of(path: Path) -> Setup | None:
-    """Return the setup that a file brings with it: a run, or one that RadarGUI exported; None where it has none.
-
-    Raises
-    ------
-    FileError
-        It cannot be read.
-    SetupError
-        The setup in it is not valid for this version.
-    """
-    toml = own_setup_toml(path)
-    return parse_setup(toml, f"setup in {path}") if toml.strip() else None

@@ -1,7 +1,6 @@
 """What session.json holds: setup, calibration, operator, sample, target, notes, journal, versions."""
 
 import json
-import os
 import platform
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -11,6 +10,7 @@ from typing import Any, Literal, TypedDict
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from radargui import __version__
+from radargui.files.fresh_file import write_whole
 from radargui.model.errors import SessionError
 from radargui.model.setup import Setup
 from radargui.model.setup_error import describe
@@ -115,19 +115,14 @@ def write_info(info: SessionInfo, folder: Path) -> None:
 
     Raises
     ------
-    OSError
+    FileError
         The folder cannot be written.
     """
     content: dict[str, Any] = info.model_dump(mode="json", exclude={"setup"})
     content["setup"] = info.setup.model_dump(mode="json", by_alias=True, exclude_none=True)
     content["setup_given"] = plain(info.setup)
-    partial = folder / (FILE_NAME + ".part")
-    with partial.open("w", encoding="utf-8", newline="\n") as file:
-        json.dump(content, file, indent=2, ensure_ascii=False)
-        file.write("\n")
-        file.flush()
-        os.fsync(file.fileno())
-    partial.replace(folder / FILE_NAME)
+    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    write_whole(folder / FILE_NAME, [text.encode()])
 
 
 def read_info(folder: Path) -> SessionInfo:

@@ -2,22 +2,41 @@
 
 import json
 import logging
-import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated, Literal
 
 import platformdirs
+from pydantic import AfterValidator, BaseModel, Field
 
 from radargui.files.channel_guess import ChannelGuess, guess_channel_map, guess_of_variables, pattern_of
+from radargui.files.fresh_file import write_whole
 from radargui.files.reading import LARGEST, ChannelMap
 from radargui.files.signals import ChannelInfo
-from radargui.model.digitisation import iq_names
+from radargui.model.errors import FileError
 
 FILE_NAME = "channel-maps.json"
 SCHEMA = 1
 MOST_PATTERNS = 200
 LARGEST_CHARACTERS = 5_000_000
 _log = logging.getLogger(__name__)
+
+
+def _different(places: list[int]) -> list[int]:
+    if len(places) % 2 or len(set(places)) != len(places):
+        raise ValueError("allowed: a different channel for each I and Q")
+    return places
+
+
+_DIFFERENT = AfterValidator(_different)
+_Places = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=2, max_length=2 * LARGEST), _DIFFERENT]
+
+
+class _Maps(BaseModel):
+    """What the file holds: by pattern of names, the places of I1, Q1, ... among them."""
+
+    schema_version: Literal[1] = Field(alias="schema")
+    maps: dict[str, _Places]
 
 
 def default_memory_path() -> Path:
@@ -60,10 +79,10 @@ class MapMemory:
     def _read(self) -> dict[str, list[int]]:
         try:
             with self._path.open(encoding="utf-8") as file:
-                return _checked(json.loads(file.read(LARGEST_CHARACTERS)))
+                return _Maps.model_validate_json(file.read(LARGEST_CHARACTERS), strict=True).maps
         except FileNotFoundError:
             return {}
-        except (OSError, ValueError, RecursionError) as error:
+        except (OSError, ValueError) as error:
             self._set_aside(error)
             return {}
 
@@ -76,29 +95,12 @@ class MapMemory:
             return
 
     def _write(self, maps: dict[str, list[int]]) -> None:
-        partial = self._path.with_name(f"{self._path.name}.{os.getpid()}.part")
+        text = json.dumps({"schema": SCHEMA, "maps": maps}, ensure_ascii=False, indent=1) + "\n"
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            text = json.dumps({"schema": SCHEMA, "maps": maps}, ensure_ascii=False, indent=1)
-            partial.write_text(text + "\n", encoding="utf-8")
-            partial.replace(self._path)
-        except OSError as error:
-            _log.warning("%s cannot be written: %s", self._path, error)
+            write_whole(self._path, [text.encode()])
+        except FileError as error:
+            _log.warning("%s", error)
 
 
 def _key(infos: Sequence[ChannelInfo]) -> str:
     return json.dumps(pattern_of(infos), ensure_ascii=False)
-
-
-def _checked(document: object) -> dict[str, list[int]]:
-    maps = document.get("maps") if isinstance(document, dict) and document.get("schema") == SCHEMA else None
-    if not isinstance(maps, dict) or not all(_is_places(places) for places in maps.values()):
-        raise ValueError("not what this version writes")
-    return maps
-
-
-def _is_places(places: object) -> bool:
-    allowed = [len(iq_names(count)) for count in range(1, LARGEST + 1)]
-    if not isinstance(places, list) or len(places) not in allowed:
-        return False
-    return len(set(map(str, places))) == len(places) and all(type(place) is int and place >= 0 for place in places)

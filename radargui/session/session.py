@@ -301,12 +301,8 @@ class Session:
     def _write(self, info: SessionInfo) -> None:
         try:
             write_info(info, self._path)
-        except OSError as error:
-            raise SessionError(
-                f"{self._path} cannot be written: {error.strerror or error}.",
-                reasons=("the disk is full", "the folder belongs to somebody else"),
-                remedy="Choose another data folder.",
-            ) from None
+        except FileError as error:
+            raise SessionError(error.message, reasons=error.reasons, remedy="Choose another data folder.") from None
         self._info = info
 
 

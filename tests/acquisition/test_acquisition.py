@@ -13,7 +13,7 @@ from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import OpenRun, Recorder
-from radargui.acquisition.state import AcquisitionState, Ending, RecorderState
+from radargui.acquisition.run_plan import AcquisitionState, Ending, RecorderState
 from radargui.acquisition.stream import TOO_SLOW
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_writer import RunWriter

@@ -11,7 +11,7 @@ from support.fake_clock import FakeClock
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.level import levels
-from radargui.acquisition.state import AcquisitionState
+from radargui.acquisition.run_plan import AcquisitionState
 from radargui.acquisition.stream import Reading
 from radargui.model.block import Block
 from radargui.model.errors import SourceError

@@ -13,7 +13,7 @@ from radargui.acquisition import disk
 from radargui.acquisition import recorder as recorder_module
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
-from radargui.acquisition.state import Ending, RecorderState
+from radargui.acquisition.run_plan import Ending, RecorderState
 from radargui.model.arrays import RawArray
 from radargui.model.block import Block, Gap
 from radargui.model.daq import RecordingLimits

@@ -6,8 +6,7 @@ import numpy as np
 from support.controlled_source import digitisation
 
 from radargui.acquisition.run_output import History, cut
-from radargui.acquisition.run_plan import FixedPlan, IndexMap, MotionPlan
-from radargui.acquisition.state import Ending
+from radargui.acquisition.run_plan import Ending, FixedPlan, IndexMap, MotionPlan
 from radargui.conditioning.trigger import TriggerState
 from radargui.model.arrays import RawArray
 from radargui.model.block import Block, Gap

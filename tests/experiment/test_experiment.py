@@ -15,7 +15,7 @@ from support.controlled_source import LONGEST_S, ControlledSource, codes
 from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
-from radargui.acquisition.state import AcquisitionState, Ending
+from radargui.acquisition.run_plan import AcquisitionState, Ending
 from radargui.experiment import finished
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment

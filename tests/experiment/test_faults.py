@@ -20,7 +20,7 @@ from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import Recorder
-from radargui.acquisition.state import Ending
+from radargui.acquisition.run_plan import Ending
 from radargui.acquisition.stream import TOO_SLOW
 from radargui.experiment.event import Event, EventKind, ExperimentState
 from radargui.experiment.experiment import Experiment

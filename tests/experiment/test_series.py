@@ -18,7 +18,7 @@ from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.run_output import FinishedRun
-from radargui.acquisition.state import Ending, RecorderState
+from radargui.acquisition.run_plan import Ending, RecorderState
 from radargui.experiment import finished
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment

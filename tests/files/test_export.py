@@ -17,7 +17,7 @@ from support.file_samples import codes, default_setup, int16_digitisation, volts
 from radargui.files import mat_file
 from radargui.files.csv_file import csv_facts
 from radargui.files.export import EXPORT_FORMATS, export_run
-from radargui.files.formats import list_channels, own_setup_toml
+from radargui.files.formats import list_channels, own_setup_of
 from radargui.files.mat_file import mat_facts
 from radargui.files.reading import read_recording
 from radargui.files.run_file import read_run
@@ -95,7 +95,7 @@ def test_settings_markers_and_session_travel_along(run: Path, name: str) -> None
     facts = FACTS[name](path)
     assert facts is not None
     assert parse_setup(facts.setup_toml) == default_setup()
-    assert own_setup_toml(path) == facts.setup_toml
+    assert own_setup_of(path) == parse_setup(facts.setup_toml)
     assert [(marker.index, marker.text) for marker in facts.markers] == [(5, "Größe 10 mm")]
     assert facts.session == SESSION
 
@@ -144,7 +144,7 @@ def test_a_run_of_several_pieces_and_a_higher_scaling_comes_back(
     with RunWriter(tmp_path / "run-0001.h5", Digitisation(iq_names(1), 1e4, scaling), started_at="") as writer:
         writer.write(Block(codes(2, 20_000), 0))
     shares: list[float] = []
-    _, after = exported(tmp_path / "run-0001.h5", name, tell=shares.append)
+    _, after = exported(tmp_path / "run-0001.h5", name, report=shares.append)
     before = read_run(tmp_path / "run-0001.h5")
     assert np.abs(after.volts() - before.volts()).max() < 1e-7
     assert shares == sorted(shares)
@@ -229,7 +229,7 @@ def test_a_sigmf_archive_of_the_pair_keeps_the_facts(run: Path, tmp_path: Path) 
     sigmf.fromfile(str(meta), autoscale=False).archive(str(tmp_path / "b.sigmf"))
     after = read_recording(tmp_path / "b.sigmf")
     np.testing.assert_array_equal(after.volts(), read_run(run).volts())
-    assert own_setup_toml(tmp_path / "b.sigmf") == own_setup_toml(run)
+    assert own_setup_of(tmp_path / "b.sigmf") == own_setup_of(run)
 
 
 def test_a_recording_that_a_crash_cut_short_is_exported_as_far_as_it_goes(tmp_path: Path) -> None:

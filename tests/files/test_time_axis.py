@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from radargui.files.assemble import rate_of_step, uniform
+from radargui.files.signals import rate_of_step, uniform
 from radargui.model.errors import FileError
 
 

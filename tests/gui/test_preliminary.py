@@ -11,7 +11,7 @@ from support.gui_sessions import make_session
 from support.run_contents import read_summary
 from support.stored_runs import results_digest
 
-from radargui.acquisition.state import Ending
+from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.experiment.reprocess import own_setup

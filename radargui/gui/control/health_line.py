@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from radargui.acquisition.health import Health
-from radargui.acquisition.state import AcquisitionState
+from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.layout import fill
 from radargui.gui.theme import Theme
 from radargui.model.rounding import UNKNOWN

@@ -9,7 +9,7 @@ from typing import Any
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.health import Health
-from radargui.acquisition.state import RecorderState
+from radargui.acquisition.run_plan import RecorderState
 from radargui.experiment.event import ExperimentState
 from radargui.experiment.experiment import Experiment
 from radargui.gui.control.app_state import AppState

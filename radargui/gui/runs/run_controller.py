@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog
 
-from radargui.acquisition.state import Ending
+from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
 from radargui.experiment.reprocess import own_setup, process_run
 from radargui.files.overview import Overview, read_overview

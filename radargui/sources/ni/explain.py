@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.driver import driver_errors, load_nidaqmx
@@ -14,68 +13,62 @@ _LONGEST_TEXT = 400
 """Characters of NI's own words: they must fit into one message."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Explanation:
-    message: str
-    reasons: tuple[str, ...]
-    remedy: str
-
-    def error(self, device: str, more: str = "") -> DeviceError:
-        return DeviceError(self.message.format(device=device) + f"{more}.", reasons=self.reasons, remedy=self.remedy)
-
-
-_IN_USE = _Explanation(
-    "{device} is in use by another program",
-    (
-        "another window of RadarGUI, NI MAX, LabVIEW or another task has its analogue inputs",
-        "a program that crashed still holds it",
+_UNREACHABLE = (-201003, -200324, -200045, -200220, -50405, -50804)
+"""NI-DAQmx: a device of the driver's list cannot be accessed."""
+_BY_CODES: dict[tuple[int, ...], tuple[str, tuple[str, ...], str]] = {
+    (-50103, -200022, -201105, -89137, -200369): (
+        "{device} is in use by another program",
+        (
+            "another window of RadarGUI, NI MAX, LabVIEW or another task has its analogue inputs",
+            "a program that crashed still holds it",
+        ),
+        "Close the other program, or reset the device in NI MAX.",
     ),
-    "Close the other program, or reset the device in NI MAX.",
-)
-_GONE = _Explanation(
-    "{device} cannot be reached any more",
-    ("its cable was pulled or its power is off", "it was reset by another program"),
-    "Plug it in, wait until NI MAX shows it, then start again.",
-)
-_BUFFER_OVERFLOW = _Explanation(
-    "Samples of {device} were lost: the buffer was overwritten before it could be read",
-    ("this computer was too busy to read in time", "the rate is too high for it"),
-    "Raise daq.buffer_s, lower daq.rate_hz, or close other programs.",
-)
-_DEVICE_OVERFLOW = _Explanation(
-    "Samples of {device} were lost: the memory on the device overflowed",
-    ("the bus (USB, network) could not carry the samples in time", "the rate is too high for it"),
-    "Plug the device directly into the computer without a hub, or lower daq.rate_hz.",
-)
-_TIMEOUT = _Explanation(
-    "{device} gives no samples",
-    ("no clock or no trigger arrives", "the device hangs"),
-    "Check the trigger and clock wiring, or reset the device in NI MAX.",
-)
-_TOO_FAST = _Explanation(
-    "{device} refuses the rate for this number of channels",
-    ("all channels of a multiplexed device share its highest rate",),
-    "Lower daq.rate_hz or use fewer channels.",
-)
-_NETWORK_DEVICE = _Explanation(
-    "The network device {device} cannot be reached",
-    ("it is off or its network cable is out", "another computer has reserved it"),
-    "Check its power and network, and reserve it for this computer in NI MAX.",
-)
-
-_BY_CODE = {
-    code: explanation
-    for codes, explanation in (
-        ((-50103, -200022, -201105, -89137, -200369), _IN_USE),
-        ((-201003, -200324, -200045, -200220, -50405, -50804), _GONE),
-        ((-200279, -200283), _BUFFER_OVERFLOW),
-        ((-200361, -200010, -209829, -200004, -200019), _DEVICE_OVERFLOW),
-        ((TIMEOUT,), _TIMEOUT),
-        ((-200081,), _TOO_FAST),
-        ((-201250, -201251, -201252, -201253, -201390, -201420, -201388), _NETWORK_DEVICE),
-    )
-    for code in codes
+    _UNREACHABLE: (
+        "{device} cannot be reached any more",
+        ("its cable was pulled or its power is off", "it was reset by another program"),
+        "Plug it in, wait until NI MAX shows it, then start again.",
+    ),
+    (-200279, -200283): (
+        "Samples of {device} were lost: the buffer was overwritten before it could be read",
+        ("this computer was too busy to read in time", "the rate is too high for it"),
+        "Raise daq.buffer_s, lower daq.rate_hz, or close other programs.",
+    ),
+    (-200361, -200010, -209829, -200004, -200019): (
+        "Samples of {device} were lost: the memory on the device overflowed",
+        ("the bus (USB, network) could not carry the samples in time", "the rate is too high for it"),
+        "Plug the device directly into the computer without a hub, or lower daq.rate_hz.",
+    ),
+    (TIMEOUT,): (
+        "{device} gives no samples",
+        ("no clock or no trigger arrives", "the device hangs"),
+        "Check the trigger and clock wiring, or reset the device in NI MAX.",
+    ),
+    (-200081,): (
+        "{device} refuses the rate for this number of channels",
+        ("all channels of a multiplexed device share its highest rate",),
+        "Lower daq.rate_hz or use fewer channels.",
+    ),
+    (-201250, -201251, -201252, -201253, -201390, -201420, -201388): (
+        "The network device {device} cannot be reached",
+        ("it is off or its network cable is out", "another computer has reserved it"),
+        "Check its power and network, and reserve it for this computer in NI MAX.",
+    ),
 }
+"""What a code of NI-DAQmx means: fact, likely reasons, remedy."""
+_BY_CODE = {code: words for codes, words in _BY_CODES.items() for code in codes}
+_BY_STATUS = {
+    "PERMISSION_DENIED": ("refused this computer", "Allow this computer in the security settings of the server."),
+    "UNIMPLEMENTED": ("is too old or has no NI-DAQmx part", "Install a current NI gRPC device server."),
+}
+_BY_STATUS["UNAUTHENTICATED"] = _BY_STATUS["PERMISSION_DENIED"]
+"""What a status of gRPC means of a device server: fact, remedy."""
+_GONE = ("UNAVAILABLE", "DEADLINE_EXCEEDED", "CANCELLED")
+
+
+def _of_code(code: int, device: str, more: str = "") -> DeviceError:
+    message, reasons, remedy = _BY_CODE[code]
+    return DeviceError(message.format(device=device) + f"{more}.", reasons=reasons, remedy=remedy)
 
 
 @contextmanager
@@ -123,8 +116,13 @@ def explained(error: Exception, device: str, place: str, doing: str) -> DeviceEr
             f"The NI-DAQmx driver of {place} is too old: {_text(error)}",
             remedy="Install a current NI-DAQmx driver.",
         )
+    if isinstance(error, errors.DaqError) and (code := error_code(error)) in _BY_CODE:
+        return _of_code(code, device, f" (NI-DAQmx error {code})")
     if isinstance(error, errors.DaqError):
-        return _of_code(error, device, doing)
+        return DeviceError(
+            f"{device}: NI-DAQmx refused while {doing} (error {code}): {_text(error)}",
+            remedy="Check the device and the [daq] settings; NI MAX can test the device by itself.",
+        )
     if hasattr(error, "rpc_code") or callable(getattr(error, "code", None)):
         return _of_connection(error, device, place, doing)
     return DeviceError(
@@ -144,7 +142,7 @@ def no_driver(place: str) -> DeviceError:
 
 def no_samples(device: str, seconds: float) -> DeviceError:
     """Return the error of a running device that gave no sample for some seconds (-200284)."""
-    return _TIMEOUT.error(device, f": none arrived within {seconds:g} s (NI-DAQmx error {TIMEOUT})")
+    return _of_code(TIMEOUT, device, f": none arrived within {seconds:g} s (NI-DAQmx error {TIMEOUT})")
 
 
 def no_edge(device: str, edge: str, seconds: float) -> DeviceError:
@@ -158,18 +156,7 @@ def no_edge(device: str, edge: str, seconds: float) -> DeviceError:
 
 def not_connected(device: str) -> DeviceError:
     """Return the error of a device that NI-DAQmx knows by name but cannot reach."""
-    return _GONE.error(device)
-
-
-def _of_code(error: Exception, device: str, doing: str) -> DeviceError:
-    code = error_code(error)
-    explanation = _BY_CODE.get(code)
-    if explanation is None:
-        return DeviceError(
-            f"{device}: NI-DAQmx refused while {doing} (error {code}): {_text(error)}",
-            remedy="Check the device and the [daq] settings; NI MAX can test the device by itself.",
-        )
-    return explanation.error(device, f" (NI-DAQmx error {code})")
+    return _of_code(_UNREACHABLE[0], device)
 
 
 def _of_connection(error: Exception, device: str, place: str, doing: str) -> DeviceError:
@@ -179,17 +166,10 @@ def _of_connection(error: Exception, device: str, place: str, doing: str) -> Dev
     status = getattr(code, "name", str(code))
     if status == "NOT_FOUND":
         return no_driver(place)
-    if status in ("PERMISSION_DENIED", "UNAUTHENTICATED"):
-        return DeviceError(
-            f"The NI gRPC device server at {place} refused this computer ({status}).",
-            remedy="Allow this computer in the security settings of the NI gRPC device server.",
-        )
-    if status == "UNIMPLEMENTED":
-        return DeviceError(
-            f"The NI gRPC device server at {place} is too old or has no NI-DAQmx part ({status}).",
-            remedy="Install a current NI gRPC device server.",
-        )
-    if status not in ("UNAVAILABLE", "DEADLINE_EXCEEDED", "CANCELLED"):
+    if status in _BY_STATUS:
+        fault, remedy = _BY_STATUS[status]
+        return DeviceError(f"The NI gRPC device server at {place} {fault} ({status}).", remedy=remedy)
+    if status not in _GONE:
         return DeviceError(
             f"The NI gRPC device server at {place} failed while {doing} {device}: {_text(error)}",
             remedy="Start the server again (ni_grpc_device_server); its log may say more.",

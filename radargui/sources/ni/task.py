@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -96,10 +97,11 @@ class InputTask:
         if settings.start is not None:
             self._wait_for(settings.start)
         task.control(TaskMode.TASK_COMMIT)
-        self.buffer_samples = self._buffer()
+        self.buffer_samples = self._asked(lambda: int(task.in_stream.input_buf_size))
         self.rate_hz = float(task.timing.samp_clk_rate)
         if not self._device.simultaneous:
-            self.convert_rate_hz = self._convert_rate()
+            # 0 is no rate: the skew then comes from the setup
+            self.convert_rate_hz = self._asked(lambda: float(task.timing.ai_conv_rate)) or None
         self.scaling = self._scaling(channels)
         self._read_into = self._reader()
 
@@ -108,40 +110,25 @@ class InputTask:
         from nidaqmx.constants import Edge, Slope
 
         triggers = self._task.triggers
+        kept = (start.pretrigger_samples,) if start.pretrigger_samples else ()
+        reference, begin = triggers.reference_trigger, triggers.start_trigger
         if start.kind == "digital":
-            edge = Edge.RISING if start.edge == "rising" else Edge.FALLING
-            if start.pretrigger_samples:
-                triggers.reference_trigger.cfg_dig_edge_ref_trig(start.source, start.pretrigger_samples, edge)
-            else:
-                triggers.start_trigger.cfg_dig_edge_start_trig(start.source, edge)
-            return
-        slope = Slope.RISING if start.edge == "rising" else Slope.FALLING
-        if start.pretrigger_samples:
-            triggers.reference_trigger.cfg_anlg_edge_ref_trig(
-                start.source, start.pretrigger_samples, slope, start.level_v
-            )
+            configure = reference.cfg_dig_edge_ref_trig if kept else begin.cfg_dig_edge_start_trig
+            configure(start.source, *kept, Edge[start.edge.upper()])
         else:
-            triggers.start_trigger.cfg_anlg_edge_start_trig(start.source, slope, start.level_v)
+            configure = reference.cfg_anlg_edge_ref_trig if kept else begin.cfg_anlg_edge_start_trig
+            configure(start.source, *kept, Slope[start.edge.upper()], start.level_v)
 
-    def _buffer(self) -> int | None:
+    def _asked(self, question: Callable[[], Any]) -> Any:
+        """Return what the driver says; None where this device does not know the property."""
         with contextlib.suppress(load_nidaqmx().errors.DaqError):
-            return int(self._task.in_stream.input_buf_size)
-        return None
-
-    def _convert_rate(self) -> float | None:
-        with contextlib.suppress(load_nidaqmx().errors.DaqError):
-            rate = float(self._task.timing.ai_conv_rate)
-            return rate if rate > 0.0 else None
+            return question()
         return None
 
     def _scaling(self, channels: list[Any]) -> tuple[tuple[float, ...], ...] | None:
-        try:
-            if any(channel.ai_raw_samp_size != _CODE_BITS for channel in channels):
-                return None
-            scaling = tuple(tuple(float(c) for c in channel.ai_dev_scaling_coeff) for channel in channels)
-        except load_nidaqmx().errors.DaqError:
-            return None
-        return scaling if all(scaling) else None
+        bits = self._asked(lambda: {channel.ai_raw_samp_size for channel in channels})
+        scaling = self._asked(lambda: tuple(tuple(map(float, channel.ai_dev_scaling_coeff)) for channel in channels))
+        return scaling if bits == {_CODE_BITS} and scaling and all(scaling) else None
 
     def _reader(self) -> Any:
         from nidaqmx.stream_readers import AnalogMultiChannelReader, AnalogUnscaledReader

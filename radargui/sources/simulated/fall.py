@@ -9,9 +9,8 @@ from scipy.integrate import OdeSolution, solve_ivp
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SetupError
 from radargui.model.simulation import Simulation
-from radargui.sources.simulated.floor import ContactPlane
+from radargui.sources.simulated.floor import ContactPlane, along_plane, azimuth_direction
 from radargui.sources.simulated.seeds import Draw, generator
-from radargui.sources.simulated.trajectory import along_plane, azimuth_direction
 
 _REST_SPEED_M_S = 0.02
 """A rebound as slow as this would rise 20 um: the sphere stays down instead."""

@@ -7,7 +7,6 @@ import numpy as np
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
-from radargui.sources.simulated.trajectory import along_plane, azimuth_direction
 
 DEFAULT_DROP_M = 0.26
 """Where neither drop height nor floor is given: a fall through the field of view of about 30 cm."""
@@ -73,3 +72,15 @@ def contact_plane(setup: Setup) -> ContactPlane:
             remedy="Raise tracer.release_position_m, lower floor.height_m or set simulation.drop_height_m.",
         )
     return plane
+
+
+def along_plane(heading: FloatArray, normal: FloatArray) -> FloatArray:
+    """Return the unit vector of a heading along a plane, shape (3,)."""
+    along = heading - (heading @ normal) * normal
+    return np.asarray(along / np.linalg.norm(along))
+
+
+def azimuth_direction(azimuth_deg: float) -> FloatArray:
+    """Return the horizontal unit vector of an azimuth, shape (3,)."""
+    azimuth = np.radians(azimuth_deg)
+    return np.array([np.cos(azimuth), np.sin(azimuth), 0.0])

@@ -1,5 +1,7 @@
 """The scene: rest, motion (circle and pendulum are here), rest; where wanted brought back and begun again."""
 
+from typing import TypeAlias
+
 import numpy as np
 from scipy.special import ellipk, ellipkm1
 
@@ -7,8 +9,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
 from radargui.model.simulation import Simulation
 from radargui.sources.simulated.fall import Fall
-from radargui.sources.simulated.floor import contact_plane
-from radargui.sources.simulated.trajectory import Rest, Trajectory, azimuth_direction
+from radargui.sources.simulated.floor import azimuth_direction, contact_plane
 
 _SMALLEST = 1e-18
 
@@ -125,6 +126,22 @@ def _ramped(share: FloatArray) -> FloatArray:
     return np.asarray(0.5 * share**2 + (np.cos(2.0 * np.pi * share) - 1.0) / (4.0 * np.pi**2))
 
 
+class Rest:
+    """A sphere that never moves."""
+
+    def __init__(self, place_m: FloatArray) -> None:
+        self._place_m = place_m
+
+    duration_s = 0.0
+    impact_time_s: FloatArray = np.empty(0)
+
+    def position_m(self, time_s: FloatArray) -> FloatArray:
+        """Return the place, shape (3, n)."""
+        return np.repeat(self._place_m[:, None], time_s.size, axis=1)
+
+
+Trajectory: TypeAlias = Fall | Circle | Pendulum | Rest
+"""Motion of the sphere's centre, time 0 the release: `position_m` at any time, `impact_time_s`, `duration_s`."""
 RETURN_S = 1.5
 """In which a hand brings the sphere back to its release. Chosen by hand."""
 

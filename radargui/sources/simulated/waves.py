@@ -13,9 +13,8 @@ from radargui.model.errors import SetupError
 from radargui.model.polarization import received_direction, transmitted_direction
 from radargui.model.scattering import ConductingSphere, conducting_sphere, scattered_field
 from radargui.model.setup import Setup
-from radargui.sources.simulated.floor import contact_plane
+from radargui.sources.simulated.floor import azimuth_direction, contact_plane
 from radargui.sources.simulated.seeds import Draw, generator
-from radargui.sources.simulated.trajectory import azimuth_direction
 
 
 def dot(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -124,6 +124,7 @@ class Acquisition:
             if self.state is not AcquisitionState.IDLE:
                 return
             self.state = AcquisitionState.OPENING
+            # daemon: a driver that hangs must not keep the program from ending
             self._reader = threading.Thread(target=self._run, name="acquisition-reader", daemon=True)
             self._reader.start()
 
@@ -205,6 +206,7 @@ class Acquisition:
             recorder.finish(self._ending())
 
         self._fail(attempt(push_all, "Recording"))
+        # after a failure the file is closed with what it holds; after a good end this does nothing
         recorder.fail()
         queue.close()
         queue.clear()
@@ -256,6 +258,7 @@ class Acquisition:
         if error is None:
             return
         with self._lock:
+            # the first failure is the cause, later ones follow from it
             self.error = self.error or error
         self._stop_soon()
 

@@ -119,6 +119,7 @@ def health_record(health: Health, peaks: Peaks) -> dict[str, object]:
         "backlog_peak_samples": peaks.backlog_samples,
         "writer_queue_peak_samples": peaks.writer_queue_samples,
         "writer_queue_capacity_samples": health.writer_queue_capacity_samples,
+        # the live track is no result: how far behind it was explains what the operator saw
         "live_lag_peak_s": None if rate_hz is None or health.live_lag_s is None else peaks.live_lag_samples / rate_hz,
         "live_skipped_samples": health.live_skipped_samples,
         "live_error": None if health.live_error is None else str(health.live_error),
@@ -141,6 +142,7 @@ def snapshot(
     reading, queue, worker = stream.reading, stream.queue, stream.worker
     left_s = None
     if free is not None and recorder is not None:
+        # as if nothing were compressed: rather warned too early
         left_s = max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()
     return Health(
         state=state,

@@ -43,6 +43,7 @@ def levels(samples: RawArray, digitisation: Digitisation) -> tuple[Level, ...]:
     if samples.shape[1] == 0:
         return ()
     extremes = np.stack([np.fmin.reduce(samples, axis=1), np.fmax.reduce(samples, axis=1)], axis=1)
+    # a negative slope of the scaling turns lowest and highest round
     volts = np.sort(digitisation.volts(extremes), axis=1)
     codes = samples.dtype == np.int16
     full_scale = digitisation.full_scale_v() if codes else None
@@ -81,6 +82,7 @@ class RunTally:
             return
         if samples.dtype == np.int16:
             lowest, highest = samples.min(axis=1), samples.max(axis=1)
+            # only channels that reach the rail are counted sample by sample
             for channel in np.flatnonzero((lowest <= LOWEST_CODE) | (highest >= HIGHEST_CODE)):
                 row = samples[channel]
                 self._at_rail[channel] += int(((row <= LOWEST_CODE) | (row >= HIGHEST_CODE)).sum())

@@ -81,6 +81,7 @@ class LiveTrack:
         if estimate.index.size == 0:
             return
         values = np.concatenate([estimate.i, estimate.q, estimate.change_m, estimate.position_m])
+        # the index first: a reader trusts the values only as far as both reach
         self._index.extend(estimate.index[None])
         self._values.extend(values)
 
@@ -168,6 +169,7 @@ class LiveWorker:
         end = self._ring.latest
         begin = self._next
         if end - begin > self._longest_lag:
+            # far ahead at once: a worker that skips a little is late again with the next block
             begin = end - max(1, self._longest_lag // 4)
         blocks = self._ring.blocks(begin, end)
         begin = max(begin, min(self._ring.first, end))
@@ -178,6 +180,7 @@ class LiveWorker:
         self._next = end
 
     def _estimate(self, block: Block) -> None:
+        # with the samples, not with the clock: the tracer hangs there from this sample on
         if self._release_at is not None and block.end_index > self._release_at:
             self._release_at = None
             self._processor.at_release()

@@ -161,6 +161,7 @@ class Recorder:
             if self.is_done:
                 return
             self._push(part)
+        # a look at the disk costs a call to the system: not for each block
         self._unchecked += block.count
         if self._unchecked >= _DISK_CHECK_S * self._digitisation.sample_rate_hz and not self.is_done:
             self._unchecked = 0
@@ -216,9 +217,11 @@ class Recorder:
     def _begin(self, first_index: int, *, again: bool = False) -> None:
         """Open a run that begins at a sample; `again`: the present run, whose file was taken away."""
         blocks = self._history.since(first_index)
+        # the history may hold less than asked for: a device just started has no past
         first_index = blocks[0].first_index
         trigger = self._plan.trigger_index
         if trigger is not None:
+            # in a file that goes on for one taken away the trigger may lie in the lost part
             trigger = None if again and trigger < first_index else max(0, trigger - first_index)
         seconds = first_index / self._digitisation.sample_rate_hz
         started_at = (self._started + timedelta(seconds=seconds)).isoformat(timespec="microseconds")
@@ -296,6 +299,7 @@ class Recorder:
 
     def _between(self, ending: Ending, end_index: int) -> None:
         """Wait for quiet after a run; where it ended because it was quiet, the next one is armed at once."""
+        # it is quiet already, or quiet is not asked for
         if ending in (Ending.QUIET, Ending.SECONDS):
             self._arm(end_index)
         else:

@@ -52,12 +52,14 @@ class CircularBuffer:
         """Append columns, shape (n_rows, n); one thread only."""
         count = columns.shape[1]
         end = self.end + count
+        # before the first byte is overwritten: who copies meanwhile finds out afterwards
         self._announced = end
         kept = columns[:, max(0, count - self.length) :]
         begin = (end - kept.shape[1]) % self.length
         head = min(kept.shape[1], self.length - begin)
         self._data[:, begin : begin + head] = kept[:, :head]
         self._data[:, : kept.shape[1] - head] = kept[:, head:]
+        # last: nobody asks for columns that are not written yet
         self.end = end
 
     def fill(self, count: int, value: float) -> None:
@@ -81,6 +83,7 @@ class CircularBuffer:
         out = np.empty((self._data.shape[0], last - first), dtype=self._data.dtype)
         out[:, :head] = self._data[:, begin : begin + head]
         out[:, head:] = self._data[:, : last - first - head]
+        # what was announced while copying may be half old, half new
         safe = self.first
         if safe > first:
             return min(safe, last), out[:, min(safe, last) - first :]
@@ -142,6 +145,7 @@ class Ring:
     def append(self, block: Block) -> None:
         """Append a block; indices missing before it become a gap. The reader's thread only."""
         lost = block.first_index - self._samples.end
+        # indices go on over lost samples: time stays index / rate
         if lost > 0:
             self._valid.fill(lost, value=False)
             self._samples.fill(lost, value=0)
@@ -171,6 +175,7 @@ class Ring:
         begin, samples = self._samples.copy(first, last)
         valid = self._valid_of(begin, samples.shape[1])
         volts = np.array(samples, dtype=np.float64) if self._digitisation is None else self._digitisation.volts(samples)
+        # a line through a gap would be taken for signal
         volts[:, ~valid] = np.nan
         return RingSpan(begin, volts)
 

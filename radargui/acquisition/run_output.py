@@ -29,6 +29,7 @@ class History:
         """Add a block; forget those that are older than the history is long."""
         self._blocks.append(block)
         oldest = block.end_index - self._length
+        # whole blocks: the one in which the history begins is kept too
         while self._blocks[0].end_index <= oldest and len(self._blocks) > 1:
             self._blocks.popleft()
 
@@ -156,6 +157,7 @@ class RunOutput:
         part = block if last_index is None else cut(block, self.first_index, last_index)
         if not part.count and part.gap is None:
             return
+        # a file counts from its own first sample, not from the start of the acquisition
         gap = part.gap and Gap(part.gap.first_index - self.first_index, part.gap.count, part.gap.reason)
         self._file.write(Block(part.samples, part.first_index - self.first_index, gap))
         self.tally.push(part.samples)
@@ -187,6 +189,7 @@ class RunOutput:
             if truth is not None:
                 self._file.write_truth(truth)
             self._file.write_health(health)
+        # closed also where truth or health fails: the samples are what cannot be had again
         finally:
             self._file.close(complete=whole)
 
@@ -221,6 +224,7 @@ def _recorded_truth(truth_of: TruthOf | None, first_index: int, count: int, gaps
     truth = truth_of(first_index, span)
     if truth is None or not gaps:
         return truth
+    # the file holds no lost samples; neither does its truth
     kept = np.ones(span, dtype=np.bool_)
     for gap in gaps:
         kept[gap.first_index : gap.first_index + gap.count] = False

@@ -178,6 +178,7 @@ class MotionPlan(RunPlan):
         if self._is_quiet(state, block.end_index):
             self._restless = 0
             return True
+        # a hand may stay long, but not longer than the longest run
         self._restless += block.count
         if self._restless > max(self._maximum, self._relearn):
             self._restless = 0
@@ -194,10 +195,12 @@ class MotionPlan(RunPlan):
     def _judge(self, state: TriggerState, end_index: int) -> None:
         if self.trigger_index is not None:
             if self._is_quiet(state, end_index):
+                # quiet ends a run early, never beyond its longest length
                 self.last_index = end_index if self.last_index is None else min(self.last_index, end_index)
                 self.ending = Ending.QUIET
         elif (since := self._motion_since(state)) is not None:
             self._start(since)
+        # counted from when it was armed, in samples: a stalled source does not run out of time
         elif end_index - self._armed >= self._wait:
             self.ending = Ending.WAITED
 
@@ -213,6 +216,7 @@ class MotionPlan(RunPlan):
         if state.since_index is None:
             return None
         since = self._index.absolute(state.since_index)
+        # a motion that began before the quiet belongs to the run before
         begun = self._quiet_since is None or since >= self._quiet_since
         return since if begun else None
 

@@ -67,6 +67,7 @@ class BlockQueue:
                 return False
             if not self._has_room(block):
                 self.dropped += block.count
+                # lost here is lost like in the driver: a gap in the file, no samples moved together
                 self._dropped_gap = _joined(self._dropped_gap, block, with_samples=True)
                 self._dropped_last = Block(block.samples[:, :0].copy(), block.end_index)
                 return False
@@ -106,6 +107,7 @@ class BlockQueue:
             self.depth = 0
 
     def _has_room(self, block: Block) -> bool:
+        # one block always fits: a short queue would otherwise lose everything
         return self.depth == 0 or self.depth + block.count <= self.capacity
 
 
@@ -166,6 +168,7 @@ class Reading:
             self.gaps += 1
         self._next = block.end_index
         self.samples_read += block.count
+        # when they came, not when they were taken: this is what the reader keeps up with
         self._times.append((self._clock.now(), self.samples_read))
 
     def backlog_is_due(self) -> bool:
@@ -182,6 +185,7 @@ class Reading:
         if len(times) < 2:
             return None
         last = times[-1][0]
+        # a source that has fallen silent must not show the rate it had
         if self._clock.now() - last > _SILENCE_S:
             last = self._clock.now()
         return (times[-1][1] - times[0][1]) / (last - times[0][0]) if last > times[0][0] else None
@@ -268,6 +272,7 @@ class Stream:
         self.reading.take(block)
         self.ring.append(block)
         if self.queue is not None:
+            # never waits for the disk on a device: its own buffer would overflow, and lose more
             self.queue.put(block, wait=self.patient)
         if self.worker is not None:
             self.worker.wake()

@@ -63,6 +63,7 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
         out.extend(UncertainInput(f"{place}.{name}", f"{place}.{u_name}", u, given is None) for name in names)
 
     add("radar", setup.radar, "u_frequency_hz", default=ASSUMED_FREQUENCY * setup.radar.frequency_hz)
+    # taken as 1: off by what air has, always to the same side
     if setup.radar.refractive_index is None:
         out.append(UncertainInput("radar.refractive_index", "radar.refractive_index", AIR_OVER_VACUUM, assumed=True))
     antennas = {"transmitter": setup.transmitter} | {f"receiver[{n}]": one for n, one in enumerate(setup.receiver, 1)}

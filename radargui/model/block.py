@@ -71,6 +71,7 @@ class Block:
 def absolute_index(first: int, count: int, gaps: Sequence[Gap]) -> IntArray:
     """Return the index, lost samples counted, of the stored samples `first` to `first + count`."""
     index = np.arange(first, first + count, dtype=np.int64)
+    # in order: where a gap begins counts what earlier ones lost
     for gap in sorted(gaps, key=lambda gap: gap.first_index):
         index[index >= gap.first_index] += gap.count
     return index
@@ -96,6 +97,7 @@ def stored_starts(gaps: Sequence[Gap], n_samples: int) -> list[tuple[int, int]]:
         lost += gap.count
         if stored >= n_samples:
             break
+        # two gaps without a sample between them are one
         if stored == starts[-1][0]:
             starts.pop()
         starts.append((stored, stored + lost))

@@ -34,6 +34,7 @@ def lowest_and_highest(values: Samples, size: int, first_index: int = 0) -> tupl
     if count == 0:
         return values, values
     offset = first_index % size
+    # bins of the absolute index: a picture that scrolls does not flicker
     edges = np.maximum(np.arange(0, offset + count, size) - offset, 0)
     lowest: Any = np.fmin.reduceat(values, edges, axis=-1)
     highest: Any = np.fmax.reduceat(values, edges, axis=-1)
@@ -59,6 +60,7 @@ def extremes(values: FloatArray, size: int) -> IntArray:
         return np.arange(values.size, dtype=np.intp)
     if values.size == 0:
         return np.empty(0, dtype=np.intp)
+    # the first sample of each bin that holds its extreme: where it stands, not only how high
     bins = np.arange(values.size) // size
     low, high = lowest_and_highest(values, size)
     kept = [np.array([0, values.size - 1]), np.flatnonzero(np.isnan(low)) * size]

@@ -54,6 +54,7 @@ class Digitisation:
         if self.scaling is None:
             return np.asarray(samples, dtype=np.float64)
         out = np.empty(samples.shape, dtype=np.float64)
+        # each input of a board is calibrated by itself
         for channel, coefficients in enumerate(self.scaling):
             out[channel] = np.polynomial.polynomial.polyval(samples[channel].astype(np.float64), coefficients)
         return out
@@ -84,8 +85,10 @@ class ChannelSkew:
 
 def channel_skew(digitisation: Digitisation, daq: Daq) -> ChannelSkew:
     """Return the delay between neighbouring channels: what came with the samples, else the setup's, else 0."""
+    # what the device said while it sampled goes before what somebody wrote later
     if digitisation.channel_skew_s is not None:
         return ChannelSkew(digitisation.channel_skew_s, "file")
+    # a default is no knowledge: only what was written counts
     if "channel_skew_s" in daq.model_fields_set:
         return ChannelSkew(daq.channel_skew_s, "setup")
     return ChannelSkew(0.0, "assumed 0")

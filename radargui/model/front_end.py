@@ -30,6 +30,7 @@ class FrontEnd:
         Q / g0 = sin e0 X + cos e0 Y', Y' = g1 (sin e1 X + cos e1 Y): together Q = a X + b Y.
         """
         e0, e1 = np.radians(first.quadrature_error_deg), np.radians(self.quadrature_error_deg)
+        # quadrature errors do not simply add: the second one is seen through the first
         along = first.gain_ratio * (np.sin(e0) + np.cos(e0) * self.gain_ratio * np.sin(e1))
         across = first.gain_ratio * np.cos(e0) * self.gain_ratio * np.cos(e1)
         return replace(
@@ -59,6 +60,7 @@ class FrontEnd:
     def less(self, first: FrontEnd) -> FrontEnd:
         """Return what is left of these constants where others are taken off first: the inverse of `after`."""
         e0, e = np.radians(first.quadrature_error_deg), np.radians(self.quadrature_error_deg)
+        # Q of the first is taken off before: what is left is a shear and a stretch of the same kind
         share = self.gain_ratio / first.gain_ratio
         along, across = (share * np.sin(e) - np.sin(e0)) / np.cos(e0), share * np.cos(e) / np.cos(e0)
         return replace(

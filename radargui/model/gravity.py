@@ -39,5 +39,6 @@ def share_in_air(density_kg_m3: float) -> float:
     (1 - r) / (1 + r / 2), r = density of air over that of the sphere: buoyancy, and the air that must move along, half
     the sphere's volume (Landau & Lifshitz, Fluid Mechanics, 11): 0.023 % less for steel.
     """
+    # the air that moves along is not weighed but must be accelerated too
     r = AIR_DENSITY_KG_M3 / density_kg_m3
     return (1.0 - r) / (1.0 + 0.5 * r)

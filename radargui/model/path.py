@@ -39,4 +39,5 @@ class PathLengths:
         """Return the first sample of each piece but the first, shape (n_pieces - 1,)."""
         if self.piece is None:
             return np.empty(0, dtype=np.intp)
+        # lengths of two pieces have no common zero: nothing may be differenced across one
         return np.flatnonzero(np.diff(self.piece)) + 1

@@ -92,6 +92,7 @@ def received_fields(
     radar: Radar, transmitter: Transmitter, receivers: Sequence[Receiver], tracer: Tracer, polarization_deg: float
 ) -> tuple[ReceivedField, ...]:
     """Return what each receiver gets of the field of a transmitter polarised along `polarization_deg`."""
+    # not small against the wave: how it turns the field on its way to a receiver depends on its size (Mie)
     sphere = conducting_sphere(0.5 * tracer.diameter_m, radar.wavelength_m)
     sent, place = transmitted_direction(polarization_deg), np.array(transmitter.place_m)
     out = []
@@ -101,6 +102,7 @@ def received_fields(
         h, v = transverse_axes(u, receiver.azimuth_deg)
         field = scattered_field(sphere, np.zeros((3, 1)), place, sent, receiver.distance_m * u)[:, 0]
         best = strongest_polarization_deg(field, h, v)
+        # left out: whoever set it up turned it for the strongest signal
         own = best if receiver.polarization_deg is None else receiver.polarization_deg
         got, most = (abs(received_direction(angle, h, v) @ field) for angle in (own, best))
         out.append(ReceivedField(u, h, v, own, best, float(got / most) if most else 0.0))

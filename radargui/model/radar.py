@@ -33,6 +33,7 @@ class Radar(Section):
     @property
     def wavelength_m(self) -> float:
         """Wavelength c / (n f0)."""
+        # air shortens the wave by 3e-4: counted as vacuum every length and g come out as much too large
         return SPEED_OF_LIGHT_M_S / ((self.refractive_index or 1.0) * self.frequency_hz)
 
 
@@ -66,6 +67,7 @@ class Transmitter(Section):
         if (self.distance_m is None) == (self.position_m is None):
             fault = "is missing" if self.position_m is None else f"= {self.distance_m:g} beside position_m"
             raise ValueError(f"distance_m {fault}, allowed: a number above 0 to 100, or position_m instead")
+        # from the centre itself there is no direction, and 1 / r has no value
         if self.position_m is not None and not any(self.position_m):
             raise ValueError("position_m = [0, 0, 0], allowed: any place but the centre")
         return self
@@ -73,6 +75,7 @@ class Transmitter(Section):
     @property
     def place_m(self) -> Vector:
         """Where it stands."""
+        # on the z axis unless a calibration found it beside
         return self.position_m or (0.0, 0.0, self.distance_m or 0.0)
 
 

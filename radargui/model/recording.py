@@ -86,6 +86,7 @@ class Recording:
 
     def time_s(self) -> FloatArray:
         """Return the time of each sample in s, shape (n_samples,): the file's own, else index / rate."""
+        # the file may know better: its clock, not a rate with few digits
         if self.file_time_s is not None:
             return self.file_time_s
         return self.index() / self.digitisation.sample_rate_hz
@@ -101,6 +102,7 @@ class Recording:
 
     def clipped(self) -> BoolArray:
         """Return where a channel sits at the end of its range, shape (n_channels, n_samples)."""
+        # volts do not tell where the range of the device ended
         if self.raw.dtype == np.int16:
             return np.asarray((self.raw <= -32768) | (self.raw >= 32767))
         return np.zeros(self.raw.shape, dtype=np.bool_)

@@ -68,6 +68,7 @@ class RunResult:
         time_s = recording.time_s()
         if time_s.size == 0:
             return 0.0, "the first sample"
+        # what the operator set goes before what was found
         if recording.trigger_index is not None:
             return float(recording.trigger_index / recording.digitisation.sample_rate_hz), "the trigger"
         if self.segment is not None:

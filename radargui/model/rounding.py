@@ -68,6 +68,7 @@ def _last_place(u: float) -> int:
     """Return the exponent of ten of the last digit shown; 0.0996 shows 0.10, not 0.100."""
     exact = Decimal(repr(float(u)))
     last = exact.adjusted() - _SIGNIFICANT + 1
+    # rounding up may add a digit: 0.0996 is 0.10
     if exact.quantize(Decimal(1).scaleb(last), context=_WIDE).adjusted() > exact.adjusted():
         last += 1
     return last
@@ -75,6 +76,7 @@ def _last_place(u: float) -> int:
 
 def _at(value: float, last: int) -> str:
     step = Decimal(1).scaleb(last)
+    # the shortest decimal of the number: a binary rest must not decide how a 5 is rounded
     rounded = Decimal(repr(float(value))).quantize(step, context=_WIDE)
     text = f"{rounded:f}"
     return text[1:] if rounded == 0 and text.startswith("-") else text

@@ -54,6 +54,7 @@ def conducting_sphere(radius_m: float, wavelength_m: float) -> ConductingSphere:
     size = 2.0 * np.pi * radius_m / wavelength_m
     order = np.arange(1, int(size + 4.0 * np.cbrt(size) + 3.0) + 1)
     regular, irregular = spherical_jn(order, size), spherical_yn(order, size)
+    # (x j_n)' = j_n + x j_n'; the field along the metal vanishes: a_n by the slopes, b_n by the values
     regular_slope = regular + size * spherical_jn(order, size, derivative=True)
     irregular_slope = irregular + size * spherical_yn(order, size, derivative=True)
     return ConductingSphere(
@@ -97,6 +98,7 @@ def scattered_field(
     flat = (normal**2).sum(axis=0) < _PARALLEL
     if flat.any():
         normal[:, flat] = _any_normal(incident[:, flat])
+    # the scattering plane holds both ways; the field is split across it and in it
     across = _unit(normal)
     s1, s2 = sphere.amplitudes((incident * leaving).sum(axis=0))
     in_plane = (np.cross(incident, across, axis=0) * transmitted[:, None]).sum(axis=0)
@@ -109,6 +111,7 @@ def _amplitude(with_pi: ComplexArray, with_tau: ComplexArray, cosine: FloatArray
     order = np.arange(1, with_pi.size + 1)
     weight = _weight(with_pi.size)
     shared = weight / (order * (order + 1))
+    # pi_n = P_n' and the slope in tau_n = n (n + 1) P_n - mu P_n'; the leading 0 is the order n = 0
     slope_pi = legendre.legder(np.concatenate(([0.0], shared * with_pi)))
     slope_tau = legendre.legder(np.concatenate(([0.0], shared * with_tau)))
     level = np.concatenate(([0.0], weight * with_tau))

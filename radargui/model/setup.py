@@ -62,12 +62,14 @@ class Setup(Section):
     @model_validator(mode="after")
     def _every_receiver_gets_a_signal(self) -> Setup:
         turned = [n for n, one in enumerate(self.receiver, 1) if one.polarization_deg is not None]
+        # only the angle between both fields says what a receiver gets
         if turned and self.transmitter.polarization_deg is None:
             raise ValueError(
                 f"receiver[{turned[0]}].polarization_deg = {self.receiver[turned[0] - 1].polarization_deg:g}, allowed: "
                 "together with transmitter.polarization_deg"
             )
         for n, field in enumerate(self.received_fields() if turned else (), 1):
+            # nearly crossed: a degree of error in an angle changes such a signal by a third
             if field.share < LEAST_SHARE:
                 raise ValueError(
                     f"receiver[{n}].polarization_deg = {field.angle_deg:g} gets {100.0 * field.share:.1f} % of the "

@@ -56,12 +56,14 @@ def moved(setup: Setup, key: str, by: float) -> Setup:
     table = whole if index is None else whole[index]
     value = getattr(table, name)
     if name == "distance_m" and value is None:
+        # what a tape measures wrongly is the distance, not the direction
         stretched = 1.0 + by / math.hypot(*table.position_m)
         name, value = "position_m", tuple(stretched * x for x in table.position_m)
     elif axis is not None:
         value = (*value[:axis], value[axis] + by, *value[axis + 1 :])
     else:
         if value is None:
+            # of what is not given the value that is taken for it moves
             value = 1.0 if index is None else setup.received_fields()[index].angle_deg
         value += by
     table = table.model_copy(update={name: value})

@@ -161,6 +161,7 @@ class Simulation(Section):
 
     def size(self, kind: MismatchKind) -> float:
         """Return the relative size of one kind of mismatch: its own value, else `mismatch`."""
+        # given as an angle, the same for all receivers; its sign is no matter of size
         if kind == "quadrature_error":
             own = None if self.quadrature_error_deg is None else math.radians(abs(self.quadrature_error_deg))
         else:

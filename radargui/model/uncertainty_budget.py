@@ -84,6 +84,7 @@ SHARES = ("statistical", "calibration", "sphere")
 
 def variance_shares(line: BudgetLine) -> dict[str, float]:
     """Return how much of the square of the combined uncertainty each part holds; empty where it is not known."""
+    # independent causes: their squares add
     squares = {share: (getattr(line, share) or 0.0) ** 2 for share in SHARES}
     whole = sum(squares.values())
     return {share: square / whole for share, square in squares.items()} if line.combined and whole else {}

@@ -40,8 +40,10 @@ class WiringStep:
 
 def wiring_steps(n_receivers: int) -> tuple[WiringStep, ...]:
     """Return the steps for a number of receivers; half a minute for three."""
+    # quiet first: against its noise all motion is judged
     steps = [WiringStep("quiet", 0.0, 2.0, 4.0), WiringStep("away", 4.0, 7.0, 12.0)]
     for receiver in range(n_receivers):
         begin_s = steps[-1].end_s
+        # 2.5 s to walk to the next antenna
         steps.append(WiringStep("wave", begin_s, begin_s + 2.5, begin_s + 6.0, receiver))
     return tuple(steps)

@@ -49,6 +49,7 @@ class PacedSource(ABC):
         self._next = 0
         self._lost = 0
         self._stopping = threading.Event()
+        # nothing waits in a source that never began
         self._stopping.set()
 
     def start(self) -> None:
@@ -110,6 +111,7 @@ class PacedSource(ABC):
     def _wait_for(self, end_index: int) -> bool:
         """Wait until the sample before `end_index` is taken; return False where stopped."""
         while self._realtime and not self._stopping.is_set():
+            # against the start, not the block before: waiting too long once does not add up
             left_s = self._start_s + end_index / self._rate_hz - self._clock.now()
             if left_s <= 0.0:
                 break
@@ -186,6 +188,7 @@ class ReplaySource(PacedSource):
             end = min(end, upcoming[0].first_index - lost)
         if end <= self._next or not self._wait_for(end + lost):
             return None
+        # a copy: a block owns its samples, the recording stays as it was
         block = Block(self._recording.raw[:, self._next : end].copy(), self._next + lost, gap)
         self._lost, self._next = lost, end
         self._n_gaps += gap is not None

@@ -36,6 +36,7 @@ class SampleClock:
     def arrived(self, end_index: int, now_s: float) -> None:
         """Take that all samples before `end_index` had arrived at `now_s`."""
         zero_s = now_s - end_index / self._rate_hz
+        # the earliest arrival knows t_0 best; old knowledge is worth less as the clocks drift apart
         if self._zero_s is not None:
             zero_s = min(zero_s, self._zero_s + _DRIFT * max(now_s - self._last_s, 0.0))
         self._zero_s, self._last_s = zero_s, now_s
@@ -141,6 +142,7 @@ class RestartingSource:
             gap = inner
         elif inner is not None:
             gap = Gap(gap.first_index, gap.count + inner.count, gap.reason)
+        # a device that was restarted waited for no edge
         trigger = block.trigger_index if self._shift == 0 else None
         out = Block(block.samples, block.first_index + self._shift, gap, trigger)
         self._next = out.end_index
@@ -183,6 +185,7 @@ class RestartingSource:
             raise
 
     def _check(self, digitisation: Digitisation) -> None:
+        # one file has one rate and one scaling
         if digitisation != self._digitisation:
             raise SourceError(
                 "The device came back with another rate, scaling or serial number.", remedy="Start a new run."
@@ -191,6 +194,7 @@ class RestartingSource:
     def _mark_gap(self, error: SourceError) -> None:
         self.restarts += 1
         estimate = 0 if self._times is None else self._times.index_at(self._clock.now())
+        # one at least: without a gap the phase would be unwrapped across the break
         lost = max(1, estimate - self._next)
         self._gap = Gap(self._next, lost, _reason(error))
         self._shift = self._next + lost

@@ -218,8 +218,10 @@ def rate_limit_hz(device: NiDevice, n_channels: int) -> float | None:
     single, multi = device.max_rate_single_hz, device.max_rate_multi_hz
     if n_channels == 1:
         return single
+    # a converter a channel: the rate of each is that of one
     if device.simultaneous:
         return min((rate for rate in (single, multi) if rate), default=None)
+    # one converter for all: they share its rate
     return None if not multi else min(multi / n_channels, single or multi)
 
 
@@ -285,6 +287,7 @@ def _range(setup: Setup, device: NiDevice) -> tuple[float, float]:
     wanted = setup.daq.range_v
     covering = [(low, high) for low, high in device.ranges_v if low <= -wanted and high >= wanted]
     if covering:
+        # the smallest range that covers has the finest step
         return min(covering, key=lambda limits: limits[1] - limits[0])
     if not device.ranges_v:
         return -wanted, wanted
@@ -324,6 +327,7 @@ def _check_convert_rate(setup: Setup, device: NiDevice, n_channels: int) -> None
             f"{device.title} has no convert clock: it samples all channels at the same instant.",
             remedy="Leave out daq.convert_rate_hz.",
         )
+    # all channels must be converted within one sample
     if convert_hz < n_channels * rate_hz * (1.0 - _ROUNDING):
         raise DeviceError(
             f"{format_rate(convert_hz)} of conversions are too few for {rate_sentence(device, n_channels, rate_hz)}.",
@@ -340,6 +344,7 @@ def _check_convert_rate(setup: Setup, device: NiDevice, n_channels: int) -> None
 
 def _check_buffer(setup: Setup, device: NiDevice, start: StartEdge | None, buffer: int) -> None:
     total = None if start is None else start.total_samples
+    # a run about an edge is held whole by the driver, any other by `buffer_s`
     n_bytes = len(setup.channel_names) * _BYTES * (buffer if total is None else total)
     if n_bytes <= LARGEST_BUFFER_BYTES:
         return

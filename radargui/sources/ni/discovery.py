@@ -163,6 +163,7 @@ def _describe_shortly(device: Any) -> str:
 
 
 def _describe(device: Any) -> NiDevice:
+    # devices without analogue inputs know none of these properties, and say so by an error
     limits = _ask(lambda: list(device.ai_voltage_rngs), ())
     channels = _ask(lambda: list(device.ai_physical_chans), ())
     lines = _ask(lambda: list(device.terminals), ())
@@ -173,6 +174,7 @@ def _describe(device: Any) -> NiDevice:
         serial_number=f"{serial:08X}" if serial else "",
         channels=tuple(_bare(channel.name) for channel in channels),
         terminals=tuple(_terminals(channel) for channel in channels),
+        # low, high, low, high, ...
         ranges_v=tuple(zip(limits[0::2], limits[1::2], strict=False)),
         max_rate_single_hz=_ask(lambda: device.ai_max_single_chan_rate),
         max_rate_multi_hz=_ask(lambda: device.ai_max_multi_chan_rate),

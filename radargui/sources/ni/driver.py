@@ -82,6 +82,7 @@ def check_encryption(host: str, port: int, certificate: bytes, timeout_s: float)
 def answers_encrypted(host: str, port: int, timeout_s: float) -> bool:
     """Return whether what listens there speaks TLS; its certificate is not checked and nothing is sent."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    # only whether it speaks TLS at all; nothing is sent
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE
     try:

@@ -109,6 +109,7 @@ class NiSource:
             return 0.0
         if task.convert_rate_hz is None:
             return self._setup.daq.channel_skew_s
+        # converted one after the other: the delay from channel to channel
         return 1.0 / task.convert_rate_hz
 
     def start(self) -> None:
@@ -152,6 +153,7 @@ class NiSource:
             return None
 
     def _block(self, samples: RawArray) -> Block:
+        # with the first block only; index 0 is the first sample kept from before the edge
         trigger = None if self._index or self._start is None else self._start.pretrigger_samples
         block = Block(samples, self._index, trigger_index=trigger)
         self._index = block.end_index
@@ -195,6 +197,7 @@ class NiSource:
 
     def backlog(self) -> int:
         """Return how many samples per channel wait in the driver; the last known number while that cannot be asked."""
+        # never waits: the screen asks, and a reader in the driver may be slow
         if self._using.acquire(blocking=False):
             try:
                 if self.task is None or self._stopping.is_set():

@@ -96,8 +96,10 @@ class InputTask:
             task.timing.ai_conv_rate = settings.convert_rate_hz
         if settings.start is not None:
             self._wait_for(settings.start)
+        # reserves the device now: who else has it shows before the operator drops anything
         task.control(TaskMode.TASK_COMMIT)
         self.buffer_samples = self._asked(lambda: int(task.in_stream.input_buf_size))
+        # read back: clocks divide by whole numbers, so the rate in force is seldom the one asked for
         self.rate_hz = float(task.timing.samp_clk_rate)
         if not self._device.simultaneous:
             # 0 is no rate: the skew then comes from the setup
@@ -126,6 +128,7 @@ class InputTask:
         return None
 
     def _scaling(self, channels: list[Any]) -> tuple[tuple[float, ...], ...] | None:
+        # codes as the converter gave them are a quarter of the bytes, and their scaling goes into the file
         bits = self._asked(lambda: {channel.ai_raw_samp_size for channel in channels})
         scaling = self._asked(lambda: tuple(tuple(map(float, channel.ai_dev_scaling_coeff)) for channel in channels))
         return scaling if bits == {_CODE_BITS} and scaling and all(scaling) else None
@@ -171,6 +174,7 @@ class InputTask:
         try:
             n_read = int(self._read_into(block, number_of_samples_per_channel=wanted, timeout=timeout_s))
         except driver_errors() as error:
+            # too few samples in time is no failure: the caller asks again
             late = error_code(error) == TIMEOUT
             n_read = int(getattr(error, "samps_per_chan_read", 0) or 0)
             if not late and self._driver.remote is not None:

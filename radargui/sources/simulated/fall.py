@@ -65,9 +65,11 @@ class Fall:
         def height(_: float, state: FloatArray) -> float:
             return float(away @ state) - surface.distance_m
 
+        # only from above: a rebound starts on the plane itself and would touch it again at once
         height.terminal, height.direction = True, -1.0  # type: ignore[attr-defined]
         times, pieces = [0.0], []
         impacts: list[float] = []
+        # anew for each run: bounces scatter from drop to drop, the release does not
         kicks = generator(simulation.seed, Draw.KICK, run)
         time_s, state = 0.0, np.concatenate([release_m, np.zeros(3)])
         first_step_s: float | None = None
@@ -87,18 +89,22 @@ class Fall:
             times.extend(flown.sol.ts[1:])
             pieces.extend(flown.sol.interpolants)
             time_s, state = float(flown.t[-1]), flown.y[:, -1]
+            # the push has ended above the floor: on with gravity alone
             if flown.status == 0:
                 continue
             velocity = state[3:]
+            # towards the floor, positive
             speed = -float(surface.normal @ velocity)
             if bed:
                 self._last_m_s, self._stop_s = velocity, 2.0 * simulation.bed_depth_m / speed
                 break
             impacts.append(time_s)
             rebound = simulation.restitution * speed
+            # along the floor only: a kick along the normal would be another restitution
             if simulation.kick_m_s and rebound >= _REST_SPEED_M_S:
                 kick = simulation.kick_m_s * kicks.standard_normal(3)
                 velocity = velocity + kick - (kick @ surface.normal) * surface.normal
+            # without this the flights would become shorter for ever
             if rebound < _REST_SPEED_M_S:
                 self._last_m_s, self._stop_s = velocity + speed * surface.normal, _ROLL_OUT_S
                 break
@@ -119,6 +125,7 @@ class Fall:
         flying = (time_s > 0.0) & (time_s < self._touch_s)
         if flying.any():
             position[:, flying] = self._flown(time_s[flying])[:3]
+        # an even stop within T: v t - v t^2 / (2 T)
         stopping = np.clip(time_s - self._touch_s, 0.0, self._stop_s)
         return np.asarray(position + self._last_m_s[:, None] * (stopping - 0.5 * stopping**2 / self._stop_s))
 
@@ -150,6 +157,7 @@ def _check_it_ends(simulation: Simulation, height_m: float, upward: float) -> No
         The sphere would bounce for more than ten minutes.
     """
     e = simulation.restitution
+    # flights last 2 t e, 2 t e^2, ...: with the first fall t (1 + e) / (1 - e) in all, drag apart
     first_s = float(np.sqrt(2.0 * height_m / (simulation.gravity_m_s2 * upward)))
     if first_s * (1.0 + e) / (1.0 - e) > _LONGEST_S:
         raise SetupError(

@@ -52,6 +52,7 @@ def make_mixer(simulation: Simulation, receiver: int) -> Mixer:
     """
     draw = generator(simulation.seed, Draw.HARDWARE, receiver)
     direction = draw.uniform(0.0, 2.0 * np.pi)
+    # never near zero: every receiver has something to correct
     share = draw.choice([-1.0, 1.0], 2) * draw.uniform(0.6, 1.0, 2)
     error = share[1] * simulation.size("quadrature_error")
     if simulation.quadrature_error_deg is not None:
@@ -84,7 +85,9 @@ class Converter:
         if not self._bits:
             return volts
         step = float(2 ** (16 - self._bits))
+        # a coarser converter leaves the low bits zero: its codes are left-justified
         codes = np.rint(volts / (self._lsb_v * step)) * step
+        # beyond the range a converter stays at its end codes: by them clipping is known
         return np.clip(codes, -_CODES, _CODES - 1).astype(np.int16)
 
 
@@ -133,12 +136,14 @@ class TracerMismatch:
         self._bias = simulation.size("bias")
         self._amplitude_field = SmoothField(generator(simulation.seed, Draw.AMPLITUDE, receiver))
         self._bias_field = SmoothField(generator(simulation.seed, Draw.BIAS, receiver))
+        # counted from there, so that `amplitude_v` is the amplitude at the release
         self._at_release = self._amplitude_field.real_at(release_m[:, None])
 
     def applied(self, signal: ComplexArray, position_m: FloatArray) -> ComplexArray:
         """Return the signal (n,) with the mismatch of positions (3, n); in amplitudes."""
         if self._variation:
             field = self._amplitude_field.real_at(position_m) - self._at_release
+            # an exponential stays positive: a negative amplitude would turn the phase
             signal = signal * np.exp(self._variation * field)
         if self._bias:
             signal = signal + self._bias * self._bias_field.complex_at(position_m)

@@ -79,10 +79,12 @@ class SimulatedRadar:
         """Return the exact motion during samples first : first + count, impacts counted from sample first."""
         first_s = first / self._rate_hz
         position = self.scene.position_m(np.arange(first, first + count) / self._rate_hz)
+        # counted from the first sample asked for, as a run file counts
         impacts = self.scene.impacts_s(first_s, (first + count) / self._rate_hz) - first_s
         return Truth(position, path_lengths(position, self._antennas), impacts)
 
     def _chunk(self, chunk: int) -> RawArray:
+        # several blocks lie in a chunk: the last one made is kept
         if self._kept is None or self._kept[0] != chunk:
             volts = self._volts(np.arange(chunk * CHUNK, (chunk + 1) * CHUNK) / self._rate_hz)
             self._noise.add_to(volts, chunk)
@@ -106,12 +108,14 @@ class SimulatedRadar:
         for channel in range(self.digitisation.n_channels):
             receiver, is_q = divmod(channel, 2)
             own_time_s = time_s
+            # the multiplexer comes to this channel later: the sphere has moved on meanwhile
             if self._skew_s and channel:
                 own_time_s = time_s + channel * self._skew_s
                 position = self._places(own_time_s)
                 field = self._waves.at_tracer(position)
             if self._skew_s or not is_q or signal is None:
                 signal = self._tracer[receiver].applied(self._waves.received(receiver, position, field), position)
+                # Q inverted by the wiring: the phase runs the other way
                 if self._sign < 0:
                     signal = signal.conj()
             mixer = self._mixers[receiver]
@@ -119,6 +123,7 @@ class SimulatedRadar:
             volts[channel] = self._amplitude_v * (clean + self._disturbance[channel].at(own_time_s))
         if not self._crosstalk:
             return volts
+        # charge of the channel converted just before; of the first one the last of the scan before
         before = np.concatenate([volts[-1:, :-1], volts[:-1, 1:]])
         return np.asarray(volts[:, 1:] + self._crosstalk * (before - volts[:, 1:]))
 
@@ -142,6 +147,7 @@ def check_clearance(setup: Setup, scene: Scene, antennas: Antennas, reflectors: 
     SetupError
         It comes within 2 cm of an antenna, or passes a reflector.
     """
+    # all along: a motion that begins and ends in the clear may pass an antenna
     times = setup.simulation.rest_s + np.linspace(0.0, scene.trajectory.duration_s, _N_PLACES)
     position = scene.position_m(times)
     names = ["transmitter", *(f"receiver {number}" for number in range(1, antennas.n_receivers + 1))]
@@ -245,6 +251,7 @@ class SimulatedSource(PacedSource):
         return self._radar.truth(first_index, count)
 
     def _overflow(self) -> Gap | None:
+        # as the ring of a driver: what was not read in time is overwritten, the oldest first
         lost = self.backlog() - self._buffer
         if lost <= 0:
             return None

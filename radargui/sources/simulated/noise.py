@@ -22,12 +22,14 @@ class Disturbance:
 
     def __init__(self, simulation: Simulation, channel: int, run: int) -> None:
         slow = generator(simulation.seed, Draw.DRIFT, channel, run)
+        # of I and Q each 1 / sqrt(2): together they move by `drift`
         self._drift = simulation.size("drift") / np.sqrt(_N_SLOW)
         self._drift_rad_s = 2.0 * np.pi * slow.uniform(_SLOWEST_HZ, _FASTEST_HZ, _N_SLOW)
         self._drift_rad = slow.uniform(0.0, 2.0 * np.pi, _N_SLOW)
         wiring = generator(simulation.seed, Draw.MAINS, channel)
         self._mains = simulation.size("mains") * wiring.uniform(0.5, 1.0)
         self._mains_rad_s = 2.0 * np.pi * simulation.mains_frequency_hz
+        # nearly in phase on all channels: one loop of the wiring picks the hum up
         own_phase = wiring.uniform(-0.5, 0.5)
         self._mains_rad = own_phase + generator(simulation.seed, Draw.MAINS_PHASE, run).uniform(0.0, 2.0 * np.pi)
 
@@ -82,6 +84,7 @@ class Anchors:
 
     def __init__(self, seed: int, run: int, loss: FloatArray, n_channels: int) -> None:
         self._seed, self._run = seed, run
+        # expm1 below: 1 - d^2 of a process slower than the chunk is lost in the rounding of 1
         self._decay = np.exp(-loss)[:, None]
         self._kick = np.sqrt(-np.expm1(-2.0 * loss))[:, None]
         self._shape = (loss.size, n_channels)
@@ -148,6 +151,7 @@ class Flicker:
         self._scale_v = simulation.amplitude_v * simulation.flicker * unit_scale()
         self._shape = (CORNERS_HZ.size, n_channels, chunk_length)
         # the decay over one sample is exp(-loss)
+        # a process of corner f_c forgets with the time constant 1 / (2 pi f_c)
         self._loss = 2.0 * np.pi * CORNERS_HZ / rate_hz
         self._anchors = Anchors(simulation.seed, run, self._loss * chunk_length, n_channels)
         steps = np.arange(1, chunk_length + 1)
@@ -165,6 +169,7 @@ class Flicker:
             kick = np.sqrt(-np.expm1(-2.0 * loss))
             free = lfilter([kick], [1.0, -np.exp(-loss)], drawn[term])
             decay, share = self._decay[term], self._share[term]
+            # the free path ends anywhere: what is missing at the end is spread as its covariance with the end
             missed = end[term] - decay[-1] * start[term] - free[:, -1]
             total += free
             total += start[term][:, None] * decay

@@ -37,12 +37,14 @@ class Pendulum:
         self._pivot_m = release_m - self._from_pivot(np.array([start]))[:, 0]
         self.period_s = 4.0 * float(ellipk(parameter)) * float(np.sqrt(self._length_m / simulation.gravity_m_s2))
         self._series = _angle_series(parameter)
+        # caught at a turning point, where it rests: no velocity steps
         self.duration_s = 0.5 * max(round(2.0 * simulation.turns), 1) * self.period_s
 
     def angle_rad(self, time_s: FloatArray) -> FloatArray:
         """Return the angle from the vertical at times (n,): sum c_k cos((2 k + 1) 2 pi t / period)."""
         cosine = np.cos((2.0 * np.pi / self.period_s) * np.clip(time_s, 0.0, self.duration_s))
         double = 4.0 * cosine**2 - 2.0
+        # Chebyshev's recurrence for cos((2 k + 1) x), begun with cos(-x) = cos(x): one cosine for the whole series
         before, now = cosine, cosine
         angle = self._series[0] * cosine
         for coefficient in self._series[1:]:
@@ -100,6 +102,7 @@ class Circle:
         self._middle_m = release_m + self._radius_m * self._inward
         self._rate_rad_s = 2.0 * np.pi / simulation.circle_period_s
         even_s = simulation.turns * simulation.circle_period_s
+        # a step of the angular speed would be a step of the Doppler frequency, which no arm can make
         self._ramp_s = min(0.5 * simulation.circle_period_s, even_s)
         self.duration_s = even_s + self._ramp_s
 
@@ -186,6 +189,7 @@ class Scene:
         """Return the position, shape (3, n), at times (n,) from the start of the scene."""
         if not self._repeat:
             return self.trajectory.position_m(time_s - self._rest_s)
+        # a hand brings it back smoothly, so that the trigger sees a motion and no jump
         phase_s = np.mod(time_s, self._period_s)
         position = self.trajectory.position_m(phase_s - self._rest_s)
         returning = phase_s > self._run_s

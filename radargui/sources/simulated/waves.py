@@ -92,6 +92,7 @@ class Antenna:
         """Return coefficient gain exp(j 2 pi r / wavelength) / r at positions (3, n), shape (n,)."""
         away = position_m - self.place_m[:, None]
         distance = np.sqrt(dot(away, away))
+        # a spherical wave: its field falls as 1 / r
         amplitude = self.lobe.gain(dot(self.axis[:, None], away) / distance) / distance
         wave = phasor((2.0 * np.pi / wavelength_m) * distance, amplitude)
         return wave if self.coefficient == 1.0 else self.coefficient * wave
@@ -137,6 +138,7 @@ class Waves:
         self._sphere = sphere
         place = reference_m[:, None]
         direct, n = [transmitters[0].wave(place, wavelength_m)], len(receivers)
+        # the direct path alone is amplitude 1 at the reference: reflections are a ripple about it
         self._scale = [1.0] * n
         self._scale = [float(1.0 / abs(self.received(number, place, direct, 1)[0])) for number in range(n)]
 
@@ -155,6 +157,7 @@ class Waves:
         total: ComplexArray | float = 0.0
         for antenna in self._receivers[receiver][:n_images]:
             wave = antenna.wave(position_m, self._wavelength_m)
+            # a point scatters alike in all directions: one factor for all pairs of images
             if self._sphere is None or antenna.field is None:
                 total = total + sum(at_tracer) * wave
                 continue
@@ -205,8 +208,10 @@ def bottom_reflector(setup: Setup) -> Reflector:
     """
     plane = contact_plane(setup)
     phase = generator(setup.simulation.seed, Draw.REFLECTION).uniform(0.0, 2.0 * np.pi)
+    # waves meet the bottom, the sphere its own radius above it
     distance = plane.distance_m - 0.5 * setup.tracer.diameter_m
     if setup.simulation.scene == "bed":
+        # the grains of the simulation let waves through: what reflects lies below where the sphere comes to rest
         distance -= setup.simulation.bed_depth_m
     return Reflector(plane.normal, distance, complex(setup.simulation.size("reflection") * np.exp(1j * phase)))
 
@@ -268,6 +273,7 @@ def image_in_wall(antenna: Antenna, wall: Reflector, phase_rad: float, reference
         return None
     image = mirrored(antenna, wall, 1.0)
     place = reference_m[:, None]
+    # towards a wall an antenna has side lobes, towards the sphere its main one
     lobes = float(antenna.gain(place)[0] / image.gain(place)[0])
     return replace(image, coefficient=complex(wall.coefficient * lobes * np.exp(1j * phase_rad)))
 
@@ -288,6 +294,7 @@ def make_waves(setup: Setup, antennas: Antennas) -> Waves:
     reflectors = reflectors_of(setup)
 
     metal = setup.simulation.is_metal(polarized=setup.transmitter.polarization_deg is not None)
+    # a point asks for no direction of the field
     fields: tuple[FloatArray | None, ...] = (None,) * (1 + antennas.n_receivers)
     if metal:
         got = [received_direction(one.angle_deg, one.horizontal, one.vertical) for one in setup.received_fields()]

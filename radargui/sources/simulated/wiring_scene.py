@@ -71,7 +71,9 @@ class WiringScene(PacedSource):
             if step.receiver is None:
                 continue
             inside = (time_s >= step.start_s) & (time_s < step.end_s)
+            # there and back at the antenna itself: a phase of 2 k d
             hand_m = _HAND_M + _SWING_M * np.sin(2.0 * np.pi * _SWING_HZ * (time_s - step.start_s))
+            # less the hand at its place: nothing jumps when it begins or ends
             echo = np.where(inside, np.exp(2j * wave_number * hand_m) - np.exp(2j * wave_number * _HAND_M), 0.0)
             strength = np.full(setup.n_receivers, _OTHERS)
             strength[step.receiver] = _OWN
@@ -87,5 +89,6 @@ class WiringScene(PacedSource):
         (away,) = (step for step in self._steps if step.kind == "away")
         share = np.clip((time_s - away.start_s) / (away.end_s - away.start_s), 0.0, 1.0)
         position = np.tile(np.array(self._setup.tracer.release_position_m)[:, None], (1, time_s.size))
+        # down is away from the transmitter above and, at tilts below 90 degrees, from every receiver
         position[2] -= AWAY_M * minimum_jerk(share)
         return position

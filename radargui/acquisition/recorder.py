@@ -14,8 +14,6 @@ from radargui.model.daq import RecordingLimits
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, FileLostError, RadarGuiError
 
-__all__ = ["OpenRun", "Recorder"]
-
 _DISK_CHECK_S = 0.5
 """Between two looks at the disk: a source of 6 x 200 kS/s fills 1.2 MB meanwhile, of 200 MB that stay free."""
 _SLICE_S = 0.01

@@ -21,6 +21,7 @@ from radargui.files.tdms_file import list_tdms, read_tdms, tdms_facts
 from radargui.model.arrays import RawArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, UsageError
+from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.setup_file import parse_setup
 
@@ -56,14 +57,20 @@ def read_run_signals(path: Path, names: Sequence[str]) -> Signals:
         scaling = None if known.scaling is None else known.scaling[row]
         rows.append(row)
         signals.append(Signal(name, recording.raw[row], scaling, known.unit))
+    return _of_rows(signals, rows, recording, path)
+
+
+def _of_rows(signals: Sequence[Signal], rows: Sequence[int], source: Recording | ExportFacts, path: Path) -> Signals:
+    """Return signals with all that a run, or one that was exported, says of its rows."""
+    known = source.digitisation
     return Signals(
         tuple(signals),
         sample_rate_hz=known.sample_rate_hz,
-        gaps=recording.gaps,
+        gaps=source.gaps,
         channel_skew_s=skew_of_rows(known.channel_skew_s, rows, path),
-        started_at=recording.started_at,
+        started_at=source.started_at,
         device=known.device,
-        trigger_index=recording.trigger_index,
+        trigger_index=source.trigger_index,
     )
 
 
@@ -117,15 +124,8 @@ def with_own_facts(read: Read, find_facts: FindFacts, find_codes: FindCodes | No
             return signals
         known = [row for row in rows if row is not None]
         codes = find_codes(path, facts) if find_codes and facts.digitisation.scaling else None
-        return Signals(
-            tuple(_signal(signal, row, facts, codes) for signal, row in zip(signals.signals, known, strict=True)),
-            sample_rate_hz=facts.digitisation.sample_rate_hz,
-            gaps=facts.gaps,
-            channel_skew_s=skew_of_rows(facts.digitisation.channel_skew_s, known, path),
-            started_at=facts.started_at,
-            device=facts.digitisation.device,
-            trigger_index=facts.trigger_index,
-        )
+        whole = [_signal(signal, row, facts, codes) for signal, row in zip(signals.signals, known, strict=True)]
+        return _of_rows(whole, known, facts, path)
 
     return read_with_facts
 

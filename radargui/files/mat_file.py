@@ -314,12 +314,14 @@ def _write_mat73(run: RunStream, path: Path, report: Progress) -> None:
     scaling = facts.digitisation.scaling
     with h5py.File(path, "w", userblock_size=_USER_BLOCK) as file:
         for name, value in _small_variables(facts).items():
-            _put_text(file, name, value) if isinstance(value, str) else _put(file, name, np.array([[value]]))
+            _put_text(file, name, value) if isinstance(value, str) else _put(file, name, data=np.array([[value]]))
         chunk = min(layout.chunk_length(facts.digitisation.sample_rate_hz), max(n_samples, 1))
-        volts = [_make(file, name, (1, n_samples), np.float64, chunk) for name in names]
-        codes = _make(file, CODES, (len(names), n_samples), np.int16, chunk) if scaling is not None else None
+        chunks: dict[str, Any] = {"chunks": (1, chunk), **hdf5.COMPRESSION}
+        volts = [_put(file, name, shape=(1, n_samples), dtype=np.float64, **chunks) for name in names]
+        codes = None
         if scaling is not None:
-            _put(file, SCALING, layout.padded(scaling).T)
+            codes = _put(file, CODES, shape=(len(names), n_samples), dtype=np.int16, **chunks)
+            _put(file, SCALING, data=layout.padded(scaling).T)
         done = 0
         for piece in run.pieces(report):
             end = done + piece.shape[1]
@@ -332,13 +334,10 @@ def _write_mat73(run: RunStream, path: Path, report: Progress) -> None:
         raw.write(_HEADER)
 
 
-def _make(file: Any, name: str, shape: tuple[int, int], dtype: Any, chunk: int) -> Any:
-    dataset = file.create_dataset(name, shape, dtype, chunks=(1, chunk), **hdf5.COMPRESSION)
-    return _marked(dataset, np.dtype(dtype))
-
-
-def _put(file: Any, name: str, values: Any) -> None:
-    _marked(file.create_dataset(name, data=values), values.dtype)
+def _put(file: Any, name: str, **options: Any) -> Any:
+    dataset = file.create_dataset(name, **options)
+    dataset.attrs["MATLAB_class"] = np.bytes_("int16" if dataset.dtype == np.int16 else "double")
+    return dataset
 
 
 def _put_text(file: Any, name: str, text: str) -> None:
@@ -351,11 +350,6 @@ def _put_text(file: Any, name: str, text: str) -> None:
         dataset.attrs["MATLAB_empty"] = np.uint8(1)
     dataset.attrs["MATLAB_class"] = np.bytes_("char")
     dataset.attrs["MATLAB_int_decode"] = np.int32(2)
-
-
-def _marked(dataset: Any, dtype: Any) -> Any:
-    dataset.attrs["MATLAB_class"] = np.bytes_("int16" if dtype == np.int16 else "double")
-    return dataset
 
 
 def _variable_names(facts: ExportFacts) -> tuple[str, ...]:

@@ -292,19 +292,13 @@ def _properties(facts: ExportFacts, place: int) -> dict[str, Any]:
 
 
 def _scale(coefficients: tuple[float, ...]) -> dict[str, Any]:
-    scale: dict[str, Any] = {"NI_Scaling_Status": "unscaled", "NI_Number_Of_Scales": 1}
     if len(coefficients) <= _LINEAR_TERMS:
         offset, slope = (*coefficients, 0.0)[:2]
-        scale |= {
-            "NI_Scale[0]_Scale_Type": "Linear",
-            "NI_Scale[0]_Linear_Slope": slope,
-            "NI_Scale[0]_Linear_Y_Intercept": offset,
-            "NI_Scale[0]_Linear_Input_Source": np.uint32(0xFFFFFFFF),
-        }
-        return scale
-    scale |= {
-        "NI_Scale[0]_Scale_Type": "Polynomial",
-        "NI_Scale[0]_Polynomial_Coefficients_Size": np.uint32(len(coefficients)),
-        "NI_Scale[0]_Polynomial_Input_Source": np.uint32(0xFFFFFFFF),
-    }
-    return scale | {f"NI_Scale[0]_Polynomial_Coefficients[{k}]": value for k, value in enumerate(coefficients)}
+        kind = _LINEAR
+        terms: dict[str, Any] = {"Slope": slope, "Y_Intercept": offset}
+    else:
+        kind, terms = _POLYNOMIAL, {"Coefficients_Size": np.uint32(len(coefficients))}
+        terms |= {f"Coefficients[{order}]": value for order, value in enumerate(coefficients)}
+    terms["Input_Source"] = np.uint32(_RAW)
+    scale = {"NI_Scaling_Status": "unscaled", "NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": kind}
+    return scale | {f"NI_Scale[0]_{kind}_{key}": value for key, value in terms.items()}

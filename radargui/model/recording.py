@@ -1,7 +1,5 @@
 """A recording: all samples of one run and what is needed to read them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

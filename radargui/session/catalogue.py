@@ -15,8 +15,6 @@ from radargui.model.drop import Drop, RunOrigin, drop_of
 from radargui.model.setup import Setup
 from radargui.session.index import IN_MEMORY, antenna_key, bring_up_to_date, default_index_path, open_index
 
-__all__ = ["Catalogue", "Query", "RunLine", "SessionSummary"]
-
 _SUMMARY = """
 SELECT s.folder, s.name, s.created_at, s.operator, s.sample, s.target, s.notes, s.setup_name, s.problem,
     count(r.name), coalesce(sum(r.rejected != ''), 0), coalesce(sum(r.finished = 0), 0),
@@ -243,12 +241,10 @@ def _conditions(query: Query) -> tuple[list[str], list[object]]:
         want("s.day >= ?", query.since.isoformat())
     if query.until:
         want("s.day != '' AND s.day <= ?", query.until.isoformat())
-    if query.operator:
-        want("instr(fold(s.operator), ?)", query.operator.casefold())
-    if query.sample:
-        want("instr(fold(s.sample || char(10) || s.target), ?)", query.sample.casefold())
-    if query.setup_name:
-        want("instr(fold(s.setup_name), ?)", query.setup_name.casefold())
+    words = {"operator": query.operator, "sample || char(10) || s.target": query.sample, "setup_name": query.setup_name}
+    for column, part in words.items():
+        if part:
+            want(f"instr(fold(s.{column}), ?)", part.casefold())
     if query.antennas is not None:
         want("s.antennas = ?", antenna_key(query.antennas))
     if query.e_min is not None or query.e_max is not None:

@@ -144,7 +144,7 @@ def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, progress: Cal
     progress
         Called with the share done.
     """
-    seen = {_relative(one.path, data_folder): one for one in sessions_below(data_folder)}
+    seen = {one.path.relative_to(data_folder).as_posix(): one for one in sessions_below(data_folder)}
     known_sessions = dict(index.execute("SELECT folder, stamp FROM sessions"))
     known_runs: dict[str, dict[str, str]] = {}
     for folder, name, stamp in index.execute("SELECT folder, name, stamp FROM runs"):
@@ -158,8 +158,8 @@ def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, progress: Cal
     if not changed and not gone:
         return 0
     with index:
-        for folder in gone:
-            _forget(index, folder)
+        for table in ("sessions", "runs"):
+            index.executemany(f"DELETE FROM {table} WHERE folder = ?", [(folder,) for folder in gone])  # noqa: S608
     n_read, total = 0, sum(1 + len(seen[folder].runs) for folder in changed)
     for folder in changed:
         old_stamp = known_sessions.get(folder)
@@ -221,15 +221,6 @@ def _info(one: SeenSession) -> tuple[SessionInfo | None, str]:
 def _put(index: sqlite3.Connection, table: str, keys: tuple[str, ...], rows: Iterable[tuple[Any, ...]]) -> None:
     marks = ", ".join("?" * len(keys))
     index.executemany(f"INSERT OR REPLACE INTO {table} ({', '.join(keys)}) VALUES ({marks})", rows)  # noqa: S608
-
-
-def _forget(index: sqlite3.Connection, folder: str) -> None:
-    index.execute("DELETE FROM sessions WHERE folder = ?", (folder,))
-    index.execute("DELETE FROM runs WHERE folder = ?", (folder,))
-
-
-def _relative(path: Path, data_folder: Path) -> str:
-    return path.relative_to(data_folder).as_posix()
 
 
 def _day(created_at: str) -> str:

@@ -21,8 +21,6 @@ from radargui.session.folder import NAME_FORMAT, fit_name, new_folder
 from radargui.session.info import FILE_NAME, About, JournalEntry, SessionInfo, read_info, versions, write_info
 from radargui.session.lock import SessionLock, SessionLockedError, SessionReadOnlyError
 
-__all__ = ["Session", "SessionLockedError", "SessionReadOnlyError", "run_paths"]
-
 BY_OPERATOR = "rejected by the operator"
 """Why a drop does not count that was one; any other reason says that it was none."""
 _LARGEST_FACT = 16_000

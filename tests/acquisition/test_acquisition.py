@@ -12,7 +12,8 @@ from support.controlled_source import LONGEST_S, ControlledSource, MemoryRun, co
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.acquisition import Acquisition
-from radargui.acquisition.recorder import OpenRun, Recorder
+from radargui.acquisition.recorder import Recorder
+from radargui.acquisition.run_output import OpenRun
 from radargui.acquisition.run_plan import AcquisitionState, Ending, RecorderState
 from radargui.acquisition.stream import TOO_SLOW
 from radargui.files.run_file import read_run, run_is_complete

@@ -21,7 +21,6 @@ from radargui.model.errors import FileError, SessionError
 from radargui.model.setup_file import dump_setup
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.report import write_report
-from radargui.session import info as info_module
 from radargui.session.export import plan_export
 from radargui.session.folder import default_data_folder, own_subfolder
 from radargui.session.session import Session
@@ -86,8 +85,8 @@ def test_a_folder_that_cannot_be_written_is_refused_before_recording(
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(info_module.os, "fsync", full)
-    with pytest.raises(SessionError, match="No space left on device"):
+    monkeypatch.setattr("radargui.files.fresh_file.os.fsync", full)
+    with pytest.raises(SessionError, match="the disk is full"):
         Session.create(tmp_path, default_setup(), now=NOW)
 
 

@@ -15,7 +15,7 @@ from support.work import python_calls
 from radargui.model.block import Block
 from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
-from radargui.sources.clock import SystemClock
+from radargui.sources.clock import Clock
 from radargui.sources.contract import Source
 from radargui.sources.simulated import SimulatedSource, simulate_recording
 from radargui.sources.simulated.model import CHUNK, SimulatedRadar
@@ -246,7 +246,7 @@ def test_a_second_of_six_channels_is_made_by_the_array_and_not_by_the_sample() -
 
 
 def test_the_system_clock_goes_forward_and_its_wait_ends_with_the_interrupt() -> None:
-    clock = SystemClock()
+    clock = Clock()
     before = clock.now()
     interrupt = threading.Event()
     assert not clock.wait(0.001, interrupt)

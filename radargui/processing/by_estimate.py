@@ -120,7 +120,8 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
         try:
             bounces, fit = joint_bounces(estimate, setup)
-            changes = joint_changes(estimate, bounces, fit, setup)
+            changes, told = joint_changes(estimate, bounces, fit, setup)
+            warnings = (told,) if told else ()
         except SolveError as error:
             why = error.message.rstrip(".")
             warnings = (f"the flights could not be fitted ({why}): the bounces were taken from the track",)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -32,6 +33,8 @@ class FlightFit:
         End of the first flight.
     information, response
         What it was fitted to, and the derivative of `values` with respect to the slope of its -ln L.
+    jacobian, normal
+        J = dx/dq of its unknowns q, and N = J^T Lambda J + prior.
     """
 
     layout: ImpactLayout
@@ -42,6 +45,8 @@ class FlightFit:
     first_end_s: float
     information: MotionInformation = field(repr=False)
     response: FloatArray = field(repr=False)
+    jacobian: FloatArray = field(repr=False)
+    normal: FloatArray = field(repr=False)
 
     @property
     def g_m_s2(self) -> float:
@@ -111,6 +116,30 @@ class FlightFit:
         return np.asarray(
             self.response @ self.information.eliminated.marginal(response.slope_motion, response.slope_global)
         )
+
+    def bends(self, responses: Sequence[InputResponse]) -> FloatArray:
+        """Return the chi-square that each of some changes of the inputs gives these flights, shape (n,).
+
+        A change s of the slope moves the free motion by -Lambda^-1 s and the flights by -J N^-1 J^T s: what is left
+        between them is s^T Lambda^-1 s - s^T J N^-1 J^T s.
+        """
+        if not responses:
+            return np.zeros(0)
+        eliminated = self.information.eliminated
+        s = np.column_stack([eliminated.marginal(one.slope_motion, one.slope_global) for one in responses])
+        along = self.jacobian.T @ s
+        return np.asarray(
+            (s * self.information.solve(s)).sum(axis=0) - (along * _solve(self.normal, along)).sum(axis=0)
+        )
+
+    def excess(self, explained: FloatArray) -> float:
+        """Return by how many standard deviations chi-square is above what noise and some changes of inputs explain.
+
+        Each of `explained` is the mean of a square of one Gaussian number, which scatters by sqrt(2) of itself.
+        """
+        value, expected = self.misfit
+        scatter = np.sqrt(2.0 * (expected + float((explained**2).sum())))
+        return float((value - expected - explained.sum()) / scatter)
 
 
 def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
@@ -186,6 +215,8 @@ def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> Flig
         float(motion.results[layout.time(0)]) if layout.n_impacts else unknowns.last_s(0),
         information,
         -(slopes.x @ inverse).T,
+        slopes.x,
+        normal,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +16,17 @@ from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.floor_normal import e_by_tilt
+from radargui.restitution.settings import FLIGHTS
 
 
 def joint_changes(
     estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, setup: Setup
-) -> tuple[InputChange, ...]:
+) -> tuple[tuple[InputChange, ...], str]:
     """Return the change with each uncertain input of the setup, carried by the estimate's own equations (method 6).
+
+    And a sentence where the flights bend as neither the noise nor these inputs can make them ("" where they do not).
+    A reflector that no model tried has bends the motion and leaves chi-square at one: the maps and the motion explain
+    it. But a body in the air cannot bend, and the free motion against its flights is a test that nothing was fitted to.
 
     Where no polarisation is given the sphere counts as a point: then the estimate's response to a conducting sphere of
     this diameter is added, root mean square over the transmitter's directions.
@@ -65,7 +71,22 @@ def joint_changes(
             # true times are (1 + c) as long: velocities change alike, accelerations twice
             none = np.zeros(len(bounces.impacts))
             out.append(InputChange(CLOCK, "calibration", nothing, none, -2e-6 * one.u * fit.g_m_s2))
-    return tuple(out)
+    return tuple(out), "" if fit is None else _told(fit, responses, [key for key, _ in asked])
+
+
+def _told(fit: FlightFit, responses: Sequence[InputResponse], keys: list[str]) -> str:
+    """Return the sentence about flights that bend, where neither noise nor inputs of the setup explain it."""
+    bends = fit.bends(responses)
+    # of the possible spheres only one is there: their mean counts as one input
+    each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])
+    if fit.excess(each) < FLIGHTS.told_excess:
+        return ""
+    value, expected = fit.misfit
+    return (
+        f"the flights bend by more than what is known can make them (chi-square {value:.0f} of {expected}): track, e "
+        "and g may be off by more than their uncertainties; likely a reflector that is not in the model, or a setup "
+        "that is wrong by more than it says: cover what reflects within a metre, measure the antennas' places again"
+    )
 
 
 def _shared(change: InputChange, count: int) -> InputChange:

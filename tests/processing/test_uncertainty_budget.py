@@ -8,6 +8,7 @@ from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import make_record
 from support.changed import changed
 
+from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import process
 
@@ -18,6 +19,10 @@ def with_receiver(setup: Setup, **keys: float) -> Setup:
     plain = setup.model_dump(by_alias=True)
     plain["receiver"][0].update(keys)
     return Setup.model_validate(plain)
+
+
+def told(result: RunResult) -> bool:
+    return any(warning.startswith("the flights bend") for warning in result.warnings)
 
 
 def test_e_g_and_position_move_with_an_antenna_as_the_budget_says() -> None:
@@ -57,3 +62,6 @@ def test_e_g_and_position_move_with_an_antenna_as_the_budget_says() -> None:
     # else the test would compare noise with noise
     assert abs(e) > 5e-6
     assert abs(g) > 2.0 * here.bounces.free_fall.u_g_m_s2
+    # the wrong antenna bends the flights: that is told where its uncertainty does not hold it
+    sure = process(recording, with_receiver(setup, tilt_deg=tilt + U_TILT_DEG, u_tilt_deg=0.0))
+    assert [told(one) for one in (here, there, sure)] == [False, False, True]

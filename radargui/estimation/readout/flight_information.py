@@ -135,7 +135,11 @@ class MotionInformation:
         return np.asarray(self.known @ vectors - self.lost @ (self.lost.T @ vectors))
 
     def minimum(self) -> FloatArray:
-        """Return x - x0 where -ln L is least; what the samples do not see stays near zero.
+        """Return x - x0 where -ln L is least; errors as for `solve`."""
+        return -self.solve(self.slope[:, None])[:, 0]
+
+    def solve(self, right: FloatArray) -> FloatArray:
+        """Return Lambda^-1 of some columns, shape (n, m); what the samples do not see stays near zero.
 
         (K - P P^T)^-1 = K^-1 + K^-1 P (1 - P^T K^-1 P)^-1 P^T K^-1 (Woodbury).
 
@@ -150,9 +154,9 @@ class MotionInformation:
             factor = splu((self.known + _UNSEEN * diagonal(scale)).tocsc(), permc_spec="MMD_AT_PLUS_A")
         except RuntimeError as error:  # scipy's word for an exactly singular factor
             raise SolveError(_UNDETERMINED) from error
-        solved = factor.solve(np.column_stack([self.slope, self.lost]))
-        root = _root(np.eye(self.lost.shape[1]) - self.lost.T @ solved[:, 1:])
-        return np.asarray(-solved[:, 0] - solved[:, 1:] @ cho_solve((root, True), self.lost.T @ solved[:, 0]))
+        solved, lost = factor.solve(right), factor.solve(self.lost)
+        root = _root(np.eye(lost.shape[1]) - self.lost.T @ lost)
+        return np.asarray(solved + lost @ cho_solve((root, True), self.lost.T @ solved))
 
 
 def motion_information(

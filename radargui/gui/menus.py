@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QDialog,
     QHBoxLayout,
     QMainWindow,
+    QMenu,
     QMenuBar,
     QPlainTextEdit,
     QVBoxLayout,
@@ -28,60 +29,24 @@ from radargui.gui.layout import button, fill, fit_screen
 from radargui.gui.panels import Panels, belongs
 from radargui.gui.settings import Settings
 from radargui.gui.theme import CHOICES, Theme
+from radargui.model.resources import window_table
 
 
 class Actions:
-    """One attribute an action."""
+    """One attribute an action, named as in `resources/window/actions.toml`, which has their words and keys."""
 
     def __init__(self, window: QMainWindow) -> None:
-        self._window = window
-        self.start = self._make("Start", "Space", "F5", tip="Show what the source gives, without recording")
-        self.record = self._make("Record", "R", "F9", tip="Record runs: armed, triggered by motion, processed, saved")
-        self.stop = self._make("Stop", "Esc", "F5", "Shift+F5", tip="End what runs; what was recorded is kept")
+        self._made = {name: _action(window, **one) for name, one in window_table("actions")["actions"].items()}
         for action in (self.start, self.record, self.stop):
             action.setIconText(f"{action.text()}\n{action.shortcut().toString()}")
             action.setAutoRepeat(False)
-        for action in (self.start, self.record):
-            # in a window beside this one these are letters
-            action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
-        self.pause = self._make("Pause display", "F6", tip="Hold the plots; samples are taken all the same")
-        self.pause.setCheckable(True)
-        self.open_setup = self._make("Open setup…", "Ctrl+O")
-        self.save_setup = self._make("Save setup", "Ctrl+S")
-        self.save_setup_as = self._make("Save setup as…", "Ctrl+Shift+S")
-        self.undo_setup = self._make("Undo all changes of the setup", "Ctrl+Shift+U", tip="Back to what the file says")
-        self.new_session = self._make("New session", "Ctrl+N", tip="The next Record makes a new session")
-        self.sessions = self._make("Sessions…", "Ctrl+F", tip="Find, look at and open what was recorded before")
-        self.open_session = self._make("Open session folder…", "Ctrl+Shift+O")
-        self.import_ = self._make("Import recordings…", "Ctrl+I", tip="CSV, MATLAB, TDMS, SigMF as a session")
-        self.export_samples = self._make(
-            "Export samples…", "Ctrl+Shift+E", tip="A run or the session as CSV, MATLAB, TDMS, SigMF"
-        )
-        self.mark = self._make("Note now", "Ctrl+M", tip="Keep a note of this moment, also while a run is recorded")
-        self.report = self._make("Make report", "Ctrl+R", tip="PDF, HTML, CSV and JSON of this session")
-        self.export = self._make("Export tables of the run…", "Ctrl+E")
-        self.compare = self._make(
-            "Process again and compare…", "Shift+F8", tip="Other correction, geometry or setup; keep or discard"
-        )
-        self.reprocess = self._make("Process run again with this setup", "F8")
-        self.reject = self._make(
-            "Reject run, or take it back", "Del", "Backspace", tip="The chosen run, or the last one; it is kept"
-        )
-        # the same keys mean something else in a window beside this one
-        self.reject.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
-        self.show_rejected = self._make("Show rejected runs", "Ctrl+J")
-        self.show_rejected.setCheckable(True)
-        self.sound = self._make("Sound when a run is done", "Ctrl+B", tip="Once: done; twice: rejected")
-        self.sound.setCheckable(True)
-        self.wiring = self._make("Check the wiring…", "F7", tip="Half a minute at the antennas: are the wires right?")
-        self.quit = self._make("Quit", "Ctrl+Q")
-        self.reset_layout = self._make("Reset layout", "Ctrl+0")
-        self.in_space = self._make("Track in 3D", "Ctrl+3")
-        self.in_space.setCheckable(True)
         self.in_space.setEnabled(False)
-        self.show_live = self._make("Back to the live track", "Ctrl+L")
-        self.dismiss = self._make("Dismiss messages", "Ctrl+D")
-        self.about = self._make("About RadarGUI", "F1")
+
+    def __getattr__(self, name: str) -> QAction:
+        """Return an action by its name."""
+        if name.startswith("_") or name not in self._made:
+            raise AttributeError(f"no action is named {name}")
+        return self._made[name]
 
     def enable(self, state: AppState, *, valid: bool) -> None:
         """Let be chosen what can be done in a state, with a setup that is `valid` or not."""
@@ -94,13 +59,17 @@ class Actions:
         self.save_setup.setEnabled(valid)
         self.save_setup_as.setEnabled(valid)
 
-    def _make(self, words: str, *keys: str, tip: str = "") -> QAction:
-        action = QAction(words, self._window)
-        action.setShortcuts([QKeySequence(key) for key in keys])
-        action.setToolTip(f"{tip or words.rstrip('…')} ({', '.join(keys)})")
-        action.setShortcutContext(Qt.ShortcutContext.ApplicationShortcut)
-        self._window.addAction(action)
-        return action
+
+def _action(
+    window: QMainWindow, words: str, keys: list[str], tip: str = "", *, checkable: bool = False, in_window: bool = False
+) -> QAction:
+    action = QAction(words, window, checkable=checkable)
+    action.setShortcuts([QKeySequence(key) for key in keys])
+    action.setToolTip(f"{tip or words.rstrip('…')} ({', '.join(keys)})")
+    reach = Qt.ShortcutContext
+    action.setShortcutContext(reach.WindowShortcut if in_window else reach.ApplicationShortcut)
+    window.addAction(action)
+    return action
 
 
 class RunKeys(QObject):
@@ -149,45 +118,30 @@ def _takes_words(widget: QWidget) -> bool:
 
 def fill_menus(bar: QMenuBar, does: Actions, panels: Panels, theme: Theme, settings: Settings) -> QActionGroup:
     """Fill the bar; return the group that chooses the look, each action's data is its choice."""
-    file = bar.addMenu("&File")
-    file.addActions([does.open_setup, does.save_setup, does.save_setup_as, does.undo_setup])
-    file.addSeparator()
-    file.addActions([does.new_session, does.sessions, does.open_session])
-    file.addSeparator()
-    file.addActions([does.import_, does.export_samples])
-    file.addSeparator()
-    file.addActions([does.report, does.export])
-    file.addSeparator()
-    file.addAction(does.quit)
-    run = bar.addMenu("&Run")
-    run.addActions([does.start, does.record, does.stop])
-    run.addSeparator()
-    run.addActions([does.mark, does.pause, does.show_live, does.reprocess, does.compare])
-    run.addSeparator()
-    run.addActions([does.reject, does.show_rejected, does.sound])
-    run.addSeparator()
-    run.addAction(does.wiring)
-    view = bar.addMenu("&View")
-    panels.fill(view)
-    view.addSeparator()
-    view.addAction(does.in_space)
-    looks = view.addMenu("Theme")
     group = QActionGroup(bar)
-    for choice in CHOICES:
-        action = looks.addAction(choice.capitalize())
-        action.setCheckable(True)
-        action.setData(choice)
-        action.setChecked(choice == theme.choice)
-        group.addAction(action)
+
+    def add_looks(view: QMenu) -> None:
+        menu = view.addMenu("Theme")
+        for choice in CHOICES:
+            action = menu.addAction(choice.capitalize())
+            action.setCheckable(True)
+            action.setData(choice)
+            action.setChecked(choice == theme.choice)
+            group.addAction(action)
 
     def choose_look(action: QAction) -> None:
         theme.apply(action.data())
         settings.put("theme", action.data())
 
     group.triggered.connect(choose_look)
-    view.addSeparator()
-    view.addActions([does.reset_layout, does.dismiss])
-    bar.addMenu("&Help").addAction(does.about)
+    several = {"panels": panels.fill, "looks": add_looks}
+    for title, parts in window_table("actions")["menus"].items():
+        menu = bar.addMenu(title)
+        for part in parts:
+            if menu.actions():
+                menu.addSeparator()
+            for name in part:
+                several[name](menu) if name in several else menu.addAction(getattr(does, name))
     return group
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import functools
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QApplication
+
+from radargui.model.resources import window_table
 
 ThemeChoice = Literal["system", "light", "dark"]
 CHOICES: tuple[ThemeChoice, ...] = ("system", "light", "dark")
@@ -43,7 +45,7 @@ class Colours:
     accent: str
     i: str
     q: str
-    receivers: tuple[str, str, str, str]
+    receivers: Sequence[str]
     track: str
     mark: str
     fit: str
@@ -55,56 +57,12 @@ class Colours:
 
     def role(self, name: str) -> str:
         """Return the colour of a role: `track`, `i`, `receivers.0`."""
-        return _by_role(self)[name]
+        name, _, number = name.partition(".")
+        colour = getattr(self, name)
+        return str(colour[int(number)] if number else colour)
 
 
-@functools.cache
-def _by_role(colours: Colours) -> dict[str, str]:
-    values = asdict(colours)
-    receivers = values.pop("receivers")
-    return values | {f"receivers.{number}": colour for number, colour in enumerate(receivers)}
-
-
-LIGHT = Colours(
-    window="#f3f4f6",
-    base="#ffffff",
-    raised="#e6e8ec",
-    text="#1c2024",
-    faint="#5b6570",
-    line="#c3c9d1",
-    accent="#0b66b0",
-    i="#0072b2",
-    q="#d55e00",
-    receivers=("#0072b2", "#d55e00", "#00825f", "#a8478a"),
-    track="#0072b2",
-    mark="#d55e00",
-    fit="#3f4750",
-    gap="#e8b0b4",
-    good="#00694d",
-    busy="#0b66b0",
-    alarm="#b3261e",
-    idle="#5b6570",
-)
-DARK = Colours(
-    window="#2b2f36",
-    base="#17191d",
-    raised="#3b414b",
-    text="#e4e7eb",
-    faint="#9aa4b0",
-    line="#4d5561",
-    accent="#4ea3e0",
-    i="#56b4e9",
-    q="#e69f00",
-    receivers=("#56b4e9", "#e69f00", "#2fc79a", "#e08cc0"),
-    track="#56b4e9",
-    mark="#e69f00",
-    fit="#c3cad3",
-    gap="#6b3338",
-    good="#2fc79a",
-    busy="#4ea3e0",
-    alarm="#ff7a70",
-    idle="#9aa4b0",
-)
+LIGHT, DARK = (Colours(**window_table("colours")[look]) for look in ("light", "dark"))
 
 
 class Theme(QObject):

@@ -1,7 +1,9 @@
 """Where the shipped files are: beside the checkout, inside the installed package, or in a frozen program."""
 
 import sys
+import tomllib
 from pathlib import Path
+from typing import Any
 
 DEFAULT_SETUP = "default.toml"
 
@@ -24,3 +26,8 @@ def shipped_setups() -> tuple[Path, ...]:
 def default_setup_path() -> Path:
     """Return the setup that commands use when none is named."""
     return resources_folder() / "setups" / DEFAULT_SETUP
+
+
+def window_table(name: str) -> dict[str, Any]:
+    """Return a table of the window: its words, colours or actions."""
+    return tomllib.loads((resources_folder() / "window" / f"{name}.toml").read_text(encoding="utf-8"))

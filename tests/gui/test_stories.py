@@ -213,12 +213,12 @@ def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
     window: MainWindow, tmp_path: Path
 ) -> None:
     model = window.runs.model
-    for number in (3, 1, 2, 10000):
+    for number in (9999, 1, 2, 10000):
         window.runs.put(RunEntry(tmp_path / f"run-{number:04d}.h5", rejected="no fall" if number == 2 else None))
     assert [(one.label, one.name) for one in model.entries] == [
         ("1", "run-0001"),
         ("–", "run-0002"),
-        ("2", "run-0003"),
+        ("2", "run-9999"),
         ("3", "run-10000"),
     ]
     assert [one.called for one in model.entries] == ["drop 1", "run-0002", "drop 2", "drop 3"]

@@ -25,7 +25,7 @@ from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import CORRECTIONS, GEOMETRIES
+from radargui.gui.setup.words import words_of
 from radargui.gui.work_strip import WorkStrip
 from radargui.model.rounding import alone, plain, quantity
 from radargui.model.setup import Setup
@@ -64,8 +64,8 @@ class ReprocessDialog(QDialog):
         self.what = Choice((*one, (tuple(runs), f"All {len(runs)} runs of the session")))
         self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
         as_set = (None, "As in the setup")
-        self.correction = Choice((as_set, *CORRECTIONS.items()))
-        self.geometry_choice = Choice((as_set, *GEOMETRIES.items()))
+        self.correction = Choice((as_set, *words_of("processing.correction").choices.items()))
+        self.geometry_choice = Choice((as_set, *words_of("processing.geometry").choices.items()))
         group = Group("With")
         group.row("Runs", self.what)
         group.row("Antennas and processing", self.setup)

@@ -98,17 +98,18 @@ class MainWindow(QMainWindow):
             self.setup_model,
             theme,
             self.jobs,
+            self.actions_,
             source=source,
             replay_file=settings.path("replay_file"),
             find_devices=find_devices,
         )
         self.antennas = AntennaPanel(self.setup_model, theme)
         data_folder = settings.path("data_folder") or default_data_folder()
-        self.session_panel = SessionPanel(theme, data_folder, settings.text("operator"))
+        self.session_panel = SessionPanel(theme, self.actions_, data_folder, settings.text("operator"))
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
         self.planes = IQPlanePanel(theme)
         self.track = TrackPanel(theme, self.setup_model.setup)
-        self.runs = RunListPanel()
+        self.runs = RunListPanel(self.actions_)
         self.run = RunPanel(theme)
         self.panels = Panels(
             self.hardware, self.antennas, self.session_panel, self.scopes, self.planes, self.track, self.runs, self.run
@@ -128,7 +129,7 @@ class MainWindow(QMainWindow):
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
         control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs
-        self.setup_file = SetupFileController(model, self.hardware, self.actions_, services)
+        self.setup_file = SetupFileController(model, self.actions_, services)
         self.run_controller = RunController(runs, self.run, self.track, services)
         self.keeping = RunKeeping(control, runs, self.run_controller, self.health, self.actions_, services)
         self.banner = Banner(control, self.bar.state, self.stopping, board, self.strip, lambda: self.keeping.words)
@@ -255,7 +256,6 @@ class MainWindow(QMainWindow):
         self.scopes.paused_changed.connect(does.pause.setChecked)
         self.scopes.paused_changed.connect(self.planes.set_paused)
         self.scopes.paused_changed.connect(self.track.set_paused)
-        self.session_panel.new_asked.connect(does.new_session.trigger)
         self.session_panel.folder_changed.connect(lambda: self.control.use_session(None))
         self.setup_model.changed.connect(self._show_setup)
 

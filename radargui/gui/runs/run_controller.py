@@ -46,20 +46,14 @@ class RunController(QObject):
 
     def __init__(self, runs: RunListPanel, run: RunPanel, track: TrackPanel, services: Services) -> None:
         super().__init__(services.parent)
-        self._runs = runs
-        self._run = run
-        self._track = track
-        self._work = services.work
-        self._jobs = services.jobs
-        self._board = services.board
+        self._runs, self._run, self._track = runs, run, track
+        self._work, self._jobs, self._board = services.work, services.jobs, services.board
         self._window = services.parent
         self._session: Session | None = None
         self._kept: OrderedDict[Path, RunResult] = OrderedDict()
         self._wanted: Path | None = None
         self._reading: Task | None = None
         runs.run_chosen.connect(self._choose)
-        runs.report_asked.connect(self.report)
-        runs.export_asked.connect(self.ask_export)
 
     def show_session(self, session: Session | None) -> None:
         """List the runs of a session."""

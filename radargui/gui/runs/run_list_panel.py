@@ -10,6 +10,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
 
 from radargui.gui.layout import PlainLabel, button, fill
+from radargui.gui.menus import Actions
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.table import RowTable
 
@@ -21,11 +22,9 @@ class RunListPanel(QWidget):
     """Lists runs; choosing one asks for its result to be shown."""
 
     run_chosen = Signal(object)
-    report_asked = Signal()
-    export_asked = Signal()
     show_rejected_toggled = Signal(bool)
 
-    def __init__(self) -> None:
+    def __init__(self, does: Actions) -> None:
         super().__init__()
         self.model = RunModel()
         self.table = RowTable(self.model, "runs")
@@ -35,11 +34,11 @@ class RunListPanel(QWidget):
         self.table.horizontalHeader().sectionResized.connect(lambda *_sizes: self._fit_rows())
         self.table.selectionModel().selectionChanged.connect(self._chosen)
 
-        self.report = button("Make report", self.report_asked, "PDF, HTML, CSV and JSON of this session")
+        self.report = button("Make report", does.report.trigger, "PDF, HTML, CSV and JSON of this session")
         self.open_report = button("Open report", lambda: self._open(self._report_file))
         self.open_folder = button("Open folder", lambda: self._open(self._folder))
         tip = "track.csv, bounces.csv and result.json of the chosen run"
-        self.export = button("Export tables…", self.export_asked, tip)
+        self.export = button("Export tables…", does.export.trigger, tip)
         self.rejected = QCheckBox()
         self.rejected.setToolTip("Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back")
         self.rejected.toggled.connect(self.show_rejected_toggled)

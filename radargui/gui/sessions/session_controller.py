@@ -47,7 +47,6 @@ class SessionController(QObject):
         self._save = QTimer(self, singleShot=True, interval=_SAVE_DETAILS_MS)
         self._save.timeout.connect(self._save_aside)
         panel.details_changed.connect(self._save.start)
-        panel.open_asked.connect(self.browse)
         self._held: Session | None = None
         self._typed: Details | None = None
         control.session_changed.connect(self._let_go)

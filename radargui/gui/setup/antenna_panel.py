@@ -47,8 +47,7 @@ class AntennaPanel(FormPanel):
         tracer.vector("tracer.release_position_m")
         tracer.number("floor.height_m", optional=True, hint="from the impacts")
         site = SetupForm("Site", model, theme)
-        for key in ("site.latitude_deg", "site.height_m", "site.g_m_s2", "site.u_g_m_s2"):
-            site.number(key, optional=True)
+        site.numbers("site", "latitude_deg", "height_m", "g_m_s2", "u_g_m_s2", optional=True)
         self._place = wave.rows
         self.lay_out(receivers, matrix, wave, PolarizationForm(model, theme), tracer, site)
 

@@ -210,6 +210,11 @@ class SetupForm(Group):
         """Add a number; for the options see `NumberField`."""
         return self._add(NumberField(*self._of, key, **options))
 
+    def numbers(self, table: str, *names: str, **options: Any) -> None:
+        """Add several numbers of one table of the setup."""
+        for name in names:
+            self.number(f"{table}.{name}", **options)
+
     def text(self, key: str, *beside: QPushButton, **options: Any) -> TextField:
         """Add a text with what helps to fill it beside it."""
         return self._add(TextField(*self._of, key, **options), *beside)

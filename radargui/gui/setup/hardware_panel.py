@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from radargui.gui.background import Jobs
 from radargui.gui.layout import Choice, FaultText, Group, PlainLabel, button, side_by_side
+from radargui.gui.menus import Actions
 from radargui.gui.setup.fields import FormPanel, SetupForm
 from radargui.gui.setup.ni_form import FindDevices, NiForm, find_ni_devices
 from radargui.gui.setup.setup_model import SetupModel
@@ -23,21 +23,19 @@ FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf)
 class HardwarePanel(FormPanel):
     """Chooses the source and edits its settings; closed for changes while samples come in."""
 
-    open_asked = Signal()
-    save_asked = Signal()
-    save_as_asked = Signal()
-
     def __init__(
         self,
         model: SetupModel,
         theme: Theme,
         jobs: Jobs,
+        does: Actions,
         *,
         source: SourceKind = "simulated",
         replay_file: Path | None = None,
         find_devices: FindDevices = find_ni_devices,
     ) -> None:
         super().__init__(model, theme)
+        self._does = does
         self.source = Choice(SOURCES.items())
         self.source.setObjectName("source")
         group = Group("Source")
@@ -47,15 +45,11 @@ class HardwarePanel(FormPanel):
         simulated = SetupForm("Simulated source", model, theme)
         simulated.choice("simulation.scene")
         simulated.number("simulation.drop_height_m", optional=True, hint="release to floor")
-        for key in ("restitution", "lateral_speed_m_s", "snr_db", "mismatch"):
-            simulated.number(f"simulation.{key}")
+        simulated.numbers("simulation", "restitution", "lateral_speed_m_s", "snr_db", "mismatch")
         simulated.number("simulation.seed", whole=True)
         recording = SetupForm("Recording", model, theme)
-        for key in (
-            "daq.rate_hz",
-            *(f"recording.{name}" for name in ("pretrigger_s", "quiet_s", "maximum_s", "threshold")),
-        ):
-            recording.number(key)
+        recording.number("daq.rate_hz")
+        recording.numbers("recording", "pretrigger_s", "quiet_s", "maximum_s", "threshold")
         processing = SetupForm("Processing", model, theme)
         processing.choice("processing.correction")
         processing.choice("processing.geometry")
@@ -80,9 +74,11 @@ class HardwarePanel(FormPanel):
     def _file_group(self) -> Group:
         group = Group("Setup file")
         self._name = PlainLabel()
-        self._save_buttons = (button("Save", self.save_asked), button("Save as…", self.save_as_asked))
-        self.undo_all = button("Undo all changes", lambda: self._model.undo())
-        for part in (self._name, side_by_side(button("Open…", self.open_asked), *self._save_buttons), self.undo_all):
+        does = self._does
+        self._save_buttons = (button("Save", does.save_setup.trigger), button("Save as…", does.save_setup_as.trigger))
+        self.undo_all = button("Undo all changes", does.undo_setup.trigger)
+        opens = button("Open…", does.open_setup.trigger)
+        for part in (self._name, side_by_side(opens, *self._save_buttons), self.undo_all):
             group.whole(part)
         return group
 

@@ -9,6 +9,7 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QFileDialog, QLineEdit, QPlainTextEdit, QVBoxLayout, QWidget
 
 from radargui.gui.layout import FaultText, FormScroll, Group, PlainLabel, button, fill, side_by_side
+from radargui.gui.menus import Actions
 from radargui.gui.theme import Theme
 from radargui.session.folder import DataFolderError, default_data_folder
 from radargui.session.info import JournalEntry
@@ -28,11 +29,9 @@ class SessionPanel(QWidget):
 
     details_changed = Signal()
     folder_changed = Signal()
-    new_asked = Signal()
-    open_asked = Signal()
     mark_asked = Signal(str)
 
-    def __init__(self, theme: Theme, data_folder: Path, operator: str = "") -> None:
+    def __init__(self, theme: Theme, does: Actions, data_folder: Path, operator: str = "") -> None:
         super().__init__()
         group = Group("Session")
         self._folder = self._line("data_folder", str(data_folder))
@@ -68,7 +67,7 @@ class SessionPanel(QWidget):
         self._marked, self._open = PlainLabel(), PlainLabel()
         group.row("", self._marked)
         group.row("Now open", self._open)
-        self._buttons = (button("New session", self.new_asked), button("Open…", self.open_asked))
+        self._buttons = (button("New session", does.new_session.trigger), button("Open…", does.sessions.trigger))
         group.whole(side_by_side(*self._buttons))
         fill(QVBoxLayout(self), FormScroll(group))
         self.show_session(None)

@@ -12,7 +12,6 @@ from radargui.gui.menus import Actions
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.services import Services
 from radargui.gui.settings import Settings
-from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import called
 from radargui.model.errors import RadarGuiError, SetupError
@@ -55,19 +54,14 @@ def _take_draft(model: SetupModel, settings: Settings, board: NoticeBoard) -> No
 class SetupFileController(QObject):
     """The dialogs around the setup file."""
 
-    def __init__(self, model: SetupModel, hardware: HardwarePanel, does: Actions, services: Services) -> None:
+    def __init__(self, model: SetupModel, does: Actions, services: Services) -> None:
         super().__init__(services.parent)
-        self._model = model
-        self._settings = services.settings
-        self._board = services.board
-        self._window = services.parent
+        self._model, self._window = model, services.parent
+        self._settings, self._board = services.settings, services.board
         does.open_setup.triggered.connect(self.ask_open)
         does.undo_setup.triggered.connect(lambda: model.undo())
         does.save_setup.triggered.connect(self.save)
         does.save_setup_as.triggered.connect(self.ask_save)
-        hardware.open_asked.connect(self.ask_open)
-        hardware.save_asked.connect(self.save)
-        hardware.save_as_asked.connect(self.ask_save)
 
     def may_discard(self) -> bool:
         """Ask before edits are lost that stand in no file; saving them first is an answer too."""

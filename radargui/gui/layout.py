@@ -10,6 +10,7 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
+    QDialog,
     QFormLayout,
     QFrame,
     QGroupBox,
@@ -76,6 +77,26 @@ def button(
 def fit_screen(dialog: QWidget, width: int, height: int) -> None:
     """Give a dialog a size at first, no larger than the screen has room for."""
     dialog.resize(QSize(width, height).boundedTo(dialog.screen().availableSize() - _FRAME))
+
+
+class Dialog(QDialog):
+    """A window beside the main one; its size and columns are remembered where it has a name."""
+
+    def __init__(self, title: str, size: tuple[int, int], parent: QWidget | None = None, name: str = "") -> None:
+        super().__init__(parent)
+        self.setWindowTitle(title)
+        self.setObjectName(name)
+        fit_screen(self, *size)
+
+    def lay_out(self, *parts: Part, margins: Margins = (9, 9, 9, 9), spacing: int = 6) -> None:
+        """Put the parts one beneath the other."""
+        fill(QVBoxLayout(self), *parts, margins=margins, spacing=spacing)
+
+    def come_up(self) -> None:
+        """Stand before the other windows."""
+        self.show()
+        self.raise_()
+        self.activateWindow()
 
 
 class Group(QGroupBox):

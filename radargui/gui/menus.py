@@ -13,19 +13,17 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QApplication,
     QComboBox,
-    QDialog,
     QHBoxLayout,
     QMainWindow,
     QMenu,
     QMenuBar,
     QPlainTextEdit,
-    QVBoxLayout,
     QWidget,
 )
 
 from radargui import __version__
 from radargui.gui.control.app_state import AppState
-from radargui.gui.layout import button, fill, fit_screen
+from radargui.gui.layout import Dialog, button, fill
 from radargui.gui.panels import Panels, belongs
 from radargui.gui.settings import Settings
 from radargui.gui.theme import CHOICES, Theme
@@ -147,26 +145,21 @@ def fill_menus(bar: QMenuBar, does: Actions, panels: Panels, theme: Theme, setti
 
 def facts(opengl: str, data_folder: Path, setup_file: Path | None) -> str:
     """Return the facts as lines of text."""
-    return "\n".join(
-        (
-            f"RadarGUI {__version__}",
-            f"Python {platform.python_version()}, PySide6 {pyside_version}, pyqtgraph {pyqtgraph.__version__}",
-            f"System: {platform.platform()}",
-            f"Track in 3D: {opengl}",
-            f"Data folder: {data_folder}",
-            f"Setup file: {setup_file or 'none'}",
-        )
+    lines = (
+        f"RadarGUI {__version__}",
+        f"Python {platform.python_version()}, PySide6 {pyside_version}, pyqtgraph {pyqtgraph.__version__}",
+        f"System: {platform.platform()}",
+        f"Track in 3D: {opengl}",
+        f"Data folder: {data_folder}",
+        f"Setup file: {setup_file or 'none'}",
     )
+    return "\n".join(lines)
 
 
-class About(QDialog):
+class About(Dialog):
     """The facts, to be copied."""
 
     def __init__(self, text: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("About RadarGUI")
-        fit_screen(self, 560, 220)
-        view = QPlainTextEdit(text)
-        view.setReadOnly(True)
-        ends = fill(QHBoxLayout(), 1, button("Close", self.reject, default=True))
-        fill(QVBoxLayout(self), view, ends, margins=(9, 9, 9, 9), spacing=6)
+        super().__init__("About RadarGUI", (560, 220), parent)
+        view = QPlainTextEdit(text, readOnly=True)
+        self.lay_out(view, fill(QHBoxLayout(), 1, button("Close", self.reject, default=True)))

@@ -27,8 +27,8 @@ class RowModel(QAbstractTableModel, Generic[_R]):
         self.entries: list[_R] = []
 
     def cell(self, entry: _R, column: int, role: int) -> Any:
-        """Return what Qt asks of a cell; None where there is nothing to say."""
-        raise NotImplementedError
+        """Return what Qt asks of a cell; None where there is nothing to say. A row that is texts shows them."""
+        return entry[column] if role == Qt.ItemDataRole.DisplayRole and isinstance(entry, tuple) else None
 
     def replace_all(self, entries: Iterable[_R]) -> None:
         """Show other rows."""
@@ -94,6 +94,13 @@ class RowTable(QTableView):
         if not self.columns_chosen:
             self._fitting = True
             self.setColumnWidth(column, width)
+            self._fitting = False
+
+    def fit_all(self) -> None:
+        """Make each column as wide as its words, unless the operator has set the columns."""
+        if not self.columns_chosen:
+            self._fitting = True
+            self.resizeColumnsToContents()
             self._fitting = False
 
     def _resized(self, column: int, _old: int, _new: int) -> None:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal, SignalInstance
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QDialog, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
-from radargui.gui.layout import PlainLabel, button, fill, fit_screen
+from radargui.gui.layout import Dialog, PlainLabel, button, fill
 from radargui.gui.sessions.search_form import SearchForm
 from radargui.gui.sessions.session_model import COLUMNS, SessionLook, SessionModel, look_at
 from radargui.gui.sessions.thumbnail_view import ThumbnailView
@@ -25,7 +25,7 @@ _SHARE_MS = 200
 """How often the share of a look that is done is written: seldom enough to be read."""
 
 
-class SessionBrowser(QDialog):
+class SessionBrowser(Dialog):
     """Lists what the catalogue finds; looks at the disk only in the background, one look at a time."""
 
     open_asked = Signal(object)
@@ -35,10 +35,7 @@ class SessionBrowser(QDialog):
     def __init__(
         self, theme: Theme, jobs: Jobs, work: WorkStrip, data_folder: Callable[[], Path], parent: QWidget | None = None
     ) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Sessions")
-        self.setObjectName("sessions")
-        fit_screen(self, 1040, 620)
+        super().__init__("Sessions", (1040, 620), parent, "sessions")
         self._jobs, self._work = jobs, work
         self._task = Task()
         self._data_folder = data_folder
@@ -50,7 +47,9 @@ class SessionBrowser(QDialog):
         self._timer.timeout.connect(self._show_share)
         self.search = SearchForm(theme)
         self.model = SessionModel()
-        self.table = self._table()
+        self.table = RowTable(self.model, "sessions.list")
+        for name, width in _WIDTHS.items():
+            self.table.fit(COLUMNS.index(name), width)
         self.words = PlainLabel()
         self.details = PlainLabel()
         self.thumbnails = ThumbnailView(theme)
@@ -128,7 +127,12 @@ class SessionBrowser(QDialog):
             return
         path = chosen.path
         self.details.setText(f"{chosen.name}: reading …")
-        self._jobs.start("looking at a session", lambda: look_at(path), self._show_look, self._not_read)
+        self._jobs.start(
+            "looking at a session",
+            lambda: look_at(path),
+            self._show_look,
+            lambda error: self.details.setText(str(error)),
+        )
 
     def _show_look(self, look: SessionLook) -> None:
         if look.path != self._wanted or self.chosen is None:
@@ -137,9 +141,6 @@ class SessionBrowser(QDialog):
         self.details.setText(" · ".join(filter(None, facts)))
         self.thumbnails.show_runs(look.runs)
 
-    def _not_read(self, error: BaseException) -> None:
-        self.details.setText(str(error))
-
     def _ask(self, signal: SignalInstance) -> None:
         chosen = self.chosen
         if chosen is not None and not chosen.problem:
@@ -147,16 +148,8 @@ class SessionBrowser(QDialog):
 
     def _show_buttons(self) -> None:
         chosen = self.chosen
-        usable = chosen is not None and not chosen.problem
-        self.review.setEnabled(usable)
-        self.take_setup.setEnabled(usable)
-
-    def _table(self) -> RowTable:
-        table = RowTable(self.model, "sessions.list")
-        for column, name in enumerate(COLUMNS):
-            if name in _WIDTHS:
-                table.fit(column, _WIDTHS[name])
-        return table
+        for one in (self.review, self.take_setup):
+            one.setEnabled(chosen is not None and not chosen.problem)
 
     def _lay_out(self) -> None:
         lower = QWidget()
@@ -167,7 +160,7 @@ class SessionBrowser(QDialog):
         parts.addWidget(lower)
         parts.setSizes([360, 240])
         buttons = fill(QHBoxLayout(), self.review, self.take_setup, 1, self.elsewhere, spacing=6)
-        fill(QVBoxLayout(self), self.search, self.words, (parts, 1), buttons, margins=(9, 9, 9, 9), spacing=6)
+        self.lay_out(self.search, self.words, (parts, 1), buttons)
 
 
 def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:

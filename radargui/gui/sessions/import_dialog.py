@@ -4,25 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Signal
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QComboBox,
-    QDialog,
-    QDoubleSpinBox,
-    QFileDialog,
-    QHBoxLayout,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QComboBox, QDoubleSpinBox, QFileDialog, QHBoxLayout, QWidget
 
 from radargui.experiment.importing import FilesLook, ImportOrder, inputs_of, look_into
 from radargui.files.formats import SUFFIXES
 from radargui.files.raw_file import first_seconds
 from radargui.gui.background import Jobs
-from radargui.gui.layout import FaultText, FormScroll, Group, PlainLabel, button, fill, fit_screen, side_by_side
+from radargui.gui.layout import Dialog, FaultText, FormScroll, Group, PlainLabel, button, fill, fit_screen, side_by_side
 from radargui.gui.sessions.mapping_table import MappingTable
 from radargui.gui.sessions.raw_form import PREVIEW_S, PREVIEW_SAMPLES, RawForm
 from radargui.gui.theme import Theme
@@ -51,7 +43,7 @@ class ImportDefaults:
     operator: str
 
 
-class ImportDialog(QDialog):
+class ImportDialog(Dialog):
     """Asks what to import; files are looked into in the background."""
 
     ordered = Signal(object)
@@ -59,10 +51,8 @@ class ImportDialog(QDialog):
     def __init__(
         self, jobs: Jobs, theme: Theme, defaults: Callable[[], ImportDefaults], parent: QWidget | None = None
     ) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Import recordings")
-        self._jobs = jobs
-        self._defaults = defaults
+        super().__init__("Import recordings", _SIZE, parent)
+        self._jobs, self._defaults = jobs, defaults
         self._files: tuple[Path, ...] = ()
         self._look: FilesLook | None = None
         self._n_looks = 0
@@ -77,10 +67,7 @@ class ImportDialog(QDialog):
         self.binary.toggled.connect(self._show_raw)
         self.raw.changed.connect(self._renew_look)
         self.mapping = MappingTable()
-        self.rate = QDoubleSpinBox()
-        self.rate.setRange(0.0, _FASTEST_HZ)
-        self.rate.setDecimals(3)
-        self.rate.setGroupSeparatorShown(False)
+        self.rate = QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
         self.setup = QComboBox()
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
         self.process = QCheckBox("Process the runs")
@@ -106,10 +93,9 @@ class ImportDialog(QDialog):
         self._beside.setVisible(False)
         sides = fill(QHBoxLayout(), (FormScroll(files, columns, how), 1), (self._beside, 1), spacing=6)
         ends = side_by_side(self.go, button("Cancel", self.reject))
-        fill(QVBoxLayout(self), (sides, 1), ends, margins=(6, 6, 6, 6), spacing=6)
+        self.lay_out((sides, 1), ends)
         self._show_rate()
         self._show_setups()
-        fit_screen(self, *_SIZE)
 
     def choose(self, files: list[Path]) -> None:
         """Look into files."""
@@ -254,14 +240,6 @@ class ImportDialog(QDialog):
             return
         setup, file = self._chosen_setup()
         names, rate_hz, now = self.mapping.names, self.rate.value() or None, self._defaults()
-        self.ordered.emit(
-            ImportOrder(
-                lambda: inputs_of(look, names, rate_hz),
-                setup,
-                file,
-                now.data_folder,
-                now.operator,
-                process=self.process.isChecked(),
-            )
-        )
+        inputs, process = partial(inputs_of, look, names, rate_hz), self.process.isChecked()
+        self.ordered.emit(ImportOrder(inputs, setup, file, now.data_folder, now.operator, process=process))
         self.accept()

@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QDialog,
-    QHeaderView,
-    QTableWidget,
-    QTableWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QWidget
 
 from radargui.experiment.compare import ComparedFigure, Comparison, Side, reprocess_runs
 from radargui.experiment.reprocess import Outcome
 from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import Choice, Group, PlainLabel, button, fill, fit_screen, side_by_side
+from radargui.gui.layout import Choice, Dialog, Group, PlainLabel, button, side_by_side
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import words_of
+from radargui.gui.table import RowModel, RowTable
 from radargui.gui.work_strip import WorkStrip
 from radargui.model.rounding import alone, plain, quantity
 from radargui.model.setup import Setup
@@ -39,7 +33,7 @@ _NAMES = {
 }
 
 
-class ReprocessDialog(QDialog):
+class ReprocessDialog(Dialog):
     """The samples are never touched; stored results stay until the new ones are kept."""
 
     kept = Signal(object)
@@ -54,9 +48,7 @@ class ReprocessDialog(QDialog):
         read_only: bool = False,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
-        self.setWindowTitle("Process again and compare")
-        fit_screen(self, 760, 620)
+        super().__init__("Process again and compare", (760, 620), parent)
         self._read_only = read_only
         self._other: tuple[Setup | None, dict[str, str]] = (None, {})
         self._good: tuple[Path, ...] = ()
@@ -66,24 +58,26 @@ class ReprocessDialog(QDialog):
         as_set = (None, "As in the setup")
         self.correction = Choice((as_set, *words_of("processing.correction").choices.items()))
         self.geometry_choice = Choice((as_set, *words_of("processing.geometry").choices.items()))
+        self._choices = {
+            "Runs": self.what,
+            "Antennas and processing": self.setup,
+            "IQ correction": self.correction,
+            "Geometry": self.geometry_choice,
+        }
         group = Group("With")
-        group.row("Runs", self.what)
-        group.row("Antennas and processing", self.setup)
-        group.row("IQ correction", self.correction)
-        group.row("Geometry", self.geometry_choice)
+        for words, choice in self._choices.items():
+            group.row(words, choice)
+            choice.currentIndexChanged.connect(lambda _index: self._forget())
         self.compare = button("Process and compare", self._compare, default=True)
         self.work = WorkStrip(jobs)
-        self.settings = PlainLabel()
-        self.table = ComparisonTable()
-        self.words = PlainLabel()
+        self.settings, self.words = PlainLabel(), PlainLabel()
+        self.lines = RowModel[tuple[str, ...]](HEADS)
+        self.table = RowTable(self.lines, "comparison")
         tip = "They take the place of the stored ones, whose figures stay beside them"
         self.keep = button("Keep the new results", self._keep, tip)
         self.discard = button("Discard", self.reject)
         ends = side_by_side(self.keep, self.discard)
-        parts = (group, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
-        fill(QVBoxLayout(self), *parts, margins=(9, 9, 9, 9), spacing=6)
-        for box in (self.what, self.setup, self.correction, self.geometry_choice):
-            box.currentIndexChanged.connect(lambda _index: self._forget())
+        self.lay_out(group, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
         self._show_buttons()
 
     def done(self, result: int) -> None:
@@ -93,34 +87,30 @@ class ReprocessDialog(QDialog):
 
     def _compare(self) -> None:
         self._forget()
-        changes = {
-            "processing.correction": self.correction.currentData(),
-            "processing.geometry": self.geometry_choice.currentData(),
-        }
+        changes = {"correction": self.correction.currentData(), "geometry": self.geometry_choice.currentData()}
+        wanted = {f"processing.{name}": value for name, value in changes.items() if value}
+        self._other = self.setup.currentData(), wanted
         runs = tuple(map(Path, self.what.currentData()))
-        setup, wanted = self._other = self.setup.currentData(), {key: one for key, one in changes.items() if one}
-        self.work.start(
-            "processing again",
-            lambda task: tuple(reprocess_runs(runs, setup, wanted, progress=task.report)),
-            self._show_outcomes,
-            self._failed,
-            lambda: self._ended("Cancelled; nothing was changed."),
-        )
-        self._show_buttons()
+        self._work("processing again", runs, self._show_outcomes, "nothing was changed", keep=False)
 
     def _keep(self) -> None:
-        runs, (setup, wanted) = self._good, self._other
+        left = "runs that were done keep their new results"
+        self._work("keeping the new results", self._good, self._kept, left, keep=True)
+
+    def _work(self, what: str, runs: tuple[Path, ...], then: Callable[[Any], None], left: str, *, keep: bool) -> None:
+        setup, wanted = self._other
         self.work.start(
-            "keeping the new results",
-            lambda task: tuple(reprocess_runs(runs, setup, wanted, keep=True, progress=task.report)),
-            self._kept,
-            self._failed,
-            lambda: self._ended("Cancelled; runs that were done keep their new results."),
+            what,
+            lambda task: tuple(reprocess_runs(runs, setup, wanted, keep=keep, progress=task.report)),
+            then,
+            lambda error: self._ended(str(error)),
+            lambda: self._ended(f"Cancelled; {left}."),
         )
         self._show_buttons()
 
     def _show_outcomes(self, outcomes: tuple[Outcome[Comparison], ...]) -> None:
-        self.table.show_outcomes(outcomes)
+        self.lines.replace_all(line for outcome in outcomes for line in lines_of(outcome))
+        self.table.fit_all()
         compared = [one.value for one in outcomes if one.value is not None]
         self._good = tuple(one.run for one in compared)
         self.settings.setText(settings_words(compared[0]) if compared else "")
@@ -132,23 +122,19 @@ class ReprocessDialog(QDialog):
         self._ended("\n".join(str(one.error) for one in failed) or "The new results are kept with the runs.")
         self.kept.emit(tuple(one.run for one in outcomes if one.error is None))
 
-    def _failed(self, error: BaseException) -> None:
-        self._ended(str(error))
-
     def _ended(self, words: str) -> None:
         self.words.setText(words)
         self._show_buttons()
 
     def _forget(self) -> None:
         self._good = ()
-        self.words.setText("")
         self.settings.setText("")
-        self.table.show_outcomes(())
-        self._show_buttons()
+        self.lines.replace_all(())
+        self._ended("")
 
     def _show_buttons(self) -> None:
         busy = self.work.busy
-        for widget in (self.compare, self.what, self.setup, self.correction, self.geometry_choice):
+        for widget in (self.compare, *self._choices.values()):
             widget.setEnabled(not busy)
         self.keep.setEnabled(bool(self._good) and not busy and not self._read_only)
         if self._read_only:
@@ -190,35 +176,6 @@ class ReprocessController(QObject):
         if self.dialog is not None:
             self.dialog.reject()
             self.dialog = None
-
-
-class ComparisonTable(QTableWidget):
-    """A few lines a run; texts can be selected and copied."""
-
-    def __init__(self) -> None:
-        super().__init__(0, len(HEADS))
-        self._lines: tuple[tuple[str, ...], ...] = ()
-        self.setHorizontalHeaderLabels(list(HEADS))
-        self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + 8)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setWordWrap(False)
-        self.setShowGrid(False)
-        self.setAlternatingRowColors(True)
-        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        self.horizontalHeader().setStretchLastSection(True)
-
-    def show_outcomes(self, outcomes: tuple[Outcome[Comparison], ...]) -> None:
-        """Show what came out."""
-        self._lines = tuple(line for outcome in outcomes for line in lines_of(outcome))
-        self.setRowCount(len(self._lines))
-        for row, line in enumerate(self._lines):
-            for column, text in enumerate(line):
-                self.setItem(row, column, QTableWidgetItem(text))
-
-    def texts(self) -> tuple[tuple[str, ...], ...]:
-        """Return what is shown, row by row."""
-        return self._lines
 
 
 def lines_of(outcome: Outcome[Comparison]) -> Iterator[tuple[str, str, str, str, str]]:

@@ -66,9 +66,7 @@ class SessionController(QObject):
 
     def browse(self) -> None:
         """Show the browser."""
-        self.browser.show()
-        self.browser.raise_()
-        self.browser.activateWindow()
+        self.browser.come_up()
 
     def ask_folder(self) -> None:
         """Let the operator choose a session folder anywhere."""

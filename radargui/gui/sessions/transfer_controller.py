@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QCheckBox, QDialog, QFileDialog, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QDialog, QFileDialog, QLineEdit, QWidget
 
 from radargui.experiment.importing import Imported, ImportOrder, import_recordings
 from radargui.files.export import EXPORT_FORMATS, ExportFormat
 from radargui.files.fresh_file import make_folder
 from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import Choice, FaultText, Group, button, fill, side_by_side
+from radargui.gui.layout import Choice, Dialog, FaultText, Group, button, side_by_side
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.import_dialog import ImportDefaults, ImportDialog
@@ -23,7 +23,7 @@ from radargui.model.errors import FileError
 from radargui.session.export import FOLDER, ExportedRun, ExportPlan, plan_export
 
 
-class ExportDialog(QDialog):
+class ExportDialog(Dialog):
     """Asks what to export; `ordered` brings the plan, once the folder is one that takes it."""
 
     ordered = Signal(object)
@@ -31,10 +31,8 @@ class ExportDialog(QDialog):
     def __init__(
         self, jobs: Jobs, theme: Theme, session: Path, run: Path | None, parent: QWidget | None = None
     ) -> None:
-        super().__init__(parent)
+        super().__init__("Export samples", (520, 200), parent)
         self._jobs = jobs
-        self.setWindowTitle("Export samples")
-        self.setMinimumWidth(520)
         one = [(run, f"The chosen run, {run.stem}")] if run is not None else []
         self.what = Choice((*one, (session, f"All runs of the session {session.name}")))
         self.kind = Choice((one.name, f"{one.title} ({', '.join(one.suffixes)})") for one in EXPORT_FORMATS.values())
@@ -49,7 +47,7 @@ class ExportDialog(QDialog):
         group.whole(self.fault)
         group.whole(self.replace)
         ends = side_by_side(go, button("Cancel", self.reject))
-        fill(QVBoxLayout(self), group, ends, margins=(9, 9, 9, 9), spacing=6)
+        self.lay_out(group, ends)
         self.folder.textChanged.connect(lambda text: go.setEnabled(bool(text.strip())))
         for changed in (self.folder.textChanged, self.replace.toggled, self.kind.activated, self.what.activated):
             changed.connect(lambda _value: self.fault.say(""))

@@ -72,9 +72,7 @@ class WiringController(QObject):
 
     def show(self) -> None:
         """Show the dialog."""
-        self.dialog.show()
-        self.dialog.raise_()
-        self.dialog.activateWindow()
+        self.dialog.come_up()
 
     def begin(self) -> None:
         """Begin the check: with the live view that runs, or with one of its own."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QDialog, QHBoxLayout, QLabel, QProgressBar, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QScrollArea, QVBoxLayout, QWidget
 
 from radargui.experiment.wiring import GuideState
-from radargui.gui.layout import PlainLabel, button, fill, fit_screen, take_out
+from radargui.gui.layout import Dialog, PlainLabel, button, fill, take_out
 from radargui.gui.setup.words import in_words
 from radargui.gui.theme import Theme, scaled_font
 from radargui.processing.wiring import WiringFinding, WiringReport
@@ -19,21 +19,18 @@ _TITLE, _LARGE, _MEDIUM = 3.0, 4.0, 1.5
 """Times the usual size of letters: the step is read from the antennas, two or three metres away."""
 
 
-class WiringDialog(QDialog):
+class WiringDialog(Dialog):
     """Says what to do; shows findings and what they propose."""
 
     begin_asked = Signal()
     take_asked = Signal()
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+        super().__init__("Wiring check", (900, 560), parent)
         self._theme = theme
         self._report: WiringReport | None = None
         self._found: list[QLabel] = []
         self._measuring = False
-        self.setWindowTitle("Wiring check")
-        fit_screen(self, 900, 560)
-
         self.when = PlainLabel(selectable=False)
         self.when.setFont(scaled_font(self.font(), _TITLE, bold=True))
         self.step = PlainLabel(_WELCOME, selectable=False)
@@ -53,7 +50,7 @@ class WiringDialog(QDialog):
             one.setFont(scaled_font(one.font(), 1.15, bold=True))
         ends = fill(QHBoxLayout(), self.begin, self.take, 1, button("Close", self.reject), spacing=6)
         parts = (self.when, self.step, self.progress, (self._area, 1), ends)
-        fill(QVBoxLayout(self), *parts, margins=(18, 14, 18, 12), spacing=10)
+        self.lay_out(*parts, margins=(18, 14, 18, 12), spacing=10)
         theme.changed.connect(self._colour)
         self._show("Are the wires right?", _WELCOME)
 

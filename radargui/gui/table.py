@@ -53,7 +53,8 @@ class RowModel(QAbstractTableModel, Generic[_R]):
     ) -> Any:
         """Return a column's title."""
         titled = role == Qt.ItemDataRole.DisplayRole and orientation == Qt.Orientation.Horizontal
-        return self._titles[section] if titled else None
+        # the unit beneath its name: a column is as wide as its figures, not as its title
+        return self._titles[section].replace(" [", "\n[") if titled else None
 
 
 class RowTable(QTableView):

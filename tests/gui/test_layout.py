@@ -96,7 +96,7 @@ def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small: MainWindo
         assert needed.width() <= inside.width(), entry.verdict
     for column in range(last):
         words = (
-            str(model.headerData(column, Qt.Orientation.Horizontal)),
+            *str(model.headerData(column, Qt.Orientation.Horizontal)).splitlines(),
             str(model.data(model.index(0, column), Qt.ItemDataRole.DisplayRole)),
         )
         room = table.columnWidth(column) - 8

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from html import escape
 
 from PySide6.QtWidgets import QTextBrowser
@@ -76,7 +76,7 @@ def _fall(result: RunResult, theme: Theme) -> list[str]:
         ("Drop height", plain(fall.drop_height_m, unit="mm", scale=1000.0)),
         ("Residual of the parabola, rms", plain(fall.residual_rms_m, 3, unit="µm", scale=1e6)),
     )
-    parts, check = [f"<h4>First fall</h4>{_figures(rows)}"], site_check(result)
+    parts, check = [f"<h4>First fall</h4>{_table(rows, left=0)}"], site_check(result)
     if check is not None:
         alarm = f' style="color:{theme.colours.alarm}"' if check.agrees is False else ""
         parts.append(f"<p{alarm}>g against the site: {escape(check.compared)}</p>")
@@ -88,28 +88,26 @@ def _bounces(result: RunResult) -> list[str]:
     if not impacts:
         return ["<p>No bounce.</p>"] if result.status == "ok" else []
     zero, since = result.zero
-    rows = "".join(
-        f"<tr><td align='right'>{number}</td>"
-        f"<td align='right'>&nbsp;{bounce.time_s - zero:.4f}</td>"
-        f"<td align='right'>&nbsp;{plain(bounce.speed_before_m_s)}</td>"
-        f"<td align='right'>&nbsp;{plain(bounce.speed_after_m_s)}</td>"
-        f"<td align='right'>&nbsp;<b>{quantity(bounce.e, bounce.u_stated)}</b></td>"
-        f"<td align='right'>&nbsp;{plain(bounce.u_e, 2)}</td>"
-        f"<td>{'' if bounce.valid else 'not valid'}</td></tr>"
+    rows = (
+        (
+            str(number),
+            f"{bounce.time_s - zero:.4f}",
+            plain(bounce.speed_before_m_s),
+            plain(bounce.speed_after_m_s),
+            f"<b>{quantity(bounce.e, bounce.u_stated)}</b>",
+            plain(bounce.u_e, 2),
+            "" if bounce.valid else "not valid",
+        )
         for number, bounce in enumerate(impacts, start=1)
     )
-    head = _head("Bounce", "t [s]", "Before [m/s]", "After [m/s]", "e ± combined u", "Statistical u", "")
+    head = ("Bounce", "t [s]", "Before [m/s]", "After [m/s]", "e ± combined u", "Statistical u", "")
     methods = ", ".join(sorted({bounce.method for bounce in impacts}))
     words = f"<p>t counts from {since}; speeds by {escape(methods)}</p>"
-    return ["<h4>Bounces</h4>", words, f"<table cellspacing='0' cellpadding='2'>{head}{rows}</table>"]
+    return ["<h4>Bounces</h4>", words, _table(rows, head, left=6)]
 
 
 def _budget(budget: UncertaintyBudget, theme: Theme) -> list[str]:
-    rows = "".join(
-        "<tr>" + "".join(f"<td align='right'>{escape(cell)}&nbsp;</td>" for cell in cells) + "</tr>"
-        for cells in budget_rows(budget)
-    )
-    parts = [f"<h4>Standard uncertainties</h4><table>{rows}</table>"]
+    parts = [f"<h4>Standard uncertainties</h4>{_table(map(escape, cells) for cells in budget_rows(budget))}"]
     colours = dict(zip(SHARES, (theme.colours.i, theme.colours.q, theme.colours.fit), strict=True))
     for name, line in (("e", budget.e), ("g", budget.g_m_s2), ("position", budget.position_m)):
         shares = {share: round(100.0 * part) for share, part in variance_shares(line).items() if part >= LEAST_SHOWN}
@@ -130,35 +128,30 @@ def _quality(channels: tuple[ChannelQuality, ...]) -> str:
     def share(value: float | None) -> str:
         return UNKNOWN if value is None else f"{100.0 * value:.1f}"
 
-    rows = (
-        ("SNR [dB]", [plain(channel.snr_db, 3) for channel in channels]),
-        ("Departure from the circle, rms [amplitudes]", [plain(channel.circularity, 2) for channel in channels]),
-        ("Image rejection [dB]", [plain(channel.image_rejection_db, 3) for channel in channels]),
-        ("Fringes", [plain(channel.fringes, 3) for channel in channels]),
-        ("Gain Q / I", [quantity(channel.gain_ratio, channel.u_gain_ratio) for channel in channels]),
-        (
-            "Quadrature error [°]",
-            [quantity(channel.quadrature_error_deg, channel.u_quadrature_error_deg) for channel in channels],
-        ),
-        ("Valid samples [%]", [share(channel.fraction_valid) for channel in channels]),
-        ("Clipped samples [%]", [share(channel.fraction_clipped) for channel in channels]),
-        ("Verdict", [escape(channel.verdict) for channel in channels]),
+    figures: dict[str, Callable[[ChannelQuality], str]] = {
+        "SNR [dB]": lambda one: plain(one.snr_db, 3),
+        "Departure from the circle, rms [amplitudes]": lambda one: plain(one.circularity, 2),
+        "Image rejection [dB]": lambda one: plain(one.image_rejection_db, 3),
+        "Fringes": lambda one: plain(one.fringes, 3),
+        "Gain Q / I": lambda one: quantity(one.gain_ratio, one.u_gain_ratio),
+        "Quadrature error [°]": lambda one: quantity(one.quadrature_error_deg, one.u_quadrature_error_deg),
+        "Valid samples [%]": lambda one: share(one.fraction_valid),
+        "Clipped samples [%]": lambda one: share(one.fraction_clipped),
+        "Verdict": lambda one: escape(one.verdict),
+    }
+    head = ("", *(f"Rx {escape(channel.name)}" for channel in channels))
+    rows = ((words, *map(figure, channels)) for words, figure in figures.items())
+    reasons = (f"<p>Rx {escape(one.name)}: {escape(one.reason)}</p>" for one in channels if one.reason)
+    return _table(rows, head, left=0) + "".join(reasons)
+
+
+def _table(rows: Iterable[Iterable[str]], head: Iterable[str] = (), left: int = -1) -> str:
+    """Return a table of simple HTML whose cells stand at the right, those of the column `left` at the left."""
+
+    def line(cells: Iterable[str], tag: str) -> str:
+        sides = ((text, "left" if column == left else "right") for column, text in enumerate(cells))
+        return "<tr>" + "".join(f"<{tag} align='{side}'>&nbsp;{text}</{tag}>" for text, side in sides) + "</tr>"
+
+    return (
+        f"<table cellspacing='0' cellpadding='2'>{line(head, 'th')}{''.join(line(row, 'td') for row in rows)}</table>"
     )
-    head = _head("", *(f"Rx {escape(channel.name)}" for channel in channels))
-    body = "".join(
-        f"<tr><td>{words}</td>" + "".join(f"<td align='right'>&nbsp;{value}</td>" for value in values) + "</tr>"
-        for words, values in rows
-    )
-    reasons = "".join(
-        f"<p>Rx {escape(channel.name)}: {escape(channel.reason)}</p>" for channel in channels if channel.reason
-    )
-    return f"<table cellspacing='0' cellpadding='2'>{head}{body}</table>{reasons}"
-
-
-def _figures(rows: Iterable[tuple[str, str]]) -> str:
-    cells = (f"<tr><td>{words}&nbsp;&nbsp;</td><td align='right'>{value}</td></tr>" for words, value in rows)
-    return f"<table>{''.join(cells)}</table>"
-
-
-def _head(*words: str) -> str:
-    return "<tr>" + "".join(f"<th align='right'>&nbsp;{escape(word)}</th>" for word in words) + "</tr>"

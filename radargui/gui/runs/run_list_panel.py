@@ -125,7 +125,7 @@ class RunListPanel(QWidget):
         """Make columns wide enough for entries, and never narrower than they were."""
         metrics, texts = self.table.fontMetrics(), [entry.cells() for entry in entries]
         for column in range(len(COLUMNS) - 1):
-            words = (COLUMNS[column], *(cells[column] for cells in texts))
+            words = (*COLUMNS[column].split(), *(cells[column] for cells in texts))
             wanted = max(metrics.horizontalAdvance(text) for text in words) + 10
             if self.table.columnWidth(column) < wanted or not self.model.entries:
                 self.table.fit(column, wanted)

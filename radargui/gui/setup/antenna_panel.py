@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
 
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.plane_wave import condition_number, t_matrix
 from radargui.gui.layout import FaultText, Group, PlainLabel, button, fill
-from radargui.gui.setup.fields import FormPanel, NumberField, SetupForm
+from radargui.gui.setup.fields import FieldGrid, FormPanel, NumberField, SetupForm
 from radargui.gui.setup.polarization import PolarizationForm
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
 from radargui.gui.setup.words import words_of
@@ -60,40 +61,24 @@ class AntennaPanel(FormPanel):
         self._place.setRowVisible(2, by_position)
 
 
-class ReceiverTable(QWidget):
+class ReceiverTable(FieldGrid):
     """One row a receiver, from 1 to 4 of them."""
 
     def __init__(self, model: SetupModel, theme: Theme) -> None:
-        super().__init__()
+        super().__init__(*(words_of(f"receiver.{name}").label for name in COLUMNS))
         self._model = model
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(4)
-        for column, name in enumerate(COLUMNS, start=1):
-            grid.addWidget(QLabel(words_of(f"receiver.{name}").label), 0, column)
-        self._rows = [self._row(grid, theme, number) for number in range(1, MOST_RECEIVERS + 1)]
+        self._rows = []
+        for number in range(1, MOST_RECEIVERS + 1):
+            remove = QToolButton()
+            remove.setText("−")
+            remove.setToolTip(f"Remove receiver {number}")
+            remove.clicked.connect(partial(model.remove_receiver, number))
+            fields = [NumberField(model, theme, f"receiver[{number}].{name}") for name in COLUMNS]
+            self._rows.append(self.add_row(f"Rx {number}", fields, remove))
         self.add = button("Add receiver", model.add_receiver)
-        grid.addWidget(self.add, grid.rowCount(), 0, 1, len(COLUMNS) + 2)
+        self._grid.addWidget(self.add, self._grid.rowCount(), 0, 1, len(COLUMNS) + 2)
         model.changed.connect(self._refresh)
         self._refresh()
-
-    def _row(self, grid: QGridLayout, theme: Theme, number: int) -> list[QWidget]:
-        line = grid.rowCount()
-        row: list[QWidget] = [QLabel(f"Rx {number}")]
-        for name in COLUMNS:
-            field = NumberField(self._model, theme, f"receiver[{number}].{name}")
-            field.setAccessibleName(f"Receiver {number} {words_of(field.key).label}")
-            row.append(field)
-            # beneath the row: a column is too narrow for a sentence
-            grid.addWidget(field.changed.fault, line + len(row) - 1, 0, 1, len(COLUMNS) + 2)
-        remove = QToolButton()
-        remove.setText("−")
-        remove.setToolTip(f"Remove receiver {number}")
-        remove.clicked.connect(lambda: self._model.remove_receiver(number))
-        row.append(remove)
-        for column, widget in enumerate(row):
-            grid.addWidget(widget, line, column)
-        return row
 
     def _refresh(self) -> None:
         count = self._model.n_receivers

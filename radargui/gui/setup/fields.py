@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QCheckBox, QComboBox, QLineEdit, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QGridLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from radargui.gui.layout import Choice, FaultText, FormScroll, Group, PlainLabel, fill, side_by_side
 from radargui.gui.setup.setup_model import SetupModel
@@ -250,6 +261,31 @@ class SetupForm(Group):
         field.setAccessibleName(words.label)
         self.whole(field.changed.fault)
         return field
+
+
+class FieldGrid(QWidget):
+    """Rows of numbers under common titles; what is wrong with one stands beneath its row."""
+
+    def __init__(self, *titles: str) -> None:
+        super().__init__()
+        self._grid = grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(4)
+        for column, title in enumerate(titles, start=1):
+            grid.addWidget(QLabel(title), 0, column)
+
+    def add_row(self, name: str, fields: Sequence[NumberField], *more: QWidget) -> list[QWidget]:
+        """Add a row; return its widgets from the left."""
+        line, row = self._grid.rowCount(), [QLabel(name), *fields, *more]
+        for place, field in enumerate(fields, start=line):
+            words = words_of(field.key)
+            field.setAccessibleName(f"{name} {words.label}")
+            field.setToolTip(words.tip)
+            # beneath the row: a column is too narrow for a sentence
+            self._grid.addWidget(field.changed.fault, place + 1, 0, 1, len(row))
+        for column, widget in enumerate(row):
+            self._grid.addWidget(widget, line, column)
+        return row
 
 
 class FormPanel(QWidget):

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from radargui.gui.layout import Group, PlainLabel
-from radargui.gui.setup.fields import NumberField
+from radargui.gui.setup.fields import FieldGrid, NumberField
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
 from radargui.gui.setup.words import words_of
 from radargui.gui.theme import Theme
@@ -29,47 +29,32 @@ class PolarizationForm(Group):
     def __init__(self, model: SetupModel, theme: Theme) -> None:
         super().__init__("Polarisation")
         self._model = model
-        table = QWidget()
-        grid = QGridLayout(table)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(4)
-        for column, key in enumerate(("transmitter.polarization_deg", "transmitter.u_polarization_deg"), start=1):
-            grid.addWidget(QLabel(words_of(key).label), 0, column)
-        self._rows = [self._row(grid, theme, place) for place in range(len(_ANTENNAS))]
-        self.sketch = PolarizationSketch(model, theme)
-        self.whole(table)
-        self.whole(self.sketch)
-        self.whole(
-            PlainLabel(
-                "Each antenna from behind, looking at the centre. Arrow: electric field; wedge: uncertainty; dashed: "
-                "strongest signal, of which the receiver gets so much."
-            )
+        table = FieldGrid(
+            *(words_of(f"transmitter.{name}").label for name in ("polarization_deg", "u_polarization_deg"))
         )
+        self._rows: list[tuple[NumberField, list[QWidget]]] = []
+        for name, antenna in zip(_SHORT, _ANTENNAS, strict=True):
+            angle = NumberField(model, theme, f"{antenna}.polarization_deg", optional=True)
+            hint = f"{_ASSUMED_DEG:g} assumed"
+            u = NumberField(model, theme, f"{antenna}.u_polarization_deg", optional=True, hint=hint)
+            self._rows.append((angle, table.add_row(name, (angle, u))))
+        self.sketch = PolarizationSketch(model, theme)
+        said = (
+            "Each antenna from behind, looking at the centre. Arrow: electric field; wedge: uncertainty; dashed: "
+            "strongest signal, of which the receiver gets so much."
+        )
+        for part in (table, self.sketch, PlainLabel(said)):
+            self.whole(part)
         model.changed.connect(self._refresh)
         self._refresh()
 
-    def _row(self, grid: QGridLayout, theme: Theme, place: int) -> list[QWidget]:
-        line, antenna = grid.rowCount(), _ANTENNAS[place]
-        row: list[QWidget] = [QLabel(_SHORT[place])]
-        for name, hint in (("polarization_deg", ""), ("u_polarization_deg", f"{_ASSUMED_DEG:g} assumed")):
-            field = NumberField(self._model, theme, f"{antenna}.{name}", optional=True, hint=hint)
-            field.setAccessibleName(f"{_SHORT[place]} {words_of(field.key).label}")
-            field.setToolTip(words_of(field.key).tip)
-            row.append(field)
-            grid.addWidget(field.changed.fault, line + len(row) - 1, 0, 1, 3)
-        for column, widget in enumerate(row):
-            grid.addWidget(widget, line, column)
-        return row
-
     def _refresh(self) -> None:
         drawn = self.sketch.antennas
-        for place, row in enumerate(self._rows):
+        for place, (angle, row) in enumerate(self._rows):
             for widget in row:
                 widget.setVisible(place <= self._model.n_receivers)
-            angle = row[1]
-            if isinstance(angle, NumberField):
-                known = place < len(drawn) and drawn[place].strongest_deg is not None
-                angle.setPlaceholderText(f"strongest, {drawn[place].strongest_deg:.1f}" if known else "not given")
+            strongest_deg = drawn[place].strongest_deg if place < len(drawn) else None
+            angle.setPlaceholderText("not given" if strongest_deg is None else f"strongest, {strongest_deg:.1f}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,18 +112,13 @@ class PolarizationSketch(QWidget):
             one.model_copy(update={"polarization_deg": self._number(f"receiver[{number}].polarization_deg")})
             for number, one in enumerate(setup.receiver, 1)
         ]
-        if sent is not None:
-            for number, own in enumerate(
-                received_fields(setup.radar, setup.transmitter, receivers, setup.tracer, sent), 1
-            ):
-                u_deg = self._u(f"receiver[{number}]")
-                self.antennas.append(
-                    DrawnAntenna(f"Rx {number}", ("h", "v"), own.angle_deg, u_deg, own.strongest_deg, own.share)
-                )
-        else:
-            self.antennas += [
-                DrawnAntenna(f"Rx {number}", ("h", "v"), None, 0.0) for number in range(1, len(receivers) + 1)
-            ]
+        fields = () if sent is None else received_fields(setup.radar, setup.transmitter, receivers, setup.tracer, sent)
+        for number in range(1, len(receivers) + 1):
+            drawn = DrawnAntenna(f"Rx {number}", ("h", "v"), None, self._u(f"receiver[{number}]"))
+            if fields:
+                own = fields[number - 1]
+                drawn = replace(drawn, angle_deg=own.angle_deg, strongest_deg=own.strongest_deg, share=own.share)
+            self.antennas.append(drawn)
         words = "\n".join(one.words for one in self.antennas)
         self.setAccessibleDescription(words)
         self.setToolTip(f"{words}\nh is horizontal, v points up as far as the antenna's tilt lets it")
@@ -187,17 +167,16 @@ class PolarizationSketch(QWidget):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(self._theme.colours.line), 1.0))
         painter.drawEllipse(box)
-        painter.drawLine(_at(middle, radius, 180.0), _at(middle, radius, 0.0))
-        painter.drawLine(_at(middle, radius, 270.0), _at(middle, radius, 90.0))
+        for angle_deg in (0.0, 90.0):
+            painter.drawLine(_at(middle, radius, angle_deg + 180.0), _at(middle, radius, angle_deg))
         painter.setPen(faint)
         for name, angle_deg in zip(antenna.axes, (0.0, 90.0), strict=True):
             place = _at(middle, radius + 7.0, angle_deg)
             painter.drawText(QRectF(place.x() - 8.0, place.y() - 8.0, 16.0, 16.0), Qt.AlignmentFlag.AlignCenter, name)
         if antenna.strongest_deg is not None:
             painter.setPen(QPen(faint, 1.0, Qt.PenStyle.DashLine))
-            painter.drawLine(
-                _at(middle, radius, antenna.strongest_deg), _at(middle, radius, antenna.strongest_deg + 180.0)
-            )
+            across = antenna.strongest_deg + 180.0
+            painter.drawLine(_at(middle, radius, antenna.strongest_deg), _at(middle, radius, across))
         if antenna.angle_deg is None:
             return
         wedge = QColor(colour)

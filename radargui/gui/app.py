@@ -1,7 +1,5 @@
 """Starts the window: the one thing the command line calls."""
 
-from __future__ import annotations
-
 import logging
 import multiprocessing
 import os

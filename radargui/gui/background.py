@@ -1,7 +1,5 @@
 """Work off the window's thread, a report, a search for devices, the loading of a run; and the way back to it."""
 
-from __future__ import annotations
-
 import queue
 import threading
 from collections.abc import Callable

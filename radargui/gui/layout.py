@@ -1,7 +1,5 @@
 """How panels, forms and dialogs are laid out: boxes, buttons, wrapped words, titled groups of labelled fields."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 

@@ -1,7 +1,5 @@
 """The main window: puts panels, state, messages and health together and lets them know of each other."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 
@@ -20,8 +18,7 @@ from radargui.gui.control.run_request import MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.layout import fill
 from radargui.gui.menus import About, Actions, RunKeys, facts, fill_menus
-from radargui.gui.notice_strip import NoticeStrip
-from radargui.gui.notices import NoticeBoard
+from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.panels import FocusMark, Panels
 from radargui.gui.runs.run_controller import RunController

@@ -1,7 +1,5 @@
 """Everything the window can do, as actions with their keys, the menus in which each stands, and what Help tells."""
 
-from __future__ import annotations
-
 import platform
 from pathlib import Path
 

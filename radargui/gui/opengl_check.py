@@ -1,7 +1,5 @@
 """The test of OpenGL, run in a process of its own because a bad driver can take the process with it."""
 
-from __future__ import annotations
-
 import sys
 
 USABLE, SOFTWARE, UNUSABLE = 40, 41, 42

@@ -1,7 +1,5 @@
 """Asks whether OpenGL is usable, in another process, without holding up the window."""
 
-from __future__ import annotations
-
 import os
 import sys
 

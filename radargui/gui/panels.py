@@ -1,7 +1,5 @@
 """The dockable panels: their names, where they stand at first, and how the layout is kept."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from PySide6.QtCore import QByteArray, QSize, Qt

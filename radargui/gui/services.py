@@ -1,7 +1,5 @@
 """What every controller may use."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from PySide6.QtWidgets import QWidget

@@ -1,7 +1,5 @@
 """What the window remembers between starts; a corrupt memory never blocks the start."""
 
-from __future__ import annotations
-
 import contextlib
 import time
 from pathlib import Path

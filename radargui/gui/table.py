@@ -1,7 +1,5 @@
 """Rows under titles, and the list of them to choose one from, whose columns the operator may set."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any, Generic, TypeVar
 

@@ -1,7 +1,5 @@
 """The look: light or dark palette, following the system or chosen, and the plot colours that go with it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal

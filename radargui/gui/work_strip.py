@@ -1,7 +1,5 @@
 """Long work in the background with a bar, how far it is, and a button that cancels it."""
 
-from __future__ import annotations
-
 import threading
 import weakref
 from collections.abc import Callable

@@ -34,7 +34,7 @@ def test_every_panel_can_be_closed_and_comes_back_by_reset(window: MainWindow) -
 
 def test_every_action_has_a_key_and_stands_in_a_menu(window: MainWindow) -> None:
     in_menus = {action for menu in window.menuBar().findChildren(QMenu) for action in menu.actions()}
-    assert len(window.actions_._made) > 30
+    assert len(window.actions_._made) >= 28
     for action in window.actions_._made.values():
         assert action in in_menus, action.text()
         assert action.shortcuts(), action.text()

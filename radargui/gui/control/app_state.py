@@ -1,7 +1,5 @@
 """What the program is doing, as the operator names it."""
 
-from __future__ import annotations
-
 from enum import Enum
 
 

@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from radargui.gui.control.app_state import AppState
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.waiting import StoppingStrip
-from radargui.gui.notice_strip import NoticeStrip
-from radargui.gui.notices import NoticeBoard
+from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.theme import Theme
 
 _MOST_POINTS = 34.0

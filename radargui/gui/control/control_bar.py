@@ -1,7 +1,5 @@
 """What never moves: start, record, stop, how many runs, the state beside them, and the place of messages beneath."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (

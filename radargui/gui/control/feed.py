@@ -1,7 +1,5 @@
 """What the screen pulls from an acquisition: the ring and the live track; nothing here waits."""
 
-from __future__ import annotations
-
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.ring import Ring

@@ -1,7 +1,5 @@
 """The health line at the bottom: rate, losses, queues, disk, lag; what is bad stands out in words and colour."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 

@@ -1,7 +1,5 @@
 """Start, record, stop: owns the acquisition of the live view and the worker that records runs."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from datetime import datetime

@@ -1,7 +1,5 @@
 """What Record was asked for, how sources are asked to go about it, and which runs still wait for their result."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol

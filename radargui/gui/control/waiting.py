@@ -1,7 +1,5 @@
 """What is waited for, how long, and how not to wait: at the end of a recording, and at the end of the window."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """How far the worker of a recording or live view is, and what it is asked: one object behind one lock."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import dataclass, replace
 from enum import IntEnum

@@ -1,7 +1,5 @@
 """A rolling view of samples, smallest and largest of each pixel column, made from new samples only."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray

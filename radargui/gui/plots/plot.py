@@ -1,7 +1,5 @@
 """A plot with the window's look, explicit units, cached axes, no prefix that lies; and its key as words beside it."""
 
-from __future__ import annotations
-
 from html import escape
 
 import pyqtgraph as pg

@@ -1,7 +1,5 @@
 """Axis ranges that stay put: they grow at once when needed and shrink only after a while, in round steps."""
 
-from __future__ import annotations
-
 import math
 
 _STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)

@@ -1,7 +1,5 @@
 """The figures of a run in a page of plain text: bounces, free fall, quality of each receiver, warnings."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from html import escape
 

@@ -1,7 +1,5 @@
 """What happens when a run is done, and the one key that rejects it and takes it back."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer

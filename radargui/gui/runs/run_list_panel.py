@@ -1,7 +1,5 @@
 """The panel of the runs: the table, report and export."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The runs of the session as a table: number, time, height of fall, impact speed, e, g, verdict."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The panel of one run: figures, the steps of the correction, phase and path lengths."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

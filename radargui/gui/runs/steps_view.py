@@ -1,7 +1,5 @@
 """The steps of the correction of one receiver: raw with its extremes, splines and bias, and what came out."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 
 import numpy as np

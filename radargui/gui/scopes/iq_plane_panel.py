@@ -1,7 +1,5 @@
 """The IQ planes, one column a receiver: as the converter gave it above, corrected onto the unit circle below."""
 
-from __future__ import annotations
-
 import numpy as np
 from PySide6.QtWidgets import QGridLayout, QWidget
 

@@ -1,7 +1,5 @@
 """One scope: I and Q of a receiver against time, lost samples shaded."""
 
-from __future__ import annotations
-
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtGui import QColor

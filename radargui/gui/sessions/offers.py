@@ -1,7 +1,5 @@
 """What is offered at the start: to finish runs that a crash left, to compute results that were left for later."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The layout of a plain binary file, told by the operator who sees at once what becomes of its first seconds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The dialog that processes runs with other settings, shows old and new side by side, and keeps or discards."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What the window does with sessions: browse, open for review, take the setup of one, keep what is said of it."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from pathlib import Path
 from typing import Literal

@@ -1,7 +1,5 @@
 """The sessions found as a table; and what is read of one before it is opened: its runs, and who writes to it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path

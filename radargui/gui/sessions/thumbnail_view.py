@@ -1,7 +1,5 @@
 """Thumbnails of z(t), one a run, drawn only where they are seen."""
 
-from __future__ import annotations
-
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF

@@ -1,7 +1,5 @@
 """Import and export: the dialogs, the work behind them, and what is said afterwards."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal

@@ -1,7 +1,5 @@
 """The antenna calibration panel: receivers, transmitter, wave, tracer, and the matrix T they make."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

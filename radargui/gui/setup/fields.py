@@ -1,7 +1,5 @@
 """Fields that stand for one key of the setup: a number with its unit, a text, a choice; and what is said of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, TypeVar
 

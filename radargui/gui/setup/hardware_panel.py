@@ -1,7 +1,5 @@
 """The hardware setup panel: setup file, source and its settings, recording, processing."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from PySide6.QtWidgets import QFileDialog, QLineEdit

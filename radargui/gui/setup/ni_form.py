@@ -1,7 +1,5 @@
 """Settings of the NI device, and the search for devices that are there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

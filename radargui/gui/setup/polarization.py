@@ -1,7 +1,5 @@
 """The antennas' polarisations: a row each with its uncertainty, and a drawing of what the angles mean."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

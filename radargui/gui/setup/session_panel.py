@@ -1,7 +1,5 @@
 """Where sessions are kept, who measures, what, and notes, also of a moment."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

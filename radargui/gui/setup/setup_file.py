@@ -1,7 +1,5 @@
 """Opens and saves setup files, and keeps edits that were not saved for the next start."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

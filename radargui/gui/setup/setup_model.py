@@ -1,7 +1,5 @@
 """The setup being edited: a draft that may be wrong for a moment, and the last setup that was right."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The setup in the operator's words: what each value is called, in which unit it is shown, what is wrong with it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

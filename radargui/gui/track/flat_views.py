@@ -1,14 +1,11 @@
 """The track in plots: the height against time, and three projections where OpenGL is not usable or not wanted."""
 
-from __future__ import annotations
-
 import numpy as np
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from radargui.gui.plots.plot import LAST, NOW, Plot
 from radargui.gui.theme import Theme
-from radargui.gui.track.shown_track import ShownTrack
-from radargui.gui.track.space import Space
+from radargui.gui.track.shown_track import ShownTrack, Space
 from radargui.model.decimation import extremes
 
 _MOST_BINS = 1500

@@ -1,7 +1,5 @@
 """The track in space by OpenGL; made only where the test of OpenGL said yes."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -11,8 +9,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QColor, QFont, QResizeEvent, QVector3D, QWheelEvent
 
 from radargui.gui.theme import Theme
-from radargui.gui.track.shown_track import ShownTrack
-from radargui.gui.track.space import Space
+from radargui.gui.track.shown_track import ShownTrack, Space
 from radargui.model.arrays import FloatArray
 
 Points = NDArray[np.float32]

@@ -15,8 +15,7 @@ from radargui.gui.layout import fill
 from radargui.gui.plots.plot import Key
 from radargui.gui.theme import Theme
 from radargui.gui.track.flat_views import HeightPlot, Projections
-from radargui.gui.track.shown_track import LiveTrail, ShownTrack, result_track
-from radargui.gui.track.space import Space, space_of
+from radargui.gui.track.shown_track import LiveTrail, ShownTrack, Space, result_track, space_of
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 

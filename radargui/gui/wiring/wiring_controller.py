@@ -1,7 +1,5 @@
 """Drives the wiring check from the live view: begins it, follows the samples, takes over what is proposed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from PySide6.QtCore import QObject, QTimer, Signal

@@ -1,7 +1,5 @@
 """The window of the wiring check: the step in letters that are read at the antennas, then what was found."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QScrollArea, QVBoxLayout, QWidget
 

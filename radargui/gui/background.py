@@ -48,10 +48,17 @@ class Mailbox(QObject):
 
 
 class Jobs(QObject):
-    """Runs functions on threads of their own; the callbacks come in the window's thread."""
+    """Runs functions on threads of their own; the callbacks come in the window's thread.
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    Parameters
+    ----------
+    show_error
+        Takes the errors of work that nobody else looks after.
+    """
+
+    def __init__(self, show_error: Callable[[BaseException], None], parent: QObject | None = None) -> None:
         super().__init__(parent)
+        self.show_error = show_error
         self._threads: dict[threading.Thread, str] = {}
         self._mailbox = Mailbox(self)
 
@@ -60,15 +67,21 @@ class Jobs(QObject):
         """What is being worked on, in words."""
         return tuple(self._threads.values())
 
-    def start(self, what: str, work: Work, then: Then, otherwise: Callable[[BaseException], None]) -> None:
-        """Run `work`; afterwards `then(result)` or `otherwise(error)`."""
+    def start(
+        self,
+        what: str,
+        work: Work,
+        then: Then = lambda _result: None,
+        otherwise: Callable[[BaseException], None] | None = None,
+    ) -> None:
+        """Run `work`; afterwards `then(result)` or `otherwise(error)`, where left out it is shown to the operator."""
 
         def run() -> None:
             callback: Callable[[Any], None] = then
             try:
                 value: Any = work()
             except Exception as error:  # noqa: BLE001 - led to the operator by `otherwise`
-                callback, value = otherwise, error
+                callback, value = otherwise or self.show_error, error
             self._mailbox.post(self._deliver, thread, callback, value)
 
         thread = threading.Thread(target=run, name=f"gui {what}", daemon=True)

@@ -83,7 +83,7 @@ class MainWindow(QMainWindow):
     ) -> None:
         super().__init__()
         self.theme, self.settings, self.board = theme, settings, board
-        self.jobs = Jobs(self)
+        self.jobs = Jobs(board.post_error, self)
         self.setup_model = first_setup(setup_path, settings, board)
         self.control = RunControl(source_maker, self)
         self.actions_ = Actions(self)

@@ -71,7 +71,7 @@ class Theme(QObject):
     def __init__(self, application: QApplication, choice: ThemeChoice = "system") -> None:
         super().__init__()
         self.application = application
-        self._choice: ThemeChoice = choice
+        self.choice: ThemeChoice = choice
         self._applying = False
         # Fusion is the one style that takes any palette on every system
         application.setStyle("Fusion")
@@ -80,14 +80,9 @@ class Theme(QObject):
         self.colours = LIGHT
         self.apply(choice)
 
-    @property
-    def choice(self) -> ThemeChoice:
-        """What the operator chose."""
-        return self._choice
-
     def apply(self, choice: ThemeChoice) -> None:
         """Show the look `choice`."""
-        self._choice = choice
+        self.choice = choice
         hints = self.application.styleHints()
         self._applying = True
         try:
@@ -105,8 +100,8 @@ class Theme(QObject):
             self._refresh()
 
     def _refresh(self) -> None:
-        dark = self._choice == "dark"
-        if self._choice == "system":
+        dark = self.choice == "dark"
+        if self.choice == "system":
             scheme = self.application.styleHints().colorScheme()
             dark = self._system_dark if scheme == Qt.ColorScheme.Unknown else scheme == Qt.ColorScheme.Dark
         self.colours = DARK if dark else LIGHT

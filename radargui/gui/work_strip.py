@@ -63,7 +63,7 @@ class WorkStrip(QWidget):
         what: str,
         work: Callable[[Task], Any],
         then: Callable[[Any], None],
-        otherwise: Callable[[BaseException], None],
+        otherwise: Callable[[BaseException], None] | None = None,
         cancelled: Callable[[], None] = lambda: None,
     ) -> None:
         """Run `work`; afterwards `then(result)`, `otherwise(error)` or `cancelled()`, in the window's thread."""
@@ -80,7 +80,7 @@ class WorkStrip(QWidget):
 
         def failed(error: BaseException) -> None:
             self._remove(task)
-            cancelled() if isinstance(error, CancelledError) else otherwise(error)
+            cancelled() if isinstance(error, CancelledError) else (otherwise or self._jobs.show_error)(error)
 
         self._jobs.start(what, lambda: work(task), ended, failed)
 

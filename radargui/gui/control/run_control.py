@@ -49,7 +49,7 @@ class RunControl(QObject):
     def __init__(self, make_source: MakeSource, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._make = make_source
-        self._state = AppState.IDLE
+        self.state = AppState.IDLE
         self._of_worker = WorkerState()
         self._worker: threading.Thread | None = None
         self._stopper: threading.Thread | None = None
@@ -75,15 +75,10 @@ class RunControl(QObject):
         self._mailbox = Mailbox(self)
 
     @property
-    def state(self) -> AppState:
-        """What is being done."""
-        return self._state
-
-    @property
     def health(self) -> Health | None:
         """The newest snapshot of the running acquisition; None where none runs. Taken by its worker, not here."""
         reached = self._of_worker.reached
-        return reached.health if self._state.running and not reached.only_processes else None
+        return reached.health if self.state.running and not reached.only_processes else None
 
     @property
     def progress(self) -> float:
@@ -119,7 +114,7 @@ class RunControl(QObject):
         self, setup: Setup, kind: SourceKind, file: Path | None, *, make: Callable[[Setup], Source] | None = None
     ) -> None:
         """Show what the source gives, without recording; `make`: what makes another source instead."""
-        if self._state.running:
+        if self.state.running:
             return
         self._begin(setup)
 
@@ -143,11 +138,11 @@ class RunControl(QObject):
 
     def record(self, request: RunRequest) -> None:
         """Record runs one after the other; the first one makes the session. A live view is ended before."""
-        if self._state is AppState.LIVE:
+        if self.state is AppState.LIVE:
             self.stop()
             self._next = request
             return
-        if self._state.running:
+        if self.state.running:
             return
         setup = request.setup
         self._begin(setup)
@@ -229,28 +224,24 @@ class RunControl(QObject):
 
         Asked again, or while there is nothing but processing, that ends too: what stands already is kept.
         """
-        if self._state.running:
-            again = self._of_worker.stops or self._of_worker.reached.only_processes
-            self._stop(Asked.CANCEL if again else Asked.FINISH)
+        again = self._of_worker.stops or self._of_worker.reached.only_processes
+        self._stop(Asked.CANCEL if again else Asked.FINISH)
 
     def finish(self) -> None:
         """End what runs, without waiting: a run under way is kept and processed, whatever is asked again."""
-        if self._state.running:
-            self._stop(Asked.FINISH)
+        self._stop(Asked.FINISH)
 
     def cancel(self) -> None:
         """End what runs now, without waiting; what was recorded is kept, with the preliminary results."""
-        if self._state.running:
-            self._stop(Asked.CANCEL)
+        self._stop(Asked.CANCEL)
 
     def leave(self) -> None:
         """End what runs now, without waiting; what was recorded is kept, results still to come are left for later."""
-        if self._state.running:
-            self._stop(Asked.LEAVE)
+        self._stop(Asked.LEAVE)
 
     def poll(self) -> None:
         """Look what changed; called by the window's timer."""
-        if not self._state.running:
+        if not self.state.running:
             return
         reached = self._of_worker.reached
         acquisition = reached.acquisition
@@ -280,7 +271,7 @@ class RunControl(QObject):
 
     def use_session(self, session: Session | None, *, reviewed: bool = False) -> None:
         """Let the next Record add to a session that is there, or make a new one (None); what was before is over."""
-        if not self._state.running:
+        if not self.state.running:
             self._memory = LiveMemory()
             self.is_reviewed = reviewed and session is not None
             self.kept = self.run_number = self.n_runs = 0
@@ -289,6 +280,8 @@ class RunControl(QObject):
             self._enter(AppState.IDLE)
 
     def _stop(self, asked: Asked) -> None:
+        if not self.state.running:
+            return
         self._next = None
         state, worker = self._of_worker, self._worker
         state.ask(asked)
@@ -348,14 +341,14 @@ class RunControl(QObject):
         self._mailbox.post(deliver)
 
     def _set_session(self, session: Session | None) -> None:
-        if session is not self.session and self._state.running:
+        if session is not self.session and self.state.running:
             self.is_reviewed = False
         self.session = session
         self.session_changed.emit()
 
     def _one_more(self, _nothing: None) -> None:
         # another one is recorded in place of a rejected one, unless that was the last and all is over
-        self.n_runs += self._state.running and self._state is not AppState.PROCESSING
+        self.n_runs += self.state.running and self.state is not AppState.PROCESSING
 
     def _preliminary(self, recorded: RecordedRun) -> None:
         self.has_preliminary = True
@@ -394,6 +387,6 @@ class RunControl(QObject):
         self._enter(state)
 
     def _enter(self, state: AppState) -> None:
-        if state is not self._state:
-            self._state = state
+        if state is not self.state:
+            self.state = state
             self.state_changed.emit()

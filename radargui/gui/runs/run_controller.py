@@ -74,7 +74,6 @@ class RunController(QObject):
                 "the list of runs",
                 lambda: ([_entry(path) for path in paths], report if report.is_file() else None),
                 lambda found: self._listed(session, *found),
-                self._board.post_error,
             )
 
     def take(self, recorded: RecordedRun, card: RunCard) -> None:
@@ -162,10 +161,7 @@ class RunController(QObject):
             write_tables(known or _result_of(entry.path, task.report), target)
             return target
 
-        said = self._board.post
-        self._work.start(
-            "the export", work, lambda made: said("info", f"Tables written: {made}"), self._board.post_error
-        )
+        self._work.start("the export", work, lambda made: self._board.post("info", f"Tables written: {made}"))
 
     def reprocess(self, setup: Setup) -> None:
         """Process the chosen run with another setup and keep what comes out beside its samples."""

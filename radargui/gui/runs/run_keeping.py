@@ -100,7 +100,6 @@ class RunKeeping(QObject):
             "taking a run back" if back else "rejecting a run",
             lambda: self._control.reject(entry.path, back=back),
             lambda _done: self._toggled(entry, back),
-            self._board.post_error,
         )
 
     def _toggled(self, entry: RunEntry, back: bool) -> None:

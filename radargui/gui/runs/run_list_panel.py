@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QItemSelection, QUrl, Signal
+from PySide6.QtCore import QItemSelection, QRect, Qt, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
 
@@ -69,6 +69,7 @@ class RunListPanel(QWidget):
         self.model.replace_all(entries)
         self._hide_rows()
         self._fit_columns(self.model.entries[-_MOST_FITTED:])
+        self._fit_rows()
         self._refresh_buttons()
 
     def put(self, entry: RunEntry, *, select: bool = False) -> None:
@@ -76,6 +77,7 @@ class RunListPanel(QWidget):
         row = self.model.put(entry)
         self._hide_rows()
         self._fit_columns(self.model.entries[row : row + 1])
+        self._fit_rows()
         if row == len(self.model.entries) - 1:
             self.table.scrollToBottom()
         if select:
@@ -128,13 +130,14 @@ class RunListPanel(QWidget):
             if self.table.columnWidth(column) < wanted or not self.model.entries:
                 self.table.fit(column, wanted)
         self.table.fit(len(COLUMNS) - 1, 60)
-        self._fit_rows()
 
     def _fit_rows(self) -> None:
-        """Make the lines as high as their words, of very many those of the last ones."""
-        count = len(self.model.entries)
-        for row in range(max(0, count - _MOST_FITTED), count):
-            self.table.resizeRowToContents(row)
+        """Make the lines as high as their verdicts, of very many those of the last ones."""
+        usual, metrics = self.table.verticalHeader().defaultSectionSize(), self.table.fontMetrics()
+        room = QRect(0, 0, self.table.columnWidth(len(COLUMNS) - 1) - 10, 10 * usual)
+        for row in range(len(self.model.entries))[-_MOST_FITTED:]:
+            words = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap, self.model.entries[row].verdict)
+            self.table.setRowHeight(row, max(usual, words.height() + 4))
 
     def _refresh_buttons(self) -> None:
         series = self.model.series

@@ -27,7 +27,7 @@ class RunPanel(QWidget):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self._result: RunResult | None = None
+        self.result: RunResult | None = None
         self._stale: set[int] = set()
         self._title = QLabel("No run chosen")
         self._title.setContentsMargins(6, 3, 6, 0)
@@ -44,14 +44,9 @@ class RunPanel(QWidget):
         self.tabs.currentChanged.connect(self._draw)
         fill(QVBoxLayout(self), self._title, (self.tabs, 1))
 
-    @property
-    def result(self) -> RunResult | None:
-        """What is shown."""
-        return self._result
-
     def clear(self) -> None:
         """Forget the run that was shown."""
-        self._result = None
+        self.result = None
         self._stale.clear()
         self._title.setText("No run chosen")
         for page in (*self._pages, self.samples):
@@ -74,7 +69,7 @@ class RunPanel(QWidget):
     def show_result(self, result: RunResult, name: str, notes: Iterable[str] = ()) -> None:
         """Show what a run gave; `notes`: how it was recorded, one line each."""
         self.figures.notes = tuple(filter(None, notes))
-        self._result = result
+        self.result = result
         self._title.setText(f"{name}, preliminary" if result.preliminary else name)
         self._stale = set(range(len(self._pages)))
         self._draw()
@@ -86,9 +81,9 @@ class RunPanel(QWidget):
 
     def _draw(self, _index: int = 0) -> None:
         page = self.tabs.currentIndex()
-        if self._result is not None and page in self._stale and self.isVisible():
+        if self.result is not None and page in self._stale and self.isVisible():
             self._stale.discard(page)
-            self._pages[page].show_result(self._result)
+            self._pages[page].show_result(self.result)
 
 
 class SamplesView(QWidget):

@@ -116,7 +116,7 @@ class SessionBrowser(Dialog):
         self._jobs, self._work = jobs, work
         self._task = Task()
         self._data_folder = data_folder
-        self._looking = self._look_later = False
+        self.looking = self._look_later = False
         self._wanted: Path | None = None
         self._folder_words = ""
         # the first look at a large folder takes its time
@@ -145,17 +145,12 @@ class SessionBrowser(Dialog):
         rows = self.table.selectionModel().selectedRows()
         return self.model.entries[rows[0].row()] if rows else None
 
-    @property
-    def looking(self) -> bool:
-        """Whether the folders are being looked at."""
-        return self._looking
-
     def refresh(self) -> None:
         """Look at the folders again, in the background."""
-        if self._looking:
+        if self.looking:
             self._look_later = True
             return
-        self._looking, self._look_later = True, False
+        self.looking, self._look_later = True, False
         folder, query = self._data_folder(), self.search.query
         self._task = task = self._work.quiet()
         self._folder_words = f"Looking at {folder} …"
@@ -169,7 +164,7 @@ class SessionBrowser(Dialog):
         self.refresh()
 
     def _show_found(self, found: tuple[SessionSummary, ...]) -> None:
-        self._looking = False
+        self.looking = False
         self._timer.stop()
         if self._look_later:
             self.refresh()
@@ -190,7 +185,7 @@ class SessionBrowser(Dialog):
         self.words.setText(self._folder_words + (f" {100 * share:.0f} %" if share else ""))
 
     def _failed(self, error: BaseException) -> None:
-        self._looking = False
+        self.looking = False
         self._timer.stop()
         self.words.setText(str(error))
 

@@ -95,7 +95,7 @@ class RecoveryOffer(_Offer):
     def _accept(self) -> None:
         paths, work = [run.path for run in self.runs], self._services.work
         self.hide()
-        work.start("recovering runs", lambda task: _recovered(paths, task), self._done, self._failed, self.look)
+        work.start("recovering runs", lambda task: _recovered(paths, task), self._done, cancelled=self.look)
 
     def _done(self, outcomes: tuple[Outcome[RecoveredRun], ...]) -> None:
         board = self._services.board
@@ -153,9 +153,8 @@ class LaterOffer(_Offer):
     def _accept(self) -> None:
         paths, what = [run.path for run in self.runs], f"computing {len(self.runs)} results"
         self.hide()
-        self._services.work.start(
-            what, lambda task: compute_later(paths, task.report), self._done, self._failed, self.computed.emit
-        )
+        work = self._services.work
+        work.start(what, lambda task: compute_later(paths, task.report), self._done, cancelled=self.computed.emit)
 
     def _done(self, outcomes: tuple[Outcome[RunResult], ...]) -> None:
         board = self._services.board

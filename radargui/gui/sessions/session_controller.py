@@ -119,7 +119,7 @@ class SessionController(QObject):
 
     def take_setup(self, path: Path) -> None:
         """Use the settings of a session for the next one."""
-        self._jobs.start("the setup of a session", lambda: read_info(path), self._take, self._board.post_error)
+        self._jobs.start("the setup of a session", lambda: read_info(path), self._take)
 
     def mark(self, text: str) -> None:
         """Keep a note of this moment, in the background: the disk may take its time."""
@@ -129,12 +129,7 @@ class SessionController(QObject):
             return
         # the moment is now, not when a thread gets its turn
         now = datetime.now().astimezone()
-        self._jobs.start(
-            "a note",
-            lambda: session.mark(text, now=now),
-            lambda entry: self._panel.show_marked(entry),
-            self._board.post_error,
-        )
+        self._jobs.start("a note", lambda: session.mark(text, now=now), self._panel.show_marked)
 
     def reread(self) -> None:
         """Show anew what may have changed on the disk: the list of runs, the browser."""
@@ -169,9 +164,7 @@ class SessionController(QObject):
         if session is None or session.read_only:
             return
         details = panel.details._asdict()
-        self._jobs.start(
-            "the session's record", lambda: session.update(**details), lambda _done: None, self._board.post_error
-        )
+        self._jobs.start("the session's record", lambda: session.update(**details))
 
     def _take(self, info: SessionInfo) -> None:
         if self._control.state.running:

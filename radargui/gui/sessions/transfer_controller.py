@@ -133,8 +133,9 @@ class TransferController(QObject):
             "exporting samples",
             lambda task: tuple(plan.carry_out(task.report)),
             lambda runs: self._taken(plan, runs),
-            self._board.post_error,
-            lambda: self._board.post("info", f"The export was cancelled; files that were done are in {plan.folder}"),
+            cancelled=lambda: self._board.post(
+                "info", f"The export was cancelled; files that were done: {plan.folder}"
+            ),
         )
 
     def _not_brought_in(self, error: BaseException) -> None:

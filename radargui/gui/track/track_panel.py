@@ -36,7 +36,7 @@ class TrackPanel(QWidget):
         self._theme = theme
         self._space: Space = space_of(setup)
         self._trail: LiveTrail | None = None
-        self._shown: ShownTrack | None = None
+        self.shown: ShownTrack | None = None
         self._held_until = 0.0
         self.result_shown = False
         self.paused = False
@@ -79,11 +79,6 @@ class TrackPanel(QWidget):
         """The view in space, or the projections."""
         return self._space_view or self.projections
 
-    @property
-    def shown(self) -> ShownTrack | None:
-        """What is drawn."""
-        return self._shown
-
     def use_space_view(self, wanted: bool) -> None:
         """Show the track in space; only where the test of OpenGL said yes."""
         if wanted == self.in_space:
@@ -101,7 +96,7 @@ class TrackPanel(QWidget):
             self._space_view.deleteLater()
             self._space_view = None
         self.view.show_space(self._space)
-        self._draw(self._shown)
+        self._draw(self.shown)
 
     def renew_space_view(self) -> None:
         """Make the view in space anew: torn off or put back, its old surface stays black."""
@@ -183,7 +178,7 @@ class TrackPanel(QWidget):
         self.height_plot.follow(self._trail is not None and not self.paused)
 
     def _draw(self, track: ShownTrack | None) -> None:
-        self._shown = track
+        self.shown = track
         self.view.show_track(track)
 
     def _entitle(self, words: str) -> None:

@@ -21,9 +21,9 @@ from PySide6.QtWidgets import (
 )
 
 from radargui.experiment.importing import FilesLook, ImportOrder, inputs_of, look_into
-from radargui.files.reading import LARGEST
 from radargui.files.formats import SUFFIXES
 from radargui.files.raw_file import first_seconds
+from radargui.files.reading import LARGEST
 from radargui.files.signals import ChannelInfo
 from radargui.gui.background import Jobs
 from radargui.gui.layout import (

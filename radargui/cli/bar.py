@@ -1,13 +1,27 @@
-"""A bar on stderr where that is a terminal, nothing elsewhere; what it shows while runs are recorded."""
+"""Tables on stdout, and a bar on stderr where that is a terminal, nothing elsewhere."""
 
 import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 import typer
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress, ProgressColumn
+from rich.table import Table
 
-from radargui.cli.console import one_line
-from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
+PIPE_WIDTH = 200
+
+
+def show_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table; the first column to the left, the others to the right."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for number, title in enumerate(header):
+        table.add_column(title, justify="right" if number else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    width = None if sys.stdout.isatty() else PIPE_WIDTH
+    Console(width=width, markup=False, highlight=False, emoji=False).print(table)
 
 
 class Bar(Progress):
@@ -16,7 +30,7 @@ class Bar(Progress):
     Parameters
     ----------
     columns
-        What it is made of.
+        What it is made of; left out: bar, share done, time left.
     description
         What is done.
     total
@@ -35,50 +49,8 @@ class Bar(Progress):
         self.start()
 
 
-class RecordProgress(Bar):
-    """The listener of an experiment.
-
-    Parameters
-    ----------
-    n_runs
-        How many runs are asked for.
-    """
-
-    def __init__(self, n_runs: int) -> None:
-        super().__init__(TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-        self._n_runs = n_runs
-        self._health = ""
-        self._so_far = ""
-
-    def __call__(self, event: Event) -> None:
-        """Show what happened."""
-        if event.kind is EventKind.HEALTH:
-            self._health = event.message
-        if event.kind is EventKind.WARNING:
-            self.say(f"run {event.number}: warning: {one_line(event.message)}", err=True)
-        elif event.kind is EventKind.PRELIMINARY:
-            self._so_far = event.message
-        elif event.kind is EventKind.RUN:
-            self._so_far = ""
-            self.say(f"run {event.number}: {_outcome(event.run) or self._health}")
-        elif event.kind is not EventKind.RECORDED:
-            self._show(event)
-
-    def _show(self, event: Event) -> None:
-        # of a run that is processed while the next one is armed nothing is said: the next one is what to watch
-        if event.kind is EventKind.PROGRESS and event.state is not ExperimentState.PROCESSING:
-            return
-        text = f"run {event.number} of {self._n_runs}: {event.state.value}"
-        if event.state in (ExperimentState.ARMED, ExperimentState.RECORDING) and self._health:
-            text += f", {self._health}"
-        if event.state is ExperimentState.PROCESSING and self._so_far:
-            text += f", {self._so_far}"
-        total = 1.0 if event.state is ExperimentState.PROCESSING else None
-        self.update(self.shown, description=text, total=total, completed=event.fraction or 0.0)
-
-
-def _outcome(run: RecordedRun | None) -> str:
-    """Return what to say of a run: why it is set aside, else the health of its recording."""
-    if run is None:
-        return ""
-    return one_line(run.message) if run.set_aside else run.health_line
+@contextmanager
+def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
+    """Give a function that takes the fraction done (0 to 1)."""
+    with Bar(description=title, total=1.0) as bar:
+        yield lambda fraction: bar.update(bar.shown, completed=fraction)

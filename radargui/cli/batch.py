@@ -3,19 +3,18 @@
 from collections import Counter
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
+from radargui.cli.app import Batch
 from radargui.cli.bar import Bar
 from radargui.cli.console import FAILED, fail
 from radargui.cli.setup_choice import processing_changes
 from radargui.experiment.batch.cluster import run_on_cluster
-from radargui.experiment.batch.find import FoundRun, FoundRuns, find_runs
 from radargui.experiment.batch.local import run_local
-from radargui.experiment.batch.task import BatchOutcome, BatchTask, TablesTo
+from radargui.experiment.batch.task import BatchOutcome, BatchTask, FoundRun, FoundRuns, TablesTo, find_runs
 from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.rounding import UNKNOWN
@@ -23,21 +22,7 @@ from radargui.model.setup_file import read_setup
 from radargui.report.tables import tables_are_current, write_tables
 
 
-@dataclass(frozen=True, slots=True)
-class BatchOptions:
-    """What the command line asked for; None where nothing was said."""
-
-    paths: tuple[Path, ...]
-    workers: int | None = None
-    scheduler: str | None = None
-    setup: Path | None = None
-    correction: str | None = None
-    geometry: str | None = None
-    output: Path | None = None
-    force: bool = False
-
-
-def run_batch(options: BatchOptions) -> int:
+def run_batch(options: Batch) -> int:
     """Process all runs below the paths, print each as it ends, and return the exit status.
 
     Raises
@@ -74,7 +59,7 @@ def run_batch(options: BatchOptions) -> int:
     return FAILED if states["failed"] or states["stopped"] else 0
 
 
-def _tasks(options: BatchOptions, wanted: dict[str, str], found: FoundRuns) -> list[BatchTask]:
+def _tasks(options: Batch, wanted: dict[str, str], found: FoundRuns) -> list[BatchTask]:
     setup = read_setup(options.setup) if options.setup else None
     folders = [_tables(one, options.output) for one in found.runs]
     _refuse_collisions(folders)
@@ -100,7 +85,7 @@ def _refuse_collisions(folders: list[TablesTo | None]) -> None:
         )
 
 
-def _outcomes(tasks: list[BatchTask], options: BatchOptions) -> Generator[BatchOutcome, None, None]:
+def _outcomes(tasks: list[BatchTask], options: Batch) -> Generator[BatchOutcome, None, None]:
     if not tasks:
         return
     if options.scheduler is None:

@@ -1,13 +1,12 @@
 """`radargui compare`: results of runs side by side, stored ones or such with other settings."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import typer
 
-from radargui.cli.console import FAILED, fail, progress_bar, show_table
+from radargui.cli.app import Compare
+from radargui.cli.bar import progress_bar, show_table
+from radargui.cli.console import FAILED, fail
 from radargui.cli.setup_choice import processing_changes
-from radargui.experiment.batch.find import find_runs
+from radargui.experiment.batch.task import find_runs
 from radargui.experiment.compare import ComparedFigure, Comparison, compare_stored, reprocess_runs
 from radargui.experiment.reprocess import Outcome, each_run
 from radargui.model.errors import UsageError
@@ -16,9 +15,7 @@ from radargui.model.setup_file import read_setup
 from radargui.restitution.series import statistics_of
 
 
-def compare_runs(
-    paths: Sequence[Path], setup_file: Path | None, correction: str | None, geometry: str | None, *, keep: bool
-) -> int:
+def compare_runs(options: Compare) -> int:
     """Print the old and the new result of each run, what was set differently, and return the exit status.
 
     Where nothing else is set, the stored results are compared.
@@ -30,17 +27,17 @@ def compare_runs(
     SetupError
         The setup or an option instead of it is not allowed.
     """
-    wanted = processing_changes(correction, geometry)
-    if keep and not (wanted or setup_file):
+    wanted = processing_changes(options.correction, options.geometry)
+    if options.keep and not (wanted or options.setup):
         raise UsageError("--keep, allowed: together with --setup, --correction or --geometry")
-    setup = read_setup(setup_file) if setup_file else None
-    found = find_runs(paths)
+    setup = read_setup(options.setup) if options.setup else None
+    found = find_runs(options.paths)
     status = max(map(fail, found.errors), default=0)
     runs = [one.path for one in found.runs]
     with progress_bar("compare") as report:
         outcomes: list[Outcome[Comparison | None]]
         if setup is not None or wanted:
-            outcomes = [*reprocess_runs(runs, setup, wanted, keep=keep, progress=report)]
+            outcomes = [*reprocess_runs(runs, setup, wanted, keep=options.keep, progress=report)]
         else:
             outcomes = [*each_run(runs, lambda run, _report: compare_stored(run), report)]
     for outcome in outcomes:

@@ -1,18 +1,16 @@
-"""Output that every console can show: lines, tables, a progress bar; any error as one clear line and a status."""
+"""Output that every console can show, and any error as one clear line and a status."""
 
 import io
 import logging
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from logging.handlers import RotatingFileHandler
+from pathlib import Path
 
+import platformdirs
 import typer
 
-from radargui.cli.log import log_path, start_log
 from radargui.model.errors import RadarGuiError, SetupError, UsageError, fault_of
 from radargui.session.ending import interrupt, on_ending
-
-PIPE_WIDTH = 200
 
 
 def make_output_safe() -> None:
@@ -25,41 +23,6 @@ def make_output_safe() -> None:
 def one_line(text: str) -> str:
     """Return a text without line breaks and runs of blanks."""
     return " ".join(text.split())
-
-
-def show_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table; the first column to the left, the others to the right."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for number, title in enumerate(header):
-        table.add_column(title, justify="right" if number else "left", no_wrap=True)
-    for row in rows:
-        table.add_row(*row)
-    width = None if sys.stdout.isatty() else PIPE_WIDTH
-    Console(width=width, markup=False, highlight=False, emoji=False).print(table)
-
-
-def figure(summary: Mapping[str, object], key: str) -> float | None:
-    """Return a figure of a run's summary; None where it is not known."""
-    value = summary.get(key)
-    return value if isinstance(value, float) else None
-
-
-@contextmanager
-def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
-    """Give a function that takes the fraction done (0 to 1); a bar on stderr where that is a terminal."""
-    if not sys.stderr.isatty():
-        yield lambda fraction: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(title, total=1.0)
-        yield lambda fraction: progress.update(task, completed=fraction)
 
 
 FAILED, WRONG_USAGE = 1, 2
@@ -114,3 +77,41 @@ def _fail_line(text: str, status: int) -> int:
     sys.stdout.flush()
     typer.echo(f"error: {one_line(text)}", err=True)
     return WRONG_USAGE if status == WRONG_USAGE else FAILED
+
+
+MAXIMUM_BYTES = 1_000_000
+OLD_FILES = 3
+"""Kept beside the present one: 4 MB in all. Chosen by hand."""
+
+
+class _QuietHandler(RotatingFileHandler):
+    """A file handler that never disturbs the command: a full disk or a locked file costs the entry only."""
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802  name of the library
+        """Drop the entry."""
+
+
+def log_path() -> Path:
+    """Return the log file's path."""
+    return platformdirs.user_log_path("radargui", appauthor=False) / "radargui.log"
+
+
+def start_log() -> None:
+    """Send log entries and library warnings to the file; where none can be made one line says so, and none is kept."""
+    root = logging.getLogger()
+    if any(isinstance(handler, _QuietHandler | logging.NullHandler) for handler in root.handlers):
+        return
+    path = log_path()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.open("ab").close()
+        handler = _QuietHandler(path, maxBytes=MAXIMUM_BYTES, backupCount=OLD_FILES, encoding="utf-8", delay=True)
+    except OSError as error:
+        # without any handler the entries would go to the terminal, with tracebacks
+        root.addHandler(logging.NullHandler())
+        sys.stderr.write(f"note: no log is kept: {path} cannot be written ({error.strerror or error})\n")
+        return
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    root.addHandler(handler)
+    logging.getLogger("radargui").setLevel(logging.INFO)
+    logging.captureWarnings(capture=True)

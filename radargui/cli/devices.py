@@ -1,10 +1,9 @@
 """`radargui devices`: the NI devices that can be reached, and what one does with a setup."""
 
-from pathlib import Path
-
 import typer
 
-from radargui.cli.console import show_table
+from radargui.cli.app import Devices
+from radargui.cli.bar import show_table
 from radargui.model.errors import UsageError
 from radargui.model.setup import Setup
 from radargui.model.setup_file import read_setup
@@ -12,7 +11,7 @@ from radargui.sources.ni.discovery import NiDevice, find_devices
 from radargui.sources.ni.source import check_setup
 
 
-def list_devices(remote: str | None, certificate: str | None = None, setup: Path | None = None) -> int:
+def list_devices(options: Devices) -> int:
     """Print one line a device, and what the device of a setup does with it; return the exit status.
 
     Raises
@@ -24,7 +23,8 @@ def list_devices(remote: str | None, certificate: str | None = None, setup: Path
     DeviceError
         The driver is missing, the device server cannot be reached, or the device cannot do what the setup says.
     """
-    chosen = None if setup is None else read_setup(setup)
+    chosen = None if options.setup is None else read_setup(options.setup)
+    remote, certificate = options.remote, options.certificate
     if chosen is not None:
         remote, certificate = remote or chosen.daq.remote, certificate or chosen.daq.remote_certificate
     if certificate is not None and remote is None:

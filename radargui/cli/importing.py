@@ -1,11 +1,12 @@
 """`radargui import`: recordings of other programs as a session."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import typer
 
-from radargui.cli.console import FAILED, fail, progress_bar
+from radargui.cli.app import Import
+from radargui.cli.bar import progress_bar
+from radargui.cli.console import FAILED, fail
 from radargui.cli.setup_choice import positive
 from radargui.experiment.importing import ImportOrder, first_own_setup, guess_of, import_recordings, remember_map
 from radargui.files.raw_file import RawLayout, parse_raw_layout
@@ -16,18 +17,8 @@ from radargui.session.folder import default_data_folder
 from radargui.session.importing import ImportInput
 
 
-def import_files(
-    files: Sequence[Path],
-    channels: str | None,
-    rate_hz: float | None,
-    setup_file: Path | None,
-    output: Path | None,
-    layout: str | None,
-    **words: str,
-) -> int:
+def import_files(options: Import) -> int:
     """Write the recordings as a new session, print its folder and what became of each, and return the exit status.
-
-    `words`: operator and notes, as of any session.
 
     Raises
     ------
@@ -38,16 +29,17 @@ def import_files(
     SessionError
         The session cannot be made.
     """
-    positive("--rate-hz", rate_hz)
-    raw = None if layout is None else parse_raw_layout(layout)
-    chosen = parse_channel_map(channels, numbered=raw is not None) if channels else None
-    status, inputs = _inputs(files, chosen, rate_hz, raw)
+    positive("--rate-hz", options.rate_hz)
+    raw = None if options.raw is None else parse_raw_layout(options.raw)
+    status, inputs = _inputs(options, raw)
     if not inputs:
         return status
-    setup = read_setup(setup_file) if setup_file else first_own_setup([one.files[0] for one in inputs])
+    setup = read_setup(options.setup) if options.setup else first_own_setup([one.files[0] for one in inputs])
     if setup is None:
         raise UsageError(f"{inputs[0].label} brings no setup", remedy="Give --setup FILE.")
-    order = ImportOrder(lambda: inputs, setup, setup_file, output or default_data_folder(), process=False, **words)
+    folder = options.output or default_data_folder()
+    words = {"operator": options.operator, "notes": options.notes}
+    order = ImportOrder(lambda: inputs, setup, options.setup, folder, process=False, **words)
     with progress_bar("import") as report:
         imported = import_recordings(order, report)
     for run in imported.runs:
@@ -61,19 +53,19 @@ def import_files(
     return status
 
 
-def _inputs(
-    files: Sequence[Path], chosen: ChannelMap | None, rate_hz: float | None, raw: RawLayout | None
-) -> tuple[int, list[ImportInput]]:
+def _inputs(options: Import, raw: RawLayout | None) -> tuple[int, list[ImportInput]]:
+    files = options.files or ()
+    chosen = parse_channel_map(options.channels, numbered=raw is not None) if options.channels else None
     if chosen is not None and chosen.has_paths:
         if files:
             raise UsageError("--channels names files of its own: give no FILE with it")
-        return 0, [ImportInput(chosen.paths, chosen, rate_hz, raw)]
+        return 0, [ImportInput(chosen.paths, chosen, options.rate_hz, raw)]
     if not files:
         raise UsageError("nothing to import, allowed: FILE..., or --channels with paths")
     status, inputs = 0, []
     for file in files:
         try:
-            inputs.append(ImportInput((file,), _map_of(file, chosen, raw), rate_hz, raw))
+            inputs.append(ImportInput((file,), _map_of(file, chosen, raw), options.rate_hz, raw))
         except RadarGuiError as error:
             status = fail(error, str(file)) and FAILED
     return status, inputs

@@ -11,7 +11,8 @@ import platformdirs
 import typer
 
 from radargui import __version__
-from radargui.cli.log import log_path
+from radargui.cli.app import Info
+from radargui.cli.console import log_path
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
 from radargui.session.folder import default_data_folder
@@ -20,7 +21,7 @@ PACKAGES = ("numpy", "scipy", "h5py", "matplotlib", "nidaqmx", "PySide6-Essentia
 _GL_NAMES = {"win32": ("opengl32",), "darwin": ("OpenGL",)}
 
 
-def show_info() -> int:
+def show_info(_options: Info) -> int:
     """Print one fact a line and return the exit status."""
     facts = {
         "RadarGUI": __version__,

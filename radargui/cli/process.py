@@ -8,7 +8,9 @@ from pathlib import Path
 
 import typer
 
-from radargui.cli.console import fail, fail_unexpected, one_line, progress_bar, show_table
+from radargui.cli.app import Process
+from radargui.cli.bar import progress_bar, show_table
+from radargui.cli.console import fail, fail_unexpected, one_line
 from radargui.cli.setup_choice import COMMAND_LINE, own_setup, positive, processing_changes
 from radargui.files.formats import format_of
 from radargui.files.raw_file import RawLayout, parse_raw_layout
@@ -24,22 +26,6 @@ from radargui.model.setup_file import read_setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 from radargui.report.tables import write_tables
-
-
-@dataclass(frozen=True, slots=True)
-class ProcessOptions:
-    """What the command line asked for; None where nothing was said."""
-
-    files: tuple[Path, ...] = ()
-    channels: str | None = None
-    rate_hz: float | None = None
-    name: str | None = None
-    setup: Path | None = None
-    output: Path | None = None
-    correction: str | None = None
-    geometry: str | None = None
-    force: bool = False
-    raw: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +50,7 @@ class Input:
     folder: Path
 
 
-def process_files(options: ProcessOptions) -> int:
+def process_files(options: Process) -> int:
     """Process every input, print a table of them, and return the exit status.
 
     Whatever is wrong with the command, the setup or the result folders is reported before any work.
@@ -104,7 +90,7 @@ def _process(one: Input, setup: Setup | RadarGuiError) -> RunResult:
     return result
 
 
-def _inputs(options: ProcessOptions, raw: RawLayout | None) -> list[Input]:
+def _inputs(options: Process, raw: RawLayout | None) -> list[Input]:
     positive("--rate-hz", options.rate_hz)
     channels = None if options.channels is None else parse_channel_map(options.channels, numbered=raw is not None)
     if channels is not None and channels.has_paths and not options.files:
@@ -119,7 +105,7 @@ def _inputs(options: ProcessOptions, raw: RawLayout | None) -> list[Input]:
     return [_file_input(options, file, channels, raw) for file in options.files]
 
 
-def _file_input(options: ProcessOptions, file: Path, channels: ChannelMap | None, raw: RawLayout | None) -> Input:
+def _file_input(options: Process, file: Path, channels: ChannelMap | None, raw: RawLayout | None) -> Input:
     read: Callable[[], Recording]
     if file.suffix.lower() == SUFFIX and channels is None and options.rate_hz is None and raw is None:
         # of an hour only the part with the motion is read
@@ -129,7 +115,7 @@ def _file_input(options: ProcessOptions, file: Path, channels: ChannelMap | None
     return _input(options, file.stem if options.name is None else options.name, read, file)
 
 
-def _input(options: ProcessOptions, name: str, read: Callable[[], Recording], file: Path) -> Input:
+def _input(options: Process, name: str, read: Callable[[], Recording], file: Path) -> Input:
     if Path(name).name != name or name in ("", ".", "..") or any(sign in name for sign in '\\:*?"<>|'):
         raise UsageError(f"{name!r} cannot be the name of a folder", remedy="Give another with --name.")
     return Input(name, read, file, (options.output or file.parent) / name)
@@ -146,7 +132,7 @@ def _refuse_collisions(inputs: list[Input], *, force: bool) -> None:
         raise UsageError(f"Results are there already: {', '.join(there)}", remedy="Give --force to write over them.")
 
 
-def _setup_of(one: Input, options: ProcessOptions, raw: RawLayout | None) -> Setup | RadarGuiError:
+def _setup_of(one: Input, options: Process, raw: RawLayout | None) -> Setup | RadarGuiError:
     """Return the setup of an input, or why the input cannot be read.
 
     Raises

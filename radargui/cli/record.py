@@ -1,20 +1,18 @@
 """`radargui record`: drops recorded, processed and saved as a session."""
 
-from dataclasses import dataclass
 from datetime import datetime
-from functools import partial
-from pathlib import Path
-from typing import Literal
 
 import typer
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
-from radargui.cli.bar import RecordProgress
-from radargui.cli.console import FAILED, fail, figure, show_table
+from radargui.cli.app import Record
+from radargui.cli.bar import Bar, show_table
+from radargui.cli.console import FAILED, fail, one_line
 from radargui.cli.setup_choice import COMMAND_LINE, named_or_default, own_setup, parse_release, positive
-from radargui.experiment.event import RecordedRun
+from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
 from radargui.files.run_card import origin_attributes, summarise
-from radargui.model.drop import gravity_words, restitution_words
+from radargui.model.drop import figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError, SourceError, UsageError
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.model.setup import Setup
@@ -26,28 +24,7 @@ from radargui.sources.contract import Source
 from radargui.sources.factory import make_source
 
 
-@dataclass(frozen=True, slots=True)
-class RecordOptions:
-    """What the command line asked for; None and empty where nothing was said."""
-
-    source: Literal["simulated", "ni", "replay"] = "simulated"
-    file: Path | None = None
-    setup: Path | None = None
-    runs: int = 1
-    seconds: float | None = None
-    release: str | None = None
-    output: Path | None = None
-    seed: int | None = None
-    fast: bool = False
-    hands_free: bool = False
-    operator: str = ""
-    sample: str = ""
-    target: str = ""
-    notes: str = ""
-    like: Path | None = None
-
-
-def record_session(options: RecordOptions) -> int:
+def record_session(options: Record) -> int:
     """Record runs into a new session, print its folder and a table of the runs, and return the exit status.
 
     Raises
@@ -123,14 +100,14 @@ def _record(experiment: Experiment, n_runs: int, rows: list[tuple[str, ...]]) ->
     return None, status
 
 
-def _calibration(options: RecordOptions, like: SessionInfo | None) -> Calibration:
+def _calibration(options: Record, like: SessionInfo | None) -> Calibration:
     """Return where the antennas of the setup come from."""
     if options.setup is not None:
         return calibration_of_file(options.setup)
     return like.calibration if like else Calibration(origin="shipped default setup")
 
 
-def _setup(options: RecordOptions, like: SessionInfo | None) -> Setup:
+def _setup(options: Record, like: SessionInfo | None) -> Setup:
     positive("--seconds", options.seconds)
     if (options.source == "replay") != (options.file is not None):
         raise UsageError("--source replay and --file FILE go together, allowed: both or neither")
@@ -145,12 +122,12 @@ def _setup(options: RecordOptions, like: SessionInfo | None) -> Setup:
     return changed(setup or named_or_default(options.setup), changes, COMMAND_LINE)
 
 
-def _make_source(options: RecordOptions, setup: Setup, run: int) -> Source:
+def _make_source(options: Record, setup: Setup, run: int) -> Source:
     repeat = options.hands_free and options.source == "simulated"
     return make_source(options.source, setup, run=run, realtime=not options.fast, repeat=repeat, file=options.file)
 
 
-def _goes_on(options: RecordOptions, setup: Setup) -> bool:
+def _goes_on(options: Record, setup: Setup) -> bool:
     """Whether the source goes on after a run; a device that waits for a start signal begins anew with each."""
     if options.source == "ni":
         return setup.daq.start == "now"
@@ -165,12 +142,60 @@ def _row(run: RecordedRun) -> tuple[str, ...]:
             status = f"set aside: {run.set_aside}" if run.set_aside else "not processed"
         return (name, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, status)
     summary = summarise(run.result)
-    value = partial(figure, summary)
     return (
         name,
-        plain(value("drop_height_m"), 4, "m"),
-        plain(value("impact_speed_m_s"), 4, "m/s"),
+        plain(figure_in(summary, "drop_height_m"), 4, "m"),
+        plain(figure_in(summary, "impact_speed_m_s"), 4, "m/s"),
         restitution_words(summary),
         gravity_words(summary, "m/s²"),
         run.result.status.replace("_", " "),
     )
+
+
+class RecordProgress(Bar):
+    """The listener of an experiment.
+
+    Parameters
+    ----------
+    n_runs
+        How many runs are asked for.
+    """
+
+    def __init__(self, n_runs: int) -> None:
+        super().__init__(TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+        self._n_runs = n_runs
+        self._health = ""
+        self._so_far = ""
+
+    def __call__(self, event: Event) -> None:
+        """Show what happened."""
+        if event.kind is EventKind.HEALTH:
+            self._health = event.message
+        if event.kind is EventKind.WARNING:
+            self.say(f"run {event.number}: warning: {one_line(event.message)}", err=True)
+        elif event.kind is EventKind.PRELIMINARY:
+            self._so_far = event.message
+        elif event.kind is EventKind.RUN:
+            self._so_far = ""
+            self.say(f"run {event.number}: {_outcome(event.run) or self._health}")
+        elif event.kind is not EventKind.RECORDED:
+            self._show(event)
+
+    def _show(self, event: Event) -> None:
+        # of a run that is processed while the next one is armed nothing is said: the next one is what to watch
+        if event.kind is EventKind.PROGRESS and event.state is not ExperimentState.PROCESSING:
+            return
+        text = f"run {event.number} of {self._n_runs}: {event.state.value}"
+        if event.state in (ExperimentState.ARMED, ExperimentState.RECORDING) and self._health:
+            text += f", {self._health}"
+        if event.state is ExperimentState.PROCESSING and self._so_far:
+            text += f", {self._so_far}"
+        total = 1.0 if event.state is ExperimentState.PROCESSING else None
+        self.update(self.shown, description=text, total=total, completed=event.fraction or 0.0)
+
+
+def _outcome(run: RecordedRun | None) -> str:
+    """Return what to say of a run: why it is set aside, else the health of its recording."""
+    if run is None:
+        return ""
+    return one_line(run.message) if run.set_aside else run.health_line

@@ -1,42 +1,40 @@
 """`radargui sessions`: the sessions below a data folder, found by what is known of them."""
 
-from datetime import date
+from datetime import date, datetime
 from pathlib import Path
 
 import typer
 
-from radargui.cli.console import one_line, progress_bar, show_table
+from radargui.cli.app import Recover, Sessions
+from radargui.cli.bar import progress_bar, show_table
+from radargui.cli.console import FAILED, fail, one_line
+from radargui.experiment.reprocess import RecoveredRun, recover_run
+from radargui.files.run_card import summarise
 from radargui.model.drop import restitution_words
-from radargui.model.errors import UsageError
+from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup_file import read_setup
 from radargui.restitution.series import series_of
 from radargui.session.catalogue import Catalogue, Query, RunLine, SessionSummary
 from radargui.session.folder import default_data_folder
+from radargui.session.recovery import unfinished_runs
 
 NOTES_WIDTH = 40
 
 
-def list_sessions(folder: Path | None, query: Query, *, runs: bool) -> int:
-    """Print the sessions that were asked for as a table, the newest first.
-
-    Parameters
-    ----------
-    folder
-        Where they are; None: the data folder of the user.
-    query
-        Which ones.
-    runs
-        Show each run.
+def list_sessions(options: Sessions) -> int:
+    """Print the sessions that were asked for as a table, the newest first, and return the exit status.
 
     Raises
     ------
     UsageError
-        No such folder.
+        No such folder, or a day or a range that cannot be read.
+    SetupError
+        The setup file cannot be used.
     """
-    if folder is not None and not folder.is_dir():
+    query, folder = _query(options), options.folder or default_data_folder()
+    if options.folder is not None and not folder.is_dir():
         raise UsageError(f"{folder} is no folder")
-    folder = folder or default_data_folder()
     with Catalogue(folder) as catalogue:
         with progress_bar("Reading new sessions") as report_progress:
             catalogue.refresh(report_progress)
@@ -44,7 +42,7 @@ def list_sessions(folder: Path | None, query: Query, *, runs: bool) -> int:
         if not found:
             typer.echo(f"No such session in {folder}.")
             return 0
-        if runs:
+        if options.runs:
             lines = [(one, run) for one in found for run in catalogue.runs(one.path)]
             show_table(("run", "started", "length", "e", "status"), [_run_row(folder, *line) for line in lines])
         else:
@@ -55,19 +53,11 @@ def list_sessions(folder: Path | None, query: Query, *, runs: bool) -> int:
     return 0
 
 
-def asked(since: str | None, until: str | None, setup: str, e: str | None, **words: str) -> Query:
-    """Return what options ask for; `words` as of `Query`: operator, sample, text.
-
-    Raises
-    ------
-    UsageError
-        A day or a range that cannot be read.
-    SetupError
-        The setup file cannot be used.
-    """
-    first, last, (e_min, e_max) = _day("--since", since), _day("--until", until), _range(e)
-    name, antennas = ("", read_setup(Path(setup))) if setup.lower().endswith(".toml") else (setup, None)
-    return Query(first, last, setup_name=name, antennas=antennas, e_min=e_min, e_max=e_max, **words)
+def _query(options: Sessions) -> Query:
+    first, last, (e_min, e_max) = _day("--since", options.since), _day("--until", options.until), _range(options.e)
+    antennas = read_setup(Path(options.setup)) if options.setup.lower().endswith(".toml") else None
+    name = "" if antennas else options.setup
+    return Query(first, last, options.operator, options.sample, name, antennas, e_min, e_max, options.text)
 
 
 def _day(name: str, text: str | None) -> date | None:
@@ -124,3 +114,50 @@ def _run_row(folder: Path, session: SessionSummary, run: RunLine) -> tuple[str, 
 def _short(text: str) -> str:
     text = one_line(text)
     return text if len(text) <= NOTES_WIDTH else text[: NOTES_WIDTH - 1] + "…"
+
+
+def recover_runs(options: Recover) -> int:
+    """Finish and process the unfinished runs below a folder, print a table, and return the exit status.
+
+    Raises
+    ------
+    UsageError
+        No such file or folder.
+    """
+    where = options.path or default_data_folder()
+    if options.path is not None and not where.exists():
+        raise UsageError(f"{where}: no such file or folder")
+    found = unfinished_runs(where if where.is_dir() else where.parent)
+    if where.is_file():
+        found = tuple(one for one in found if one.path.name == where.name)
+    if not found:
+        typer.echo(f"No unfinished run in {where}.")
+        return 0
+    if options.only_list:
+        show_table(("run", "started", "length"), [_listed(one) for one in found])
+        return 0
+    status, rows = 0, []
+    for one in found:
+        try:
+            with progress_bar(f"Recovery of {one.path.name}") as report_progress:
+                recovered = recover_run(one.path, now=datetime.now().astimezone(), progress=report_progress)
+            if recovered.error is not None:
+                status = fail(recovered.error, str(one.path)) and FAILED
+        except RadarGuiError as error:
+            status = fail(error, str(one.path))
+            continue
+        rows.append((*_listed(one), *_outcome(recovered)))
+    if rows:
+        show_table(("run", "started", "length", "e ± u_e", "status"), rows)
+    return status
+
+
+def _listed(one: RunLine) -> tuple[str, str, str]:
+    return str(one.path), one.started_at or UNKNOWN, f"{one.duration_s:.2f} s"
+
+
+def _outcome(recovered: RecoveredRun) -> tuple[str, str]:
+    if recovered.result is None:
+        return UNKNOWN, "recovered, not processed" if recovered.n_samples else "set aside: nothing was recorded"
+    summary = summarise(recovered.result)
+    return restitution_words(summary), f"recovered, {recovered.result.status.replace('_', ' ')}"

@@ -1,10 +1,8 @@
 """`radargui wiring`: a guided half minute that finds swapped channels, inverted Q and dead inputs."""
 
-from pathlib import Path
-from typing import Literal
-
 import typer
 
+from radargui.cli.app import Wiring
 from radargui.cli.console import fail
 from radargui.cli.setup_choice import named_or_default
 from radargui.experiment.wiring import WiringGuide
@@ -16,7 +14,7 @@ from radargui.sources.contract import Source
 from radargui.sources.factory import make_source
 
 
-def check_wiring(source: Literal["ni", "simulated"], setup: Path | None, output: Path | None, *, fast: bool) -> int:
+def check_wiring(options: Wiring) -> int:
     """Guide the operator through the check, print what was found, and return the exit status: 0 where all is right.
 
     Raises
@@ -28,17 +26,17 @@ def check_wiring(source: Literal["ni", "simulated"], setup: Path | None, output:
     SourceError
         The device failed.
     """
-    if fast and source == "ni":
+    if options.fast and options.source == "ni":
         raise UsageError("--fast, allowed: only with --source simulated; a device keeps its own time")
-    chosen = named_or_default(setup)
-    report = guided(_source(source, chosen, fast=fast), chosen)
+    chosen = named_or_default(options.setup)
+    report = guided(_source(options, chosen), chosen)
     for finding in report.findings:
         typer.echo(f"{'ok  ' if finding.kind == 'good' else 'BAD '} {finding}")
     for line in report.settings():
         typer.echo(f"proposed: {line}")
-    if report.corrects and output is not None:
-        write_setup(report.corrected(chosen), output)
-        typer.echo(f"Setup with the proposed settings: {output}")
+    if report.corrects and options.output is not None:
+        write_setup(report.corrected(chosen), options.output)
+        typer.echo(f"Setup with the proposed settings: {options.output}")
     if report.is_good:
         typer.echo("The wiring is right.")
         return 0
@@ -82,10 +80,10 @@ def _announce(guide: WiringGuide, announced: int) -> int:
     return state.number
 
 
-def _source(source: Literal["ni", "simulated"], setup: Setup, *, fast: bool) -> Source:
-    if source == "simulated":
+def _source(options: Wiring, setup: Setup) -> Source:
+    if options.source == "simulated":
         from radargui.sources.simulated.wiring_scene import WiringScene
 
-        return WiringScene(setup, realtime=not fast)
+        return WiringScene(setup, realtime=not options.fast)
     at_once = setup.daq.model_copy(update={"start": "now", "start_source": None, "start_pretrigger": False})
     return make_source("ni", setup.model_copy(update={"daq": at_once}))

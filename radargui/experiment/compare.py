@@ -5,17 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from radargui.experiment.reprocess import Outcome, each_run, own_setup, process_run
+from radargui.experiment.reprocess import Outcome, computed, each_run, own_setup, process_run
 from radargui.files.progress import Progress, silent
 from radargui.files.run_card import summarise
 from radargui.files.stored_results import StoredResult, read_stored_results
+from radargui.model.drop import figure_in
 from radargui.model.errors import SetupError
+from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_change import changed
 from radargui.model.setup_file import parse_setup
-from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import process
-from radargui.session.front_ends import known_front_ends
 
 FIGURES = (
     ("e", "u_e", ""),
@@ -43,10 +42,10 @@ class Side:
     setup: Setup | None
     processed_at: str = ""
 
-    def figure(self, key: str) -> float | None:
-        """Return a figure of the summary; None where it is not known."""
-        value = self.summary.get(key)
-        return float(value) if isinstance(value, int | float) else None
+    @classmethod
+    def of(cls, result: RunResult) -> "Side":
+        """Return a result that was made just now."""
+        return cls(summarise(result), result.setup)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,16 +111,10 @@ class Comparison:
     @property
     def figures(self) -> tuple[ComparedFigure, ...]:
         """The figures of both."""
+        sides = (self.before.summary, self.after.summary)
         return tuple(
-            ComparedFigure(
-                name,
-                unit,
-                self.before.figure(name),
-                self.after.figure(name),
-                self.before.figure(uncertainty),
-                self.after.figure(uncertainty),
-            )
-            for name, uncertainty, unit in FIGURES
+            ComparedFigure(name, unit, *(figure_in(side, key) for key in (name, u) for side in sides))
+            for name, u, unit in FIGURES
         )
 
     @property
@@ -140,10 +133,8 @@ def compare_stored(run: Path) -> Comparison | None:
     FileError
         The run cannot be read.
     """
-    *earlier, present = read_stored_results(run) or (None,)
-    if not earlier or present is None or earlier[-1] is None:
-        return None
-    return Comparison(run, _side(earlier[-1]), _side(present))
+    stored = read_stored_results(run)
+    return Comparison(run, _side(stored[-2]), _side(stored[-1])) if len(stored) > 1 else None
 
 
 def compare_with(
@@ -182,20 +173,9 @@ def compare_with(
     """
     other = changed(setup or own_setup(run), changes or {}, "the other settings")
     stored = read_stored_results(run)
-    recording = None
-    if stored and stored[-1].is_present:
-        before = _side(stored[-1])
-    else:
-        recording = read_for_processing(run)
-        own = own_setup(run)
-        first = process(recording, own, front_ends=known_front_ends(run, own))
-        before = Side(summarise(first), first.setup)
-    result = (
-        process_run(run, other, progress=progress)
-        if keep
-        else process(recording or read_for_processing(run), other, progress, front_ends=known_front_ends(run, other))
-    )
-    return Comparison(run, before, Side(summarise(result), result.setup))
+    before = _side(stored[-1]) if stored and stored[-1].is_present else Side.of(computed(run, own_setup(run)))
+    after = process_run(run, other, progress=progress) if keep else computed(run, other, progress)
+    return Comparison(run, before, Side.of(after))
 
 
 def reprocess_runs(

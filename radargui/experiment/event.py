@@ -1,4 +1,4 @@
-"""What an experiment tells while it runs, frozen values for the window and the command line; who tells it."""
+"""What an experiment reports while it runs, frozen values for the window and the command line; who reports it."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from pathlib import Path
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending
-from radargui.experiment.live_agreement import LiveAgreement
+from radargui.experiment.finished import LiveAgreement
 from radargui.model.errors import RadarGuiError
 from radargui.model.result import RunResult
 
@@ -127,10 +127,8 @@ class RunningWarnings:
         if health.disk_is_low and not self._said_low_disk:
             self._said_low_disk = True
             left_min = (health.disk_left_s or 0.0) / 60.0
-            yield (
-                f"The disk is filling up: about {left_min:.0f} minutes can still be recorded. "
-                "Make room, or choose another folder after this run."
-            )
+            fact = f"The disk is filling up: about {left_min:.0f} minutes can still be recorded."
+            yield f"{fact} Make room, or choose another folder after this run."
 
 
 def losses(health: Health) -> Iterator[str]:
@@ -146,13 +144,9 @@ def signal_warnings(run: FinishedRun) -> Iterator[str]:
     """Yield what is wrong with the voltages of a run."""
     channels = run.health.get("channels")
     for channel in channels if isinstance(channels, list) else ():
-        if not isinstance(channel, Mapping):
-            continue
         if channel["at_rail"]:
-            yield (
-                f"{channel['name']} sat at the end of its range in {_samples(channel['at_rail'])}: "
-                "set a larger range (daq.range_v) or less gain"
-            )
+            said = f"{channel['name']} sat at the end of its range in {_samples(channel['at_rail'])}"
+            yield f"{said}: set a larger range (daq.range_v) or less gain"
         if channel["not_a_number"]:
             yield f"{channel['name']} gave no number in {_samples(channel['not_a_number'])}"
 

@@ -13,16 +13,14 @@ from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.conditioning.fall import FallTest
 from radargui.experiment.event import ExperimentState, Listener, Publisher, RecordedRun
-from radargui.experiment.finished import FinishedJob, process_finished
-from radargui.experiment.live_agreement import LiveAgreement
+from radargui.experiment.finished import FinishedJob, LiveAgreement, process_finished
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.experiment.series import AcquisitionSeries, Ended, Message, Messages, Preliminary, Progress, unprocessed
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
 from radargui.model.result import RunResult
 from radargui.model.rounding import quantity
 from radargui.model.setup import Setup
-from radargui.processing.live import LiveProcessor
-from radargui.processing.live_memory import LiveMemory
+from radargui.processing.live import LiveMemory, LiveProcessor
 from radargui.session.session import BY_OPERATOR, Session
 from radargui.sources.contract import Source
 

@@ -2,18 +2,116 @@
 
 import contextlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numpy as np
+
 from radargui.acquisition.live_track import LiveSpan
-from radargui.experiment.live_agreement import LiveAgreement, live_agreement
 from radargui.files.run_results import write_results
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import CancelledError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import cut_short, process
 from radargui.session.front_ends import known_front_ends
+
+
+@dataclass(frozen=True, slots=True)
+class LiveAgreement:
+    """Live against offline, from the first fringe to the end of the motion.
+
+    Attributes
+    ----------
+    rms_m, max_m
+        Of the distance between the two positions; of the path lengths' differences where there is no track.
+    n_compared
+        Live estimates that had a counterpart.
+    share_known
+        Share of the live estimates within the motion that knew where the tracer was.
+    """
+
+    rms_m: float
+    max_m: float
+    n_compared: int
+    share_known: float
+
+    def record(self) -> dict[str, object]:
+        """Return what is kept in the health record of the run."""
+        return {f"live_{name}": value for name, value in asdict(self).items()}
+
+
+def live_agreement(span: LiveSpan, first_index: int, result: RunResult) -> LiveAgreement | None:
+    """Compare the live track of a run with its result.
+
+    Parameters
+    ----------
+    span
+        Live estimates, absolute sample indices.
+    first_index
+        Absolute index of the run's first sample.
+    result
+        Of the same run.
+
+    Returns
+    -------
+    LiveAgreement or None
+        None where either knows nothing.
+    """
+    if result.paths is None or result.segment is None or span.index.size == 0:
+        return None
+    index = result.recording.index()
+    place = np.asarray(np.searchsorted(index, span.index - first_index), dtype=np.intp)
+    there: BoolArray = np.asarray(place < index.size)
+    there[there] = index[place[there]] == (span.index - first_index)[there]
+    begin = _after_first_fringe(result)
+    there &= (place >= begin) & (place < result.segment.last)
+    if begin < 0 or not there.any():
+        return None
+    place = place[there]
+    valid: BoolArray
+    if result.track is not None:
+        offline, valid = result.track.position_m[:, place], result.track.valid[place]
+        away = np.linalg.norm(span.position_m[:, there] - offline, axis=0)
+    else:
+        offline, valid = result.paths.change_m[:, place], np.asarray(result.paths.valid[:, place].all(axis=0))
+        away = np.abs(_without_zeros(span.change_m[:, there] - offline, result.paths.piece, place, valid)).max(axis=0)
+    live_known = np.isfinite(away) | ~np.isfinite(offline).all(axis=0)
+    compared: FloatArray = away[np.isfinite(away) & valid]
+    if compared.size == 0:
+        return None
+    return LiveAgreement(
+        rms_m=float(np.sqrt(np.mean(compared**2))),
+        max_m=float(compared.max()),
+        n_compared=int(compared.size),
+        share_known=float(np.mean(live_known)),
+    )
+
+
+def _without_zeros(apart_m: FloatArray, piece: IntArray | None, place: IntArray, valid: BoolArray) -> FloatArray:
+    """Return differences of paths, shape (n_receivers, n), less their mean in each piece after the first.
+
+    The first counts from the rest in both; where a later one counts from, each knows for itself.
+    """
+    if piece is None:
+        return apart_m
+    number, out = piece[place], apart_m.copy()
+    for one in range(1, int(number.max()) + 1):
+        for row in out:
+            known = (number == one) & valid & np.isfinite(row)
+            if known.any():
+                row[number == one] -= row[known].mean()
+    return out
+
+
+def _after_first_fringe(result: RunResult) -> int:
+    """Return the stored sample after which the path has changed by a wavelength; -1 where it never has."""
+    if result.paths is None:
+        return -1
+    change = np.nan_to_num(np.abs(result.paths.change_m)).max(axis=0)
+    beyond = np.flatnonzero(change > result.setup.radar.wavelength_m)
+    return int(beyond[0]) if beyond.size else -1
 
 
 @dataclass(frozen=True, slots=True)

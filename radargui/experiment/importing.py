@@ -8,11 +8,13 @@ from pathlib import Path
 from radargui.experiment.reprocess import each_run, process_run
 from radargui.files.channel_guess import Basis, ChannelGuess
 from radargui.files.formats import RUN, format_of, list_channels, own_setup_of
+from radargui.files.progress import Progress, silent
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import ChannelEntry, ChannelMap
 from radargui.files.signals import ChannelInfo
 from radargui.model.digitisation import iq_names
 from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.session.importing import Import, ImportedRun, ImportInput
 from radargui.session.info import About, about_setup_file
@@ -75,7 +77,7 @@ class Imported:
         return (*(run.error for run in self.runs if run.error is not None), *self.not_processed)
 
 
-def import_recordings(order: ImportOrder, progress: Callable[[float], None] = lambda _share: None) -> Imported:
+def import_recordings(order: ImportOrder, progress: Progress = silent) -> Imported:
     """Import what was ordered; a file that fails does not stop the others.
 
     Parameters
@@ -99,12 +101,12 @@ def import_recordings(order: ImportOrder, progress: Callable[[float], None] = la
     imported = Imported(work.session.path if work.session else None, runs)
     if not order.process:
         return imported
-    processed = each_run(
-        imported.paths,
-        lambda path, report: process_run(path, progress=report),
-        lambda share: progress(0.5 + 0.5 * share),
-    )
+    processed = each_run(imported.paths, _processed, lambda share: progress(0.5 + 0.5 * share))
     return replace(imported, not_processed=tuple(run.error for run in processed if run.error is not None))
+
+
+def _processed(path: Path, progress: Progress) -> RunResult:
+    return process_run(path, progress=progress)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,11 +187,8 @@ def inputs_of(look: FilesLook, names: Sequence[str], rate_hz: float | None) -> t
     chosen = ChannelMap(tuple(map(ChannelEntry, targets, names)))
     MapMemory().remember(look.infos, chosen)
     if look.together:
-        entries = (
-            ChannelEntry(target, look.origin[name][1], look.origin[name][0])
-            for target, name in zip(targets, names, strict=True)
-        )
-        whole = ChannelMap(tuple(entries))
+        places = zip(targets, (look.origin[name] for name in names), strict=True)
+        whole = ChannelMap(tuple(ChannelEntry(target, variable, file) for target, (file, variable) in places))
         return (ImportInput(whole.paths, whole, rate_hz, look.raw),)
     return tuple(ImportInput((file,), _map_of(file, chosen, look.raw), rate_hz, look.raw) for file in look.files)
 

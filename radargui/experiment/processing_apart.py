@@ -15,8 +15,7 @@ from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any
 
-from radargui.experiment.finished import FinishedJob, preliminary_result, process_finished
-from radargui.experiment.live_agreement import LiveAgreement
+from radargui.experiment.finished import FinishedJob, LiveAgreement, preliminary_result, process_finished
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
 from radargui.model.result import RunResult
 from radargui.processing.long_recording import read_again
@@ -27,7 +26,7 @@ _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NU
 @contextlib.contextmanager
 def workers_ignoring_interrupts() -> Iterator[None]:
     """Let processes that are started here use one thread for numerics, and not hear Ctrl-C."""
-    kept = {name: os.environ.get(name) for name in _ONE_THREAD}
+    kept = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     is_main = threading.current_thread() is threading.main_thread()
     # What a process ignores, its children ignore from their first instruction on.
@@ -37,11 +36,9 @@ def workers_ignoring_interrupts() -> Iterator[None]:
     finally:
         if is_main:
             signal.signal(signal.SIGINT, handler)
-        for name, value in kept.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        for name in _ONE_THREAD:
+            del os.environ[name]
+        os.environ.update(kept)
 
 
 _logger = logging.getLogger(__name__)
@@ -114,23 +111,18 @@ class ProcessingApart:
                             with self._sending:
                                 connection.send(_STOP)
                         stopped = True
-                elif kind == "preliminary":
-                    path, result, _ = _received(connection, value)
-                    report = self._on_preliminary.get(path)
-                    # once, also where the job was announced before
-                    self._on_preliminary[path] = None
-                    if report is not None:
-                        report(result)
-                else:
-                    _, result, agreement = _received(connection, value)
+                    continue
+                path, result, agreement = _received(connection, value)
+                if kind == "result":
                     return result, agreement
+                report = self._on_preliminary.get(path)
+                # once, also where the job was announced before
+                self._on_preliminary[path] = None
+                if report is not None:
+                    report(result)
         except (EOFError, OSError, pickle.PickleError) as error:
             self.close()
-            raise ProcessingError(
-                "The process that processes runs ended without an answer",
-                reasons=("the memory does not suffice", "somebody ended it"),
-                remedy="Process the run again.",
-            ) from error
+            raise _failed("ended without an answer", "somebody ended it") from error
         finally:
             self._on_preliminary.pop(job.path, None)
 
@@ -159,15 +151,19 @@ class ProcessingApart:
                     process.start()
             except OSError as error:
                 ours.close()
-                raise ProcessingError(
-                    f"The process that processes runs cannot be started: {error}",
-                    reasons=("the memory does not suffice", "too many processes run"),
-                    remedy="Process the run again.",
-                ) from error
+                raise _failed(f"cannot be started: {error}", "too many processes run") from error
             finally:
                 theirs.close()
             self._connection, self._process = ours, process
         return self._connection
+
+
+def _failed(fact: str, reason: str) -> ProcessingError:
+    return ProcessingError(
+        f"The process that processes runs {fact}",
+        reasons=("the memory does not suffice", reason),
+        remedy="Process the run again.",
+    )
 
 
 def _serve(connection: Connection) -> None:

@@ -65,11 +65,23 @@ def process_run(
     ProcessingError
         The samples do not fit the setup.
     """
-    recording = read_for_processing(path)
-    chosen = setup or own_setup(path)
-    result = process(recording, chosen, progress, on_preliminary, known_front_ends(path, chosen))
+    result = computed(path, setup or own_setup(path), progress, on_preliminary)
     write_results(path, result)
     return result
+
+
+def computed(
+    path: Path,
+    setup: Setup,
+    progress: Progress | None = None,
+    on_preliminary: Callable[[RunResult], None] | None = None,
+) -> RunResult:
+    """Return what a run gives with a setup, with what earlier runs of its session say as prior; nothing is stored.
+
+    Parameters and errors as for `process_run`.
+    """
+    recording = read_for_processing(path)
+    return process(recording, setup, progress, on_preliminary, known_front_ends(path, setup))
 
 
 def own_setup(path: Path) -> Setup:

@@ -25,6 +25,12 @@ from radargui.model.errors import RadarGuiError
 HEALTH_S = 0.25
 """Between two reports of the health. Chosen by hand."""
 
+_ENTERED = {
+    RecorderState.ARMED: (ExperimentState.ARMED, "waiting for the sphere to move"),
+    RecorderState.RECORDING: (ExperimentState.RECORDING, "recording"),
+    RecorderState.SETTLING: (ExperimentState.SETTLING, "waiting until nothing moves"),
+}
+
 
 @dataclass(frozen=True, slots=True)
 class Progress:
@@ -140,7 +146,7 @@ class AcquisitionSeries:
                 if self._ended:
                     continue
                 if self._acquisition.wait(0.0):
-                    # stopped before it had begun: then nobody tells
+                    # stopped before it had begun: then nobody reports it
                     return Ended()
                 health = self._acquisition.health
                 self.publisher.report(EventKind.HEALTH, health.line(), health=health)
@@ -175,12 +181,8 @@ class AcquisitionSeries:
             yield self._published(run, is_last=self._ended and not self._n_processing and not self._outcomes)
 
     def _enter_as(self, state: RecorderState) -> None:
-        if state is RecorderState.ARMED and self.waits_for_motion:
-            self.publisher.enter(ExperimentState.ARMED, "waiting for the sphere to move")
-        elif state is RecorderState.RECORDING:
-            self.publisher.enter(ExperimentState.RECORDING, "recording")
-        elif state is RecorderState.SETTLING:
-            self.publisher.enter(ExperimentState.SETTLING, "waiting until nothing moves")
+        if state in _ENTERED and (self.waits_for_motion or state is not RecorderState.ARMED):
+            self.publisher.enter(*_ENTERED[state])
 
     def _finished(self, run: FinishedRun, jobs: ThreadPoolExecutor) -> None:
         number = self._base + run.number

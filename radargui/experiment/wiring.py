@@ -106,11 +106,11 @@ class WiringGuide:
     def _take(self, first_index: int, volts: FloatArray) -> None:
         rate_hz = self._digitisation.sample_rate_hz
         self._next = first_index + volts.shape[1]
+        before = first_index - self._origin
         for step, parts in zip(self._steps, self._parts, strict=True):
-            begin = max(round(step.start_s * rate_hz) + self._origin - first_index, 0)
-            end = min(round(step.end_s * rate_hz) + self._origin - first_index, volts.shape[1])
-            if begin < end:
-                measured = volts[:, begin:end]
+            begin, end = (max(round(edge_s * rate_hz) - before, 0) for edge_s in (step.start_s, step.end_s))
+            measured = volts[:, begin:end]
+            if measured.shape[1]:
                 self._clipped += self._at_end(measured).sum(axis=1)
                 self._count += measured.shape[1]
                 parts.append(self._averaged(measured))

@@ -9,6 +9,7 @@ from typing import Literal
 from radargui.model.rounding import quantity
 
 RunKind = Literal["measured", "simulated", "replay"]
+_FIGURES = ("e", "u_e", "u_e_combined", "g_m_s2", "u_g_m_s2", "u_g_combined_m_s2", "drop_height_m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,26 +72,20 @@ class Drop:
 
 
 def drop_of(name: str, origin: RunOrigin, summary: Mapping[str, object] | None) -> Drop:
-    """Return a drop from the summary of its result, see `files.run_card.summarise`; None: it was not processed."""
-    found = summary or {}
-
-    def figure(key: str) -> float | None:
-        value = found.get(key)
-        return value if isinstance(value, float) else None
-
+    """Return a drop from the summary of its result, see `files.summary.summarise`; None: it was not processed."""
     return Drop(
         name,
         origin,
-        figure("e"),
-        figure("u_e"),
-        figure("u_e_combined"),
-        figure("g_m_s2"),
-        figure("u_g_m_s2"),
-        figure("u_g_combined_m_s2"),
-        figure("drop_height_m"),
         # 0.1 did not keep it
-        found.get("from_rest") is not False,
+        from_rest=(summary or {}).get("from_rest") is not False,
+        **{key: figure_in(summary, key) for key in _FIGURES},
     )
+
+
+def figure_in(summary: Mapping[str, object] | None, key: str) -> float | None:
+    """Return a figure of a run's summary; None where it is not known."""
+    value = (summary or {}).get(key)
+    return value if isinstance(value, float) else None
 
 
 def restitution_words(summary: Mapping[str, object] | None, *, statistical: bool = False) -> str:
@@ -112,7 +107,5 @@ def gravity_words(summary: Mapping[str, object] | None, unit: str = "", *, stati
 
 
 def _words(summary: Mapping[str, object] | None, key: str, u: str, u_combined: str, unit: str) -> str:
-    value, own, combined = (
-        found if isinstance(found := (summary or {}).get(one), float) else None for one in (key, u, u_combined)
-    )
+    value, own, combined = (figure_in(summary, one) for one in (key, u, u_combined))
     return quantity(value, own if combined is None else combined, unit)

@@ -1,7 +1,5 @@
 """The way of the estimates: adaptive, in the Doppler band where that knows more, and joint falling back on it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -74,12 +72,15 @@ def measure_by_estimate(
             alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
             return _with_reason(alone, why)
         rounds = adaptive_rounds(conditioned, setup)
+        # always: it starts the joint estimate, and stands where that does not
         estimate = estimate_adaptive(rounds)
         adaptive = _motion_of(estimate, conditioned, setup)
+        # a long search in a signal without an echo ends in a misfit: said at once instead
         if method == "joint" and _is_hopeless(estimate, adaptive):
             return adaptive
         if method == "joint":
             if on_preliminary is not None:
+                # the operator has a result soon, and the joint one replaces it
                 on_preliminary(adaptive)
             joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
             if joint is not None:
@@ -103,12 +104,14 @@ def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
     It mends circles that reflections bend, not a lost count of fringes (a path that follows its circle, but not its
     signal), nor receivers of which most make no sense by themselves.
     """
+    # rejected by its path, not by the fit of its circle
     rejected = np.array([channel.verdict == "rejected" for channel in adaptive.corrected.channels])
     lost = rejected & [channel.verdict != "rejected" for channel in estimate.channels]
     return bool(lost.any() or 2 * rejected.sum() > rejected.size)
 
 
 def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
+    # phase = 2 pi L / wavelength: estimates are in metres, the corrected IQ is shown in rad (method 1)
     rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
     phase, u_phase = estimate.change_m * rad_per_m, estimate.u_change_m * rad_per_m
     paths = PathLengths(estimate.time_s, phase, estimate.change_m, estimate.u_change_m, estimate.valid)
@@ -117,6 +120,7 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     )
     bounces, changes = None, None
     warnings: tuple[str, ...] = ()
+    # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
         try:
             bounces, fit = joint_bounces(estimate, setup)
@@ -134,6 +138,7 @@ def _located(estimate: MotionEstimate, paths: PathLengths, setup: Setup) -> tupl
     # the joint estimate knows the sphere as a body; the adaptive one's circles show the phase that it scatters with
     measured = setup.transmitter.polarization_deg is not None and not isinstance(estimate, JointEstimate)
     if estimate.position_m is None or estimate.u_position_m is None or measured:
+        # the phase that the body adds is taken off the direct path (method 3)
         return locate_body(paths, setup)
     if setup.processing.geometry == "plane":
         # the joint estimate's paths are those to the centre already
@@ -154,12 +159,15 @@ def _try_joint_with(
     joint, why = _try_joint(setup, rounds, progress)
     if prior is None:
         return joint, why, None
+    # kept as they are wired; the estimate sees the sign already applied
     known = tuple(as_wired(front_end, phase_sign) for front_end in prior.front_ends)
     unused = replace(prior, used=False)
     if joint is not None:
         why = disagreement(joint.constants, known)
+        # a front end that changed would bend the track with the authority of ten runs: the run by itself comes first
         if why or not knows_more(known, joint.constants):
             return joint, why, unused
+    # anew from the start: with the constants held, walls and floor may be chosen otherwise
     helped, failed = _try_joint(setup, rounds, lambda _: progress(1.0), known)
     if helped is None:
         return joint, failed if joint is not None else why, unused
@@ -177,8 +185,10 @@ def _try_joint(
         joint = estimate_joint(rounds, setup, hardware=front_ends, progress=progress)
     except ProcessingError as error:
         return None, error.message.rstrip(".")
+    # a matrix without inverse says that the signal holds too little; every other fault is one
     except np.linalg.LinAlgError as error:
         return None, f"its equations have no solution: {error}"
+    # a bad misfit is a model that is wrong here, and its u means nothing
     if not joint.fits:
         misfit = ", ".join(f"{value:.1f}" for value in joint.chi_square)
         return None, f"its misfit (chi-square {misfit}) is too large"

@@ -1,7 +1,5 @@
 """The way of the corrections that take each receiver by itself: correct, demodulate, locate."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -54,10 +52,12 @@ def demodulate(corrected: CorrectedIQ, conditioned: Conditioned, wavelength_m: f
     wavelength_m
         Of the transmitted wave.
     """
+    # invalid samples must not lead the count of turns astray
     masked_i = np.where(corrected.valid, corrected.i, np.nan)
     masked_q = np.where(corrected.valid, corrected.q, np.nan)
     phase = unwrap(wrapped_phase(masked_i, masked_q))
     if not is_alone(conditioned):
+        # only changes of L are observable: the rest before the motion is their zero (method 1)
         rest = slice(conditioned.segment.rest_first, conditioned.segment.rest_last)
         phase = lay_down(phase, corrected.valid, np.zeros(conditioned.n_samples, dtype=np.intp), rest)
     per_rad = wavelength_m / (2.0 * np.pi)

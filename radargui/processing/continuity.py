@@ -1,7 +1,5 @@
 """What a measured path must keep to: it follows its signal, never jumps, and starts anew where it was lost."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

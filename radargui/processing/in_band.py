@@ -1,7 +1,5 @@
 """The way of one or two receivers: each echo in its Doppler band, and circles where the offset is not known there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -48,13 +46,16 @@ def measure_in_band(
     """
     in_band = _in_band(conditioned, wavelength_m)
     moving = slice(conditioned.segment.first, conditioned.segment.last)
+    # a Doppler band knows no offset where the target is slower than the band is wide
     partly = in_band.paths.valid[:, moving].mean() < WHOLE
     if partly and conditioned.segment.has_rest and _turns(conditioned) < MOST_TURNS:
         # the slow beginning of a fall is known to circles alone, from the rest on
+        # their own judge must not be what they are to replace
         unjudged = tuple(own.between(0, 0) for own in conditioned.doppler)
         circles = by_circles(replace(conditioned, echoes=(None,) * conditioned.n_receivers, doppler=unjudged))
         if _agree(circles, conditioned) and _known(circles) > _known(in_band):
             return circles
+    # below the noise a circle is fitted to noise, and finds one
     spread = np.sqrt(conditioned.volts.var(axis=1).reshape(-1, 2).max(axis=1))
     noise = conditioned.noise_v.reshape(-1, 2).max(axis=1)
     if all(
@@ -68,6 +69,7 @@ def measure_in_band(
         if all(echo is None for echo in conditioned.echoes):
             raise
         return in_band
+    # both are judged by their signal already: the one that is known for longer
     return max(circles, in_band, key=_known)
 
 

@@ -1,7 +1,5 @@
 """Samples to a track while they arrive: causal, a few microseconds a sample."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -10,13 +8,13 @@ import numpy as np
 from radargui.conditioning.hum import Hum, find_hum
 from radargui.conditioning.noise import white_noise_v
 from radargui.conditioning.trigger import MotionTrigger
+from radargui.correction.map_filter import MapFilter
 from radargui.geometry.antennas import place_antennas
 from radargui.geometry.bistatic import locate_exact
 from radargui.geometry.scattering import sphere_delay
 from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
-from radargui.processing.live_memory import LiveMemory
 from radargui.processing.live_samples import LiveSamples, Means
 from radargui.processing.locate import LEAST_RECEIVERS
 
@@ -67,6 +65,34 @@ class LiveEstimate:
     began_anew: bool = False
 
 
+class LiveMemory:
+    """Holds one filter a receiver; empty until a live processor has used it. One acquisition at a time may."""
+
+    def __init__(self) -> None:
+        self._filters: list[MapFilter] = []
+        self._rad_per_m = 0.0
+
+    @property
+    def is_warm(self) -> bool:
+        """Whether a run can be followed from its first sample."""
+        return bool(self._filters) and all(follower.started for follower in self._filters)
+
+    def filters(self, rad_per_m: float, n_receivers: int) -> list[MapFilter]:
+        """Return the filters for a radar; new ones where those of before belong to another one.
+
+        Parameters
+        ----------
+        rad_per_m
+            Phase over path length, sign included.
+        n_receivers
+            How many.
+        """
+        if len(self._filters) != n_receivers or rad_per_m != self._rad_per_m:
+            self._filters = [MapFilter(rad_per_m) for _ in range(n_receivers)]
+            self._rad_per_m = rad_per_m
+        return self._filters
+
+
 class _Mode(Enum):
     RESTING = "at the release"
     STARTING = "moving, the first fringes are not complete"
@@ -75,7 +101,7 @@ class _Mode(Enum):
 
 
 class LiveProcessor:
-    """The causal road from raw samples to positions.
+    """The causal way from raw samples to positions.
 
     Samples are averaged to about 4 kHz, the multiplexer skew is interpolated away, and the hum learned at rest is
     taken off. Each receiver is corrected by a `MapFilter`: with what earlier runs taught at once, otherwise as soon as
@@ -104,6 +130,7 @@ class LiveProcessor:
 
     def reset(self) -> None:
         """Forget everything but the memory: the next sample pushed has index 0 unless `push` is told otherwise."""
+        # the wiring's sign once, here: behind it a longer path is a larger phase
         rad_per_m = self._setup.radar.phase_sign * 2.0 * np.pi / self._setup.radar.wavelength_m
         self._filters = self._memory.filters(rad_per_m, self._setup.n_receivers)
         self._trigger = MotionTrigger(self._digitisation, self._setup.recording.threshold)
@@ -112,15 +139,13 @@ class LiveProcessor:
         self._hum_from_s = 0.0
         self._past = self._samples.nothing()
         self._pending = self._samples.nothing()
-        self._n_told = 0
-        self._mode = _Mode.RESTING
-        self._position_m = self._release_m.copy()
-        self._lowest_m = float(self._release_m[2])
+        self._n_reported = 0
         self._n_quiet = 0
         self._began_anew = False
+        self._begin_at_release()
 
     def at_release(self) -> None:
-        """Tell that the tracer hangs at its release and rests, as it does when a run is armed.
+        """Begin at the release: the tracer hangs at its release and rests, as it does when a run is armed.
 
         One that has been followed down to where it now lies, its lowest place, is on the floor: the hand has not come
         yet, and it is followed on.
@@ -141,6 +166,7 @@ class LiveProcessor:
 
     def push(self, samples: RawArray, first_index: int | None = None) -> LiveEstimate:
         """Take the next samples, shape (n_channels, n); `first_index` tells of a jump: samples between were lost."""
+        # turns that went by in a gap cannot be counted (method 2): only a rest tells where it is again
         if self._samples.jump(first_index):
             self._past = self._samples.nothing()
             if self._mode is not _Mode.RESTING:
@@ -153,8 +179,10 @@ class LiveProcessor:
             self._leave()
         estimate = self._estimate_by_mode(new, moving=moving)
         if self._mode is _Mode.RESTING or self._mode is _Mode.LOST or not moving:
+            # only what rests now can teach the phase of the rest
             self._past = self._past.joined(new).part(-self._columns(REST_MEMORY_S), None)
         self._lowest_m = min(self._lowest_m, float(self._position_m[2]))
+        # the operator hangs the sphere up again by hand: no command says when
         if self._mode is not _Mode.RESTING and self._is_back(estimate):
             # after a gap nobody knows where it rests: it counts from there as if that were its release, and says so
             self._begin_at_release()
@@ -165,33 +193,30 @@ class LiveProcessor:
             return self._unknown(new.index, moving=moving)
         if self._mode is _Mode.RESTING:
             return self._resting(new)
-        if self._mode is _Mode.STARTING:
-            return self._starting(new, moving=moving)
-        return self._following(new, moving=moving)
+        return (self._starting if self._mode is _Mode.STARTING else self._following)(new, moving=moving)
 
     def _leave(self) -> None:
         """Begin a motion: learn the hum, the phase and the noise of the rest before it."""
         late = self._columns(BEFORE_MOTION_S)
         rest = self._past.part(0, max(self._past.count - late, 0))
+        # at rest hum is all that oscillates; in motion it could be a slow Doppler
         self._hum = self._hum_of(rest)
         quiet = self._without_hum(rest.part(-self._columns(REST_S), None))
+        is_known = quiet.shape[1] > 1
         for follower, pair in zip(self._filters, _pairs(quiet), strict=True):
-            if pair.shape[1] > 1:
-                follower.rest(pair.mean(axis=1), float(pair.std(axis=1).mean()))
-            else:
-                follower.rest(None, None)
-        # told already as rest, but the motion may have begun there
+            follower.rest(*(pair.mean(axis=1), float(pair.std(axis=1).mean())) if is_known else (None, None))
+        # reported already as rest, but the motion may have begun there
         self._pending = self._past.part(-late, None)
-        self._n_told = self._pending.count
+        self._n_reported = self._pending.count
         self._mode = _Mode.STARTING
 
     def _resting(self, new: Means) -> LiveEstimate:
         z = [follower.at_rest(pair) for follower, pair in zip(self._filters, _pairs(new.volts), strict=True)]
-        i, q = np.stack([pair[0] for pair in z]), np.stack([pair[1] for pair in z])
-        position = np.full((3, new.count), np.nan)
-        if self._locates:
-            position[:] = self._release_m[:, None]
-        return LiveEstimate(new.index, i, q, np.zeros(i.shape), position, moving=False)
+        i, q = np.stack(z, axis=1)
+        place = self._release_m if self._locates else np.full(3, np.nan)
+        return LiveEstimate(
+            new.index, i, q, np.zeros(i.shape), np.repeat(place[:, None], new.count, axis=1), moving=False
+        )
 
     def _starting(self, new: Means, *, moving: bool) -> LiveEstimate:
         """Wait for 1.5 fringes of every receiver; then give all that was waited for at once."""
@@ -199,22 +224,19 @@ class LiveProcessor:
         excess = pending.count - self._columns(LONGEST_START_S)
         if excess > 0:
             pending = pending.part(excess, None)
-            self._n_told = max(self._n_told - excess, 0)
+            self._n_reported = max(self._n_reported - excess, 0)
         self._pending = pending
-        volts = self._without_hum(pending)
-        warm = self._memory.is_warm
-        if not all(follower.start(pair) for follower, pair in zip(self._filters, _pairs(volts), strict=True)):
+        pairs, warm = _pairs(self._without_hum(pending)), self._memory.is_warm
+        if not all(follower.start(pair) for follower, pair in zip(self._filters, pairs, strict=True)):
             return self._unknown(new.index[:0], moving=moving)
         self._mode = _Mode.FOLLOWING
         self._pending = self._samples.nothing()
-        return self._following(pending, moving=moving, skip=self._n_told, learn=warm)
+        return self._following(pending, moving=moving, skip=self._n_reported, learn=warm)
 
     def _following(self, new: Means, *, moving: bool, skip: int = 0, learn: bool = True) -> LiveEstimate:
         pairs = _pairs(self._without_hum(new))
         followed = [follower.follow(pair, learn=learn) for follower, pair in zip(self._filters, pairs, strict=True)]
-        i = np.stack([z[0] for z, _ in followed])[:, skip:]
-        q = np.stack([z[1] for z, _ in followed])[:, skip:]
-        change = np.stack([change for _, change in followed])[:, skip:]
+        i, q, change = np.stack([(*z, change) for z, change in followed], axis=1)[..., skip:]
         return LiveEstimate(new.index[skip:], i, q, *self._locate(change), moving)
 
     def _locate(self, change_m: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -222,10 +244,12 @@ class LiveProcessor:
         n = change_m.shape[1]
         if not self._locates or n == 0:
             return change_m, np.full((3, n), np.nan)
+        # two places fit three path lengths: the solution near the last one is the sphere
         start = np.repeat(self._position_m[:, None], n, axis=1)
         position = locate_exact(change_m, self._antennas, self._release_m, start)
         if self._delay is not None:
             # one step is enough: the delay changes by a thousandth of what the place does
+            # a sphere is no point: its phase of scattering changes with the bistatic angle (method 3)
             change_m = change_m - self._delay.at(position)
             position = locate_exact(change_m, self._antennas, self._release_m, position)
         known = np.flatnonzero(np.isfinite(position).all(axis=0))
@@ -247,11 +271,13 @@ class LiveProcessor:
             return False
         if self._locates:
             return bool(np.linalg.norm(estimate.position_m[:, -1] - self._release_m) < AT_RELEASE_M)
+        # without a position the path lengths have to do
         return bool((np.abs(estimate.change_m[:, -1]) < AT_RELEASE_M).all())
 
     def _without_hum(self, means: Means) -> FloatArray:
         if self._hum is None:
             return means.volts
+        # hum keeps its phase over the seconds of a drop: the mains is that steady
         return np.asarray(means.volts - self._hum.at(self._time_s(means) - self._hum_from_s))
 
     def _hum_of(self, rest: Means) -> Hum | None:

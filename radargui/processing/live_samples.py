@@ -1,4 +1,4 @@
-"""The samples of the live road: averaged to a few kilohertz, skew taken out, with their absolute indices."""
+"""The samples of the live track: averaged to a few kilohertz, skew taken out, with their absolute indices."""
 
 from __future__ import annotations
 
@@ -58,11 +58,11 @@ class LiveSamples:
     def __init__(self, digitisation: Digitisation, daq: Daq) -> None:
         self._n_channels = digitisation.n_channels
         self._sample_rate_hz = digitisation.sample_rate_hz
+        # a mean of n samples has 1 / sqrt(n) of their noise, and its low-pass is far above any Doppler of a drop
         self._averager = Averager(digitisation, max(1, round(digitisation.sample_rate_hz / LIVE_RATE_HZ)))
-        delay = (
-            np.arange(digitisation.n_channels) * channel_skew(digitisation, daq).delay_s * digitisation.sample_rate_hz
-        )
-        self._share = (delay / self._averager.size)[:, None]
+        delay_s = np.arange(digitisation.n_channels) * channel_skew(digitisation, daq).delay_s
+        # in means: how far back on the line the value at the time of channel 0 lies
+        self._share = (delay_s * self.rate_hz)[:, None]
         self._next_index = 0
         self._before: FloatArray | None = None
 
@@ -77,6 +77,7 @@ class LiveSamples:
             return False
         self._averager.clear()
         self._next_index = first_index
+        # across a gap there is no line to interpolate on
         self._before = None
         return True
 
@@ -91,6 +92,7 @@ class LiveSamples:
         index = self._next_index + np.arange(count, dtype=np.intp) * size + size // 2
         self._next_index += count * size
         if count:
+            # the very first mean has none before it: its own value is the best guess
             before = means[:, :1] if self._before is None else self._before
             earlier = np.concatenate([before, means[:, :-1]], axis=1)
             self._before = means[:, -1:]

@@ -1,7 +1,5 @@
 """The track from path lengths, by the chosen geometry."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +23,7 @@ def locate_body(paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | 
     Where the setup tells the polarisation, the phase that a metal sphere scatters with is taken off the direct path, in
     one step: it changes by a thousandth of what the place does. What it does to mirrored paths stays.
     """
+    # changes of path count from the release: there the antennas' geometry fixes L itself
     antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
     track, delay = locate(paths, antennas, release, setup.processing.geometry), sphere_delay(setup)
     if track is None or delay is None:
@@ -56,10 +55,12 @@ def locate(paths: PathLengths, antennas: Antennas, release_position_m: FloatArra
     """
     if antennas.n_receivers < LEAST_RECEIVERS:
         return None
+    # an invalid path would pull the place without a sign of it
     change = np.where(paths.valid, paths.change_m, np.nan)
     if geometry == "plane":
         position = locate_plane(change, antennas, release_position_m)
     else:
         position = locate_exact(change, antennas, release_position_m)
+    # linear propagation of u(L_i) through the inverse of the rows dL_i/dp (GUM 5.1.2)
     u = position_uncertainty(position, paths.u_m, antennas)
     return Track(paths.time_s, position, u, np.asarray(np.isfinite(position).all(axis=0)), geometry)

@@ -1,16 +1,13 @@
 """Long recordings: only the stretch around a motion is processed; an hour needs no more memory than a minute."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from radargui.conditioning.long_motion import LongMotion, find_long_motion
+from radargui.conditioning.long_motion import find_long_motion
 from radargui.files.run_file import RunStream, read_run, run_stream
-from radargui.model.arrays import FloatArray, RawArray
+from radargui.model.arrays import FloatArray
 from radargui.model.block import Gap
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError
 from radargui.model.recording import Excerpt, Recording
 
@@ -32,15 +29,11 @@ def read_for_processing(path: Path) -> Recording:
     """
     with run_stream(path) as stream:
         facts = stream.facts
+        # of a drop of seconds the rest around it is wanted too: noise, hum and zero come from it
         if facts.n_samples <= LONG_SAMPLES:
             return read_run(path)
-        motion = find_long_motion(
-            (facts.digitisation.volts(piece) for piece in stream.pieces()),
-            facts.digitisation.sample_rate_hz,
-            MOST_SAMPLES,
-        )
-        first, last = _span(motion, facts.n_samples)
-        return _part(stream, first, last, _reason(last - first, facts.n_samples, facts.digitisation, motion))
+        pieces = (facts.digitisation.volts(piece) for piece in stream.pieces())
+        return _part(stream, *_stretch(pieces, facts.n_samples, facts.digitisation.sample_rate_hz))
 
 
 def read_excerpt(path: Path, excerpt: Excerpt) -> Recording:
@@ -84,37 +77,31 @@ def shortened(recording: Recording) -> Recording:
     count = recording.n_samples
     if count <= LONG_SAMPLES:
         return recording
-    motion = find_long_motion(
-        _pieces(recording.raw, recording.digitisation), recording.digitisation.sample_rate_hz, MOST_SAMPLES
-    )
-    first, last = _span(motion, count)
-    part = replace(
-        recording,
-        raw=recording.raw[:, first:last],
-        file_time_s=None if recording.file_time_s is None else recording.file_time_s[first:last],
-    )
-    return _placed(part, recording.gaps, first, count, _reason(last - first, count, recording.digitisation, motion))
+    digitisation, time_s = recording.digitisation, recording.file_time_s
+    pieces = (digitisation.volts(recording.raw[:, first : first + _PIECE]) for first in range(0, count, _PIECE))
+    first, last, reason = _stretch(pieces, count, digitisation.sample_rate_hz)
+    time_s = None if time_s is None else time_s[first:last]
+    part = replace(recording, raw=recording.raw[:, first:last], file_time_s=time_s)
+    return _placed(part, recording.gaps, first, count, reason)
 
 
 def _part(stream: RunStream, first: int, last: int, reason: str) -> Recording:
-    facts = stream.facts
+    facts, raw = stream.facts, stream.part(first, last)
     part = Recording(
-        name=facts.name,
-        raw=stream.part(first, last),
-        digitisation=facts.digitisation,
-        trigger_index=facts.trigger_index,
-        started_at=facts.started_at,
+        facts.name, raw, facts.digitisation, trigger_index=facts.trigger_index, started_at=facts.started_at
     )
     return _placed(part, facts.gaps, first, facts.n_samples, reason)
 
 
-def _pieces(raw: RawArray, digitisation: Digitisation) -> Iterator[FloatArray]:
-    for first in range(0, raw.shape[1], _PIECE):
-        yield digitisation.volts(raw[:, first : first + _PIECE])
-
-
-def _span(motion: LongMotion | None, count: int) -> tuple[int, int]:
-    return (0, min(count, MOST_SAMPLES)) if motion is None else (motion.first, motion.last)
+def _stretch(pieces: Iterable[FloatArray], count: int, rate_hz: float) -> tuple[int, int, str]:
+    """Return first and last sample of what is processed of a long recording, and what is said about it."""
+    motion = find_long_motion(pieces, rate_hz, MOST_SAMPLES)
+    first, last = (0, min(count, MOST_SAMPLES)) if motion is None else (motion.first, motion.last)
+    said = f"of {count / rate_hz:.0f} s the {(last - first) / rate_hz:.1f} s "
+    if motion is None:
+        return first, last, f"{said}at the beginning are shown: nothing moves"
+    which = "the motion" if motion.n_motions == 1 else f"the longest of {motion.n_motions} motions"
+    return first, last, f"{said}around {which} are processed{', which goes on after them' if motion.cut else ''}"
 
 
 def _placed(part: Recording, gaps: Sequence[Gap], first: int, count: int, reason: str) -> Recording:
@@ -122,6 +109,7 @@ def _placed(part: Recording, gaps: Sequence[Gap], first: int, count: int, reason
     inside: list[Gap] = []
     before = 0
     for gap in sorted(gaps, key=lambda gap: gap.first_index):
+        # gaps count lost samples as well, the file stores none of them
         stored = gap.first_index - before - sum(one.count for one in inside)
         if stored <= first:
             before += gap.count
@@ -133,15 +121,3 @@ def _placed(part: Recording, gaps: Sequence[Gap], first: int, count: int, reason
         gaps=tuple(replace(gap, first_index=gap.first_index - first_index) for gap in inside),
         excerpt=Excerpt(first, first + part.n_samples, first_index, count, reason),
     )
-
-
-def _reason(part: int, whole: int, digitisation: Digitisation, motion: LongMotion | None) -> str:
-    rate_hz = digitisation.sample_rate_hz
-    said = f"of {whole / rate_hz:.0f} s the {part / rate_hz:.1f} s "
-    if motion is None:
-        return said + "at the beginning are shown: nothing moves"
-    if motion.n_motions == 1:
-        said += "around the motion are processed"
-    else:
-        said += f"around the longest of {motion.n_motions} motions are processed"
-    return said + (", which goes on after them" if motion.cut else "")

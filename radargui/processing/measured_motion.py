@@ -1,7 +1,5 @@
 """What the way from conditioned signals to a track ends in, whatever the correction."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

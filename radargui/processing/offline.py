@@ -1,7 +1,5 @@
 """A whole recording to its result."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -77,6 +75,7 @@ def process(
         The recording does not fit the setup, or holds no samples.
     """
     _check(recording, setup)
+    # an hour of rest says nothing that its last seconds do not
     recording = shortened(recording)
     report = progress or (lambda _: None)
     warnings = _warnings_before(recording, setup)
@@ -86,6 +85,7 @@ def process(
     report(0.1)
     part = Part.sound(setup, conditioned)
     motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
+    # one at a time may reject another: without a bad receiver its neighbours are judged anew
     while faults := _left_out(part, motion):
         part = part.without(faults)
         motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
@@ -126,9 +126,11 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         left_out = []
     rejected = [*left_out, *reasons.values()]
     if rejected:
+        # rejected means rejected: no sample of it is called valid
         paths = replace(paths, valid=np.zeros_like(paths.valid))
         track = None if track is None else replace(track, valid=np.zeros_like(track.valid))
     if track is not None and not segment.has_rest:
+        # with a gap before it even the release is no assumption that one could make
         after_gap = conditioned.samples.start > 0
         warnings.append(NO_REST_AFTER_GAP if after_gap else NO_REST)
         if after_gap:
@@ -136,6 +138,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     bounces, budget = Bounces(), None
     if track is not None and not rejected:
         bounces = motion.bounces or _bounces_of(track, segment, setup, rate_hz)
+        # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
         if segment.has_rest:
             changes = motion.changes
             if changes is None:
@@ -223,6 +226,7 @@ def _measure(
     try:
         return measure_by_estimate(conditioned, setup, method, progress, on_preliminary, front_ends)
     except ProcessingError as error:
+        # it needs no model of the motion but fringes
         motion = measure_by_receiver(conditioned, setup, "published", progress)
         why = error.message.rstrip(".")
         sentence = f"the {method} correction cannot be made ({why}): the published one was used"

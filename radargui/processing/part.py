@@ -48,9 +48,8 @@ class Part:
         """The setup with these receivers alone."""
         if not any(self.faults):
             return self.whole_setup
-        return self.whole_setup.model_copy(
-            update={"receiver": tuple(self.whole_setup.receiver[number] for number in self.receivers)}
-        )
+        receivers = tuple(self.whole_setup.receiver[number] for number in self.receivers)
+        return self.whole_setup.model_copy(update={"receiver": receivers})
 
     @property
     def goes_on_without(self) -> bool:
@@ -60,6 +59,7 @@ class Part:
     @property
     def is_too_small(self) -> bool:
         """Whether faults leave too few receivers for the track that all would have given."""
+        # two of three give no track: a run that lost one is refused, one that never had more is not
         return len(self.receivers) < LEAST_RECEIVERS <= len(self.faults)
 
     def without(self, faults: dict[int, str]) -> Part:

@@ -1,7 +1,5 @@
 """The result of a run file: the one that is stored with it where that is current, else computed."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,7 +8,6 @@ from pathlib import Path
 from radargui.files.run_file import read_run
 from radargui.files.stored_results import read_prior, read_whole_result
 from radargui.model.errors import FileError
-from radargui.model.recording import Excerpt, Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_excerpt, read_for_processing
@@ -50,23 +47,14 @@ def result_of_run(
     """
     damaged = False
     try:
-        stored = read_whole_result(path, setup, lambda excerpt: _recording(path, excerpt))
+        stored = read_whole_result(path, setup, lambda part: read_excerpt(path, part) if part else read_run(path))
     except FileError as error:
         # where more is damaged than the results, reading the samples says so below
         _log.warning("%s", error)
         stored, damaged = None, True
     if stored is not None:
-        return _with_steps(stored)
+        # the steps take a moment to find and much room to store
+        return replace(stored, corrected=stored.corrected and replace(stored.corrected, steps=steps_of(stored)))
+    # the prior that the stored result had, where there was one: opening a run must not change what it says
     result = process(read_for_processing(path), setup, progress, on_preliminary, read_prior(path, setup))
     return replace(result, warnings=(DAMAGED, *result.warnings)) if damaged else result
-
-
-def _recording(path: Path, excerpt: Excerpt | None) -> Recording:
-    return read_run(path) if excerpt is None else read_excerpt(path, excerpt)
-
-
-def _with_steps(result: RunResult) -> RunResult:
-    """Return a result with the steps of its correction, which take a moment to find and much room to store."""
-    if result.corrected is None:
-        return result
-    return replace(result, corrected=replace(result.corrected, steps=steps_of(result)))

@@ -1,7 +1,5 @@
 """The uncertainty budget of a result, and the combined uncertainties of its track and its impacts (method 6)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

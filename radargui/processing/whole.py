@@ -1,7 +1,5 @@
 """Values of conditioned signals laid back into the whole recording, with the sign that its wiring has."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
@@ -11,7 +9,7 @@ import numpy as np
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.ellipse import Ellipse
 from radargui.correction.published import ChannelSteps, PublishedSteps
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.front_end import FrontEnd
 from radargui.model.path import PathLengths
@@ -21,7 +19,7 @@ from radargui.model.segment import Segment
 from radargui.model.track import Track
 
 _F = TypeVar("_F", FrontEnd, ChannelQuality)
-_Rows = TypeVar("_Rows", FloatArray, BoolArray)
+_Values = TypeVar("_Values", FloatArray, BoolArray, IntArray)
 
 
 class Whole:
@@ -53,6 +51,7 @@ class Whole:
 
     def corrected(self, corrected: CorrectedIQ, faults: Sequence[str]) -> CorrectedIQ:
         """Return corrected IQ of all samples and receivers; those with a fault are rejected with it."""
+        # all are faulty until the sound ones are laid over them
         channels = [ChannelQuality(str(k + 1), verdict="rejected", reason=why) for k, why in enumerate(faults)]
         steps: list[object] = [None] * self._n_receivers
         for place, channel in zip(self._receivers, corrected.channels, strict=True):
@@ -62,28 +61,19 @@ class Whole:
         return replace(
             corrected,
             time_s=self._time_s,
-            i=self._all(self._spread(corrected.i), np.nan),
-            q=self._sign * self._all(self._spread(corrected.q), np.nan),
-            u_phase_rad=self._all(self._spread(corrected.u_phase_rad), np.nan),
-            valid=self._all(self._spread_mask(corrected.valid), fill=False),
+            i=self._all(corrected.i),
+            q=self._sign * self._all(corrected.q),
+            u_phase_rad=self._all(corrected.u_phase_rad),
+            valid=self._all(corrected.valid),
             channels=tuple(channels),
             steps=tuple(steps) if corrected.steps else (),
         )
 
     def paths(self, paths: PathLengths) -> PathLengths:
         """Return path lengths of all samples."""
-        piece = None
-        if paths.piece is not None:
-            piece = np.zeros(self._time_s.size, dtype=np.intp)
-            piece[self._samples] = paths.piece
-        return PathLengths(
-            self._time_s,
-            self._all(self._spread(paths.phase_rad), np.nan),
-            self._all(self._spread(paths.change_m), np.nan),
-            self._all(self._spread(paths.u_m), np.nan),
-            self._all(self._spread_mask(paths.valid), fill=False),
-            piece,
-        )
+        phase_rad, change_m, u_m = (self._all(rows) for rows in (paths.phase_rad, paths.change_m, paths.u_m))
+        piece = None if paths.piece is None else self._spread(paths.piece)
+        return PathLengths(self._time_s, phase_rad, change_m, u_m, self._all(paths.valid), piece)
 
     def track(self, track: Track) -> Track:
         """Return the track of all samples."""
@@ -92,7 +82,7 @@ class Whole:
             time_s=self._time_s,
             position_m=self._spread(track.position_m),
             u_position_m=self._spread(track.u_position_m),
-            valid=self._spread_mask(track.valid),
+            valid=self._spread(track.valid),
             u_combined_m=None if track.u_combined_m is None else self._spread(track.u_combined_m),
         )
 
@@ -106,6 +96,7 @@ class Whole:
     def _channel(self, steps: ChannelSteps, sign: int) -> ChannelSteps:
         peaks, valleys = steps.peaks + self._start, steps.valleys + self._start
         upper, lower = steps.upper, steps.lower
+        # an inverted Q exchanges peaks and valleys
         if sign < 0:
             peaks, valleys, upper, lower = valleys, peaks, -lower, -upper
         return replace(
@@ -120,25 +111,26 @@ class Whole:
             scale=self._spread(steps.scale),
         )
 
-    def _all(self, rows: _Rows, fill: float | bool) -> _Rows:
-        """Return rows of some receivers as rows of all."""
+    def _all(self, rows: _Values) -> _Values:
+        """Return rows of some receivers in some samples as rows of all in all."""
+        rows = self._spread(rows)
         if len(self._receivers) == self._n_receivers:
             return rows
-        out = np.full((self._n_receivers, rows.shape[1]), fill, dtype=rows.dtype)
+        out = _unknown((self._n_receivers, rows.shape[1]), rows)
         out[self._receivers] = rows
         return out
 
-    def _spread(self, values: FloatArray) -> FloatArray:
+    def _spread(self, values: _Values) -> _Values:
         if values.shape[-1] == self._time_s.size:
             return values
-        out = np.full((*values.shape[:-1], self._time_s.size), np.nan)
+        out = _unknown((*values.shape[:-1], self._time_s.size), values)
         out[..., self._samples] = values
         return out
 
-    def _spread_mask(self, values: BoolArray) -> BoolArray:
-        out = np.zeros((*values.shape[:-1], self._time_s.size), dtype=np.bool_)
-        out[..., self._samples] = values
-        return out
+
+def _unknown(shape: tuple[int, ...], like: _Values) -> _Values:
+    """Return NaN, False or piece 0, as the type of `like` has it."""
+    return np.full(shape, np.nan if like.dtype.kind == "f" else 0, dtype=like.dtype)
 
 
 def as_wired(front_end: _F, phase_sign: int) -> _F:

@@ -1,4 +1,4 @@
-"""What the figures of one run draw, small enough to keep for every run of a session."""
+"""What the figures of one run draw: the span with the motion, decimated, broken where samples or the path were lost."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,11 +6,20 @@ from itertools import pairwise
 
 import numpy as np
 
+from radargui.correction.phase import unwrap, wrapped_phase
+from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.decimation import extremes
+from radargui.model.result import RunResult
+from radargui.model.rounding import alone
 
 COLUMNS = 500
 """One minimum and maximum each third of a millimetre across an A4 page."""
+_MARGIN = 0.15
+"""Share of the motion that is drawn before and after it."""
+_LEAST_MARGIN_S = 0.05
+_PLANE_POINTS = 2500
+_TRACK_POINTS = 1500
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,3 +182,167 @@ class RunCurves:
     gaps_s: tuple[tuple[float, float], ...]
     restarts_s: tuple[float, ...]
     impacts: tuple[tuple[float, str], ...]
+
+
+def take_curves(result: RunResult) -> RunCurves | None:
+    """Return the curves of a run, decimated; None where it has no samples."""
+    if result.recording.n_samples < 2:
+        return None
+    return _Taker(result).take()
+
+
+class _Taker:
+    """Curves of one result: samples within the span, broken at the gaps, and what rests on L at the restarts too."""
+
+    def __init__(self, result: RunResult) -> None:
+        recording = result.recording
+        self.result = result
+        self.zero_s, _ = result.zero
+        self.time_s = recording.time_s() - self.zero_s
+        self.rate_hz = recording.digitisation.sample_rate_hz
+        self.first, self.last = _span(result)
+        self.t = self.time_s[self.first : self.last]
+        jumps = np.flatnonzero(np.diff(recording.index()) > 1) + 1
+        self.breaks = [int(jump) - self.first for jump in jumps]
+        restarts = np.empty(0, dtype=np.intp) if result.paths is None else result.paths.restarts()
+        self.restarts = restarts[(restarts > self.first) & (restarts < self.last)] - self.first
+        self.volts = recording.volts()[:, self.first : self.last]
+
+    def take(self) -> RunCurves:
+        result, recording = self.result, self.result.recording
+        gaps = np.array([(gap.first_index, gap.first_index + gap.count) for gap in recording.gaps_of_whole()])
+        return RunCurves(
+            span_s=(float(self.t[0]), float(self.t[-1])),
+            since=result.zero[1].removeprefix("the "),
+            unit=recording.digitisation.unit,
+            receivers=tuple(self._receiver(number) for number in range(recording.n_receivers)),
+            track=self._track(),
+            gaps_s=tuple(
+                (first / self.rate_hz - self.zero_s, last / self.rate_hz - self.zero_s) for first, last in gaps
+            ),
+            restarts_s=tuple(self.t[self.restarts].tolist()),
+            impacts=tuple(
+                (bounce.time_s - self.zero_s, alone(bounce.e, bounce.u_stated) if bounce.valid else "")
+                for bounce in result.bounces.impacts
+            ),
+        )
+
+    def _curve(self, values: FloatArray) -> Curve:
+        return envelope(self.t, values, self.breaks)
+
+    def _of_pieces(self, values: FloatArray) -> Curve:
+        return envelope(self.t, values, [*self.breaks, *self.restarts])
+
+    def _part(self, values: FloatArray | None, row: int) -> FloatArray:
+        if values is None:
+            return np.full(self.t.size, np.nan)
+        return np.asarray(values[row, self.first : self.last])
+
+    def _receiver(self, row: int) -> ReceiverCurves:
+        raw_i, raw_q = self.volts[2 * row], self.volts[2 * row + 1]
+        corrected, paths = self.result.corrected, self.result.paths
+        i = self._part(corrected.i if corrected else None, row)
+        q = self._part(corrected.q if corrected else None, row)
+        phase = self._part(paths.phase_rad if paths else None, row)
+        sign = self.result.setup.radar.phase_sign
+        phase_raw = sign * unwrap(wrapped_phase(raw_i, raw_q)[None])[0]
+        phase_raw = phase_raw - self._at_start(phase_raw, phase)
+        return ReceiverCurves(
+            name=str(row + 1),
+            raw_i=self._curve(raw_i),
+            raw_q=self._curve(raw_q),
+            raw_plane=self._plane(raw_i, raw_q),
+            i=self._curve(i),
+            q=self._curve(q),
+            plane=self._plane(i, q),
+            phase_raw=self._curve(phase_raw),
+            phase=self._of_pieces(phase),
+            phase_difference=self._of_pieces(phase_raw - phase),
+            change=self._of_pieces(self._part(paths.change_m if paths else None, row)),
+            u_change=self._of_pieces(self._part(paths.u_m if paths else None, row)),
+            steps=self._steps(row),
+        )
+
+    def _at_start(self, phase_raw: FloatArray, phase: FloatArray) -> float:
+        """Return the offset that lets both phases start alike: over the rest, else at the first known sample."""
+        difference = phase_raw - (phase if np.isfinite(phase).any() else 0.0)
+        segment = self.result.segment
+        rest = difference[: max(1, segment.first - self.first)] if segment and segment.has_rest else difference[:1]
+        known = rest[np.isfinite(rest)] if np.isfinite(rest).any() else difference[np.isfinite(difference)][:1]
+        return float(known.mean()) if known.size else 0.0
+
+    def _plane(self, i: FloatArray, q: FloatArray) -> Curve:
+        first, last = 0, self.t.size
+        if self.result.segment is not None:
+            first, last = self.result.segment.first - self.first, self.result.segment.last - self.first
+        keep = first + every(last - first, _PLANE_POINTS)
+        return Curve(i[keep], q[keep])
+
+    def _steps(self, row: int) -> tuple[StepCurves, ...]:
+        corrected = self.result.corrected
+        steps = corrected.steps[row] if corrected is not None and row < len(corrected.steps) else None
+        if not isinstance(steps, PublishedSteps):
+            return ()
+        pair = self.volts[2 * row : 2 * row + 2]
+        return tuple(map(self._channel_steps, (f"I{row + 1}", f"Q{row + 1}"), (steps.i, steps.q), pair))
+
+    def _channel_steps(self, name: str, found: ChannelSteps, volts: FloatArray) -> StepCurves:
+        segment = found.segment
+        motion = self.time_s[segment.first : segment.last]
+        jumps = [place + self.first - segment.first for place in self.breaks]
+        bias = found.bias[self.first : self.last]
+        return StepCurves(
+            name=name,
+            signal=self._curve(volts),
+            upper=envelope(motion, found.upper, jumps),
+            lower=envelope(motion, found.lower, jumps),
+            bias=self._curve(bias),
+            scale=self._curve(found.scale[self.first : self.last]),
+            peaks=self._marks(found.peaks, volts),
+            valleys=self._marks(found.valleys, volts),
+            zero_crossings=self._marks(found.zero_crossings, bias),
+            segment_s=(float(motion[0]), float(motion[-1])),
+        )
+
+    def _marks(self, places: IntArray, values: FloatArray) -> Curve:
+        inside = places[(places >= self.first) & (places < self.last)]
+        return Curve(self.time_s[inside], values[inside - self.first])
+
+    def _track(self) -> TrackCurves | None:
+        track = self.result.track
+        if track is None:
+            return None
+        position = track.position_m[:, self.first : self.last]
+        u = track.u_position_m[:, self.first : self.last]
+        known = np.flatnonzero(np.isfinite(position).all(axis=0))
+        drawn = known[every(known.size, _TRACK_POINTS)]
+        places = np.insert(position[:, drawn], np.searchsorted(drawn, self.restarts), np.nan, axis=1)
+        normal = self.result.bounces.normal or self.result.setup.floor.normal
+        height = np.asarray(normal) @ position
+        parabola, residual = self._fall(height)
+        x, y, _ = (self._of_pieces(row) for row in position)
+        ux, uy, uz = (self._of_pieces(row) for row in u)
+        level = normal[2] > 1.0 - 1e-9
+        return TrackCurves(x, y, self._of_pieces(height), level, (ux, uy, uz), places, parabola, residual)
+
+    def _fall(self, height_m: FloatArray) -> tuple[Curve | None, Curve | None]:
+        fall, impacts = self.result.bounces.free_fall, self.result.bounces.impacts
+        if fall is None:
+            return None, None
+        first, last = fall.first_time_s - self.zero_s, fall.last_time_s - self.zero_s
+        end = max(last, impacts[0].time_s - self.zero_s if impacts else last)
+        t = np.linspace(first, end, 100)
+        inside = (self.t >= first) & (self.t <= last)
+        fitted = np.polynomial.polynomial.polyval(self.t[inside] - first, fall.parabola)
+        parabola = np.asarray(np.polynomial.polynomial.polyval(t - first, fall.parabola), np.float64)
+        return Curve(t, parabola), envelope(self.t[inside], height_m[inside] - fitted)
+
+
+def _span(result: RunResult) -> tuple[int, int]:
+    """Return the samples drawn: the motion and some rest on both sides; all of them without motion."""
+    count, segment = result.recording.n_samples, result.segment
+    if segment is None or segment.last - segment.first < 2:
+        return 0, count
+    least = round(_LEAST_MARGIN_S * result.recording.digitisation.sample_rate_hz)
+    margin = max(least, round(_MARGIN * (segment.last - segment.first)))
+    return max(0, segment.first - margin), min(count, segment.last + margin)

@@ -18,6 +18,11 @@ class Facts:
     title: str = ""
     kind: Literal["facts"] = "facts"
 
+    @classmethod
+    def of(cls, rows: Mapping[str, str], title: str = "") -> Facts:
+        """Return the values by their name; of what is empty nothing is said."""
+        return cls(tuple((name, value) for name, value in rows.items() if value), title)
+
 
 @dataclass(frozen=True, slots=True)
 class Grid:

@@ -1,7 +1,5 @@
 """Pages of a run: IQ raw and corrected, the steps of the published correction, phase and path length."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,9 +12,10 @@ from radargui.report.sheet import (
     Q_COLOUR,
     RAW_COLOUR,
     RECEIVER_COLOURS,
+    Place,
     add_axes,
     draw_curve,
-    label,
+    draw_panel,
     largest,
     legend,
     new_page,
@@ -52,22 +51,21 @@ def _pair(
     labelled: bool,
 ) -> None:
     top, height = place
-    i, q, plane = (
-        (receiver.i, receiver.q, receiver.plane) if corrected else (receiver.raw_i, receiver.raw_q, receiver.raw_plane)
-    )
+    raw, right = (receiver.raw_i, receiver.raw_q, receiver.raw_plane), (receiver.i, receiver.q, receiver.plane)
+    i, q, plane = right if corrected else raw
+    lines = [(i, I_COLOUR, f"I{receiver.name}"), (q, Q_COLOUR, f"Q{receiver.name}")]
     factor, unit = (1.0, "amplitude") if corrected else scaled(curves.unit, largest([i, q]))
-    what = "corrected" if corrected else "raw"
-    against_time = add_axes(figure, 22.0, top, 124.0, height)
-    drawn = draw_curve(against_time, i, factor, color=I_COLOUR, label=f"I{receiver.name}")
-    drawn |= draw_curve(against_time, q, factor, color=Q_COLOUR, label=f"Q{receiver.name}")
-    time_axis(against_time, curves, labelled=labelled)
-    against_time.set_title(f"Receiver {receiver.name}, {what}")
-    if not drawn:
-        say_nothing_known(against_time)
-    else:
-        against_time.set_ylabel(f"I, Q / {unit}")
-        legend(against_time)
-    if corrected and drawn:
+    against_time, _ = draw_panel(
+        figure,
+        (22.0, top, 124.0, height),
+        curves,
+        f"Receiver {receiver.name}, {'corrected' if corrected else 'raw'}",
+        "I, Q / amplitude" if corrected else "I, Q",
+        lines,
+        unit="" if corrected else curves.unit,
+        labelled=labelled,
+    )
+    if corrected and np.isfinite([*i.y, *q.y]).any():
         limit = min(_CORRECTED_LIMIT, max(1.15, 1.05 * largest([i, q])))
         against_time.set_ylim(-limit, limit)
     side = min(height - 4.0, 33.0)
@@ -141,73 +139,40 @@ def _marks(axes: Axes, places: Curve, factor: float, marker: str, colour: str, l
     draw_curve(axes, places, factor, label=label, **looks)
 
 
-_LEFT = (22.0, 80.0)
-_RIGHT = (118.0, 80.0)
-
-
 def paths_page(curves: RunCurves) -> Figure:
     """Return the page: one row a receiver, phase left and path right; below what the correction changed, and u."""
     figure = new_page()
     count = len(curves.receivers) + 1
-    rows = rows_mm(count, 29.0, min(HEIGHT_MM - 26.0, 29.0 + 64.0 * count), 13.0)
-    for number, receiver in enumerate(curves.receivers):
-        _phase(figure, rows[number], curves, receiver)
-        _path(figure, rows[number], curves, receiver, RECEIVER_COLOURS[number])
-    _difference(figure, rows[-1], curves)
-    _uncertainty(figure, rows[-1], curves)
+    *rows, last = rows_mm(count, 29.0, min(HEIGHT_MM - 26.0, 29.0 + 64.0 * count), 13.0)
+    for receiver, row, colour in zip(curves.receivers, rows, RECEIVER_COLOURS, strict=False):
+        phases = [(receiver.phase_raw, RAW_COLOUR, "uncorrected"), (receiver.phase, "black", "corrected")]
+        title = f"Phase of receiver {receiver.name}"
+        draw_panel(figure, _left(row), curves, title, "phase / rad", phases, first_width=1.8)
+        _path(figure, _right(row), curves, receiver, colour)
+    own = list(zip(curves.receivers, RECEIVER_COLOURS, strict=False))
+    changed = [(receiver.phase_difference, colour, receiver.name) for receiver, colour in own]
+    draw_panel(figure, _left(last), curves, "Change by the correction", "uncorrected − corrected / rad", changed)
+    u = [(receiver.u_change, colour, f"L{receiver.name}") for receiver, colour in own]
+    draw_panel(figure, _right(last), curves, "Standard uncertainty of L", "u(L)", u, unit="m", from_zero=True)
     return figure
 
 
-def _phase(figure: Figure, place: tuple[float, float], curves: RunCurves, receiver: ReceiverCurves) -> None:
-    axes = add_axes(figure, _LEFT[0], place[0], _LEFT[1], place[1])
-    drawn = draw_curve(axes, receiver.phase_raw, color=RAW_COLOUR, linewidth=1.8, label="uncorrected")
-    drawn |= draw_curve(axes, receiver.phase, color="black", label="corrected")
-    time_axis(axes, curves, labelled=True)
-    label(axes, f"Phase of receiver {receiver.name}", "phase / rad", drawn=drawn)
+def _left(row: tuple[float, float]) -> Place:
+    return 22.0, row[0], 80.0, row[1]
 
 
-def _path(figure: Figure, place: tuple[float, float], curves: RunCurves, receiver: ReceiverCurves, colour: str) -> None:
-    axes = add_axes(figure, _RIGHT[0], place[0], _RIGHT[1], place[1])
-    factor, unit = scaled("m", receiver.change.largest)
-    drawn = draw_curve(axes, receiver.change, factor, color=colour, label=f"L{receiver.name}")
-    if drawn:
-        u = np.interp(receiver.change.x, receiver.u_change.x, receiver.u_change.y) if len(receiver.u_change.x) else 0.0
-        y = receiver.change.y
-        axes.fill_between(
-            receiver.change.x,
-            (y - 2 * u) * factor,
-            (y + 2 * u) * factor,
-            color=colour,
-            alpha=0.25,
-            linewidth=0,
-            label="± 2 u",
-        )
-    time_axis(axes, curves, labelled=True)
+def _right(row: tuple[float, float]) -> Place:
+    return 118.0, row[0], 80.0, row[1]
+
+
+def _path(figure: Figure, place: Place, curves: RunCurves, receiver: ReceiverCurves, colour: str) -> None:
+    name, path, u_path = f"L{receiver.name}", receiver.change, receiver.u_change
+    lines = [(path, colour, name)]
+    axes, factor = draw_panel(figure, place, curves, f"Change of path length {name}", name, lines, unit="m")
     if curves.restarts_s:
         axes.set_xlabel("time / s (path lost at each yellow line: another zero)")
-    label(axes, f"Change of path length L{receiver.name}", f"L{receiver.name} / {unit}", drawn=drawn)
-
-
-def _difference(figure: Figure, place: tuple[float, float], curves: RunCurves) -> None:
-    axes = add_axes(figure, _LEFT[0], place[0], _LEFT[1], place[1])
-    drawn = _draw_all(axes, curves, [receiver.phase_difference for receiver in curves.receivers])
-    label(axes, "Change by the correction", "uncorrected − corrected / rad", drawn=drawn)
-
-
-def _uncertainty(figure: Figure, place: tuple[float, float], curves: RunCurves) -> None:
-    axes = add_axes(figure, _RIGHT[0], place[0], _RIGHT[1], place[1])
-    us = [receiver.u_change for receiver in curves.receivers]
-    factor, unit = scaled("m", largest(us))
-    if drawn := _draw_all(axes, curves, us, "L", factor):
-        axes.set_ylim(bottom=0.0)
-    label(axes, "Standard uncertainty of L", f"u(L) / {unit}", drawn=drawn)
-
-
-def _draw_all(axes: Axes, curves: RunCurves, own: Sequence[Curve], letter: str = "", factor: float = 1.0) -> bool:
-    """Draw a curve of each receiver and return whether any is known."""
-    drawn = [
-        draw_curve(axes, curve, factor, color=colour, label=letter + receiver.name)
-        for curve, receiver, colour in zip(own, curves.receivers, RECEIVER_COLOURS, strict=False)
-    ]
-    time_axis(axes, curves, labelled=True)
-    return any(drawn)
+    if np.isfinite(path.y).any():
+        u = np.interp(path.x, u_path.x, u_path.y) if len(u_path.x) else 0.0
+        band = (path.y - 2 * u) * factor, (path.y + 2 * u) * factor
+        axes.fill_between(path.x, *band, color=colour, alpha=0.25, linewidth=0, label="± 2 u")
+        legend(axes)

@@ -1,6 +1,7 @@
 """Page of a run: height with the fitted fall and the impacts, residual, x and y, the track in space."""
 
 import math
+from itertools import combinations
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,15 +15,14 @@ from radargui.report.sheet import (
     RECEIVER_COLOURS,
     add_axes,
     draw_curve,
-    label,
-    largest,
+    draw_panel,
     legend,
     new_page,
     say_nothing_known,
     scaled,
     time_axis,
+    width_mm,
 )
-from radargui.report.text_width import width_mm
 
 _LEFT, _WIDTH = 22.0, 176.0
 _VIEW_AZIMUTH_DEG, _VIEW_ELEVATION_DEG = -60.0, 25.0
@@ -46,8 +46,12 @@ def track_page(curves: RunCurves, track: TrackCurves, floor_m: float | None) -> 
     figure = new_page()
     _height(add_axes(figure, _LEFT, 30.0, _WIDTH, 70.0), curves, track, floor_m)
     _residual(add_axes(figure, _LEFT, 115.0, 80.0, 36.0), curves, track)
-    _sideways(add_axes(figure, 118.0, 115.0, 80.0, 36.0), curves, track)
-    _uncertainty(add_axes(figure, _LEFT, 167.0, 80.0, 36.0), curves, track)
+    of_z, *colours = RECEIVER_COLOURS[:3]
+    sideways = [(track.x, colours[0], "x"), (track.y, colours[1], "y")]
+    draw_panel(figure, (118.0, 115.0, 80.0, 36.0), curves, "Sideways", "x, y", sideways, unit="m")
+    u = list(zip(track.u, (*colours, of_z), "xyz", strict=True))
+    title = "Standard uncertainty of the position"
+    draw_panel(figure, (_LEFT, 167.0, 80.0, 36.0), curves, title, "u", u, unit="m", from_zero=True)
     _in_space(add_axes(figure, 118.0, 166.0, 80.0, 40.0), track)
     for number, (across, up) in enumerate(((0, 2), (1, 2), (0, 1))):
         _projection(add_axes(figure, _LEFT + 64.5 * number, 220.0, 47.0, 47.0), track, across, up)
@@ -55,7 +59,7 @@ def track_page(curves: RunCurves, track: TrackCurves, floor_m: float | None) -> 
 
 
 def _height(axes: Axes, curves: RunCurves, track: TrackCurves, floor_m: float | None) -> None:
-    time_axis(axes, curves, labelled=True)
+    time_axis(axes, curves)
     along = "" if track.level else " along the floor's normal"
     name = "z" if track.level else "height"
     axes.set_title(f"Height of the centre of the sphere{along}")
@@ -107,38 +111,17 @@ def _residual(axes: Axes, curves: RunCurves, track: TrackCurves) -> None:
     axes.set_ylabel(f"residual / {unit}")
 
 
-def _sideways(axes: Axes, curves: RunCurves, track: TrackCurves) -> None:
-    time_axis(axes, curves, labelled=True)
-    factor, unit = scaled("m", largest([track.x, track.y]))
-    drawn = draw_curve(axes, track.x, factor, color=RECEIVER_COLOURS[1], label="x")
-    drawn |= draw_curve(axes, track.y, factor, color=RECEIVER_COLOURS[2], label="y")
-    label(axes, "Sideways", f"x, y / {unit}", drawn=drawn)
-
-
-def _uncertainty(axes: Axes, curves: RunCurves, track: TrackCurves) -> None:
-    time_axis(axes, curves, labelled=True)
-    factor, unit = scaled("m", largest(track.u))
-    drawn = False
-    for curve, name, colour in zip(track.u, "xyz", (*RECEIVER_COLOURS[1:3], RECEIVER_COLOURS[0]), strict=True):
-        drawn |= draw_curve(axes, curve, factor, color=colour, label=name)
-    label(axes, "Standard uncertainty of the position", f"u / {unit}", drawn=drawn)
-    if drawn:
-        axes.set_ylim(bottom=0.0)
-
-
 def _projection(axes: Axes, track: TrackCurves, across: int, up: int) -> None:
-    names = "xyz"
-    axes.set_title(f"{names[across]}-{names[up]} plane")
-    axes.set_xlabel(f"{names[across]} / mm")
-    axes.set_ylabel(f"{names[up]} / mm")
+    axes.set_title(f"{'xyz'[across]}-{'xyz'[up]} plane")
+    axes.set_xlabel(f"{'xyz'[across]} / mm")
+    axes.set_ylabel(f"{'xyz'[up]} / mm")
     if not np.isfinite(track.places_m).any():
         say_nothing_known(axes)
         return
     axes.plot(track.places_m[across] * 1e3, track.places_m[up] * 1e3, color=RECEIVER_COLOURS[0])
-    shown = track.places_m if up == 2 else track.places_m[:2]
-    middle, half = _cube(shown)
-    axes.set_xlim((middle[across] - half) * 1e3, (middle[across] + half) * 1e3)
-    axes.set_ylim((middle[up] - half) * 1e3, (middle[up] + half) * 1e3)
+    middle, half = _cube(track.places_m if up == 2 else track.places_m[:2])
+    axes.set_xlim(*1e3 * (middle[across] + np.array([-half, half])))
+    axes.set_ylim(*1e3 * (middle[up] + np.array([-half, half])))
 
 
 def _cube(places_m: FloatArray) -> tuple[FloatArray, float]:
@@ -157,16 +140,12 @@ def _in_space(axes: Axes, track: TrackCurves) -> None:
         return
     middle, half = _cube(track.places_m)
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64) * half
-    for first in range(8):
-        for last in range(first + 1, 8):
-            if np.count_nonzero(corners[first] != corners[last]) == 1:
-                edge = _seen(np.stack([corners[first], corners[last]], axis=1))
-                axes.plot(edge[0], edge[1], color="#b0b0b0", linewidth=0.4)
-    line = _seen(track.places_m - middle[:, None])
-    floor = track.places_m - middle[:, None]
-    shadow = _seen(np.stack([floor[0], floor[1], np.full(floor.shape[1], -half)]))
-    axes.plot(shadow[0], shadow[1], color="#b0b0b0", linewidth=0.8)
-    axes.plot(line[0], line[1], color=RECEIVER_COLOURS[0], linewidth=0.9)
+    for edge in combinations(corners, 2):
+        if np.count_nonzero(edge[0] != edge[1]) == 1:
+            axes.plot(*_seen(np.stack(edge, axis=1)), color="#b0b0b0", linewidth=0.4)
+    x, y, z = track.places_m - middle[:, None]
+    axes.plot(*_seen(np.stack([x, y, np.full_like(z, -half)])), color="#b0b0b0", linewidth=0.8)
+    axes.plot(*_seen(np.stack([x, y, z])), color=RECEIVER_COLOURS[0], linewidth=0.9)
     for name, end in (("x", (0.0, -1.3, -1)), ("y", (1.3, 0.0, -1)), ("z", (-1.2, -1.2, 0.0))):
         place = _seen(np.array([end], dtype=np.float64).T * half)
         axes.text(float(place[0, 0]), float(place[1, 0]), name, ha="center", va="center", fontsize=7.0)
@@ -177,11 +156,6 @@ def _seen(places: FloatArray) -> FloatArray:
     """Return right and up on the paper of places, shape (2, n)."""
     azimuth, elevation = math.radians(_VIEW_AZIMUTH_DEG), math.radians(_VIEW_ELEVATION_DEG)
     right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
-    up = np.array(
-        [
-            -math.sin(elevation) * math.cos(azimuth),
-            -math.sin(elevation) * math.sin(azimuth),
-            math.cos(elevation),
-        ]
-    )
+    across = math.sin(elevation)
+    up = np.array([-across * math.cos(azimuth), -across * math.sin(azimuth), math.cos(elevation)])
     return np.stack([right, up]) @ places

@@ -13,9 +13,8 @@ from matplotlib.figure import Figure
 
 from radargui import __version__
 from radargui.report.document import Document
-from radargui.report.sheet import HEIGHT_MM, LEFT_MM, RIGHT_MM, WIDTH_MM, body, page_style, rule, write
+from radargui.report.sheet import HEIGHT_MM, LEFT_MM, RIGHT_MM, WIDTH_MM, body, page_style, printable, rule, write
 from radargui.report.text_pages import text_pages
-from radargui.report.text_width import printable
 
 
 def render(document: Document, pdf: Path, html: Path, progress: Callable[[float], None]) -> None:

@@ -1,20 +1,23 @@
 """The report of a session: PDF, HTML, CSV and JSON."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
+from radargui import __version__
 from radargui.files.fresh_file import fresh_files, write_whole
+from radargui.geometry.antennas import place_antennas
+from radargui.geometry.plane_wave import condition_number, t_matrix
 from radargui.model.drop import RunOrigin
+from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.document import Document
 from radargui.report.rendering import render
 from radargui.report.run_facts import ResultOf, RunFacts, all_simulated, study
 from radargui.report.run_section import run_section
-from radargui.report.series_files import impacts_csv, series_csv, session_document
 from radargui.report.session_section import session_section
-from radargui.report.tables import json_bytes
-from radargui.restitution.series import drop_labels
+from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
+from radargui.restitution.series import Series, Statistics, drop_labels, series_of
 from radargui.session.folder import REPORT_FOLDER, own_subfolder
 from radargui.session.info import SessionInfo
 from radargui.session.session import BY_OPERATOR, Session
@@ -134,3 +137,85 @@ def compose(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> Docume
     # on the foot of every page
     mark = ", simulated" if all_simulated(runs) else ""
     return Document(f"RadarGUI report: {info.name}{mark}", info.operator, sections)
+
+
+IMPACT_HEADER = (
+    *("run", "verdict", "impact", "time_s", "time_from_zero_s", "speed_before_m_s", "speed_after_m_s"),
+    *("e", "u_e", "u_e_combined", "valid", "method", "drop_height_m", "g_m_s2", "u_g_m_s2", "source", "reason"),
+)
+SERIES_HEADER = ("quantity", "n", "mean", "standard_error", "standard_deviation", "u_combined")
+
+
+def impacts_csv(runs: Sequence[RunFacts]) -> bytes:
+    """Return one row an impact of each run; a run without impact has one row in which these columns are nan."""
+    return csv_bytes(IMPACT_HEADER, (row for run in runs for row in _impact_rows(run)))
+
+
+def series_csv(runs: Sequence[RunFacts]) -> bytes:
+    """Return the statistics of the series, one row a quantity."""
+    found = _statistics(series_of([run.drop for run in runs]))
+    return csv_bytes(
+        SERIES_HEADER,
+        ({"quantity": name, **asdict(one), "u_combined": one.combined} for name, one in found.items()),
+    )
+
+
+def session_document(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> dict[str, object]:
+    """Return all that the report says in numbers, for JSON."""
+    antennas = place_antennas(info.setup)
+    series = series_of([run.drop for run in runs])
+    return {
+        "version": __version__,
+        "made_at": made_at,
+        "session": info.model_dump(mode="json", exclude={"setup"}),
+        "setup": info.setup,
+        "t_matrix": t_matrix(antennas),
+        "condition_number": condition_number(antennas) if info.setup.n_receivers >= LEAST_RECEIVERS else None,
+        "series": _statistics(series),
+        "series_kind": series.kind,
+        "left_out_of_series": series.left_out,
+        "runs": [_run_document(run) for run in runs],
+    }
+
+
+def _statistics(series: Series) -> dict[str, Statistics]:
+    return {"e_first_bounce": series.e, "g_m_s2": series.g_m_s2, "drop_height_m": series.drop_height_m}
+
+
+def _run_document(run: RunFacts) -> dict[str, object]:
+    return {
+        "name": run.name,
+        "drop": run.label,
+        "source": run.source.kind,
+        "replay_of": run.source.file or None,
+        "status": run.status,
+        "reason": run.failure or run.reason or None,
+        "verdict": run.verdict,
+        "started_at": run.started_at or None,
+        "duration_s": run.duration_s,
+        "sample_rate_hz": run.rate_hz,
+        "n_samples": run.n_samples,
+        "device": run.device or None,
+        "imported_from": run.origin or None,
+        "correction_used": run.correction,
+        "geometry_used": run.geometry,
+        "zero_time_s": run.zero_s,
+        "zero_is": run.since,
+        "summary": run.figures,
+        "bounces": run.bounces.impacts,
+        "free_fall": free_fall_document(run.bounces.free_fall, run.site_check),
+        "channels": run.channels,
+        "uncertainty_budget": run.uncertainty_budget,
+        "gaps": run.gaps,
+        "warnings": run.warnings,
+    }
+
+
+def _impact_rows(run: RunFacts) -> Iterator[dict[str, object]]:
+    of_run = {"run": run.name, "verdict": run.verdict, "source": run.source.kind, "reason": run.failure or run.reason}
+    of_fall = {key: run.figure(key) for key in ("drop_height_m", "g_m_s2", "u_g_m_s2")}
+    if not run.bounces.impacts:
+        yield {**of_run, "impact": "", "valid": "", "method": "", **of_fall}
+    for place, impact in enumerate(run.bounces.impacts, 1):
+        since = {"impact": place, "time_from_zero_s": impact.time_s - run.zero_s}
+        yield {**of_run, **since, **asdict(impact), **of_fall}

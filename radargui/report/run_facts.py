@@ -1,7 +1,5 @@
 """What the report keeps of each run: figures, quality, curves; or why there is nothing."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,7 +8,7 @@ from pathlib import Path
 from radargui.files.run_card import read_origin, read_run_origin, summarise
 from radargui.model.block import Gap
 from radargui.model.bounce import Bounces
-from radargui.model.drop import Drop, RunOrigin, drop_of
+from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
 from radargui.model.errors import CancelledError, RadarGuiError, fault_of
 from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording
@@ -18,8 +16,7 @@ from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
-from radargui.report.curve_taker import take_curves
-from radargui.report.curves import RunCurves
+from radargui.report.curves import RunCurves, take_curves
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
 _logger = logging.getLogger(__name__)
@@ -82,8 +79,7 @@ class RunFacts:
 
     def figure(self, key: str) -> float | None:
         """Return one number of `figures`; None where it is not known."""
-        value = (self.figures or {}).get(key)
-        return value if isinstance(value, float) else None
+        return figure_in(self.figures, key)
 
     @property
     def drop(self) -> Drop:

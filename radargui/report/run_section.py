@@ -1,7 +1,5 @@
 """The report's section on one run: figures in words and tables, then pictures."""
 
-from __future__ import annotations
-
 from functools import partial
 from math import isfinite
 
@@ -21,43 +19,38 @@ def run_section(run: RunFacts, setup: Setup) -> Chapter:
         title += f" ({run.said})"
     if run.failure:
         return Chapter(title, (Note(f"No result: {run.failure}", warning=True),))
-    rows = (
-        ("Recorded", run.started_at or UNKNOWN),
-        *((("Replay of", run.source.file),) if run.source.file else ()),
-        (
-            "Samples",
-            f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {plain(run.rate_hz, 6, '1/s')}",
-        ),
-        *((("Imported from", run.origin),) if run.origin else ()),
-        *((("Device", run.device or UNKNOWN),) if run.device or not run.origin else ()),
-        ("Result", " – ".join(part for part in (run.said, run.reason) if part)),
-        ("Correction, geometry", f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}"),
-        *_fall_rows(run, "First fall" if run.from_rest else "Flight before the first impact seen"),
-    )
-    blocks: list[Content] = [Facts(rows)]
+    samples = f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {plain(run.rate_hz, 6, '1/s')}"
+    rows = {
+        "Recorded": run.started_at or UNKNOWN,
+        "Replay of": run.source.file,
+        "Samples": samples,
+        "Imported from": run.origin,
+        "Device": run.device or ("" if run.origin else UNKNOWN),
+        "Result": " – ".join(part for part in (run.said, run.reason) if part),
+        "Correction, geometry": f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}",
+        **_fall_rows(run, "First fall" if run.from_rest else "Flight before the first impact seen"),
+    }
+    blocks: list[Content] = [Facts.of(rows)]
     blocks += [Note(text, warning=True) for text in run.warnings]
     if run.site_check and run.site_check.agrees is False:
         blocks.append(Note("g is not that of the site: see the comparison above.", warning=True))
-    blocks += _impacts(run)
-    blocks += _quality(run)
-    blocks += _gaps(run)
-    blocks += _calibration(run)
+    blocks += [*_impacts(run), *_quality(run), *_gaps(run), *_calibration(run)]
     return Chapter(title, tuple(blocks), _pictures(run, setup))
 
 
-def _fall_rows(run: RunFacts, name: str) -> tuple[tuple[str, str], ...]:
+def _fall_rows(run: RunFacts, name: str) -> dict[str, str]:
     fall = run.bounces.free_fall
     if fall is None:
-        return ((name, "none that can be fitted"),)
+        return {name: "none that can be fitted"}
     span = f"{fall.first_time_s - run.zero_s:.4f} s to {fall.last_time_s - run.zero_s:.4f} s after {run.since}"
     release = f"from a height of {plain(fall.release_height_m, 5, 'mm', 1e3)}, fitted {span}"
     drop = f"{plain(fall.drop_height_m, 5, 'mm', 1e3)} " if isfinite(fall.drop_height_m) else ""
-    return (
-        (name, f"{drop}{release}"),
-        ("g", quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²")),
-        *((("g against the site", run.site_check.compared),) if run.site_check else ()),
-        ("Residual of the fit", f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms"),
-    )
+    return {
+        name: f"{drop}{release}",
+        "g": quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²"),
+        "g against the site": run.site_check.compared if run.site_check else "",
+        "Residual of the fit": f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms",
+    }
 
 
 def _impacts(run: RunFacts) -> list[Content]:

@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.font_manager import get_font_names
+from matplotlib.font_manager import FontProperties, findfont, get_font, get_font_names
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
@@ -29,21 +29,15 @@ GAP_COLOUR = "#f2c14e"
 RECEIVER_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 """Of Okabe and Ito: distinguished by colour-blind readers and in grey."""
 
-_FALLBACK_FONTS = (
-    "Microsoft YaHei",
-    "Yu Gothic",
-    "Malgun Gothic",
-    "PingFang SC",
-    "Noto Sans CJK SC",
-    "Noto Sans CJK JP",
-)
+_SYSTEM_FONTS = ("Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "PingFang SC")
+_FREE_FONTS = ("Noto Sans CJK SC", "Noto Sans CJK JP")
 
 
 @lru_cache(maxsize=1)
 def fonts() -> tuple[str, ...]:
     """Return the font that comes with matplotlib, and what the system has for scripts it lacks."""
     there = set(get_font_names())
-    return ("DejaVu Sans", *(name for name in _FALLBACK_FONTS if name in there))
+    return ("DejaVu Sans", *(name for name in (*_SYSTEM_FONTS, *_FREE_FONTS) if name in there))
 
 
 def page_style() -> AbstractContextManager[None]:
@@ -69,6 +63,8 @@ LEFT_MM, RIGHT_MM, TOP_MM = 18.0, 12.0, 24.0
 ROOM_MM = WIDTH_MM - LEFT_MM - RIGHT_MM
 MM_PER_INCH = 25.4
 _LABELS_MM = 12.0
+Place = tuple[float, float, float, float]
+"""Left, top, width, height in mm from the upper left corner."""
 
 
 def new_page() -> Figure:
@@ -130,7 +126,7 @@ def say_nothing_known(axes: Axes, text: str = "not known") -> None:
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="#808080")
 
 
-def time_axis(axes: Axes, curves: RunCurves, *, labelled: bool) -> None:
+def time_axis(axes: Axes, curves: RunCurves, *, labelled: bool = True) -> None:
     """Set the common time axis, shade lost samples, mark where a path was lost (a line) and the impacts (dashed)."""
     axes.set_xlim(*curves.span_s)
     for first, last in curves.gaps_s:
@@ -154,13 +150,60 @@ def time_axis(axes: Axes, curves: RunCurves, *, labelled: bool) -> None:
         axes.tick_params(labelbottom=False)
 
 
-def label(axes: Axes, title: str, y_label: str, *, drawn: bool) -> None:
-    """Write title, name of the upright axis and legend; say so where nothing was drawn."""
+def draw_panel(
+    figure: Figure,
+    place: Place,
+    curves: RunCurves,
+    title: str,
+    y_label: str,
+    lines: Sequence[tuple[Curve, str, str]],
+    *,
+    unit: str = "",
+    labelled: bool = True,
+    from_zero: bool = False,
+    first_width: float | None = None,
+) -> tuple[Axes, float]:
+    """Draw curves against the common time, with title, name of the upright axis and legend; say so where none is known.
+
+    Parameters
+    ----------
+    figure, place
+        Where: left, top, width and height of the frame in mm from the page's upper left corner.
+    curves
+        Of the run: span, gaps, impacts.
+    title, y_label
+        Beside the axes; the unit follows the label.
+    lines
+        Each curve with its colour and its name in the legend.
+    unit
+        Of the curves, which get the prefix that suits them.
+    labelled
+        Whether the time axis has its name and numbers.
+    from_zero
+        Whether the upright axis begins at 0.
+    first_width
+        Of the first line in points, where it lies below the others.
+
+    Returns
+    -------
+    tuple
+        The axes and the factor that the curves were drawn with.
+    """
+    axes = add_axes(figure, *place)
+    factor, prefixed = scaled(unit, largest([curve for curve, _, _ in lines])) if unit else (1.0, "")
+    drawn = False
+    for number, (curve, colour, name) in enumerate(lines):
+        width = {"linewidth": first_width} if first_width and number == 0 else {}
+        drawn |= draw_curve(axes, curve, factor, color=colour, label=name, **width)
+    time_axis(axes, curves, labelled=labelled)
     axes.set_title(title)
-    axes.set_ylabel(y_label)
+    axes.set_ylabel(f"{y_label} / {prefixed}" if unit else y_label)
     legend(axes)
     if not drawn:
         say_nothing_known(axes)
+    elif from_zero:
+        axes.set_ylim(bottom=0.0)
+    return axes, factor
 
 
 def largest(curves: Sequence[Curve]) -> float:
@@ -174,3 +217,69 @@ def legend(axes: Axes, *, raised: bool = False) -> None:
     if names:
         place = (1.0, 1.0 + 4.0 / (axes.get_position().height * HEIGHT_MM) * raised)
         axes.legend(handles, names, loc="lower right", bbox_to_anchor=place, ncols=len(names), columnspacing=1.0)
+
+
+_MM_PER_POINT = 25.4 / 72.0
+
+
+@lru_cache(maxsize=2)
+def _font_path(bold: bool) -> str:
+    return str(findfont(FontProperties(family=fonts()[0], weight="bold" if bold else "normal")))
+
+
+@lru_cache(maxsize=8192)
+def _advance(character: str, bold: bool) -> float:
+    """Return the width of one character in sizes of the font; what the font lacks counts as a square."""
+    font = get_font(_font_path(bold))
+    if ord(character) not in font.get_charmap():
+        return 1.0
+    font.set_size(100.0, 72.0)
+    return float(font.load_char(ord(character)).linearHoriAdvance) / 65536.0 / 100.0
+
+
+def width_mm(text: str, size: float, *, bold: bool = False) -> float:
+    """Return the width of a line of text in a font size in points."""
+    return sum(_advance(character, bold) for character in text) * size * _MM_PER_POINT
+
+
+def wrapped(text: str, size: float, room_mm: float) -> list[str]:
+    """Return the lines of a text that fit into a width; words longer than a line are cut."""
+    lines: list[str] = []
+    for paragraph in text.split("\n"):
+        line = ""
+        for word in paragraph.split():
+            for piece in _pieces(word, size, room_mm):
+                longer = f"{line} {piece}".strip()
+                if line and width_mm(longer, size) > room_mm:
+                    lines.append(line)
+                    line = piece
+                else:
+                    line = longer
+        lines.append(line)
+    return lines
+
+
+def _pieces(word: str, size: float, room_mm: float) -> list[str]:
+    if width_mm(word, size) <= room_mm:
+        return [word]
+    pieces = [""]
+    for character in word:
+        if pieces[-1] and width_mm(pieces[-1] + character, size) > room_mm:
+            pieces.append("")
+        pieces[-1] += character
+    return pieces
+
+
+@lru_cache(maxsize=1)
+def _characters() -> frozenset[int]:
+    return frozenset(code for name in fonts() for code in get_font(findfont(FontProperties(family=name))).get_charmap())
+
+
+def printable(text: str) -> str:
+    """Return a text in which what no font here can draw is a question mark, and control characters are gone."""
+    known = _characters()
+    return "".join(
+        character if character == "\n" or ord(character) in known else "?"
+        for character in text
+        if character == "\n" or character.isprintable()
+    )

@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from pydantic_core import to_jsonable_python
 from radargui import __version__
 from radargui.files.fixed_point import Column, lines
 from radargui.files.fresh_file import write_whole
-from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.arrays import BoolArray
 from radargui.model.bounce import FreeFall
 from radargui.model.digitisation import channel_skew
 from radargui.model.result import RunResult
@@ -28,6 +28,7 @@ LENGTH_DECIMALS = 9
 _POSITION = ("x_m", "y_m", "z_m")
 _U_POSITION = ("ux_m", "uy_m", "uz_m")
 _U_COMBINED = ("ux_combined_m", "uy_combined_m", "uz_combined_m")
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 BOUNCE_HEADER = ("time_s", "speed_before_m_s", "speed_after_m_s", "e", "u_e", "method", "valid", "u_e_combined")
 
 
@@ -71,11 +72,11 @@ def result_document(result: RunResult) -> dict[str, object]:
         "reason": result.reason or None,
         "version": __version__,
         "setup": result.setup,
-        "correction_used": corrected.method if corrected is not None else None,
-        "geometry_used": track.geometry if track is not None else None,
+        "correction_used": corrected and corrected.method,
+        "geometry_used": track and track.geometry,
         "channel_skew_s": skew.delay_s,
         "channel_skew_from": skew.known_from,
-        "channels": corrected.channels if corrected is not None else None,
+        "channels": corrected and corrected.channels,
         "free_fall": free_fall_document(result.bounces.free_fall, site_check(result)),
         "uncertainty_budget": result.uncertainty_budget,
         "warnings": result.warnings,
@@ -105,12 +106,20 @@ def _track(result: RunResult) -> Iterator[bytes]:
 
 
 def _columns(result: RunResult) -> dict[str, Column]:
-    """Return the columns of the samples processed by name, those of a position too."""
-    change_m, u_m, piece = _lengths(result)
-    position_m, u_position_m, u_combined_m = _positions(result)
-    lengths = _length_names(result.recording.n_receivers)
+    """Return the columns of the samples processed by name, those of a position too; u is NaN where the change is."""
+    recording, paths, track = result.recording, result.paths, result.track
+    lengths = _length_names(recording.n_receivers)
+    change_m = u_m = np.broadcast_to(np.nan, (recording.n_receivers, recording.n_samples))
+    position_m = u_position_m = u_combined_m = np.broadcast_to(np.nan, (3, recording.n_samples))
+    piece = np.zeros(recording.n_samples, dtype=np.intp)
+    if paths is not None:
+        change_m, u_m = paths.change_m, np.where(np.isfinite(paths.change_m), paths.u_m, np.nan)
+        piece = piece if paths.piece is None else paths.piece
+    if track is not None:
+        position_m, u_position_m = track.position_m, track.u_position_m
+        u_combined_m = u_combined_m if track.u_combined_m is None else track.u_combined_m
     columns = {
-        "time_s": Column(result.recording.time_s(), _time_decimals(result)),
+        "time_s": Column(recording.time_s(), _time_decimals(result)),
         "valid": Column(_valid(result), 0),
         "piece": Column(piece, 0),
     }
@@ -150,48 +159,41 @@ def _time_decimals(result: RunResult) -> int:
     return 12
 
 
-def _lengths(result: RunResult) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return change of path, its uncertainty (NaN where the change is unknown), and the piece of each sample."""
-    paths, n_samples = result.paths, result.recording.n_samples
-    whole = np.zeros(n_samples, dtype=np.intp)
-    if paths is None:
-        unknown = np.broadcast_to(np.nan, (result.recording.n_receivers, n_samples))
-        return unknown, unknown, whole
-    u_m = np.where(np.isfinite(paths.change_m), paths.u_m, np.nan)
-    return paths.change_m, u_m, whole if paths.piece is None else paths.piece
-
-
-def _positions(result: RunResult) -> tuple[FloatArray, FloatArray, FloatArray]:
-    unknown, track = np.broadcast_to(np.nan, (3, result.recording.n_samples)), result.track
-    if track is None:
-        return unknown, unknown, unknown
-    return track.position_m, track.u_position_m, unknown if track.u_combined_m is None else track.u_combined_m
-
-
 def _valid(result: RunResult) -> BoolArray:
-    if result.status == "rejected":
-        return np.zeros(result.recording.n_samples, dtype=np.bool_)
-    if result.track is not None:
-        return result.track.valid
-    if result.paths is not None and result.recording.n_receivers < 3:
-        return np.asarray(result.paths.valid.all(axis=0))
+    if result.status != "rejected":
+        if result.track is not None:
+            return result.track.valid
+        if result.paths is not None and result.recording.n_receivers < 3:
+            return np.asarray(result.paths.valid.all(axis=0))
     return np.zeros(result.recording.n_samples, dtype=np.bool_)
 
 
 def _bounces(result: RunResult) -> bytes:
+    has_track = result.status != "no_motion" and result.recording.n_receivers >= 3
+    return csv_bytes(BOUNCE_HEADER, map(asdict, result.bounces.impacts if has_track else ()))
+
+
+def csv_bytes(header: Sequence[str], rows: Iterable[Mapping[str, object]]) -> bytes:
+    """Return a CSV file of rows, each with its values by the name of their column; what is not there is nan."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(BOUNCE_HEADER)
-    if result.status != "no_motion" and result.recording.n_receivers >= 3:
-        for impact in result.bounces.impacts:
-            figures = (impact.time_s, impact.speed_before_m_s, impact.speed_after_m_s, impact.e, impact.u_e)
-            writer.writerow([*map(number, figures), impact.method, int(impact.valid), number(impact.u_e_combined)])
-    return text.getvalue().encode()
+    writer.writerow(header)
+    writer.writerows([_cell(row.get(name)) for name in header] for row in rows)
+    return text.getvalue().encode(errors="replace")
 
 
-def number(value: float) -> str:
-    """Return a number for a CSV cell with 12 significant digits, nan where unknown."""
-    return f"{value:.12g}" if math.isfinite(value) else "nan"
+def _cell(value: object) -> str:
+    """Return what stands in a cell: numbers with 12 significant digits, nan where unknown, booleans as 0 or 1."""
+    if isinstance(value, str):
+        return safe_cell(value)
+    if isinstance(value, int):
+        return str(int(value))
+    return f"{value:.12g}" if isinstance(value, float) and math.isfinite(value) else "nan"
+
+
+def safe_cell(text: str) -> str:
+    """Return a text that no spreadsheet takes for a formula: an apostrophe is put before one."""
+    return "'" + text if text.lstrip(" ").startswith(_FORMULA) else text
 
 
 LARGEST_BYTES = 10_000_000

@@ -5,8 +5,18 @@ from collections.abc import Iterator
 from matplotlib.figure import Figure
 
 from radargui.report.document import Chapter, Content, Facts, Grid, Note
-from radargui.report.sheet import HEIGHT_MM, LEFT_MM, ROOM_MM, TOP_MM, new_page, rule, write
-from radargui.report.text_width import printable, width_mm, wrapped
+from radargui.report.sheet import (
+    HEIGHT_MM,
+    LEFT_MM,
+    ROOM_MM,
+    TOP_MM,
+    new_page,
+    printable,
+    rule,
+    width_mm,
+    wrapped,
+    write,
+)
 
 _SIZE = 8.0
 _TITLE_SIZE = 9.5
@@ -38,15 +48,15 @@ class _Flow:
 
     def put(self, block: Content) -> None:
         """Add one block."""
-        if not isinstance(block, Note):
+        if isinstance(block, Note):
+            self._note(block)
+        else:
             self.y = max(self.y, self.paragraph_end + _GAP_MM)
-        match block:
-            case Facts():
+            self._title(block.title, len(block.rows))
+            if isinstance(block, Facts):
                 self._facts(block)
-            case Grid():
+            else:
                 self._grid(block)
-            case Note():
-                self._note(block)
         self.y += _GAP_MM
 
     def _new_page(self) -> None:
@@ -69,7 +79,6 @@ class _Flow:
             self.y += _LINE_MM + 1.5
 
     def _facts(self, block: Facts) -> None:
-        self._title(block.title, len(block.rows))
         names = max((width_mm(name, _SIZE) for name, _ in block.rows), default=0.0)
         values_mm = min(names + 6.0, 0.4 * ROOM_MM)
         for name, value in block.rows:
@@ -90,7 +99,6 @@ class _Flow:
         self.y -= _GAP_MM - 2.0
 
     def _grid(self, block: Grid) -> None:
-        self._title(block.title, len(block.rows))
         cells = [[printable(cell) for cell in row] for row in (block.header, *block.rows)]
         size = _fitting_size(cells)
         widths = _column_widths(cells, size)
@@ -112,11 +120,9 @@ class _Flow:
     ) -> None:
         x = LEFT_MM
         for number, (lines, width) in enumerate(zip(row, widths, strict=True)):
-            on_left = number in left
-            for line_number, line in enumerate(lines):
-                y = self.y + line_number * _LINE_MM
-                place, side = (x, "left") if on_left else (x + width, "right")
-                write(self.page, place, y, line, fontsize=size, ha=side, fontweight=weight)
+            place, side = (x, "left") if number in left else (x + width, "right")
+            for below, line in enumerate(lines):
+                write(self.page, place, self.y + below * _LINE_MM, line, fontsize=size, ha=side, fontweight=weight)
             x += width + _COLUMN_GAP_MM
         self.y += _height(row)
 
@@ -138,22 +144,14 @@ def _natural(cells: list[list[str]], size: float) -> list[float]:
 
 def _fitting_size(cells: list[list[str]]) -> float:
     """Return a size at which the table fits the page's width without breaking cells, not below 6.5 points."""
-    for size in (_SIZE, 7.5, 7.0, 6.5):
-        if _length(_natural(cells, size)) <= ROOM_MM:
-            return size
-    return 6.5
+    sizes = (_SIZE, 7.5, 7.0, 6.5)
+    return next((size for size in sizes if _length(_natural(cells, size)) <= ROOM_MM), sizes[-1])
 
 
 def _column_widths(cells: list[list[str]], size: float) -> list[float]:
     """Return widths that fill at most the page; the widest columns give way first."""
     widths = _natural(cells, size)
-    room = ROOM_MM - _COLUMN_GAP_MM * (len(widths) - 1)
-    excess = sum(widths) - room
-    while excess > 0.1 and max(widths) > _LEAST_COLUMN_MM:
-        widest = max(range(len(widths)), key=widths.__getitem__)
-        others = [width for number, width in enumerate(widths) if number != widest]
-        least = max([_LEAST_COLUMN_MM, *(width for width in others if width < widths[widest])])
-        given = min(excess, max(widths[widest] - least, 0.5))
-        widths[widest] -= given
-        excess -= given
-    return widths
+    most = max(widths)
+    while most > _LEAST_COLUMN_MM and _length([min(width, most) for width in widths]) > ROOM_MM:
+        most -= 0.1
+    return [min(width, most) for width in widths]

@@ -1,7 +1,5 @@
 """Bounces of a track: coefficient of restitution of each, and the free fall before the first."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -54,13 +52,16 @@ def find_bounces(
     u_tilt_deg
         Standard deviation of the floor's slope from level, where the setup gives it and no normal.
     """
+    # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
     bounces = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
     if normal is not None or not bounces.impacts:
         return bounces
     at = _velocities(track, segment, bounces)
+    # an impact that gives no e may be no impact: it has no say about the floor
     known = np.isfinite(at.u_side_m_s) & np.array([impact.valid for impact in bounces.impacts])
     floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known], u_tilt_deg)
     x, y, z = (float(part) for part in floor.normal)
+    # again: heights, speeds and what counts as a flight are along the normal found
     bounces = _along(track, segment, (x, y, z), sample_rate_hz)
     at = _velocities(track, segment, bounces)
     impacts = tuple(_with_normal(impact, at, k, floor) for k, impact in enumerate(bounces.impacts))
@@ -79,11 +80,13 @@ def _with_normal(impact: Bounce, at: ImpactVelocities, number: int, floor: Floor
     """Return the bounce with the normal's part in its uncertainty, where the velocities are known."""
     if not np.isfinite(impact.u_e) or not np.isfinite(at.u_side_m_s[number]):
         return impact
+    # the normal comes from velocities sideways, u_e from heights: independent
     u_e = float(np.hypot(impact.u_e, np.sqrt(floor.e_variance(at.before_m_s[number], at.after_m_s[number]))))
     return replace(impact, u_e=u_e, valid=_is_valid(impact.e, u_e))
 
 
 def _is_valid(e: float, u_e: float) -> bool:
+    # no passive impact gives more than it takes: e above 1 beyond its u is a wrong track
     return bool(u_e < TRACKS.largest_u_e and e < 1.0 + TRACKS.sigmas_above_1 * u_e)
 
 
@@ -97,12 +100,14 @@ def _along(track: Track, segment: Segment, normal: tuple[float, float, float], s
     heights = Heights(time[part][known[part]], height[part][known[part]])
     begin, end = float(time[segment.first]), float(time[segment.last - 1])
     flights = find_flights(begin, end, impact_s, heights.rising_speed(float(impact_s[-1])))
+    # impacts are seen to a millisecond only, and with samples of the wrong flight the parabolas are wrong: fitted twice
     rough = fit_track_flights(heights, flights)
     if rough is None:
         return Bounces()
     impact_s = rough.meet(impact_s)
     flights = find_flights(begin, end, impact_s, heights.rising_speed(float(impact_s[-1])))
     fitted = fit_track_flights(heights, flights)
+    # a hand, a string or a lost fringe makes kinks as well: only what falls under gravity bounces
     if fitted is None or not _falls(fitted.parabolas, normal):
         return Bounces()
     impact_s = fitted.meet(impact_s)
@@ -123,9 +128,11 @@ def _bounce(flights: FittedFlights, k: int, instant_s: float) -> Bounce:
     nan, fitted, place = float("nan"), flights.parabolas, flights.place
     before = -fitted.speed_at(place[k], instant_s) if k in place else nan
     after = fitted.speed_at(place[k + 1], instant_s) if k + 1 in place else nan
+    # speeds along the normal have no sign left to lose: anything else is no rebound
     if not (before > 0.0 and after > 0.0):
         return Bounce(instant_s, before, after, nan, nan, METHOD, valid=False)
     e = after / before
+    # error propagation with the covariance of neighbours, which share g (GUM 5.2.2)
     gradient = _e_gradient(fitted, place[k], place[k + 1], instant_s, before, after)
     u_e = float(np.sqrt(gradient @ fitted.covariance @ gradient))
     return Bounce(instant_s, before, after, e, u_e, METHOD, valid=_is_valid(e, u_e))
@@ -133,6 +140,7 @@ def _bounce(flights: FittedFlights, k: int, instant_s: float) -> Bounce:
 
 def _e_gradient(fitted: Parabolas, k: int, m: int, instant_s: float, before: float, after: float) -> FloatArray:
     """Return de / d parameters; the instant itself moves with the parameters of both parabolas."""
+    # the meeting of two parabolas h_m(t) = h_k(t), by the implicit function theorem
     instant = (fitted.height_gradient(m, instant_s) - fitted.height_gradient(k, instant_s)) / -(before + after)
     d_before = -fitted.speed_gradient(k, instant_s) + fitted.g_m_s2 * instant
     d_after = fitted.speed_gradient(m, instant_s) - fitted.g_m_s2 * instant
@@ -154,11 +162,14 @@ def _free_fall(
     time, height = heights.within(flight)
     if time.size < TRACKS.least_fall_samples:
         return None
+    # alone: with g shared by all flights, drag and a soft floor of the later ones would hide in it
     own = fit_parabolas([(time, height)])
+    # along a leaning normal only the part g cos(tilt) acts
     vertical = max(abs(normal[2]), 1e-9)
     rest = slice(segment.rest_first, segment.rest_last)
     at_rest = np.asarray(normal) @ track.position_m[:, rest]
     at_rest = at_rest[track.valid[rest] & np.isfinite(at_rest)]
+    # without a known rest the highest place stands for it: the fall began no lower
     release = float(at_rest.mean()) if at_rest.size else float(height.max())
     begin = float(time[0])
     return FreeFall(

@@ -1,7 +1,5 @@
 """Two other ways to e, from the flight after the impact: its duration and its height."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 
@@ -35,12 +33,14 @@ def cross_check(
     impacts = list(bounces.impacts)
     for number, (impact, following) in enumerate(itertools.pairwise(impacts)):
         before = impact.speed_before_m_s
+        # an impact with no speed before it has no e to compare
         if not before > 0.0:
             continue
         duration = following.time_s - impact.time_s
         rise = _apex(impact, following, time_s, height_m)
         impacts[number] = replace(
             impact,
+            # T from two instants, h from positions: a wrong slope shows in neither (method 5, Cross-check)
             e_flight_time=0.5 * g_m_s2 * duration * (1.0 + g_m_s2 * drag_1_m * duration**2 / 16.0) / before,
             e_height=float(np.sqrt(2.0 * g_m_s2 * rise * _drag_factor(drag_1_m * rise))) / before
             if rise > 0.0
@@ -58,11 +58,13 @@ def _drag_factor(drag_times_rise: float) -> float:
 def _apex(impact: Bounce, following: Bounce, time_s: FloatArray, height_m: FloatArray) -> float:
     """Return the height of the flight above the impact before it, from a parabola of its own; NaN where unknown."""
     span = following.time_s - impact.time_s
+    # the smoothed corners at the impacts would pull the parabola down
     margin = CHECKS.edge_share * span
     inside = slice(*np.searchsorted(time_s, [impact.time_s + margin, following.time_s - margin]))
     time, height = time_s[inside] - impact.time_s, height_m[inside]
     if time.size < CHECKS.least_samples:
         return float("nan")
+    # scaled to the span inside, as times of milliseconds squared are ill conditioned
     _, slope, bend = (float(c) for c in np.polynomial.Polynomial.fit(time, height, 2).convert().coef)
     return -slope * slope / (4.0 * bend) if bend < 0.0 else float("nan")
 
@@ -75,6 +77,7 @@ def disagreements(bounces: Bounces) -> list[str]:
     sentences = []
     if bounces.u_tilt_deg is not None and bounces.normal is not None:
         x, y, z = bounces.normal
+        # the angle of the mean normal; its u holds what kicks aside could have done
         tilt = np.degrees(np.arctan2(np.hypot(x, y), z))
         if tilt > CHECKS.told_tilt_deg + CHECKS.coverage * bounces.u_tilt_deg:
             sentences.append(
@@ -82,8 +85,10 @@ def disagreements(bounces: Bounces) -> list[str]:
                 f"gives no floor.normal): speeds are along ({x:.3f}, {y:.3f}, {z:.3f})"
             )
     for number, impact in enumerate(bounces.impacts, 1):
+        # what is not valid is warned of already; below this speed an impact can hide in the noise
         if not impact.valid or impact.speed_after_m_s < CHECKS.least_speed_m_s:
             continue
+        # not u alone: a rigid floor without air is a model, and a good one to about a percent
         within = CHECKS.coverage * float(np.hypot(impact.u_e, CHECKS.model_share * impact.e))
         for name, other in (("flight time", impact.e_flight_time), ("height", impact.e_height)):
             if np.isfinite(other) and abs(other - impact.e) > within:

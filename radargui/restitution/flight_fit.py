@@ -90,6 +90,7 @@ class FlightFit:
         What the mismatch costs and the smoothness that is lifted are taken off a band. Where that leaves nothing the
         difference has directions of negative curvature, along which any flight fits.
         """
+        # rounding makes a small negative misfit of zero
         return self.misfit[0] > -FLIGHTS.slack
 
     @property
@@ -99,6 +100,7 @@ class FlightFit:
 
     def widened(self) -> FlightFit:
         """Return the fit with its covariance widened by the reduced misfit, where that is above one."""
+        # Birge's ratio, never below one: a good fit by chance makes no measurement better
         return replace(self, covariance=self.covariance * max(1.0, self.reduced_misfit))
 
     def velocity_covariance(self, impact: int) -> FloatArray:
@@ -161,17 +163,22 @@ def fit_flights(information: MotionInformation, plan: FlightPlan) -> FlightFit:
         The flights' equations have no solution.
     """
     unknowns = FlightUnknowns(information, plan)
+    # the spline follows the flights closely: the start lies in the right basin
     q = unknowns.start()
     prior = np.zeros(q.size)
+    # without it, one short fall trades k against g: both accelerate downwards
     prior[unknowns.layout.drag] = FLIGHTS.drag_sd_1_m**-2.0
     cost, damping = _cost(unknowns, q, prior), 0.0
     normal, slope = _normal_equations(unknowns, q, prior)
     for _ in range(FLIGHTS.steps):
+        # Levenberg's damping in Marquardt's scale: unknowns are seconds, metres and 1/m
         trial = q - _solve(normal + damping * np.diag(np.diag(normal)), slope)
+        # outside, the drag's series diverges or flights run backwards: such a step is none
         trial_cost = _cost(unknowns, trial, prior) if _sensible(unknowns, trial) else np.inf
         if trial_cost < cost:
             gained, q, cost = cost - trial_cost, trial, trial_cost
             normal, slope = _normal_equations(unknowns, q, prior)
+            # the form is nearly quadratic: damping is for an impact time that is far off
             damping /= 10.0
             if gained < FLIGHTS.enough:
                 break
@@ -184,6 +191,7 @@ def _normal_equations(unknowns: FlightUnknowns, q: FloatArray, prior: FloatArray
     """Return J^T Lambda J + prior, and the slope of the cost."""
     information = unknowns.information
     jacobian = unknowns.slopes(q).x
+    # the slope of -ln L at x(q), by the chain rule pulled back to q
     pull = information.times(unknowns.motion(q).x - information.x0) + information.slope
     return jacobian.T @ information.times(jacobian) + np.diag(prior), jacobian.T @ pull + prior * q
 
@@ -203,7 +211,9 @@ def _sensible(unknowns: FlightUnknowns, q: FloatArray) -> bool:
 def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> FlightFit:
     information = unknowns.information
     motion, slopes = unknowns.motion(q), unknowns.slopes(q)
+    # results by their slopes, not by inverting all unknowns: the coefficients left free are many
     inverse = _solve(normal, slopes.results.T)
+    # against the minimum of the same form: the difference is chi-square of the constraint (method 5, Flights)
     away = motion.x - information.x0 - information.minimum()
     layout = unknowns.results
     return FlightFit(
@@ -222,10 +232,12 @@ def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> Flig
 
 def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     """Solve a symmetric system whose unknowns have very different sizes."""
+    # to a unit diagonal: 1/m beside seconds would cost digits
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     scaled = matrix * scale[:, None] * scale[None]
     tail = (slice(None),) + (None,) * (right.ndim - 1)
     try:
+        # not a Cholesky factor: what was lifted may leave a direction that no sample determines
         solved = np.linalg.lstsq(scaled, scale[tail] * right, rcond=1e-15)[0]
     except np.linalg.LinAlgError as error:
         raise SolveError("The equations of the flights have no solution.") from error

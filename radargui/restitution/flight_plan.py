@@ -1,7 +1,5 @@
 """Which parts of a motion are free flights, their common fit, and what alternative motions add to its uncertainty."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -48,8 +46,10 @@ def fit_with_alternatives(
     heaviest = sorted(alternatives, key=lambda one: -one.weight)[: FLIGHTS.most_alternatives]
     for alternative in heaviest:
         other = fit_free_flights(alternative.posterior, normal)
+        # with other impacts the values mean something else, and no mean of them is a result
         if other is not None and other.layout == fit.layout:
             away = other.values - fit.values
+            # law of total variance over the alternatives
             covariance += alternative.weight * (other.covariance + np.outer(away, away))
             total += alternative.weight
     return replace(fit, covariance=FLIGHTS.widened**2 * covariance / total)
@@ -64,13 +64,17 @@ def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFi
     """
     free = posterior.free
     impacts = posterior.breaks.along(normal).are_impacts()
+    # flights end where a break is no impact: there a hand or a wall acted
     n_flights = 1 + int(np.argmin(np.append(impacts, False)))
+    # the record may end within a flight, or the sphere lie: then the last segment is no free flight
     if n_flights == len(free.segments) and _off_gravity(free, n_flights - 1) > FLIGHTS.near_g_m_s2:
         n_flights -= 1
+    # no release is a clean cut: magnet or fingers pull for some milliseconds
     first = free.first_coefficient_from(posterior.onset_s + FLIGHTS.after_onset_s)
     if first >= free.segments[0].n_spans:
         return None
     best: FlightFit | None = None
+    # from the most on: more flights share g, and the first run that is good is the best one
     for count in range(_likely(free, min(n_flights, _affordable(free))), 1, -1):
         fit = _fitted(posterior, FlightPlan(count, first))
         best = _better(best, fit)
@@ -102,6 +106,7 @@ def _fit_first_fall(posterior: MotionPosterior, first: int) -> FlightFit | None:
     step = np.diff(knot)[first:] / 4.0
     middle = (knot[first:-1] + knot[first + 1 :]) / 2.0
     height = posterior.free.position_m((middle + np.array([-1.0, 0.0, 1.0])[:, None] * step).ravel())[2].reshape(3, -1)
+    # second difference of the spline in each of its spans: its acceleration
     bend = (height[0] - 2.0 * height[1] + height[2]) / step**2
     falls = np.abs(bend + NOMINAL_GRAVITY_M_S2) < FLIGHTS.about_g_m_s2
     count = int(np.argmin(np.append(falls, False)))
@@ -111,6 +116,7 @@ def _fit_first_fall(posterior: MotionPosterior, first: int) -> FlightFit | None:
         fit = _fitted(posterior, FlightPlan(1, first, last))
         best = _better(best, fit)
         if fit.is_good:
+            # the spline has spread the contact over a knot: what is just before it is pulled already
             before = [other for other in ends if knot[other] <= knot[last] - FLIGHTS.before_contact_s]
             return _better(None, _fitted(posterior, FlightPlan(1, first, before[0]))) if before else fit
     return best
@@ -134,6 +140,7 @@ def _likely(free: FreeMotion, n_flights: int) -> int:
 def _off_gravity(free: FreeMotion, number: int) -> float:
     """Return by how much a segment's acceleration differs from that of gravity, m/s^2."""
     segment = free.segments[number]
+    # the ends hold what is left of impacts
     margin = 0.1 * segment.duration_s
     time = np.linspace(segment.begin_s + margin, segment.end_s - margin, 15)
     height = free.position_m(time)[2]

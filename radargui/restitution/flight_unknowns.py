@@ -1,7 +1,5 @@
 """The unknowns of a run of free flights, and the motion that follows from them (method 5, Flights)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -69,6 +67,7 @@ class UnknownLayout:
 
     def velocity(self, flight: int) -> slice:
         """Return where vx and vy at the start of a flight stand."""
+        # a later flight starts where the one before ended: it has no place of its own
         first = self.apex_time(flight) + 1 if flight else self.start_place.stop
         return slice(first, first + 2)
 
@@ -149,10 +148,13 @@ class _Flight:
 
 def _fly(own: FloatArray, share: FloatArray) -> _Flight:
     """Return the flights of (g, k, apex time, vx, vy, start, end), shape (7, ...), at shares of their time, (n,)."""
+    # method 5, Flights: below the apex by a series in g k D^2, sideways by the path travelled
     g, k, apex, vx, vy, first, last = own[..., None]
     time = first + (last - first) * share
+    # relative to the start, which drops the apex's own height from all flights but the first
     height = fall_below_apex(first - apex, g, k) - fall_below_apex(time - apex, g, k)
     moved = drift_time(time - first, height, k)
+    # sideways speed dies with the path: dv/ds = -k v, the path of a steep flight being |dz|
     slowing = np.exp(-k * np.abs(np.diff(height)).sum(axis=-1, keepdims=True))
     return _Flight(
         np.stack([vx * moved, vy * moved, height], axis=-1),
@@ -193,6 +195,7 @@ class FlightUnknowns:
         self.segments = information.free.segments[: plan.n_flights]
         self.collocation = [segment.collocation() for segment in self.segments]
         # coefficient 0 is no unknown: the motion starts at the release position
+        # the spline before the flight's first coefficient stays as free as the samples leave it
         self.free = np.arange(1, plan.first_coefficient)
         self.layout = UnknownLayout(plan.n_flights, information.n_breaks, self.free.size)
         self.results = ImpactLayout(plan.n_flights - 1)
@@ -218,7 +221,9 @@ class FlightUnknowns:
         for number, (share, solve) in enumerate(self.collocation):
             flight = _fly(self._own(q, number), share)
             rows, part = self._rows(number)
+            # collocation: the spline that goes through the flight at as many points as it has coefficients
             coefficients[rows] = (solve @ (flight.path_m + start) - self.information.free.release_m)[part]
+            # neighbours meet at the impact by construction, so that its time follows from both
             start = start + flight.path_m[-1]
             if number > 0:
                 out[results.after(number - 1)] = flight.start_m_s
@@ -235,6 +240,7 @@ class FlightUnknowns:
         out[results.gravity, layout.gravity] = out[results.drag, layout.drag] = 1.0
         out[results.times, layout.breaks.start + np.arange(results.n_impacts)] = 1.0
         start = self._first_start_slopes(q)
+        # central differences: a flight is smooth in all of them, and its series has no simple slopes
         step = np.array([FLIGHTS.parameter_step] * 2 + [FLIGHTS.time_step] * 5)
         for number, (share, solve) in enumerate(self.collocation):
             places = layout.of_flight(number)
@@ -253,6 +259,7 @@ class FlightUnknowns:
                 out[results.after(number - 1), places[known]] = after.T
             if number < results.n_impacts:
                 out[results.before(number), places[known]] = before.T
+        # breaks are unknowns and information at once: their slopes are ones
         by_breaks = np.eye(layout.size)[layout.breaks]
         return FlightMotion(np.concatenate([coefficients[1:].reshape(-1, layout.size), by_breaks]), out)
 
@@ -270,6 +277,7 @@ class FlightUnknowns:
         q[layout.free] = info.x0[: 3 * self.free.size]
         for number, segment in enumerate(self.segments):
             first, last = segment.begin_s, self.last_s(number)
+            # the first flight begins with the release, which does not fall yet
             early = first + (0.3 * (last - first) if number == 0 else 0.0)
             time = np.linspace(early, last, 40)[1:-1]
             p = info.free.position_m(time)

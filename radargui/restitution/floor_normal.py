@@ -1,7 +1,5 @@
 """The floor's normal as a distribution: what is believed of its tilt and what the impacts add (method 5)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,26 +101,33 @@ def normal_of_impacts(
     u_tilt_deg
         s where the setup gives it.
     """
+    # the floor acts on the change alone: the speed along it was there before
     change = after_m_s - before_m_s
     tilt_sd = np.tan(
         np.radians(np.geomspace(*NORMALS.tilt_sd_deg, NORMALS.tilts) if u_tilt_deg is None else u_tilt_deg)
     )
+    # an exact normal is a narrow prior, not a division by zero
     tilt_sd = np.maximum(np.atleast_1d(tilt_sd), NORMALS.least_tilt_sd)
     friction = np.array(NORMALS.friction)[:, None, None]
     kick = np.geomspace(*NORMALS.kick_m_s, NORMALS.kicks)[None, :, None]
+    # a kick cannot be told from noise sideways: their variances add
     weight = 1.0 / (kick**2 + u_m_s**2)
+    # friction takes r (v - t v_z): what belongs to the tilt t is collected here
     push = change[:, 2] + friction * before_m_s[:, 2]
     side = [change[:, axis] + friction * before_m_s[:, axis] for axis in (0, 1)]
     a = (weight * push**2).sum(axis=2)
     b = [(weight * push * own).sum(axis=2) for own in side]
     level = np.log(weight).sum(axis=2) - 0.5 * sum((weight * own**2).sum(axis=2) for own in side)
+    # t is Gaussian given r, q and s: its integral is closed, and r, q and s alone are summed on a grid
     stiffness = a[..., None] + tilt_sd**-2.0
     log_evidence = (
         level[..., None] + sum(0.5 * own[..., None] ** 2 / stiffness for own in b) - np.log(stiffness * tilt_sd**2)
     )
+    # less the largest, whose exponential would overflow
     share = np.exp(log_evidence - log_evidence.max())
     share /= share.sum()
     tilt = np.array([(share * own[..., None] / stiffness).sum() for own in b])
+    # law of total variance: within each of the grid's points and between them
     second = [(share * (1.0 / stiffness + (own[..., None] / stiffness) ** 2)).sum() for own in b]
     normal = np.array([*tilt, 1.0])
     return FloorNormal(normal / np.linalg.norm(normal), float(np.mean(second) - np.mean(tilt**2)))

@@ -1,7 +1,5 @@
 """Free flight with air drag, dv/dt = -g e_z - k |v| v: position and velocity from the apex (method 5, Flights)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from radargui.model.arrays import FloatArray
@@ -21,6 +19,7 @@ def fall_below_apex(after_apex_s: FloatArray, g_m_s2: FloatArray | float, drag_1
     g_m_s2, drag_1_m
         g and k of that shape, or one for all.
     """
+    # even in D but for the sign of the drag, which always brakes
     d2 = after_apex_s**2
     x = np.where(after_apex_s < 0.0, 1.0, -1.0) * g_m_s2 * drag_1_m * d2
     return np.asarray(g_m_s2 * d2 * (0.5 + x / 12.0 + x**2 / 45.0 + 17.0 * x**3 / 2520.0))
@@ -46,7 +45,9 @@ def drift_time(time_s: FloatArray, height_m: FloatArray, drag_1_m: FloatArray | 
     height_m
         Height at these times.
     """
+    # the path of a steep flight is nearly its change of height
     path = _summed(np.abs(np.diff(height_m)))
+    # trapezoids do: drag is a small correction
     lost = _summed(0.5 * (path[..., 1:] + path[..., :-1]) * np.diff(time_s))
     return np.asarray(time_s - drag_1_m * lost)
 

@@ -1,7 +1,5 @@
 """What position, e and g of a joint estimate change by where an input of the setup is off by its uncertainty."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -61,6 +59,7 @@ def joint_changes(
         )
         for (key, _), response in zip(asked, responses, strict=True)
     ]
+    # no direction is more likely than another: the mean square over them
     n_bodies = sum(key == "sphere" for key, _ in asked)
     out = [_shared(one, n_bodies) if one.key == "sphere" else one for one in out]
     nothing = np.zeros((3, estimate.time_s.size))

@@ -39,12 +39,14 @@ def joint_bounces(estimate: JointEstimate, setup: Setup) -> tuple[Bounces, Fligh
         The flights' equations have no solution.
     """
     posterior = estimate.posterior
+    # level until the impacts say otherwise: which breaks are impacts depends on it by degrees only
     floor = FloorNormal(np.asarray(setup.floor.normal))
     fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
     given = "normal" in setup.floor.model_fields_set
     if not given:
         at = _Impacts.of(posterior, fit, floor.normal)
         floor = normal_of_impacts(at.before_m_s, at.after_m_s, at.u_side_m_s, setup.floor.u_tilt_deg)
+        # then other breaks may be impacts, and the flights between them other ones
         if floor.tilt_deg > FLIGHTS.near_vertical_deg:
             fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
     at = _Impacts.of(posterior, fit, floor.normal)
@@ -85,6 +87,7 @@ class _Impacts:
         covariance, n_fitted = breaks.covariance.copy(), 0
         if fit is not None:
             n_fitted = fit.layout.n_impacts
+            # flights first: their slopes know g, a spline's at its end only its neighbourhood
             time[:n_fitted], before[:n_fitted], after[:n_fitted] = fit.impact_s, fit.before_m_s, fit.after_m_s
             for number in range(n_fitted):
                 covariance[number] = fit.velocity_covariance(number)
@@ -95,6 +98,7 @@ class _Impacts:
     @property
     def u_side_m_s(self) -> FloatArray:
         """Uncertainty of a horizontal component of the velocity's change at each impact, shape (n_impacts,)."""
+        # after less before, x and y: their covariance with each other is a part of it
         change = np.concatenate([-np.eye(2, 3), np.eye(2, 3)], axis=1)
         variance = change @ self.covariance @ change.T
         return np.asarray(np.sqrt(np.maximum(np.trace(variance, axis1=1, axis2=2) / 2.0, 0.0)))
@@ -103,11 +107,14 @@ class _Impacts:
         """Return e = after / before along the normal, u_e with that of the normal."""
         before_m_s, after_m_s = self.before_m_s[number], self.after_m_s[number]
         before, after = -float(before_m_s @ floor.normal), float(after_m_s @ floor.normal)
+        # signs so that both are positive: before points into the floor
         e = after / before
         slope = np.concatenate([e / before * floor.normal, floor.normal / before])
+        # rounding of a covariance that the alternatives widened
         variance = max(float(slope @ self.covariance[number] @ slope), 0.0)
         u_e = float(np.sqrt(variance + floor.e_variance(before_m_s, after_m_s)))
         method = "flights" if self.by_flights[number] else "slopes"
+        # a rebound faster than the arrival is no passive one; a wide u_e says nothing
         valid = bool(0.0 < e < FLIGHTS.most_e and u_e < FLIGHTS.usable_u_e)
         return Bounce(float(self.time_s[number]), before, after, e, u_e, method, valid)
 
@@ -116,6 +123,7 @@ def _checked(bounces: Bounces, posterior: MotionPosterior, fit: FlightFit | None
     """Return the bounces with e from flight times and heights of the free motion, under the fitted g and drag."""
     free = posterior.free
     time = np.arange(posterior.onset_s, float(free.edge_s[-1]), FLIGHTS.check_step_s)
+    # without fitted flights there is no drag to correct with: the check's tolerance holds it
     g, drag = (NOMINAL_GRAVITY_M_S2, 0.0) if fit is None else (fit.g_m_s2, fit.drag_1_m)
     return cross_check(bounces, time, normal @ free.position_m(time), g * float(normal[2]), drag)
 
@@ -127,6 +135,7 @@ def _free_fall(posterior: MotionPosterior, fit: FlightFit, normal: FloatArray) -
     time = np.linspace(first, last, 200)
     release = float(free.release_m @ normal)
     height = normal @ free.position_m(time)
+    # what is drawn is a parabola; g is that of all flights, with drag
     bend, slope, level = np.polyfit(time - first, height, 2)
     residual = height - np.polyval([bend, slope, level], time - first)
     return FreeFall(

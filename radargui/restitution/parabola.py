@@ -1,7 +1,5 @@
 """Parabolas through flights, gravity shared or free, with uncertainties that know of correlated residuals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -82,13 +80,16 @@ def fit_parabolas(stretches: Sequence[tuple[FloatArray, FloatArray]]) -> Parabol
     heights = np.concatenate([height for _, height in stretches])
     solution, *_ = np.linalg.lstsq(design, heights, rcond=None)
     residual = heights - design @ solution
+    # sandwich A^-1 B A^-1: each flight has residuals of its own size (White 1980)
     inverse = np.linalg.inv(design.T @ design)
     meat = np.zeros_like(inverse)
     begin = 0
     for block in blocks:
         own = residual[begin : begin + block.shape[0]]
         begin += block.shape[0]
+        # two parameters of its own and its share of g
         freedom = max(1.0, own.size - 2.0 - 1.0 / n)
+        # as many independent samples as there are correlation lengths (GUM 4.2.7)
         variance = float(own @ own) / freedom * correlation_length(own) * misfit_widening(own)
         meat += variance * (block.T @ block)
     covariance = inverse @ meat @ inverse
@@ -104,6 +105,7 @@ def fit_parabolas(stretches: Sequence[tuple[FloatArray, FloatArray]]) -> Parabol
 
 def parabola_design(times_s: Sequence[FloatArray]) -> tuple[FloatArray, list[FloatArray]]:
     """Return t0 of each flight, its middle, and d heights / d (h0_1, v0_1, h0_2, ..., v0_n, g) in rows a flight."""
+    # about the middle of each flight: height and speed are then nearly uncorrelated
     origin_s, blocks = np.array([float(time.mean()) for time in times_s]), []
     for k, time in enumerate(times_s):
         d = time - origin_s[k]
@@ -121,6 +123,7 @@ def misfit_widening(residual: FloatArray) -> float:
     """
     if residual.size < 8 or not residual.any():
         return 1.0
+    # third differences see noise, not waves: what is left of the residuals is no noise
     white = float(np.mean(np.diff(residual, 3) ** 2)) / THIRD_DIFFERENCE_GAIN
     share = min(1.0, white / float(np.mean(residual**2)))
     return share + (1.0 - share) * TRACKS.hidden_waves**2
@@ -130,12 +133,14 @@ def correlation_length(residual: FloatArray) -> float:
     """Return 1 + 2 sum of the autocorrelation up to its first zero, in samples, at least 1."""
     if residual.size < 8 or not residual.any():
         return 1.0
+    # padded to twice its length: the correlation must not wrap round
     size = 1 << int(2 * residual.size - 1).bit_length()
     spectrum = np.fft.rfft(residual - residual.mean(), size)
     correlation = np.fft.irfft(np.abs(spectrum) ** 2, size)[: residual.size // 2]
     if correlation[0] <= 0:
         return 1.0
     correlation = correlation / correlation[0]
+    # up to the first zero: beyond it the sum is noise, over all of it exactly zero
     negative = np.flatnonzero(correlation <= 0)
     end = int(negative[0]) if negative.size else correlation.size
     return float(max(1.0, 1.0 + 2.0 * correlation[1:end].sum()))

@@ -1,7 +1,5 @@
 """A series of drops: which of them count, how they are numbered, and the statistics of what they gave."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -76,6 +74,7 @@ def statistics_of(
     common = sum(shared) / len(shared) if len(shared) == len(known) else None
     if array.size == 1:
         return Statistics(1, mean, u_single=known[0][1], combined=known[0][2])
+    # type A: the scatter between drops, whatever each says of itself (GUM 4.2.2)
     deviation = float(array.std(ddof=1))
     error = deviation / math.sqrt(array.size)
     return Statistics(
@@ -126,6 +125,7 @@ def series_of(drops: Sequence[Drop]) -> Series:
     left_out: dict[str, str] = {}
     counted: list[Drop] = []
     for drop in drops:
+        # a file imported or played twice would make the standard error smaller than it is
         twin = next((one for one in counted if one.origin.is_same_drop(drop.origin)), None)
         if drop.origin.kind != kind:
             left_out[drop.name] = "a replay is no drop of its own" if drop.origin.kind == "replay" else "simulated"
@@ -133,6 +133,7 @@ def series_of(drops: Sequence[Drop]) -> Series:
             left_out[drop.name] = f"the same drop as {twin.name}"
         else:
             counted.append(drop)
+    # without the rest before it the first impact seen may be the third, and e depends on the speed
     seen = [drop for drop in counted if drop.from_rest]
     return Series(
         kind,

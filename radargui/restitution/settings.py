@@ -1,7 +1,5 @@
 """Settings of restitution: what counts as a flight, what belongs to u, what is told."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

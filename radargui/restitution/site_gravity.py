@@ -1,7 +1,5 @@
 """The acceleration of the first fall against the gravity of the laboratory's place."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -76,10 +74,12 @@ def check_against_site(fall: FreeFall, setup: Setup, u_combined_m_s2: float | No
         origin = f"normal gravity at {site.latitude_deg:g}°, {site.height_m:g} m"
     else:
         return None
+    # buoyancy, and half the displaced air that moves with a sphere (Landau & Lifshitz, Fluid Mechanics, 11)
     share = 1.0 if density is None else share_in_air(density)
     expected, u_expected = g * share, math.hypot(u_g, U_AIR * g * (1.0 - share))
     difference = fall.g_m_s2 - expected
     u = None if u_combined_m_s2 is None else math.hypot(u_combined_m_s2, u_expected)
+    # with the statistical u alone they would nearly always differ: antennas are known to half a degree
     agrees = None if u is None else abs(difference) <= COVERAGE * u
     air = "nothing for air, the sphere's density is not given"
     if density is not None:

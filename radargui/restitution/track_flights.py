@@ -1,7 +1,5 @@
 """Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -35,11 +33,13 @@ class Heights:
 
     def rising_speed(self, impact_s: float) -> float:
         """Return the upward speed just after an impact from the milliseconds that follow it."""
+        # the corner itself is rounded by the low-pass of the correction
         begin = impact_s + 0.001
         time, height = self.within(Flight(begin, begin + TRACKS.rising_s))
         if time.size < TRACKS.least_rising:
             return 0.0
         d = time - impact_s
+        # gravity taken off, a line has one unknown less: so few samples bear no parabola
         return max(0.0, float(np.polyfit(d, height + 0.5 * NOMINAL_GRAVITY_M_S2 * d * d, 1)[0]))
 
 
@@ -65,6 +65,7 @@ class FittedFlights:
             if k not in self.place or k + 1 not in self.place:
                 continue
             before, after = self.place[k], self.place[k + 1]
+            # one Newton step: the parabolas are nearly straight within a millisecond
             gap = fitted.height_at(after, instant) - fitted.height_at(before, instant)
             closing = fitted.speed_at(before, instant) - fitted.speed_at(after, instant)
             step = gap / closing if closing != 0.0 else 0.0
@@ -91,6 +92,7 @@ def find_flights(begin_s: float, end_s: float, impact_s: FloatArray, rising_m_s:
         n_impacts + 1 flights.
     """
     begins = np.concatenate([[begin_s + TRACKS.start_clearance_s], impact_s + TRACKS.clearance_s])
+    # the flight after the last impact ends on the floor although no impact was seen there
     landing = float(impact_s[-1]) + 2.0 * rising_m_s / NOMINAL_GRAVITY_M_S2 if impact_s.size else end_s
     ends = np.concatenate([impact_s, [min(end_s, landing)]]) - TRACKS.clearance_s
     flights = (Flight(float(begin), float(end)) for begin, end in zip(begins, ends, strict=True))
@@ -109,6 +111,7 @@ def fit_track_flights(heights: Heights, flights: tuple[Flight | None, ...]) -> F
     }
     if len(stretches) > 2:
         alone = {k: fit_parabolas([stretch]).residual_rms_m for k, stretch in stretches.items()}
+        # by the run's own median: noise differs from run to run
         most = max(TRACKS.largest_residual * float(np.median(list(alone.values()))), TRACKS.least_residual_m)
         stretches = {k: stretch for k, stretch in stretches.items() if alone[k] <= most}
     if not stretches:

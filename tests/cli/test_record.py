@@ -11,7 +11,7 @@ import pytest
 from support.command_line import Command
 from support.run_contents import read_run_truth, read_summary
 
-from radargui.cli.bar import RecordProgress
+from radargui.cli.record import RecordProgress
 from radargui.experiment.event import Event, EventKind
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.session.session import Session

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.robust_scenes.generator import make_scene
 
 from radargui.acquisition.live_track import LiveSpan
-from radargui.experiment.live_agreement import LiveAgreement, live_agreement
+from radargui.experiment.finished import LiveAgreement, live_agreement
 from radargui.model.path import PathLengths
 from radargui.model.result import RunResult
 from radargui.model.segment import Segment

@@ -13,7 +13,7 @@ from support.results import drop_result, quiet_result, rejected_result
 from radargui.model.block import Gap
 from radargui.model.bounce import Bounces
 from radargui.model.result import RunResult
-from radargui.report.curve_taker import take_curves
+from radargui.report.curves import take_curves
 from radargui.report.document import Chapter, Facts, Grid, Note
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from support.results import default_setup, drop_result, quiet_result
 
 from radargui.model.bounce import Bounces
+from radargui.report.report import IMPACT_HEADER, impacts_csv, series_csv, session_document
 from radargui.report.run_facts import RunFacts, take_facts
-from radargui.report.series_files import IMPACT_HEADER, impacts_csv, safe_cell, series_csv, session_document
-from radargui.report.tables import json_bytes, plain_value
+from radargui.report.tables import json_bytes, plain_value, safe_cell
 from radargui.restitution.series import Statistics, series_of
 from radargui.session.info import SessionInfo
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from radargui.report.text_width import printable, width_mm, wrapped
+from radargui.report.sheet import printable, width_mm, wrapped
 
 
 def test_a_bold_and_a_larger_text_is_wider() -> None:

@@ -16,7 +16,7 @@ from radargui.model.errors import CancelledError, ProcessingError
 _AHEAD = 2
 """Tasks that are handed out for each worker: one to work on, one to go on with."""
 _stop: Event | None = None
-"""In a worker: what its parent tells it to stop with."""
+"""In a worker: what its parent stops it with."""
 
 
 def run_local(tasks: Sequence[BatchTask], workers: int | None = None) -> Generator[BatchOutcome, None, None]:
@@ -40,22 +40,18 @@ def run_local(tasks: Sequence[BatchTask], workers: int | None = None) -> Generat
         suspects: list[BatchTask] = []
         yield from _run_pool(waiting, count, suspects)
         for suspect in suspects:
-            yield from _run_alone(suspect)
+            guilty: list[BatchTask] = []
+            yield from _run_pool(deque([suspect]), 1, guilty)
+            if guilty:
+                yield BatchOutcome(suspect.run, "failed", _no_answer())
 
 
-def _run_alone(task: BatchTask) -> Generator[BatchOutcome, None, None]:
-    guilty: list[BatchTask] = []
-    yield from _run_pool(deque([task]), 1, guilty)
-    for one in guilty:
-        yield BatchOutcome(
-            one.run,
-            "failed",
-            ProcessingError(
-                "its worker process ended without an answer.",
-                reasons=("the memory does not suffice", "the file makes a library crash", "somebody killed it"),
-                remedy="Use fewer --workers, or process this run alone.",
-            ),
-        )
+def _no_answer() -> ProcessingError:
+    return ProcessingError(
+        "its worker process ended without an answer.",
+        reasons=("the memory does not suffice", "the file makes a library crash", "somebody killed it"),
+        remedy="Use fewer --workers, or process this run alone.",
+    )
 
 
 def _run_pool(waiting: deque[BatchTask], count: int, suspects: list[BatchTask]) -> Generator[BatchOutcome, None, None]:

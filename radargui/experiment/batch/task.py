@@ -2,22 +2,24 @@
 
 import logging
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from radargui import __version__
 from radargui.experiment.reprocess import own_setup
+from radargui.files.formats import RUN
 from radargui.files.run_card import summarise
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_results import read_prior
-from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
+from radargui.model.errors import CancelledError, FileError, ProcessingError, RadarGuiError, fault_of
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.model.setup_change import changed
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
+from radargui.session.session import run_paths
 
 _logger = logging.getLogger(__name__)
 State = Literal["done", "skipped", "failed", "stopped"]
@@ -123,17 +125,84 @@ def _work_on(task: BatchTask, progress: Callable[[float], None] | None) -> Batch
             remedy="Install the same version on all workers.",
         )
     setup = changed(task.setup or own_setup(task.run), task.changes, "command line")
-    if not task.force and _is_current(task, setup):
+    to = task.tables
+    is_current = results_are_current(task.run, setup) if to is None else to.are_current(to.folder, setup)
+    if is_current and not task.force:
         return BatchOutcome(task.run, "skipped")
     result = process(read_for_processing(task.run), setup, progress, front_ends=read_prior(task.run))
-    if task.tables is None:
+    if to is None:
         write_results(task.run, result)
     else:
-        task.tables.write(result, task.tables.folder)
+        to.write(result, to.folder)
     return BatchOutcome(task.run, "done", summary=summarise(result))
 
 
-def _is_current(task: BatchTask, setup: Setup) -> bool:
-    if task.tables is None:
-        return results_are_current(task.run, setup)
-    return task.tables.are_current(task.tables.folder, setup)
+@dataclass(frozen=True, slots=True)
+class FoundRun:
+    """A run and where it lies below the path that was given.
+
+    Attributes
+    ----------
+    path
+        Absolute path of the run file.
+    place
+        Folder of its own for what is made from it, relative, without any way out.
+    """
+
+    path: Path
+    place: Path
+
+
+@dataclass(frozen=True, slots=True)
+class FoundRuns:
+    """What there is to work on.
+
+    Attributes
+    ----------
+    runs
+        Each once, in order.
+    errors
+        Paths that hold no run, with the reason.
+    """
+
+    runs: tuple[FoundRun, ...]
+    errors: tuple[RadarGuiError, ...]
+
+
+def find_runs(paths: Sequence[Path]) -> FoundRuns:
+    """Return all runs in sessions, folders of sessions at any depth, and run files; links to folders are not followed.
+
+    Parameters
+    ----------
+    paths
+        Sessions, folders, run files.
+    """
+    runs: dict[Path, FoundRun] = {}
+    errors: list[RadarGuiError] = []
+    for path in paths:
+        found = list(_below(path.absolute()))
+        for one in found:
+            runs.setdefault(Path(os.path.realpath(one.path)), one)
+        if not found:
+            errors.append(_nothing(path))
+    return FoundRuns(tuple(runs.values()), tuple(errors))
+
+
+def _below(path: Path) -> Iterator[FoundRun]:
+    if path.is_file():
+        if path.suffix.lower() in RUN.suffixes:
+            yield FoundRun(path, Path(path.parent.name, path.stem))
+        return
+    base = path.resolve()
+    for folder, inside, _ in os.walk(path):
+        inside.sort()
+        for run in run_paths(Path(folder)):
+            below = run.parent.relative_to(path)
+            yield FoundRun(run, (below if below.parts else Path(base.name)) / run.stem)
+
+
+def _nothing(path: Path) -> FileError:
+    if not path.exists():
+        return FileError(f"{path}: no such file or folder.", remedy="Check the path.")
+    why = "is no run file" if path.is_file() else "holds no runs"
+    return FileError(f"{path} {why}.", remedy="Give sessions, folders of sessions, or run files.")

@@ -20,7 +20,7 @@ from radargui.gui.control.run_request import Backlog, MakeSource, RunRequest, at
 from radargui.gui.control.worker_state import Asked, RestartNews, WorkerState, edge_words
 from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
-from radargui.processing.live_memory import LiveMemory
+from radargui.processing.live import LiveMemory
 from radargui.session.info import calibration_of_file
 from radargui.session.session import BY_OPERATOR, Session
 from radargui.sources.contract import Source

@@ -1,7 +1,6 @@
 """The wiring check: channels to antennas, then the direction of each pair, then sentences and settings."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,25 +8,107 @@ import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.setup import Setup
-from radargui.processing.wiring import rotation
-from radargui.processing.wiring.findings import WiringFinding, WiringReport
-from radargui.processing.wiring.owners import owners
-from radargui.processing.wiring.response import WiringSamples, dead_channels, responses_v
+from radargui.processing.wiring.response import (
+    CLEAR_TURN,
+    WiringSamples,
+    dead_channels,
+    is_same_signal,
+    owners,
+    responses_v,
+    turning,
+    turns,
+)
 
 _CLIPPED = 0.01
+FindingKind = Literal["good", "dead", "clipped", "same", "swapped", "direction", "unclear"]
+_Said = tuple[FindingKind, str, int]
+"""Kind, sentence, receiver."""
 _AGAIN = "Do the check again: slower, farther, and closer to the antenna when waving."
+_REMEDIES = {
+    "good": "",
+    "clipped": "Raise daq.range_v, lower the gain, or look for a cable that is not connected.",
+    "dead": "Check its cable, its connectors and daq.terminal; or its place in daq.channels.",
+    "same": "One of the two is at the wrong output, or the cables touch: check both.",
+    "swapped": "Take the channels proposed.",
+    "direction": "Take the channels proposed: exchanging I and Q turns the phase round as well.",
+    "unclear": _AGAIN,
+}
 
 
 @dataclass(frozen=True, slots=True)
-class _Pair:
-    """The channels that belong to one antenna; direction 1: L rises, -1: it falls, 0: not told."""
+class WiringFinding:
+    """One finding.
 
-    receiver: int
-    i: int
-    q: int
-    direction: int
-    change_m: float | None
-    clear: bool
+    Attributes
+    ----------
+    kind
+        good: nothing to do; dead: an input without signal; clipped: one at the end of its range; same: I and Q carry
+        one signal; swapped: channels at another antenna; direction: a path length that falls; unclear: to be measured
+        again.
+    sentence
+        What was found.
+    remedy
+        What to do about it; empty where nothing.
+    receiver
+        Which receiver, counted from 0; None where it is about all.
+    """
+
+    kind: FindingKind
+    sentence: str
+    remedy: str = ""
+    receiver: int | None = None
+
+    def __str__(self) -> str:
+        """Return sentence and remedy."""
+        return f"{self.sentence} {self.remedy}".strip()
+
+
+@dataclass(frozen=True, slots=True)
+class WiringReport:
+    """The result of the wiring check.
+
+    Attributes
+    ----------
+    findings
+        One for each receiver that is good, and one for each thing that is not.
+    channels
+        `daq.channels` as it should be; None where it is right or not known.
+    phase_sign
+        `radar.phase_sign` as it should be; None where it is right or not known.
+    """
+
+    findings: tuple[WiringFinding, ...]
+    channels: tuple[str, ...] | None = None
+    phase_sign: Literal[-1, 1] | None = None
+
+    @property
+    def is_good(self) -> bool:
+        """Whether nothing is wrong or unclear."""
+        return all(finding.kind == "good" for finding in self.findings)
+
+    @property
+    def corrects(self) -> bool:
+        """Whether other settings are proposed."""
+        return self.channels is not None or self.phase_sign is not None
+
+    def settings(self) -> tuple[str, ...]:
+        """Return the proposed settings as lines of a setup file."""
+        lines = []
+        if self.channels is not None:
+            names = ", ".join(f'"{channel}"' for channel in self.channels)
+            lines.append(f"daq.channels = [{names}]")
+        if self.phase_sign is not None:
+            lines.append(f"radar.phase_sign = {self.phase_sign}")
+        return tuple(lines)
+
+    def corrected(self, setup: Setup) -> Setup:
+        """Return the setup with the proposed settings."""
+        if self.channels is not None:
+            setup = setup.model_copy(update={"daq": setup.daq.model_copy(update={"channels": self.channels})})
+        if self.phase_sign is not None:
+            radar = setup.radar.model_copy(update={"phase_sign": self.phase_sign})
+            setup = setup.model_copy(update={"radar": radar})
+        return setup
 
 
 def check_wiring(samples: WiringSamples, setup: Setup) -> WiringReport:
@@ -42,26 +123,43 @@ def check_wiring(samples: WiringSamples, setup: Setup) -> WiringReport:
     """
     away_v, waves_v = responses_v(samples)
     if not away_v.any() and not waves_v.any():
-        return WiringReport((_nothing(),))
+        power = "Check that transmitter and receivers have power and that the cables are at the device in daq.device."
+        return WiringReport((WiringFinding("dead", "No channel answers to anything.", power),))
     dead = dead_channels(away_v, waves_v)
     owner, clear = owners(waves_v, dead)
     pairs = [_pair(receiver, owner, clear, dead, samples, setup) for receiver in range(setup.n_receivers)]
-    flip, exchanged = _directions(pairs)
-    findings = [
-        *_inputs(setup, dead, samples.clipped),
-        *(finding for pair in pairs for finding in _about(pair, setup, samples, dead, owner, exchanged)),
-    ]
+    falling = [pair for pair in pairs if pair.direction < 0]
+    rising = [pair for pair in pairs if pair.direction > 0]
+    # where most fall the sign of all is wrong, and the pairs that rise have I and Q exchanged
+    flip = len(falling) > len(rising)
+    exchanged = rising if flip else falling
+    said = [*_inputs(setup, dead, samples.clipped)]
+    for pair in pairs:
+        said += _about(pair, setup, dead, exchanged=pair in exchanged)
+    findings = [WiringFinding(kind, text, _REMEDIES[kind], receiver) for kind, text, receiver in said]
     if flip:
-        findings.append(_inverted_everywhere(setup))
+        which = "Path lengths fall" if setup.n_receivers > 1 else "The path length falls"
+        sentence = f"{which} when the tracer moves away: Q is inverted."
+        findings.append(WiringFinding("direction", sentence, "Take the phase_sign proposed."))
+    # exchanging I and Q turns the phase round, as inverting Q does
     order = [channel for pair in pairs for channel in ((pair.q, pair.i) if pair in exchanged else (pair.i, pair.q))]
-    known = bool((clear | dead).all())
     inputs = tuple(setup.physical_channels[channel] for channel in order)
+    is_new = bool((clear | dead).all()) and inputs != setup.physical_channels
     sign: Literal[-1, 1] = -1 if setup.radar.phase_sign > 0 else 1
-    return WiringReport(
-        tuple(findings),
-        channels=inputs if known and inputs != setup.physical_channels else None,
-        phase_sign=sign if flip else None,
-    )
+    return WiringReport(tuple(findings), channels=inputs if is_new else None, phase_sign=sign if flip else None)
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """The channels that belong to one antenna; direction 1: L rises, -1: it falls, 0: not known."""
+
+    receiver: int
+    i: int
+    q: int
+    direction: int
+    change_m: float | None
+    clear: bool
+    same: bool
 
 
 def _pair(
@@ -70,116 +168,47 @@ def _pair(
     first, second = (int(channel) for channel in np.flatnonzero(owner == receiver))
     # a channel that stands at the place of an I stays an I
     i, q = (second, first) if first % 2 and not second % 2 else (first, second)
-    pair_v = _pair_v(samples.away, i, q)
-    ratio = rotation.turning(pair_v, samples.rate_hz) * setup.radar.phase_sign
-    told = not dead[[i, q]].any() and abs(ratio) >= rotation.CLEAR and not rotation.is_same_signal(pair_v)
-    n_turns = rotation.turns(pair_v) if told else None
+    pair_v = np.asarray(samples.away[[i, q]])
+    # moving away lengthens every L: with the setup's sign the phase must rise
+    ratio, same = turning(pair_v, samples.rate_hz) * setup.radar.phase_sign, is_same_signal(pair_v)
+    known = not dead[[i, q]].any() and abs(ratio) >= CLEAR_TURN and not same
+    n_turns = turns(pair_v) if known else None
     change_m = None if n_turns is None else abs(n_turns) * setup.radar.wavelength_m
-    return _Pair(receiver, i, q, int(np.sign(ratio)) if told else 0, change_m, bool(clear[[i, q]].all()))
+    return _Pair(receiver, i, q, int(np.sign(ratio)) if known else 0, change_m, bool(clear[[i, q]].all()), same)
 
 
-def _pair_v(volts: FloatArray, i: int, q: int) -> FloatArray:
-    return np.asarray(volts[[i, q]])
-
-
-def _directions(pairs: list[_Pair]) -> tuple[bool, list[_Pair]]:
-    """Return whether the sign of all is wrong, and the pairs whose I and Q are exchanged after that."""
-    falling = [pair for pair in pairs if pair.direction < 0]
-    rising = [pair for pair in pairs if pair.direction > 0]
-    return (True, rising) if len(falling) > len(rising) else (False, falling)
-
-
-def _nothing() -> WiringFinding:
-    return WiringFinding(
-        "dead",
-        "No channel answers to anything.",
-        "Check that transmitter and receivers have power and that the cables are at the device in daq.device.",
-    )
-
-
-def _inputs(setup: Setup, dead: BoolArray, clipped: FloatArray) -> list[WiringFinding]:
-    findings = []
-    for channel, name in enumerate(setup.channel_names):
-        place = f"{name} ({setup.physical_channels[channel]})"
+def _inputs(setup: Setup, dead: BoolArray, clipped: FloatArray) -> Iterator[_Said]:
+    """Yield what is wrong with single inputs."""
+    for channel, (name, physical) in enumerate(zip(setup.channel_names, setup.physical_channels, strict=True)):
+        place = f"{name} ({physical})"
         if clipped[channel] > _CLIPPED:
-            findings.append(
-                WiringFinding(
-                    "clipped",
-                    f"{place} is at the end of its range {clipped[channel]:.0%} of the time.",
-                    "Raise daq.range_v, lower the gain, or look for a cable that is not connected.",
-                    channel // 2,
-                )
-            )
+            yield "clipped", f"{place} is at the end of its range {clipped[channel]:.0%} of the time.", channel // 2
         if dead[channel]:
-            findings.append(
-                WiringFinding(
-                    "dead",
-                    f"{place} does not answer to anything.",
-                    "Check its cable, its connectors and daq.terminal; or its place in daq.channels.",
-                    channel // 2,
-                )
-            )
-    return findings
+            yield "dead", f"{place} does not answer to anything.", channel // 2
 
 
-def _about(
-    pair: _Pair,
-    setup: Setup,
-    samples: WiringSamples,
-    dead: BoolArray,
-    owner: IntArray,
-    exchanged: list[_Pair],
-) -> list[WiringFinding]:
+def _about(pair: _Pair, setup: Setup, dead: BoolArray, *, exchanged: bool) -> list[_Said]:
     """Return what is to be said of one receiver."""
-    names, inputs = setup.channel_names, setup.physical_channels
-    receiver, number = pair.receiver, pair.receiver + 1
-    findings = []
-    strangers = [channel for channel in (pair.i, pair.q) if channel // 2 != receiver and not dead[channel]]
+    names, inputs, number = setup.channel_names, setup.physical_channels, pair.receiver + 1
+    said: list[tuple[FindingKind, str]] = []
+    strangers = [channel for channel in (pair.i, pair.q) if channel // 2 != pair.receiver and not dead[channel]]
     if strangers and pair.clear:
-        told = " and ".join(f"{names[channel]} ({inputs[channel]})" for channel in strangers)
-        verb = "belongs" if len(strangers) == 1 else "belong"
-        findings.append(
-            WiringFinding("swapped", f"{told} {verb} to receiver {number}.", "Take the channels proposed.", receiver)
-        )
-    if dead[[pair.i, pair.q]].any():
-        return findings
-    if not pair.clear:
-        findings.append(
-            WiringFinding(
-                "unclear", f"No channels answer clearly to the hand in front of receiver {number}.", _AGAIN, receiver
-            )
-        )
-    if rotation.is_same_signal(_pair_v(samples.away, pair.i, pair.q)):
-        findings.append(
-            WiringFinding(
-                "same",
-                f"{names[pair.i]} and {names[pair.q]} of receiver {number} carry the same signal.",
-                "One of the two is at the wrong output, or the cables touch: check both.",
-                receiver,
-            )
-        )
-    elif pair.direction == 0:
-        findings.append(WiringFinding("unclear", f"Whether L{number} rises or falls cannot be told.", _AGAIN, receiver))
-    elif pair in exchanged:
-        verb = "falls" if pair.direction < 0 else "rises"
-        findings.append(
-            WiringFinding(
-                "direction",
-                f"L{number} {verb} where the others do not: I and Q of receiver {number} are exchanged, or its Q is "
-                "inverted.",
-                "Take the channels proposed: exchanging I and Q turns the phase round as well.",
-                receiver,
-            )
-        )
-    if not findings and pair.direction > 0:
-        by = "" if pair.change_m is None else f" by {pair.change_m:.2f} m"
-        sentence = f"Receiver {number}: {names[pair.i]} and {names[pair.q]} answer to it, and L{number} rises{by}."
-        findings.append(WiringFinding("good", sentence, receiver=receiver))
-    return findings
-
-
-def _inverted_everywhere(setup: Setup) -> WiringFinding:
-    which = "Path lengths fall" if setup.n_receivers > 1 else "The path length falls"
-    return WiringFinding(
-        "direction", f"{which} when the tracer moves away: Q is inverted.", "Take the phase_sign proposed."
-    )
+        which = " and ".join(f"{names[channel]} ({inputs[channel]})" for channel in strangers)
+        said.append(("swapped", f"{which} belong{'s' if len(strangers) == 1 else ''} to receiver {number}."))
+    if not dead[[pair.i, pair.q]].any():
+        if not pair.clear:
+            said.append(("unclear", f"No channels answer clearly to the hand in front of receiver {number}."))
+        if pair.same:
+            both = f"{names[pair.i]} and {names[pair.q]}"
+            said.append(("same", f"{both} of receiver {number} carry the same signal."))
+        elif pair.direction == 0:
+            said.append(("unclear", f"Whether L{number} rises or falls cannot be told."))
+        elif exchanged:
+            turns_round = f"L{number} {'falls' if pair.direction < 0 else 'rises'} where the others do not"
+            why = f"I and Q of receiver {number} are exchanged, or its Q is inverted"
+            said.append(("direction", f"{turns_round}: {why}."))
+        if not said and pair.direction > 0:
+            by = "" if pair.change_m is None else f" by {pair.change_m:.2f} m"
+            answer = f"{names[pair.i]} and {names[pair.q]} answer to it, and L{number} rises{by}."
+            said.append(("good", f"Receiver {number}: {answer}"))
+    return [(kind, sentence, pair.receiver) for kind, sentence in said]

@@ -72,7 +72,7 @@ class Drop:
 
 
 def drop_of(name: str, origin: RunOrigin, summary: Mapping[str, object] | None) -> Drop:
-    """Return a drop from the summary of its result, see `files.summary.summarise`; None: it was not processed."""
+    """Return a drop from the summary of its result, see `files.run_card.summarise`; None: it was not processed."""
     return Drop(
         name,
         origin,

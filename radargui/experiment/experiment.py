@@ -257,7 +257,7 @@ class Experiment:
 
 
 def _preliminary(messages: Messages, run: FinishedRun, number: int) -> Callable[[RunResult], None]:
-    """Return what tells the preliminary result of a run."""
+    """Return what reports the preliminary result of a run."""
     return lambda result: messages.put(Preliminary(_recorded(run, number, result, None)))
 
 
@@ -267,7 +267,7 @@ def _recorded(run: FinishedRun, number: int, result: RunResult, agreement: LiveA
 
 
 def _with_place(error: RadarGuiError, path: Path | None) -> RadarGuiError:
-    """Return the error, telling also where the recording is kept."""
+    """Return the error, which says also where the recording is kept."""
     place = f"What was recorded is kept in {path}."
     if path is not None and path.exists() and place not in error.remedy:
         error.remedy = f"{error.remedy} {place}".strip()

@@ -39,7 +39,7 @@ def measure_by_estimate(
     """Return corrected IQ, path lengths and track by the joint or the adaptive estimate.
 
     Where the joint estimate does not fit the signal the adaptive one stands, and a warning says so. Fewer receivers
-    than it needs are no fault of the run: then only who named the joint correction in the setup is told.
+    than it needs are no fault of the run: only who named the joint correction in the setup is warned.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def _with_reason(adaptive: MeasuredMotion, why: str) -> MeasuredMotion:
 def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
     """Whether the joint estimate has nothing to begin with.
 
-    It mends circles that reflections bend, not a lost count of fringes (a path that follows its circle, but not its
+    It corrects circles that reflections bend, not a lost count of fringes (a path that follows its circle, but not its
     signal), nor receivers of which most make no sense by themselves.
     """
     # rejected by its path, not by the fit of its circle

@@ -27,7 +27,7 @@ def measure_in_band(
 ) -> MeasuredMotion:
     """Return the motion of one or two receivers by their echoes in the Doppler band.
 
-    The band needs a target fast enough to tell the echo from the offset; circles tell them by the shape, where a slow
+    The band needs a target fast enough to separate the echo from the offset; circles do it by their shape, where a slow
     target runs round often enough. The one that knows more stands.
 
     Parameters

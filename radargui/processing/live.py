@@ -25,7 +25,7 @@ REST_S = 0.2
 REST_MEMORY_S = 1.2
 """Kept of the rest: the hum is measured on up to a second of it, `BEFORE_MOTION_S` and `REST_S` come off. By hand."""
 LONGEST_START_S = 2.0
-"""Motion kept while the first 1.5 fringes are not complete; what takes longer is told from then on. By hand."""
+"""Motion kept while the first 1.5 fringes are not complete; what takes longer is shown from then on. By hand."""
 SETTLED_S = 0.3
 """So long quiet is settled: an apex and the turn of a swing are quiet for less. By hand."""
 AT_RELEASE_M = 0.012
@@ -106,7 +106,7 @@ class LiveProcessor:
     Samples are averaged to about 4 kHz, the multiplexer skew is interpolated away, and the hum learned at rest is
     taken off. Each receiver is corrected by a `MapFilter`: with what earlier runs taught at once, otherwise as soon as
     1.5 fringes have passed. The tracer is at its release when the first samples come, when `at_release` says so, and
-    when it has come to rest within 12 mm of it. Where the setup tells the polarisation, what the phase of a metal
+    when it has come to rest within 12 mm of it. Where the setup gives the polarisation, what the phase of a metal
     sphere's scattering adds to the direct path is taken off.
 
     Parameters
@@ -129,7 +129,7 @@ class LiveProcessor:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything but the memory: the next sample pushed has index 0 unless `push` is told otherwise."""
+        """Forget everything but the memory: the next sample pushed has index 0 unless `push` says otherwise."""
         # the wiring's sign once, here: behind it a longer path is a larger phase
         rad_per_m = self._setup.radar.phase_sign * 2.0 * np.pi / self._setup.radar.wavelength_m
         self._filters = self._memory.filters(rad_per_m, self._setup.n_receivers)
@@ -165,8 +165,8 @@ class LiveProcessor:
         return height_m < self._release_m[2] - FALLEN_M and height_m < self._lowest_m + AT_RELEASE_M
 
     def push(self, samples: RawArray, first_index: int | None = None) -> LiveEstimate:
-        """Take the next samples, shape (n_channels, n); `first_index` tells of a jump: samples between were lost."""
-        # turns that went by in a gap cannot be counted (method 2): only a rest tells where it is again
+        """Take the next samples, shape (n_channels, n); at a jump to `first_index` samples were lost."""
+        # turns that went by in a gap cannot be counted (method 2): only a rest shows where it is again
         if self._samples.jump(first_index):
             self._past = self._samples.nothing()
             if self._mode is not _Mode.RESTING:
@@ -265,7 +265,7 @@ class LiveProcessor:
         if self._n_quiet < self._columns(SETTLED_S):
             return False
         if self._mode is not _Mode.FOLLOWING:
-            # never left for more than a fringe, or nobody knows: it can only be told from the next rest on
+            # never left for more than a fringe, or nobody knows: it is known from the next rest on only
             return True
         if estimate.index.size == 0:
             return False

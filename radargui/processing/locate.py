@@ -20,7 +20,7 @@ LEAST_RECEIVERS = 3
 def locate_body(paths: PathLengths, setup: Setup) -> tuple[PathLengths, Track | None]:
     """Return the paths to the sphere's centre, and the track, from paths as their phase was measured.
 
-    Where the setup tells the polarisation, the phase that a metal sphere scatters with is taken off the direct path, in
+    Where the setup gives the polarisation, the phase that a metal sphere scatters with is taken off the direct path, in
     one step: it changes by a thousandth of what the place does. What it does to mirrored paths stays.
     """
     # changes of path count from the release: there the antennas' geometry fixes L itself

@@ -65,7 +65,7 @@ def _impacts(run: RunFacts) -> list[Content]:
             "speed after / (m/s)": plain(impact.speed_after_m_s, 5),
             "e": quantity(impact.e, impact.u_stated),
             "statistical u": plain(impact.u_e, 2),
-            # no digits beyond those that the fit can tell
+            # no digits beyond those that the fit supports
             "e of flight time": alone(impact.e_flight_time, impact.u_stated),
             "e of height": alone(impact.e_height, impact.u_stated),
             "valid": "yes" if impact.valid else "no",

@@ -90,7 +90,7 @@ def normal_of_impacts(
         dv_xy = t dv_z - r (v_xy - t v_z) + k,   k ~ N(0, q^2 + u^2) an axis
 
     with v before the impact. t ~ N(0, s^2) an axis; r, q (log uniform, 1 cm/s to 0.5 m/s) and s (log uniform, 0.05 to
-    5 degrees) are summed over. One impact cannot tell a tilt from a kick: the variance holds both.
+    5 degrees) are summed over. One impact cannot separate a tilt from a kick: the variance holds both.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class Statistics:
         Standard uncertainty of the only value, for n = 1; None where there is none.
     combined
         Of the mean, with what all runs on one setup share: calibration and sphere do not average out. None where the
-        runs do not tell it.
+        runs do not say it.
     """
 
     n: int

@@ -1,4 +1,4 @@
-"""Settings of restitution: what counts as a flight, what belongs to u, what is told."""
+"""Settings of restitution: what counts as a flight, what belongs to u, what is warned of."""
 
 from dataclasses import dataclass
 
@@ -142,9 +142,9 @@ class CheckSettings:
         Of e, added to its u: air drag and a floor that gives way make the three differ by up to about a percent, none
         of them being wrong.
     least_speed_m_s
-        After a slower rebound the next impact may be below what is resolved: nothing is told.
+        After a slower rebound the next impact may be below what is resolved: nothing is said.
     told_tilt_deg
-        A tilt that the impacts found is told where it is beyond `coverage` uncertainties above this: less is within
+        A tilt that the impacts found is reported where it is beyond `coverage` uncertainties above this: less is within
         what a floor laid with a spirit level has.
     """
 

@@ -52,7 +52,7 @@ def test_wrong_usage_is_one_line_and_status_2(command: Command, arguments: list[
 def test_an_unexpected_error_is_one_line_that_names_the_log(
     command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    def fail() -> int:
+    def fail(_options: object) -> int:
         raise ZeroDivisionError("division\nby zero")
 
     monkeypatch.setattr("radargui.cli.info.show_info", fail)
@@ -64,7 +64,7 @@ def test_an_unexpected_error_is_one_line_that_names_the_log(
 
 
 def test_an_interrupt_is_status_1(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupt() -> int:
+    def interrupt(_options: object) -> int:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("radargui.cli.info.show_info", interrupt)

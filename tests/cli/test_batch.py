@@ -15,6 +15,8 @@ from support.dask_cluster import dask_cluster
 from support.run_contents import read_summary
 from support.stored_runs import results_digest, store_runs
 
+from radargui.experiment.reprocess import process_run
+
 HELD_BATCH = Path(__file__).parents[1] / "support" / "held_batch.py"
 
 
@@ -124,9 +126,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_results_as_this_computer(t
     here = store_runs(tmp_path / "here", 1)
     there = store_runs(tmp_path / "there", 24)
     (tmp_path / "there" / "run-0025.h5").write_bytes(b"nothing")
-    process = started(tmp_path, tmp_path / "here")
-    assert process.wait(timeout=100) == 0
-    process.communicate()
+    process_run(here[0])
     with dask_cluster(2, tmp_path) as cluster:
         process = started(tmp_path, tmp_path / "there", "--scheduler", cluster.address)
         assert process.stdout is not None

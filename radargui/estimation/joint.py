@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -43,6 +43,11 @@ class JointEstimate(MotionEstimate):
     chosen: ChosenModel = field(repr=False)
     posterior: MotionPosterior = field(repr=False)
     alternatives: tuple[AlternativeMotion, ...] = field(repr=False)
+
+    def widened(self, factor: float) -> JointEstimate:
+        """Return it with the uncertainties of paths and positions times a factor."""
+        u_position = None if self.u_position_m is None else factor * self.u_position_m
+        return replace(self, u_change_m=factor * self.u_change_m, u_position_m=u_position)
 
 
 def estimate_joint(

@@ -1,7 +1,9 @@
 """Bounces and the free fall: what the track says about the sphere and the floor."""
 
+from __future__ import annotations
+
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,3 +97,12 @@ class Bounces:
     free_fall: FreeFall | None = None
     normal: tuple[float, float, float] | None = None
     u_tilt_deg: float | None = None
+
+    def widened(self, factor: float) -> Bounces:
+        """Return them with the uncertainties of every e and of g times a factor."""
+        fall = self.free_fall
+        return replace(
+            self,
+            impacts=tuple(replace(one, u_e=factor * one.u_e) for one in self.impacts),
+            free_fall=None if fall is None else replace(fall, u_g_m_s2=factor * fall.u_g_m_s2),
+        )

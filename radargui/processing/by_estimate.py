@@ -111,6 +111,19 @@ def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
 
 
 def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
+    bounces, changes = None, None
+    warnings: tuple[str, ...] = ()
+    # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
+    if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
+        try:
+            bounces, fit = joint_bounces(estimate, setup)
+            changes, test = joint_changes(estimate, bounces, fit, setup)
+            if test.told:
+                warnings = (test.told,)
+                estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
+        except SolveError as error:
+            why = error.message.rstrip(".")
+            warnings = (f"the flights could not be fitted ({why}): the bounces were taken from the track",)
     # phase = 2 pi L / wavelength: estimates are in metres, the corrected IQ is shown in rad (method 1)
     rad_per_m = 2.0 * np.pi / setup.radar.wavelength_m
     phase, u_phase = estimate.change_m * rad_per_m, estimate.u_change_m * rad_per_m
@@ -118,17 +131,6 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     corrected = CorrectedIQ(
         estimate.time_s, estimate.i, estimate.q, estimate.valid, u_phase, estimate.method, estimate.channels
     )
-    bounces, changes = None, None
-    warnings: tuple[str, ...] = ()
-    # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
-    if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
-        try:
-            bounces, fit = joint_bounces(estimate, setup)
-            changes, told = joint_changes(estimate, bounces, fit, setup)
-            warnings = (told,) if told else ()
-        except SolveError as error:
-            why = error.message.rstrip(".")
-            warnings = (f"the flights could not be fitted ({why}): the bounces were taken from the track",)
     paths, track = _located(estimate, paths, setup)
     motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)
     return checked(motion, conditioned, setup.radar.wavelength_m)

@@ -1,7 +1,7 @@
 """What position, e and g of a joint estimate change by where an input of the setup is off by its uncertainty."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,14 +17,22 @@ from radargui.restitution.floor_normal import e_by_tilt
 from radargui.restitution.settings import FLIGHTS
 
 
+@dataclass(frozen=True, slots=True)
+class FlightTest:
+    """What the flights say about the estimate: a sentence for people where they bend, and what u is widened by."""
+
+    told: str = ""
+    widening: float = 1.0
+
+
 def joint_changes(
     estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, setup: Setup
-) -> tuple[tuple[InputChange, ...], str]:
+) -> tuple[tuple[InputChange, ...], FlightTest]:
     """Return the change with each uncertain input of the setup, carried by the estimate's own equations (method 6).
 
-    And a sentence where the flights bend as neither the noise nor these inputs can make them ("" where they do not).
-    A reflector that no model tried has bends the motion and leaves chi-square at one: the maps and the motion explain
-    it. But a body in the air cannot bend, and the free motion against its flights is a test that nothing was fitted to.
+    And whether the flights bend as neither the noise nor these inputs can make them. A reflector that no model tried
+    has bends the motion and leaves chi-square at one: the maps and the motion explain it. But a body in the air cannot
+    bend, and the free motion against its flights is a test that nothing was fitted to.
 
     Where no polarisation is given the sphere counts as a point: then the estimate's response to a conducting sphere of
     this diameter is added, root mean square over the transmitter's directions.
@@ -70,21 +78,24 @@ def joint_changes(
             # true times are (1 + c) as long: velocities change alike, accelerations twice
             none = np.zeros(len(bounces.impacts))
             out.append(InputChange(CLOCK, "calibration", nothing, none, -2e-6 * one.u * fit.g_m_s2))
-    return tuple(out), "" if fit is None else _told(fit, responses, [key for key, _ in asked])
+    return tuple(out), FlightTest() if fit is None else _tested(fit, responses, [key for key, _ in asked])
 
 
-def _told(fit: FlightFit, responses: Sequence[InputResponse], keys: list[str]) -> str:
-    """Return the sentence about flights that bend, where neither noise nor inputs of the setup explain it."""
+def _tested(fit: FlightFit, responses: Sequence[InputResponse], keys: list[str]) -> FlightTest:
+    """Return what is told about flights that bend, where neither noise nor inputs of the setup explain it."""
     bends = fit.bends(responses)
     # of the possible spheres only one is there: their mean counts as one input
     each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])
     if fit.excess(each) < FLIGHTS.told_excess:
-        return ""
+        return FlightTest()
     value, expected = fit.misfit
-    return (
-        f"the flights bend by more than what is known can make them (chi-square {value:.0f} of {expected}): track, e "
-        "and g may be off by more than their uncertainties; likely a reflector that is not in the model, or a setup "
-        "that is wrong by more than it says: cover what reflects within a metre, measure the antennas' places again"
+    widening = max(FLIGHTS.least_widening, float(np.sqrt(value / (expected + each.sum()))))
+    return FlightTest(
+        f"the flights bend by more than what is known can make them (chi-square {value:.0f} of {expected}): likely a "
+        "reflector that is not in the model, or a setup that is wrong by more than it says; the uncertainties of "
+        f"track, e and g were widened {widening:.1f} times: cover what reflects within a metre, "
+        "measure the antennas' places again",
+        widening,
     )
 
 

@@ -50,7 +50,9 @@ class ChoiceSettings:
     other_lengths_m, few_fringes
         Lengths tried where a receiver saw fewer fringes: then the adaptive rounds hardly tell them apart.
     temper
-        ln E counts divided by this when alternatives are weighed: evidence is approximate (method 8).
+        ln E counts divided by this when alternatives are weighed: evidence is approximate (method 8). With 5, 3, 2 and
+        1 the median of error over u of 20 laboratory drops of 30 dB and more was 0.31, 0.40, 0.54 and 0.63 (honest:
+        0.67), and 91.0, 90.6, 89.7 and 89.4 % of the track lay inside 2u.
     least_weight
         Alternatives below this weight against the best are forgotten.
     first_rounds, last_rounds
@@ -68,7 +70,7 @@ class ChoiceSettings:
     shortest_length_m: float = 0.09
     other_lengths_m: tuple[float, ...] = (0.14, 0.22)
     few_fringes: float = 6.0
-    temper: float = 5.0
+    temper: float = 2.5
     least_weight: float = 0.01
     first_rounds: int = 4
     last_rounds: int = 6
@@ -261,7 +263,7 @@ class _Selection:
         return misfit > settings.good_misfit or (len(problem.inputs.planes) > 0 and bias > settings.grown_bias)
 
     def _weight(self, gain: float) -> float:
-        """Return the tempered weight of an alternative against the best, exp(gain in ln E / 5), at most one."""
+        """Return the tempered weight of an alternative against the best, exp(gain in ln E / 2.5), at most one."""
         return float(np.exp(min(0.0, gain) / self.settings.temper))
 
     def _alternatives(self, best: Solution, tried: list[Solution]) -> tuple[Alternative, ...]:

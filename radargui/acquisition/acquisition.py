@@ -17,8 +17,7 @@ from radargui.model.digitisation import Digitisation
 from radargui.model.errors import RadarGuiError, SourceError, attempt
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveProcessor
-from radargui.sources.clock import SYSTEM_CLOCK, Clock
-from radargui.sources.contract import Source
+from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
 
 _LONGEST_STOP_S = 60.0
 """A driver that hangs in a read or a network disk in a write; chosen by hand."""

@@ -115,6 +115,8 @@ class RunOutput:
 
     Attributes
     ----------
+    path
+        The file.
     first_index, end_index
         Absolute index of the first sample, and after the last one so far.
     count, lost
@@ -129,17 +131,13 @@ class RunOutput:
         self, file: RunWriter, digitisation: Digitisation, first_index: int, trigger_index: int | None
     ) -> None:
         self._file = file
+        self.path = file.path
         self._gaps: list[Gap] = []
         self.first_index = self.end_index = first_index
         self.trigger_index = trigger_index
         self.count = 0
         self.lost = 0
         self.tally = RunTally(digitisation)
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self._file.path
 
     @property
     def gaps(self) -> tuple[Gap, ...]:

@@ -17,7 +17,7 @@ from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveProcessor
 from radargui.processing.live_samples import LIVE_RATE_HZ
-from radargui.sources.clock import Clock
+from radargui.sources.contract import Clock
 
 TOO_SLOW = "the writer was too slow"
 

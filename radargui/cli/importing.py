@@ -14,7 +14,7 @@ from radargui.files.reading import ChannelMap, parse_channel_map
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup_file import read_setup
 from radargui.session.folder import default_data_folder
-from radargui.session.importing import ImportInput
+from radargui.session.transfer import ImportInput
 
 
 def import_files(options: Import) -> int:

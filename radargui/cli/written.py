@@ -7,8 +7,8 @@ from radargui.cli.bar import progress_bar
 from radargui.cli.console import FAILED, fail
 from radargui.files.export import EXPORT_FORMATS
 from radargui.model.errors import RadarGuiError
-from radargui.session.export import plan_export
 from radargui.session.session import Session
+from radargui.session.transfer import plan_export
 
 
 def report_sessions(options: Report) -> int:

@@ -16,9 +16,9 @@ from radargui.model.digitisation import iq_names
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.session.importing import Import, ImportedRun, ImportInput
 from radargui.session.info import About, about_setup_file
 from radargui.session.map_memory import MapMemory
+from radargui.session.transfer import Import, ImportedRun, ImportInput
 
 
 @dataclass(frozen=True, slots=True)

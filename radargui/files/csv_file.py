@@ -6,16 +6,7 @@ from typing import BinaryIO, TextIO
 
 import numpy as np
 
-from radargui.files.csv_layout import (
-    BLANKS,
-    LONGEST_HEADER,
-    CsvColumn,
-    CsvLayout,
-    is_blank,
-    is_number,
-    read_layout,
-    shown,
-)
+from radargui.files.csv_layout import BLANKS, LONGEST_LINE, CsvColumn, CsvLayout, bad_cell, is_blank, read_layout, shown
 from radargui.files.export_facts import FORMAT, LARGEST_TEXT, ExportFacts, commented, facts_of_text, uncommented
 from radargui.files.fixed_point import ByteArray, digits
 from radargui.files.progress import Progress
@@ -27,6 +18,11 @@ from radargui.model.block import absolute_index
 from radargui.model.errors import FileError
 
 WHAT = "CSV"
+_COMMA_HINT = (
+    ("numbers have decimal commas", "the file was cut off"),
+    "Save it with semicolons between columns, or with decimal points.",
+)
+_HINT = (("it is cut off",), "Save it with one number a column.")
 
 
 def list_csv(path: Path) -> tuple[ChannelInfo, ...]:
@@ -84,7 +80,7 @@ def _opened(path: Path) -> TextIO:
 
 def _layout(file: TextIO, path: Path) -> CsvLayout:
     try:
-        return read_layout(iter(lambda: file.readline(LONGEST_HEADER), ""), path)
+        return read_layout(iter(lambda: file.readline(LONGEST_LINE), ""), path)
     except UnicodeDecodeError:
         raise FileError(
             f"{path} is not UTF-8 text.",
@@ -114,7 +110,7 @@ def _table(file: TextIO, path: Path, layout: CsvLayout, wanted: Sequence[CsvColu
         raise FileError(f"{path} is not UTF-8 text to its end.", reasons=("it is damaged",)) from None
     except ValueError as error:
         file.seek(0)
-        raise _bad_cell(file, path, layout, wanted) or error from None
+        raise bad_cell(file, path, layout, wanted) or error from None
     factors = np.array([column.factor for column in wanted])
     return table if (factors == 1.0).all() else table * factors
 
@@ -129,15 +125,12 @@ def _rows(file: TextIO, path: Path, layout: CsvLayout) -> Iterator[str]:
             if there == n_signs and line.strip():
                 yield line
             elif not is_blank(line):
+                reasons, remedy = _COMMA_HINT if sign == "," else _HINT
                 raise FileError(
                     f"{path}: a row has {there + 1} columns, the header {layout.n_columns}: {shown(line)}; columns are "
                     f"parted by {layout.word}.",
-                    reasons=("numbers have decimal commas", "the file was cut off")
-                    if sign == ","
-                    else ("it is cut off",),
-                    remedy="Save it with semicolons between columns, or with decimal points."
-                    if sign == ","
-                    else "Save it with one number a column.",
+                    reasons=reasons,
+                    remedy=remedy,
                 )
 
 
@@ -164,26 +157,12 @@ def _with_points(rows: Iterator[str], path: Path, layout: CsvLayout, places: Seq
         yield line.replace(",", ".") if comma and decimal == "," else line
 
 
-def _bad_cell(file: TextIO, path: Path, layout: CsvLayout, wanted: Sequence[CsvColumn]) -> FileError | None:
-    for number, line in enumerate(file, start=1):
-        if number < layout.first_line or is_blank(line):
-            continue
-        cells = layout.cells(line)
-        for column in wanted:
-            cell = cells[column.place] if layout.separator == "," else cells[column.place].replace(",", ".")
-            if not is_number(cell):
-                return FileError(
-                    f"{path}, line {number}: {shown(cells[column.place])} in column {column.title} is not a number."
-                )
-    return None
-
-
 def csv_facts(path: Path) -> ExportFacts | None:
     """Return what the comments at the start of a CSV file tell; None where it is no export of ours."""
     lines: list[str] = []
     size = 0
     with reading(path, WHAT), path.open(encoding="utf-8-sig", errors="replace", newline=None) as file:
-        while (line := file.readline(LONGEST_HEADER)).startswith("#") and size <= LARGEST_TEXT:
+        while (line := file.readline(LONGEST_LINE)).startswith("#") and size <= LARGEST_TEXT:
             if not lines and FORMAT not in line:
                 return None
             lines.append(line)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from radargui.model.errors import FileError
 
-LONGEST_HEADER = 100_000
+LONGEST_LINE = 100_000
 """Characters of a line above the numbers: thousands of columns fit, a binary file without line ends does not."""
 BLANKS = " "
 """Stands for any number of blanks between two columns."""
@@ -125,6 +125,21 @@ def is_number(cell: str) -> bool:
     return "_" not in cell and cell.isascii()
 
 
+def bad_cell(lines: Iterable[str], path: Path, layout: CsvLayout, wanted: Iterable[CsvColumn]) -> FileError | None:
+    """Return what is wrong with the first wanted cell of a whole file that is no number; None where all are numbers."""
+    for number, line in enumerate(lines, start=1):
+        if number < layout.first_line or is_blank(line):
+            continue
+        cells = layout.cells(line)
+        for column in wanted:
+            cell = cells[column.place] if layout.separator == "," else cells[column.place].replace(",", ".")
+            if not is_number(cell):
+                return FileError(
+                    f"{path}, line {number}: {shown(cells[column.place])} in column {column.title} is not a number."
+                )
+    return None
+
+
 def read_layout(lines: Iterator[str], path: Path) -> CsvLayout:
     """Return what stands above the numbers; the lines below the first of them are left in `lines`.
 
@@ -134,7 +149,7 @@ def read_layout(lines: Iterator[str], path: Path) -> CsvLayout:
     Parameters
     ----------
     lines
-        Of the file, from its beginning, none longer than `LONGEST_HEADER` + 1.
+        Of the file, from its beginning, none longer than `LONGEST_LINE` + 1.
     path
         For messages.
 
@@ -264,7 +279,7 @@ def _pointed(cell: str) -> str:
 
 
 def _want_text(line: str, path: Path) -> None:
-    if not line.endswith("\n") and len(line) >= LONGEST_HEADER:
+    if not line.endswith("\n") and len(line) >= LONGEST_LINE:
         raise FileError(f"{path}: its first line is far too long for a header; it is no CSV.")
     if "\0" in line:
         raise FileError(f"{path} is not text.")

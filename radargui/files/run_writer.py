@@ -55,6 +55,11 @@ class RunWriter:
     attributes
         Further facts kept with the file (seed, source, ...).
 
+    Attributes
+    ----------
+    count
+        Samples of each channel taken so far, lost ones not counted.
+
     Raises
     ------
     RunExistsError
@@ -76,7 +81,7 @@ class RunWriter:
         self.path = path
         self.digitisation = digitisation
         self._lock = threading.RLock()
-        self._count = 0
+        self.count = 0
         self._filled = 0
         self._crcs = [0] * digitisation.n_channels
         self._first_index: int | None = None
@@ -98,11 +103,6 @@ class RunWriter:
         except FileError:
             path.unlink(missing_ok=True)
             raise
-
-    @property
-    def count(self) -> int:
-        """Samples of each channel taken so far, lost ones not counted."""
-        return self._count
 
     @property
     def closed(self) -> bool:
@@ -177,7 +177,7 @@ class RunWriter:
             with self._guarded() as file:
                 if self._free_bytes() > 2 * RESERVE_BYTES:
                     write_overview(file, self._overview, layout.stored_unit(self.digitisation))
-                layout.write_end(file, self._count, self._crcs, complete=complete)
+                layout.write_end(file, self.count, self._crcs, complete=complete)
             self._let_go(whole=True)
 
     def __enter__(self) -> RunWriter:
@@ -211,7 +211,7 @@ class RunWriter:
             take = min(count - done, self._buffer.shape[1] - self._filled)
             self._buffer[:, self._filled : self._filled + take] = samples[:, done : done + take]
             self._filled += take
-            self._count += take
+            self.count += take
             done += take
             if self._filled == self._buffer.shape[1]:
                 self._write_rows()
@@ -252,7 +252,7 @@ class RunWriter:
             hdf5.append_row(file[layout.GAPS], (self._next_index - (self._first_index or 0), lost, reason))
 
     def _kept(self) -> str:
-        written = self._count - self._filled
+        written = self.count - self._filled
         return f"the first {written / self.digitisation.sample_rate_hz:.3g} s of the recording are kept"
 
     def _opened(self) -> Any:
@@ -272,7 +272,7 @@ class RunWriter:
             self._let_go()
             raise FileLostError(
                 f"{self.path} {error} while it was being recorded: its first "
-                f"{(self._count - self._filled) / self.digitisation.sample_rate_hz:.3g} s are not there any more."
+                f"{(self.count - self._filled) / self.digitisation.sample_rate_hz:.3g} s are not there any more."
             ) from None
         except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
             self._let_go()

@@ -99,18 +99,6 @@ class StagedFile(io.RawIOBase):
         self._file.close()
         super().close()
 
-    def readable(self) -> bool:
-        """Yes."""
-        return True
-
-    def writable(self) -> bool:
-        """Yes."""
-        return True
-
-    def seekable(self) -> bool:
-        """Yes."""
-        return True
-
     def write(self, data: Any) -> int:
         """Stage bytes at the present place."""
         taken = bytes(data)

@@ -33,12 +33,7 @@ class FrontEnd:
         # quadrature errors do not simply add: the second one is seen through the first
         along = first.gain_ratio * (np.sin(e0) + np.cos(e0) * self.gain_ratio * np.sin(e1))
         across = first.gain_ratio * np.cos(e0) * self.gain_ratio * np.cos(e1)
-        return replace(
-            self,
-            gain_ratio=float(np.hypot(along, across)),
-            u_gain_ratio=self.u_gain_ratio * first.gain_ratio,
-            quadrature_error_deg=float(np.degrees(np.arctan2(along, across))),
-        )
+        return self._turned(along, across, first.gain_ratio)
 
     def with_change_since(self, before: FrontEnd, u_log_gain: float) -> FrontEnd:
         """Return the same, uncertain also by five times what it has changed by, and by another share of the gain ratio.
@@ -63,12 +58,13 @@ class FrontEnd:
         # Q of the first is taken off before: what is left is a shear and a stretch of the same kind
         share = self.gain_ratio / first.gain_ratio
         along, across = (share * np.sin(e) - np.sin(e0)) / np.cos(e0), share * np.cos(e) / np.cos(e0)
-        return replace(
-            self,
-            gain_ratio=float(np.hypot(along, across)),
-            u_gain_ratio=self.u_gain_ratio / first.gain_ratio,
-            quadrature_error_deg=float(np.degrees(np.arctan2(along, across))),
-        )
+        return self._turned(along, across, 1.0 / first.gain_ratio)
+
+    def _turned(self, along: float, across: float, share: float) -> FrontEnd:
+        """Return the constants of Q = along X + across Y; their uncertainties are those of these, the gain's scaled."""
+        error_deg, u_gain_ratio = float(np.degrees(np.arctan2(along, across))), share * self.u_gain_ratio
+        gain_ratio = float(np.hypot(along, across))
+        return replace(self, gain_ratio=gain_ratio, u_gain_ratio=u_gain_ratio, quadrature_error_deg=error_deg)
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,13 +32,20 @@ class Session:
     """A session on disk: `session.json` and run-0001.h5, run-0002.h5, ...
 
     Made by `create` or `open`. One program at a time writes to it; in a second one it is read-only.
+
+    Attributes
+    ----------
+    path
+        The folder.
+    info
+        What session.json says.
     """
 
     _changing = threading.RLock()
 
     def __init__(self, path: Path, info: SessionInfo, lock: SessionLock | SessionError) -> None:
-        self._path = path
-        self._info = info
+        self.path = path
+        self.info = info
         self._right = lock
         self._writer: weakref.ref[RunWriter] | None = None
 
@@ -118,35 +125,25 @@ class Session:
         """Let other programs write to it; idempotent. What this one does later fails."""
         if isinstance(self._right, SessionLock):
             self._right.release()
-            self._right = SessionReadOnlyError(f"{self._path} was closed.", remedy="Open it again.")
+            self._right = SessionReadOnlyError(f"{self.path} was closed.", remedy="Open it again.")
 
     def discard_empty(self) -> bool:
         """Close, and take the folder away where nothing but its record is in it; return whether it is gone."""
         own = isinstance(self._right, SessionLock)
         self.close()
         try:
-            if not own or self._info.journal or [path.name for path in self._path.iterdir()] != [FILE_NAME]:
+            if not own or self.info.journal or [path.name for path in self.path.iterdir()] != [FILE_NAME]:
                 return False
-            (self._path / FILE_NAME).unlink()
-            self._path.rmdir()
+            (self.path / FILE_NAME).unlink()
+            self.path.rmdir()
         except OSError:
             return False
         return True
 
     @property
-    def path(self) -> Path:
-        """The folder."""
-        return self._path
-
-    @property
-    def info(self) -> SessionInfo:
-        """What session.json says."""
-        return self._info
-
-    @property
     def setup(self) -> Setup:
         """The setup the session was begun with."""
-        return self._info.setup
+        return self.info.setup
 
     def update(self, **about: Unpack[About]) -> None:
         """Change what the record says; what is None stays.
@@ -191,7 +188,7 @@ class Session:
     @property
     def rejected(self) -> Mapping[str, str]:
         """Runs that were set aside, by the name of the file, each with the reason."""
-        return dict(self._info.rejected)
+        return dict(self.info.rejected)
 
     def reject(self, run: Path, reason: str) -> None:
         """Set a run aside: it is kept, but hidden from lists, report and statistics, until `restore`.
@@ -233,16 +230,16 @@ class Session:
             The file cannot be made.
         """
         self._want_right()
-        if not self._path.is_dir():
+        if not self.path.is_dir():
             self._make_again()
-        numbers = [int(match[1]) for path in run_paths(self._path) if (match := _RUN.fullmatch(path.name))]
+        numbers = [int(match[1]) for path in run_paths(self.path) if (match := _RUN.fullmatch(path.name))]
         number = max(numbers, default=0)
         setup_toml = dump_setup(self.setup)
         while True:
             number += 1
             try:
                 writer = RunWriter(
-                    self._path / f"run-{number:04d}{SUFFIX}",
+                    self.path / f"run-{number:04d}{SUFFIX}",
                     digitisation,
                     started_at=started_at,
                     trigger_index=trigger_index,
@@ -257,12 +254,12 @@ class Session:
 
     def run_paths(self, *, with_rejected: bool = False) -> tuple[Path, ...]:
         """Return the run files in the order of their numbers, those that were set aside only where asked for."""
-        hidden = {} if with_rejected else self._info.rejected
-        return tuple(path for path in run_paths(self._path) if path.name not in hidden)
+        hidden = {} if with_rejected else self.info.rejected
+        return tuple(path for path in run_paths(self.path) if path.name not in hidden)
 
     def _facts(self) -> dict[str, str]:
         """Return what each run file says about its session, so that it can be understood alone."""
-        info = self._info
+        info = self.info
         facts = {
             "session": info.name,
             **info.model_dump(include={"operator", "sample", "target", "notes"}),
@@ -278,30 +275,30 @@ class Session:
 
     def _make_again(self) -> None:
         try:
-            self._path.mkdir(parents=True, exist_ok=True)
+            self.path.mkdir(parents=True, exist_ok=True)
         except OSError:
             # told in the words of what needs it
             return
-        self._write(self._info)
+        self._write(self.info)
 
     def _own(self, run: Path) -> str:
-        if run.name not in {path.name for path in run_paths(self._path)}:
-            raise SessionError(f"{self._path} holds no run {run.name}.")
+        if run.name not in {path.name for path in run_paths(self.path)}:
+            raise SessionError(f"{self.path} holds no run {run.name}.")
         return run.name
 
     def _change(self, change: Callable[[SessionInfo], dict[str, object]]) -> None:
         """Change the record as it is on the disk now: another part of this program may have changed it."""
         self._want_right()
         with self._changing:
-            info = read_info(self._path)
+            info = read_info(self.path)
             self._write(info.model_copy(update=change(info)))
 
     def _write(self, info: SessionInfo) -> None:
         try:
-            write_info(info, self._path)
+            write_info(info, self.path)
         except FileError as error:
             raise SessionError(error.message, reasons=error.reasons, remedy="Choose another data folder.") from None
-        self._info = info
+        self.info = info
 
 
 def is_run_name(name: str) -> bool:

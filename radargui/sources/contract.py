@@ -1,10 +1,27 @@
-"""The contract of a source of samples; NI device, simulated scene and replay all keep it."""
+"""The contract of a source of samples, kept by NI device, simulated scene and replay, and the clock that paces it."""
 
+import threading
+import time
 from typing import Protocol
 
 from radargui.model.block import Block
 from radargui.model.digitisation import Digitisation
 from radargui.model.truth import Truth
+
+
+class Clock:
+    """The clock of this computer: seconds that only go forward, and a wait that can be interrupted."""
+
+    def now(self) -> float:
+        """Return the time in s from an arbitrary origin."""
+        return time.perf_counter()
+
+    def wait(self, seconds: float, interrupt: threading.Event) -> bool:
+        """Wait until `seconds` have passed or `interrupt` is set; return whether it is set."""
+        return interrupt.wait(max(seconds, 0.0))
+
+
+SYSTEM_CLOCK = Clock()
 
 
 class Source(Protocol):

@@ -5,8 +5,7 @@ from typing import Literal, TypeAlias
 
 from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
-from radargui.sources.clock import SYSTEM_CLOCK, Clock
-from radargui.sources.contract import Source
+from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
 from radargui.sources.paced import ReplaySource
 from radargui.sources.restarting import RestartingSource
 from radargui.sources.simulated import SimulatedSource

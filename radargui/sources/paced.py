@@ -9,7 +9,7 @@ from radargui.model.digitisation import Digitisation
 from radargui.model.errors import SourceError
 from radargui.model.recording import Recording
 from radargui.model.truth import Truth
-from radargui.sources.clock import SYSTEM_CLOCK, Clock
+from radargui.sources.contract import SYSTEM_CLOCK, Clock
 
 
 class PacedSource(ABC):

@@ -9,8 +9,7 @@ from radargui.model.block import Block, Gap
 from radargui.model.digitisation import Digitisation
 from radargui.model.errors import SourceError
 from radargui.model.truth import Truth
-from radargui.sources.clock import SYSTEM_CLOCK, Clock
-from radargui.sources.contract import Source
+from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
 
 _DRIFT = 200e-6
 """Relative: the device's clock and this computer's agree better than this."""

@@ -19,8 +19,8 @@ from radargui.files.run_card import read_origin
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.model.errors import FileError, SessionError
 from radargui.model.setup_file import parse_setup
-from radargui.session.importing import Import, ImportInput
 from radargui.session.session import Session
+from radargui.session.transfer import Import, ImportInput
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 SCALED = {

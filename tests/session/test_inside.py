@@ -15,8 +15,8 @@ from support.found_sessions import find_sessions
 
 from radargui.files.export import EXPORT_FORMATS
 from radargui.model.errors import SessionError
-from radargui.session.export import plan_export
 from radargui.session.session import Session
+from radargui.session.transfer import plan_export
 
 NOW = datetime(2026, 11, 20, tzinfo=UTC)
 OUTSIDE = (

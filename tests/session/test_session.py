@@ -21,9 +21,9 @@ from radargui.model.errors import FileError, SessionError
 from radargui.model.setup_file import dump_setup
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.report import write_report
-from radargui.session.export import plan_export
 from radargui.session.folder import default_data_folder, own_subfolder
 from radargui.session.session import Session
+from radargui.session.transfer import plan_export
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 

@@ -15,8 +15,7 @@ from support.work import python_calls
 from radargui.model.block import Block
 from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
-from radargui.sources.clock import Clock
-from radargui.sources.contract import Source
+from radargui.sources.contract import Clock, Source
 from radargui.sources.simulated import SimulatedSource, simulate_recording
 from radargui.sources.simulated.model import CHUNK, SimulatedRadar
 

@@ -18,7 +18,7 @@ from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
 from radargui.model.errors import FileError
-from radargui.session.export import FOLDER, ExportedRun, ExportPlan, plan_export
+from radargui.session.transfer import FOLDER, ExportedRun, ExportPlan, plan_export
 
 
 class ExportDialog(Dialog):

@@ -11,7 +11,7 @@ from radargui.model.digitisation import Digitisation, channel_skew
 from radargui.model.errors import DeviceError
 from radargui.model.setup import Setup
 from radargui.model.truth import Truth
-from radargui.sources.clock import SYSTEM_CLOCK, Clock
+from radargui.sources.contract import SYSTEM_CLOCK, Clock
 from radargui.sources.ni.checks import StartEdge, checked_settings, rate_sentence
 from radargui.sources.ni.discovery import NiDevice, find_device
 from radargui.sources.ni.driver import Driver, driver_errors

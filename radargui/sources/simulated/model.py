@@ -11,7 +11,7 @@ from radargui.model.errors import SetupError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 from radargui.model.truth import Truth
-from radargui.sources.clock import SYSTEM_CLOCK, Clock
+from radargui.sources.contract import SYSTEM_CLOCK, Clock
 from radargui.sources.paced import PacedSource
 from radargui.sources.simulated.mismatch import Converter, TracerMismatch, make_mixer
 from radargui.sources.simulated.noise import Disturbance, Flicker, WhiteNoise

@@ -9,7 +9,7 @@ from radargui.model.block import Block
 from radargui.model.digitisation import Digitisation
 from radargui.model.setup import Setup
 from radargui.model.wiring import wiring_steps
-from radargui.sources.clock import SYSTEM_CLOCK, Clock
+from radargui.sources.contract import SYSTEM_CLOCK, Clock
 from radargui.sources.paced import PacedSource
 from radargui.sources.simulated.mismatch import Converter
 from radargui.sources.simulated.noise import WhiteNoise

@@ -37,9 +37,9 @@ from radargui.files.stored_results import read_whole_result
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup_file import read_setup, write_setup
-from radargui.session.export import plan_export
 from radargui.session.map_memory import MapMemory
 from radargui.session.session import Session
+from radargui.session.transfer import plan_export
 
 
 @dataclass(frozen=True)

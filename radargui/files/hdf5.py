@@ -2,7 +2,7 @@
 
 import math
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -105,10 +105,24 @@ def put_text(attributes: Any, key: str, text: str) -> None:
     attributes.create(key, data, dtype=h5py.string_dtype("utf-8", max(len(data), 1)))
 
 
-def put_texts(attributes: Any, key: str, texts: Sequence[str]) -> None:
-    """Set an attribute to a list of texts of fixed length."""
-    data = [text.encode("utf-8", "replace") for text in texts]
-    attributes.create(key, data, dtype=h5py.string_dtype("utf-8", max(1, *(len(text) for text in data))))
+def put_all(attributes: Any, values: Mapping[str, Any]) -> None:
+    """Set attributes: texts, and tuples of texts, with fixed length; what is None is left out."""
+    for key, value in values.items():
+        if isinstance(value, str):
+            put_text(attributes, key, value)
+        elif isinstance(value, tuple):
+            data = [text.encode("utf-8", "replace") for text in value]
+            attributes.create(key, data, dtype=h5py.string_dtype("utf-8", max(1, *map(len, data))))
+        elif value is not None:
+            attributes[key] = value
+
+
+def copy_attributes(source: Any, target: Any) -> None:
+    """Copy all attributes of one object to another, texts with fixed length."""
+    put_all(
+        target.attrs,
+        {key: decoded(value) if isinstance(value, bytes) else value for key, value in source.attrs.items()},
+    )
 
 
 def text(attributes: Any, key: str) -> str:

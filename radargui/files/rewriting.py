@@ -65,15 +65,6 @@ def rewritten(path: Path, said: str) -> Iterator[tuple[Any, Any]]:
         raise
 
 
-def copy_attribute(source: Any, target: Any, key: str) -> None:
-    """Copy one attribute, texts with fixed length."""
-    value = source[key]
-    if isinstance(value, bytes):
-        hdf5.put_text(target, key, value.decode("utf-8", "replace"))
-    else:
-        target[key] = value
-
-
 def _new_file(path: Path) -> StagedFile:
     """Make a working file under a name of its own: two programs that write results must not share one."""
     for old in path.parent.glob(f"{path.name}.*.part"):
@@ -126,8 +117,7 @@ def finish_run(path: Path, *, now: str) -> int:
             raise FileError(f"{path} was closed in order: there is nothing to recover.")
         raw = hdf5.dataset(source, layout.RAW, path, (2,))
         count = int(raw.shape[1]) if "crc32" in source.attrs else layout.whole_samples(raw)
-        for key in source.attrs:
-            copy_attribute(source.attrs, target.attrs, key)
+        hdf5.copy_attributes(source, target)
         for name in source:
             if name not in _MADE_ANEW:
                 source.copy(name, target)
@@ -150,8 +140,7 @@ def _copy_samples(raw: Any, target: Any, count: int, path: Path) -> None:
         chunks=raw.chunks or (1, layout.LARGEST_CHUNK),
         **hdf5.COMPRESSION,
     )
-    for key in raw.attrs:
-        copy_attribute(raw.attrs, copy.attrs, key)
+    hdf5.copy_attributes(raw, copy)
     hdf5.seal(copy.attrs)
     overview, crcs, copied = OverviewMaker(n_channels, raw.dtype), [0] * n_channels, [0] * n_channels
     for first in range(0, count, _PIECE):

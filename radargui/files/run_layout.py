@@ -79,29 +79,22 @@ def write_header(
         (MARKERS, MARKER_TYPE, ("sample", "text")),
     ):
         table = file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(16,), dtype=kind, **hdf5.COMPRESSION)
-        hdf5.put_texts(table.attrs, "units", units)
-    for key, value in attributes.items():
-        if isinstance(value, str):
-            hdf5.put_text(file.attrs, key, value)
-        else:
-            file.attrs[key] = value
-    hdf5.put_text(file.attrs, "format", FORMAT)
-    file.attrs["format_version"] = FORMAT_VERSION
-    hdf5.put_text(file.attrs, "version", __version__)
-    hdf5.put_text(file.attrs, "setup", setup_toml)
-    file.attrs["complete"] = False
+        hdf5.put_all(table.attrs, {"units": units})
+    own = {"format": FORMAT, "format_version": FORMAT_VERSION, "version": __version__, "setup": setup_toml}
+    hdf5.put_all(file.attrs, {**attributes, **own, "complete": False})
+    described = {
+        "sample_rate_hz": float(digitisation.sample_rate_hz),
+        "unit": digitisation.unit,
+        "stored_unit": stored_unit(digitisation),
+        "channel_names": digitisation.channel_names,
+        "channel_skew_s": digitisation.channel_skew_s,
+        "device": digitisation.device,
+        "started_at": started_at,
+        "scaling": None if digitisation.scaling is None else padded(digitisation.scaling),
+    }
     # On the samples and on the file: whoever looks at either finds them.
     for place in (file, raw):
-        place.attrs["sample_rate_hz"] = float(digitisation.sample_rate_hz)
-        hdf5.put_text(place.attrs, "unit", digitisation.unit)
-        hdf5.put_text(place.attrs, "stored_unit", stored_unit(digitisation))
-        hdf5.put_texts(place.attrs, "channel_names", digitisation.channel_names)
-        if digitisation.channel_skew_s is not None:
-            place.attrs["channel_skew_s"] = float(digitisation.channel_skew_s)
-        hdf5.put_text(place.attrs, "device", digitisation.device)
-        hdf5.put_text(place.attrs, "started_at", started_at)
-        if digitisation.scaling is not None:
-            place.attrs["scaling"] = padded(digitisation.scaling)
+        hdf5.put_all(place.attrs, described)
     write_trigger(file, None, digitisation.sample_rate_hz)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import DTypeLike
 from radargui import __version__
 from radargui.files import hdf5
 from radargui.files import run_layout as layout
-from radargui.files.rewriting import copy_attribute, rewritten
+from radargui.files.rewriting import rewritten
 from radargui.files.run_card import health_in, put_health, put_thumbnail, summarise, summary_in
 from radargui.model.bounce import Bounce, Bounces, FreeFall
 from radargui.model.errors import FileError
@@ -50,8 +50,7 @@ def write_results(path: Path, result: RunResult, *, health: Mapping[str, object]
     """
     with rewritten(path, "the results cannot be saved") as (source, target):
         _want_ended(source.attrs, path)
-        for key in source.attrs:
-            copy_attribute(source.attrs, target.attrs, key)
+        hdf5.copy_attributes(source, target)
         for name in source:
             if name != layout.RESULTS:
                 source.copy(name, target)
@@ -80,8 +79,7 @@ def keep_earlier(source: Any, target: Any, same_as: tuple[str, str]) -> None:
     earlier = target.require_group(layout.EARLIER)
     # counted on from the last: names sort in the order of their making
     group = earlier.create_group(f"{max((int(name) for name in earlier), default=0) + 1:06d}")
-    for key in old.attrs:
-        copy_attribute(old.attrs, group.attrs, key)
+    hdf5.copy_attributes(old, group)
     for name in _KEPT_PARTS:
         if name in old:
             source.copy(old[name], group, name=name)
@@ -132,23 +130,19 @@ def are_made_of(file: Any, setup: Setup) -> bool:
 
 def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
     summary = summarise(result)
-    group.attrs["format_version"] = layout.RESULTS_VERSION
-    if raw_crc32 is not None:
-        group.attrs["raw_crc32"] = raw_crc32
-    for key in ("version", "correction", "geometry", "status", "reason"):
-        hdf5.put_text(group.attrs, key, str(summary[key]))
-    hdf5.put_text(group.attrs, "setup", dump_setup(result.setup))
-    hdf5.put_text(group.attrs, "processed_at", datetime.now(UTC).isoformat(timespec="seconds"))
     excerpt, channels = result.recording.excerpt, result.corrected.channels if result.corrected else ()
-    for key, value in {
+    tables = {
         "summary": summary,
         "warnings": result.warnings,
         "uncertainty_budget": result.uncertainty_budget,
         "channels": channels,
         PRIOR: result.front_end_prior,
         "excerpt": excerpt,
-    }.items():
-        hdf5.put_text(group.attrs, key, json.dumps(value, default=asdict))
+    }
+    attributes = {key: str(summary[key]) for key in ("version", "correction", "geometry", "status", "reason")}
+    attributes |= {key: json.dumps(value, default=asdict) for key, value in tables.items()}
+    attributes |= {"setup": dump_setup(result.setup), "processed_at": datetime.now(UTC).isoformat(timespec="seconds")}
+    hdf5.put_all(group.attrs, {"format_version": layout.RESULTS_VERSION, "raw_crc32": raw_crc32, **attributes})
     group.attrs["first_sample"] = 0 if excerpt is None else excerpt.first_stored
     if result.segment is not None:
         group.attrs["segment"] = astuple(result.segment)
@@ -194,13 +188,10 @@ def put_bounces(group: Any, bounces: Bounces) -> None:
     # compressed for the checksum that comes with it: a damaged figure is refused, not shown
     options = {"chunks": rows.shape, **hdf5.COMPRESSION} if rows.size else {}
     table = group.create_dataset(_NAME, data=rows, **options)
-    hdf5.put_texts(table.attrs, "units", _BOUNCE_UNITS)
-    if bounces.free_fall is not None:
-        for key, value in asdict(bounces.free_fall).items():
-            table.attrs[key] = value
-    for key in ("normal", "u_tilt_deg"):
-        if (value := getattr(bounces, key)) is not None:
-            table.attrs[key] = value
+    found = asdict(bounces.free_fall) if bounces.free_fall else {}
+    found |= {"normal": bounces.normal, "u_tilt_deg": bounces.u_tilt_deg}
+    numbers = {key: np.asarray(value) for key, value in found.items() if value is not None}
+    hdf5.put_all(table.attrs, {"units": _BOUNCE_UNITS, **numbers})
     hdf5.seal(table.attrs)
 
 

@@ -1,6 +1,6 @@
 """The health of an acquisition, now and as it is kept with a run: rate, losses, queues, levels, disk, errors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from radargui.acquisition.disk import LOW_S
 from radargui.acquisition.level import Level
@@ -135,35 +135,32 @@ def snapshot(
     error: RadarGuiError | None,
 ) -> Health:
     """Return the health now; `stream` is None before the source is open."""
-    free = None if recorder is None else recorder.disk_free_bytes
-    recording = None if recorder is None else recorder.state
+    health = Health(state, live_error=live_error, error=error)
+    if recorder is not None:
+        free, lost_file = recorder.disk_free_bytes, recorder.lost_file
+        health = replace(health, recorder=recorder.state, disk_free_bytes=free, lost_file=lost_file)
+        if free is not None and stream is not None:
+            # as if nothing were compressed: rather warned too early
+            left_s = max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()
+            health = replace(health, disk_left_s=left_s)
     if stream is None:
-        return Health(state, recorder=recording, disk_free_bytes=free, live_error=live_error, error=error)
-    reading, queue, worker = stream.reading, stream.queue, stream.worker
-    left_s = None
-    if free is not None and recorder is not None:
-        # as if nothing were compressed: rather warned too early
-        left_s = max(free - recorder.minimum_free_bytes, 0) / stream.bytes_per_second()
-    return Health(
-        state=state,
-        recorder=recording,
+        return health
+    if (queue := stream.queue) is not None:
+        health = replace(health, writer_queue_samples=queue.depth, samples_not_written=queue.dropped)
+        health = replace(health, writer_queue_capacity_samples=queue.capacity)
+    if (worker := stream.worker) is not None:
+        lag_s = worker.lag / stream.digitisation.sample_rate_hz
+        health = replace(health, live_lag_s=lag_s, live_skipped_samples=worker.skipped)
+    reading = stream.reading
+    return replace(
+        health,
         sample_rate_hz=stream.digitisation.sample_rate_hz,
         read_rate_hz=reading.rate_hz(),
         samples_read=reading.samples_read,
         samples_lost=reading.samples_lost,
         gaps=reading.gaps,
         backlog_samples=reading.backlog,
-        writer_queue_samples=0 if queue is None else queue.depth,
-        writer_queue_capacity_samples=0 if queue is None else queue.capacity,
-        samples_not_written=0 if queue is None else queue.dropped,
-        live_lag_s=stream.live_lag_s(),
-        live_skipped_samples=0 if worker is None else worker.skipped,
         levels=stream.levels(),
-        disk_free_bytes=free,
-        disk_left_s=left_s,
-        lost_file="" if recorder is None else recorder.lost_file,
-        live_error=live_error,
-        error=error,
     )
 
 

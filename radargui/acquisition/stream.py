@@ -297,10 +297,6 @@ class Stream:
             return ()
         return levels(np.concatenate([block.samples for block in blocks], axis=1), self.digitisation)
 
-    def live_lag_s(self) -> float | None:
-        """Return how far the live track is behind the newest sample; None without live track."""
-        return None if self.worker is None else self.worker.lag / self.digitisation.sample_rate_hz
-
     def bytes_per_second(self) -> float:
         """Return how fast a file of raw samples grows, not counting its compression."""
         n_bytes = 8 if self.digitisation.scaling is None else 2

@@ -15,7 +15,7 @@ from radargui.files.mat_file import list_mat, mat_codes, mat_facts, mat_program,
 from radargui.files.raw_file import EXAMPLE, WHAT, RawLayout, list_raw, read_raw
 from radargui.files.refusal import resolved, want_file
 from radargui.files.run_file import read_run, read_run_setup
-from radargui.files.sigmf_file import DATA_SUFFIX, list_sigmf, read_sigmf, sigmf_facts, sigmf_program
+from radargui.files.sigmf_file import DATA_SUFFIX, SIGMF_SUFFIXES, list_sigmf, read_sigmf, sigmf_facts, sigmf_program
 from radargui.files.signals import ChannelInfo, Signal, Signals
 from radargui.files.tdms_file import list_tdms, read_tdms, tdms_facts
 from radargui.model.arrays import RawArray
@@ -93,50 +93,15 @@ def skew_of_rows(skew_s: float | None, rows: Sequence[int], path: Path) -> float
 
 
 _NUMBERED = re.compile(r"ch([0-9]{1,4})")
-Read = Callable[[Path, Sequence[str]], Signals]
-FindFacts = Callable[[Path], ExportFacts | None]
-FindCodes = Callable[[Path, ExportFacts], RawArray | None]
 
 
-def with_own_facts(read: Read, find_facts: FindFacts, find_codes: FindCodes | None = None) -> Read:
-    """Return a reader that knows scaling, unit, skew, gaps, trigger and date of files that were exported by RadarGUI.
-
-    Where the samples in the file are no longer those that were exported (another number of them, other names), the
-    file is taken for what it says itself.
-
-    Parameters
-    ----------
-    read
-        Reads any file of the format.
-    find_facts
-        Gives the facts in a file, None in a foreign one.
-    find_codes
-        Gives the codes where the format keeps them beside the values.
-    """
-
-    def read_with_facts(path: Path, names: Sequence[str]) -> Signals:
-        signals = read(path, names)
-        facts = find_facts(path)
-        if facts is None or any(signal.samples.size != facts.n_samples for signal in signals.signals):
-            return signals
-        rows = [_row(signal.name, facts.digitisation) for signal in signals.signals]
-        if None in rows:
-            return signals
-        known = [row for row in rows if row is not None]
-        codes = find_codes(path, facts) if find_codes and facts.digitisation.scaling else None
-        whole = [_signal(signal, row, facts, codes) for signal, row in zip(signals.signals, known, strict=True)]
-        return _of_rows(whole, known, facts, path)
-
-    return read_with_facts
-
-
-def _row(name: str, known: Digitisation) -> int | None:
+def _row(name: str, known: Digitisation) -> int:
+    """Return which channel of an export a signal is, -1 where it is none."""
     last = name.rpartition("/")[2]
     if last in known.channel_names:
         return known.channel_names.index(last)
     match = _NUMBERED.fullmatch(last)
-    place = int(match[1]) - 1 if match else -1
-    return place if 0 <= place < known.n_channels else None
+    return int(match[1]) - 1 if match and int(match[1]) <= known.n_channels else -1
 
 
 def _signal(signal: Signal, row: int, facts: ExportFacts, codes: RawArray | None) -> Signal:
@@ -156,29 +121,56 @@ def _are_values(codes: RawArray, scaling: tuple[float, ...], values: RawArray) -
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One kind of file: its name and suffixes, how it is listed and read, its facts where it is ours, who wrote it."""
+    """One kind of file.
+
+    Attributes
+    ----------
+    name, suffixes
+        For people.
+    list
+        Gives what a file holds.
+    read_any
+        Reads any file of the format.
+    facts
+        Gives the facts in a file that RadarGUI exported, None in a foreign one.
+    codes
+        Gives the codes where the format keeps them beside the values.
+    program
+        Gives who wrote a file.
+    """
 
     name: str
     suffixes: tuple[str, ...]
     list: Callable[[Path], tuple[ChannelInfo, ...]]
-    read: Callable[[Path, Sequence[str]], Signals]
-    facts: FindFacts = lambda _path: None
+    read_any: Callable[[Path, Sequence[str]], Signals]
+    facts: Callable[[Path], ExportFacts | None] = lambda _path: None
+    codes: Callable[[Path, ExportFacts], RawArray | None] = lambda _path, _facts: None
     program: Callable[[Path], str] | None = None
 
+    def read(self, path: Path, names: Sequence[str]) -> Signals:
+        """Return channels of a file; of one that RadarGUI exported with scaling, unit, skew, gaps, trigger, date.
 
-def _own(read: Read, facts: FindFacts, codes: FindCodes | None = None) -> tuple[Read, FindFacts]:
-    return with_own_facts(read, facts, codes), facts
+        Where the samples in the file are no longer those that were exported (another number of them, other names), the
+        file is taken for what it says itself.
+        """
+        signals, facts = self.read_any(path, names), self.facts(path)
+        if facts is None or any(signal.samples.size != facts.n_samples for signal in signals.signals):
+            return signals
+        rows = [_row(signal.name, facts.digitisation) for signal in signals.signals]
+        if any(row < 0 for row in rows):
+            return signals
+        codes = self.codes(path, facts) if facts.digitisation.scaling else None
+        whole = [_signal(signal, row, facts, codes) for signal, row in zip(signals.signals, rows, strict=True)]
+        return _of_rows(whole, rows, facts, path)
 
 
 RUN = Format("RadarGUI run", (".h5", ".hdf5"), list_run, read_run_signals)
 FORMATS = (
     RUN,
-    Format("CSV", (".csv",), list_csv, *_own(read_csv, csv_facts)),
-    Format("MATLAB", (".mat",), list_mat, *_own(read_mat, mat_facts, mat_codes), mat_program),
-    Format("TDMS", (".tdms",), list_tdms, *_own(read_tdms, tdms_facts)),
-    Format(
-        "SigMF", (".sigmf-meta", ".sigmf-data", ".sigmf"), list_sigmf, *_own(read_sigmf, sigmf_facts), sigmf_program
-    ),
+    Format("CSV", (".csv",), list_csv, read_csv, csv_facts),
+    Format("MATLAB", (".mat",), list_mat, read_mat, mat_facts, mat_codes, mat_program),
+    Format("TDMS", (".tdms",), list_tdms, read_tdms, tdms_facts),
+    Format("SigMF", SIGMF_SUFFIXES, list_sigmf, read_sigmf, sigmf_facts, program=sigmf_program),
 )
 SUFFIXES = tuple(suffix for one in FORMATS for suffix in one.suffixes)
 

@@ -24,7 +24,7 @@ from radargui.model.digitisation import iq_names
 from radargui.model.errors import FileError
 
 WHAT = "a SigMF recording"
-META_SUFFIX, DATA_SUFFIX, ARCHIVE_SUFFIX = ".sigmf-meta", ".sigmf-data", ".sigmf"
+SIGMF_SUFFIXES = META_SUFFIX, DATA_SUFFIX, ARCHIVE_SUFFIX = ".sigmf-meta", ".sigmf-data", ".sigmf"
 LARGEST_META = 50_000_000
 """Bytes of metadata that are read: a capture for each of 100 000 gaps fits. Chosen by hand."""
 MOST_CHANNELS = 64

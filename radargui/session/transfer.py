@@ -124,18 +124,15 @@ class Import:
     def _imported(self, one: ImportInput) -> ImportedRun:
         try:
             recording = one.read()
-            self._want_fit(recording, one)
+            if recording.n_receivers != self.setup.n_receivers:
+                raise FileError(
+                    f"{one.label} gives {recording.n_receivers} IQ pairs, the setup has {self.setup.n_receivers} "
+                    "receivers.",
+                    remedy="Choose other channels or another setup.",
+                )
         except RadarGuiError as error:
             return ImportedRun(one, error=error)
         return self._written(one, recording)
-
-    def _want_fit(self, recording: Recording, one: ImportInput) -> None:
-        wanted = self.setup.n_receivers
-        if recording.n_receivers != wanted:
-            raise FileError(
-                f"{one.label} gives {recording.n_receivers} IQ pairs, the setup has {wanted} receivers.",
-                remedy="Choose other channels or another setup.",
-            )
 
     def _written(self, one: ImportInput, recording: Recording) -> ImportedRun:
         if self.session is None:

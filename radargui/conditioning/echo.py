@@ -72,6 +72,8 @@ class EchoSettings:
 SETTINGS = EchoSettings()
 ROUGHLY = FollowSettings(share=0.3, bins=1.5)
 """How the phase must follow the line of its own frame: where an offset leads, it hardly turns."""
+STANDS = FollowSettings(share=0.9)
+"""Where a phase stands still beside a line that is not alone, an offset leads and the target is in the line."""
 WANDER_S = 0.3
 """Twice the time over which an offset is smooth."""
 _SHARES = 8
@@ -168,6 +170,7 @@ def follow_echo(
     fast = doppler.frequency_hz > 3.5 * doppler.resolution_hz
     other |= ~doppler.clear & ~doppler.mixed & fast & (doppler.power > LINES.strong)
     other |= missed_frames(phase, strong, doppler, ROUGHLY)[0] & doppler.steady
+    other |= missed_frames(phase, strong, doppler, STANDS)[0] & doppler.mixed & fast
     return Echo(
         wave,
         offset,

@@ -32,6 +32,9 @@ class Limits:
         Share of valid samples of a good receiver.
     least_fringes
         Below, the mismatch cannot be told from the motion.
+    most_gain, most_quadrature_deg
+        Gain ratio, or its inverse, and quadrature error of the worst mixer: cheap ones are within 1.6 and 35 degrees.
+        An estimate that leaves this is none: two circles, or a motion of its own, were taken for a front end.
     """
 
     good_noise: float = 0.2236
@@ -43,6 +46,8 @@ class Limits:
     most_misfit_circularity: float = 0.15
     least_valid: float = 0.9
     least_fringes: float = 1.0
+    most_gain: float = 2.0
+    most_quadrature_deg: float = 42.0
 
 
 LIMITS = Limits()
@@ -199,6 +204,9 @@ def judge(
         return "rejected", f"noise of {100 * counted_noise:.0f} % of the amplitude: fringes cannot be counted"
     if not beyond_noise < limits.most_circularity:
         return "rejected", off_circle
+    gain, angle_deg = quality.gain_ratio or 1.0, quality.quadrature_error_deg or 0.0
+    if not 1.0 / limits.most_gain < gain < limits.most_gain or not abs(angle_deg) < limits.most_quadrature_deg:
+        return "rejected", f"no mixer has a gain ratio of {gain:.2f} and a quadrature error of {angle_deg:.0f} deg"
     if not misfit <= limits.most_misfit and not beyond_noise < limits.most_misfit_circularity:
         return "rejected", "the model does not describe the signal (cycles lost, or more than one thing moves)"
     if quality.fringes is not None and quality.fringes < limits.least_fringes:

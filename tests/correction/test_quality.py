@@ -98,6 +98,23 @@ def test_each_limit_parts_two_verdicts(
     assert bool(reason) == (verdict != "good")
 
 
+@pytest.mark.parametrize(
+    ("gain", "angle_deg", "verdict"),
+    [
+        (1.6, 35.0, "good"),
+        (0.6, -35.0, "good"),
+        (2.01, 0.0, "rejected"),
+        (0.49, 0.0, "rejected"),
+        (1.0, 42.5, "rejected"),
+        (1.0, -60.0, "rejected"),
+    ],
+)
+def test_a_front_end_that_no_mixer_has_is_refused(gain: float, angle_deg: float, verdict: str) -> None:
+    found, reason = judge(replace(GOOD, gain_ratio=gain, quadrature_error_deg=angle_deg), NOISE, NOISE, 1.0)
+    assert found == verdict
+    assert ("no mixer" in reason) == (verdict == "rejected")
+
+
 def test_what_rejects_comes_before_what_only_lowers() -> None:
     poor = replace(GOOD, fringes=0.2, fraction_clipped=0.5, circularity=0.9)
     assert judge(poor, NOISE, NOISE, None)[0] == "rejected"

@@ -29,7 +29,8 @@ class CircleSettings:
     updates
         So often are they re-estimated.
     furthest
-        |ln g| and |eps| never leave this: beyond it no front end is.
+        |ln g| and |eps| never leave this: far outside of what `correction.quality` lets pass, so that an estimate at
+        this bound is refused.
     huber_sigmas
         Beyond so many standard deviations a residual counts by its size, not its square.
     first_damping, least_damping, most_damping, damping_factor
@@ -49,7 +50,7 @@ class CircleSettings:
     least_deviation: float = 2e-3
     most_deviation: float = 0.5
     updates: int = 2
-    furthest: float = 0.5
+    furthest: float = 0.8
     huber_sigmas: float = 3.0
     first_damping: float = 1e-3
     least_damping: float = 1e-9

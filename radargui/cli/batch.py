@@ -1,9 +1,8 @@
 """`radargui batch`: many stored runs processed again, on all cores or on a cluster."""
 
 from collections import Counter
-from collections.abc import Generator
 from contextlib import closing
-from pathlib import Path
+from dataclasses import replace
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
@@ -14,7 +13,7 @@ from radargui.cli.console import FAILED, fail
 from radargui.cli.setup_choice import processing_changes
 from radargui.experiment.batch.cluster import run_on_cluster
 from radargui.experiment.batch.local import run_local
-from radargui.experiment.batch.task import BatchOutcome, BatchTask, FoundRun, FoundRuns, TablesTo, find_runs
+from radargui.experiment.batch.task import BatchOutcome, BatchTask, FoundRuns, TablesTo, find_runs
 from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.rounding import UNKNOWN
@@ -42,7 +41,11 @@ def run_batch(options: Batch) -> int:
         fail(error)
     states: Counter[str] = Counter(failed=len(found.errors))
     try:
-        with BatchProgress(len(found.runs)) as progress, closing(_outcomes(tasks, options)) as outcomes:
+        if options.scheduler is None or not tasks:
+            outcomes = run_local(tasks, options.workers)
+        else:
+            outcomes = run_on_cluster(tasks, options.scheduler)
+        with BatchProgress(len(found.runs)) as progress, closing(outcomes):
             for outcome in outcomes:
                 states[outcome.state] += 1
                 progress.ended(outcome)
@@ -61,37 +64,17 @@ def run_batch(options: Batch) -> int:
 
 def _tasks(options: Batch, wanted: dict[str, str], found: FoundRuns) -> list[BatchTask]:
     setup = read_setup(options.setup) if options.setup else None
-    folders = [_tables(one, options.output) for one in found.runs]
-    _refuse_collisions(folders)
-    return [
-        BatchTask(one.path, setup, wanted, options.force, tables)
-        for one, tables in zip(found.runs, folders, strict=True)
-    ]
-
-
-def _tables(one: FoundRun, output: Path | None) -> TablesTo | None:
-    if output is None:
-        return None
-    return TablesTo(output.absolute() / one.place, write_tables, tables_are_current)
-
-
-def _refuse_collisions(folders: list[TablesTo | None]) -> None:
+    tasks = [BatchTask(one.path, setup, wanted, options.force) for one in found.runs]
+    if options.output is None:
+        return tasks
+    folders = [options.output.absolute() / one.place for one in found.runs]
     # a system that takes upper and lower case for the same would write one over the other
-    count = Counter(str(one.folder).casefold() for one in folders if one)
-    twice = [folder for folder, times in count.items() if times > 1]
+    twice = [folder for folder, times in Counter(str(one).casefold() for one in folders).items() if times > 1]
     if twice:
-        raise UsageError(
-            f"The tables of several runs would go to {twice[0]}", remedy="Give the folder that holds them all as PATH."
-        )
-
-
-def _outcomes(tasks: list[BatchTask], options: Batch) -> Generator[BatchOutcome, None, None]:
-    if not tasks:
-        return
-    if options.scheduler is None:
-        yield from run_local(tasks, options.workers)
-    else:
-        yield from run_on_cluster(tasks, options.scheduler)
+        remedy = "Give the folder that holds them all as PATH."
+        raise UsageError(f"The tables of several runs would go to {twice[0]}", remedy=remedy)
+    to = [TablesTo(folder, write_tables, tables_are_current) for folder in folders]
+    return [replace(task, tables=tables) for task, tables in zip(tasks, to, strict=True)]
 
 
 class BatchProgress(Bar):

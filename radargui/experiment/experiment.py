@@ -12,10 +12,10 @@ from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.conditioning.fall import FallTest
-from radargui.experiment.event import ExperimentState, Listener, Publisher, RecordedRun
+from radargui.experiment.event import EventKind, ExperimentState, Listener, Publisher, RecordedRun
 from radargui.experiment.finished import FinishedJob, LiveAgreement, process_finished
 from radargui.experiment.processing_apart import ProcessingApart
-from radargui.experiment.series import AcquisitionSeries, Ended, Message, Messages, Preliminary, Progress, unprocessed
+from radargui.experiment.series import AcquisitionSeries, Message, Messages, unprocessed
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
 from radargui.model.result import RunResult
 from radargui.model.rounding import quantity
@@ -211,7 +211,7 @@ class Experiment:
             recorder=recorder,
             live=self.live,
             patient=self.patient,
-            on_end=lambda: messages.put(Ended()),
+            on_end=lambda: messages.put(None),
             make_processor=lambda setup, digitisation: LiveProcessor(setup, digitisation, self.memory),
         )
         with self._lock:
@@ -226,7 +226,7 @@ class Experiment:
         """Let the preliminary result of a run that waits be there soon."""
         if not self.patient:
             job = FinishedJob(run.path, self.setup, run.first_index, None)
-            apart.announce(job, _preliminary(messages, run, number))
+            apart.announce(job, self._preliminary(messages, run, number))
 
     def _processed(
         self, messages: Messages, apart: ProcessingApart, acquisition: Acquisition, run: FinishedRun, number: int
@@ -241,12 +241,12 @@ class Experiment:
         def progress(fraction: float) -> None:
             if self.is_cancelled:
                 raise CancelledError
-            messages.put(Progress(number, fraction))
+            messages.put(partial(self._publisher.report, EventKind.PROGRESS, number=number, fraction=fraction))
 
         def work() -> None:
             do = process_finished if self.patient else apart.process
             with contextlib.suppress(CancelledError):
-                found.append(do(job, progress, _preliminary(messages, run, number)))
+                found.append(do(job, progress, self._preliminary(messages, run, number)))
 
         error = attempt(work, "Processing")
         if error is not None:
@@ -255,10 +255,10 @@ class Experiment:
             return RecordedRun(number, run.path, None, run.ending, message, error, health=run.health)
         return _recorded(run, number, *found[0]) if found else unprocessed(run, number)
 
-
-def _preliminary(messages: Messages, run: FinishedRun, number: int) -> Callable[[RunResult], None]:
-    """Return what reports the preliminary result of a run."""
-    return lambda result: messages.put(Preliminary(_recorded(run, number, result, None)))
+    def _preliminary(self, messages: Messages, run: FinishedRun, number: int) -> Callable[[RunResult], None]:
+        """Return what reports the preliminary result of a run."""
+        report = partial(self._publisher.report, EventKind.PRELIMINARY)
+        return lambda result: messages.put(partial(report, run=_recorded(run, number, result, None)))
 
 
 def _recorded(run: FinishedRun, number: int, result: RunResult, agreement: LiveAgreement | None) -> RecordedRun:

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import TypeAlias
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import Recorder
@@ -32,28 +31,9 @@ _ENTERED = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """How far the processing of a run is."""
-
-    number: int
-    fraction: float
-
-
-@dataclass(frozen=True, slots=True)
-class Preliminary:
-    """What a run gives so far."""
-
-    run: RecordedRun
-
-
-@dataclass(frozen=True, slots=True)
-class Ended:
-    """The acquisition has ended: nothing more will be recorded."""
-
-
-Message: TypeAlias = RecorderState | FinishedRun | RecordedRun | Progress | Preliminary | Ended
-Messages: TypeAlias = "queue.SimpleQueue[Message]"
+Message = RecorderState | FinishedRun | RecordedRun | Callable[[], None] | None
+"""What the recorder or the processing says; a report to make; None: the acquisition has ended."""
+Messages = queue.SimpleQueue[Message]
 
 
 @dataclass(eq=False)
@@ -147,7 +127,7 @@ class AcquisitionSeries:
                     continue
                 if self._acquisition.wait(0.0):
                     # stopped before it had begun: then nobody reports it
-                    return Ended()
+                    return None
                 health = self._acquisition.health
                 self.publisher.report(EventKind.HEALTH, health.line(), health=health)
                 for warning in self._warnings.of(health):
@@ -159,17 +139,15 @@ class AcquisitionSeries:
         match message:
             case RecorderState():
                 self._enter_as(message)
-            case Progress():
-                self.publisher.report(EventKind.PROGRESS, number=message.number, fraction=message.fraction)
-            case Preliminary():
-                self.publisher.report(EventKind.PRELIMINARY, run=message.run)
             case FinishedRun():
                 self._finished(message, jobs)
             case RecordedRun():
                 self._n_processing -= 1
                 self._outcomes[message.number] = message
-            case Ended():
+            case None:
                 self._end(jobs)
+            case report:
+                report()
 
     def _in_order(self) -> Iterator[RecordedRun]:
         """Yield what came of runs, none before those of lower number, the last one when all is over."""

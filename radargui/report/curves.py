@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -99,17 +100,21 @@ class StepCurves:
     segment_s: tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class ReceiverCurves:
-    """One receiver against seconds: volts, amplitudes, rad, metres; the planes are I against Q."""
+class PairCurves(NamedTuple):
+    """I and Q against seconds, and I against Q."""
 
-    name: str
-    raw_i: Curve
-    raw_q: Curve
-    raw_plane: Curve
     i: Curve
     q: Curve
     plane: Curve
+
+
+@dataclass(frozen=True, slots=True)
+class ReceiverCurves:
+    """One receiver against seconds: volts, amplitudes, rad, metres."""
+
+    name: str
+    raw: PairCurves
+    corrected: PairCurves
     phase_raw: Curve
     phase: Curve
     phase_difference: Curve
@@ -249,12 +254,8 @@ class _Taker:
         phase_raw = phase_raw - self._at_start(phase_raw, phase)
         return ReceiverCurves(
             name=str(row + 1),
-            raw_i=self._curve(raw_i),
-            raw_q=self._curve(raw_q),
-            raw_plane=self._plane(raw_i, raw_q),
-            i=self._curve(i),
-            q=self._curve(q),
-            plane=self._plane(i, q),
+            raw=self._pair(raw_i, raw_q),
+            corrected=self._pair(i, q),
             phase_raw=self._curve(phase_raw),
             phase=self._of_pieces(phase),
             phase_difference=self._of_pieces(phase_raw - phase),
@@ -271,12 +272,12 @@ class _Taker:
         known = rest[np.isfinite(rest)] if np.isfinite(rest).any() else difference[np.isfinite(difference)][:1]
         return float(known.mean()) if known.size else 0.0
 
-    def _plane(self, i: FloatArray, q: FloatArray) -> Curve:
+    def _pair(self, i: FloatArray, q: FloatArray) -> PairCurves:
         first, last = 0, self.t.size
         if self.result.segment is not None:
             first, last = self.result.segment.first - self.first, self.result.segment.last - self.first
         keep = first + every(last - first, _PLANE_POINTS)
-        return Curve(i[keep], q[keep])
+        return PairCurves(self._curve(i), self._curve(q), Curve(i[keep], q[keep]))
 
     def _steps(self, row: int) -> tuple[StepCurves, ...]:
         corrected = self.result.corrected

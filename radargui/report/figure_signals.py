@@ -31,7 +31,7 @@ _CORRECTED_LIMIT = 1.6
 def signals_page(curves: RunCurves) -> Figure:
     """Return the page: raw and, where there is any, corrected below; time at the left, the plane at the right."""
     figure = new_page()
-    known = any(np.isfinite(receiver.i.y).any() for receiver in curves.receivers)
+    known = any(np.isfinite(receiver.corrected.i.y).any() for receiver in curves.receivers)
     shown = [
         (receiver, corrected) for receiver in curves.receivers for corrected in ((False, True) if known else (False,))
     ]
@@ -51,8 +51,7 @@ def _pair(
     labelled: bool,
 ) -> None:
     top, height = place
-    raw, right = (receiver.raw_i, receiver.raw_q, receiver.raw_plane), (receiver.i, receiver.q, receiver.plane)
-    i, q, plane = right if corrected else raw
+    i, q, plane = receiver.corrected if corrected else receiver.raw
     lines = [(i, I_COLOUR, f"I{receiver.name}"), (q, Q_COLOUR, f"Q{receiver.name}")]
     factor, unit = (1.0, "amplitude") if corrected else scaled(curves.unit, largest([i, q]))
     against_time, _ = draw_panel(

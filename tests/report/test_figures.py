@@ -77,8 +77,8 @@ def test_lost_samples_are_shaded_and_break_the_curves() -> None:
     assert curves is not None
     (gap_s,) = curves.gaps_s
     assert np.asarray(gap_s) + result.zero[0] == pytest.approx([0.6, 0.64])
-    assert np.isnan(curves.receivers[0].raw_i.y).any()
-    inside = (curves.receivers[0].raw_i.x > gap_s[0]) & (curves.receivers[0].raw_i.x < gap_s[1])
+    assert np.isnan(curves.receivers[0].raw.i.y).any()
+    inside = (curves.receivers[0].raw.i.x > gap_s[0]) & (curves.receivers[0].raw.i.x < gap_s[1])
     assert not inside.any()
     drawn = pages(result)
     assert len(drawn) == 4
@@ -98,7 +98,7 @@ def test_no_curve_joins_two_pieces_of_a_path_and_the_recorded_signals_go_on() ->
     pieces = (one.phase, one.phase_difference, one.change, one.u_change, *curves.track.u)
     for curve in (*pieces, curves.track.x, curves.track.y, curves.track.height):
         assert curve.x[np.isnan(curve.y)].tolist() == [at_s]
-    for curve in (one.raw_i, one.i, one.phase_raw):
+    for curve in (one.raw.i, one.corrected.i, one.phase_raw):
         assert np.isfinite(curve.y).all()
     assert np.isnan(curves.track.places_m).all(axis=0).sum() == 1
     drawn = pages(result)
@@ -138,7 +138,7 @@ def test_the_residual_is_height_less_the_fitted_parabola() -> None:
 def test_however_many_samples_there_are_a_curve_has_a_thousand_points_and_the_plane_2500(rate_hz: float) -> None:
     curves = take_curves(drop_result(rate_hz=rate_hz, seconds=1.6))
     assert curves is not None
-    assert 900 < len(curves.receivers[0].raw_i.x) < 1100
+    assert 900 < len(curves.receivers[0].raw.i.x) < 1100
     assert 2000 < len(curves.receivers[0].plane.x) <= 2500
 
 

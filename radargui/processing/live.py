@@ -221,6 +221,7 @@ class LiveProcessor:
     def _starting(self, new: Means, *, moving: bool) -> LiveEstimate:
         """Wait for 1.5 fringes of every receiver; then give all that was waited for at once."""
         pending = self._pending.joined(new)
+        # a tracer that is moved by hand may never complete a fringe: memory is bounded
         excess = pending.count - self._columns(LONGEST_START_S)
         if excess > 0:
             pending = pending.part(excess, None)
@@ -252,6 +253,7 @@ class LiveProcessor:
             # a sphere is no point: its phase of scattering changes with the bistatic angle (method 3)
             change_m = change_m - self._delay.at(position)
             position = locate_exact(change_m, self._antennas, self._release_m, position)
+        # where the next solution starts; lost altogether, the release is the best guess there is
         known = np.flatnonzero(np.isfinite(position).all(axis=0))
         self._position_m = position[:, known[-1]] if known.size else self._release_m.copy()
         return change_m, position

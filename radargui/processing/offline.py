@@ -83,9 +83,11 @@ def process(
     report = progress or (lambda _: None)
     warnings = _warnings_before(recording, setup)
     conditioned = condition(recording, setup)
+    # an answer, not a failure: a plate that hangs still is measured too
     if isinstance(conditioned, NoMotion):
         return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
     report(0.1)
+    # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
     part = Part.sound(setup, conditioned)
     motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
     # one at a time may reject another: without a bad receiver its neighbours are judged anew
@@ -121,6 +123,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     whole = Whole(recording, conditioned, part.receivers)
     corrected, paths, track = whole.corrected(motion.corrected, part.faults), whole.paths(motion.paths), motion.track
     warnings = [*before, *motion.warnings]
+    # every rejected receiver refuses the run, for the track needs all of them, unless it goes on without
     reasons = {k: f"receiver {k + 1}: {c.reason}" for k, c in enumerate(corrected.channels) if c.verdict == "rejected"}
     # what is no receiver first: without it, its neighbours are hard to judge
     left_out = [reasons.pop(number) for number, fault in enumerate(part.faults) if fault]
@@ -140,6 +143,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
             track = _unknown(track)
     bounces, budget = Bounces(), None
     if track is not None and not rejected:
+        # the joint estimate knows the speeds at an impact from all samples; a track has them from its flights
         bounces = motion.bounces or _bounces_of(track, segment, setup, rate_hz)
         # without a rest the zero of L is assumed: no uncertainty of a calibration means anything then
         if segment.has_rest:
@@ -237,12 +241,14 @@ def _measure(
 
 
 def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) -> Bounces:
+    # a normal that is a default is no statement about this floor
     given = "normal" in setup.floor.model_fields_set
     normal = setup.floor.normal if given else None
     return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg)
 
 
 def _check(recording: Recording, setup: Setup) -> None:
+    # a pair too many or too few would give every receiver another one's geometry
     if recording.n_receivers != setup.n_receivers or len(recording.digitisation.channel_names) % 2:
         names = ", ".join(recording.digitisation.channel_names)
         raise ProcessingError(
@@ -264,6 +270,7 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
             f"{lost} samples of each channel were lost in {many} gap{'s' if many > 1 else ''}: only one stretch "
             "between gaps is used, nothing is computed across a gap"
         )
+    # only changes of path are measured: the release position is where the track is laid
     if setup.n_receivers >= LEAST_RECEIVERS and "release_position_m" not in setup.tracer.model_fields_set:
         place = ", ".join(f"{x:g}" for x in setup.tracer.release_position_m)
         warnings.append(f"the setup gives no tracer.release_position_m: ({place}) m is assumed")

@@ -41,6 +41,7 @@ class Part:
     @property
     def conditioned(self) -> Conditioned:
         """Their signals."""
+        # the same object: what was found once is not copied
         return self.whole if not any(self.faults) else self.whole.of_receivers(self.receivers)
 
     @property

@@ -139,7 +139,7 @@ def test_however_many_samples_there_are_a_curve_has_a_thousand_points_and_the_pl
     curves = take_curves(drop_result(rate_hz=rate_hz, seconds=1.6))
     assert curves is not None
     assert 900 < len(curves.receivers[0].raw.i.x) < 1100
-    assert 2000 < len(curves.receivers[0].plane.x) <= 2500
+    assert 2000 < len(curves.receivers[0].corrected.plane.x) <= 2500
 
 
 def test_axis_prefixes_follow_the_size_of_the_values() -> None:

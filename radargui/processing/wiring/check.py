@@ -1,5 +1,6 @@
 """The wiring check: channels to antennas, then the direction of each pair, then sentences and settings."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -89,26 +90,21 @@ class WiringReport:
     @property
     def corrects(self) -> bool:
         """Whether other settings are proposed."""
-        return self.channels is not None or self.phase_sign is not None
+        return bool(self._proposed())
 
     def settings(self) -> tuple[str, ...]:
         """Return the proposed settings as lines of a setup file."""
-        lines = []
-        if self.channels is not None:
-            names = ", ".join(f'"{channel}"' for channel in self.channels)
-            lines.append(f"daq.channels = [{names}]")
-        if self.phase_sign is not None:
-            lines.append(f"radar.phase_sign = {self.phase_sign}")
-        return tuple(lines)
+        return tuple(f"{table}.{key} = {json.dumps(value)}" for (table, key), value in self._proposed().items())
 
     def corrected(self, setup: Setup) -> Setup:
         """Return the setup with the proposed settings."""
-        if self.channels is not None:
-            setup = setup.model_copy(update={"daq": setup.daq.model_copy(update={"channels": self.channels})})
-        if self.phase_sign is not None:
-            radar = setup.radar.model_copy(update={"phase_sign": self.phase_sign})
-            setup = setup.model_copy(update={"radar": radar})
+        for (table, key), value in self._proposed().items():
+            setup = setup.model_copy(update={table: getattr(setup, table).model_copy(update={key: value})})
         return setup
+
+    def _proposed(self) -> dict[tuple[str, str], object]:
+        settings = {("daq", "channels"): self.channels, ("radar", "phase_sign"): self.phase_sign}
+        return {place: value for place, value in settings.items() if value is not None}
 
 
 def check_wiring(samples: WiringSamples, setup: Setup) -> WiringReport:

@@ -38,8 +38,9 @@ class Bar(Progress):
     """
 
     def __init__(self, *columns: ProgressColumn, description: str = "", total: float | None = None) -> None:
-        console, hidden = Console(stderr=True), not sys.stderr.isatty()
-        super().__init__(*columns, console=console, transient=True, redirect_stdout=False, disable=hidden)
+        # lines of stdout come above the bar where both are on the terminal; elsewhere they stay what they are
+        above, hidden = sys.stdout.isatty(), not sys.stderr.isatty()
+        super().__init__(*columns, console=Console(stderr=True), transient=True, redirect_stdout=above, disable=hidden)
         self.shown = self.add_task(description, total=total)
 
     def say(self, text: str, *, err: bool = False) -> None:

@@ -37,7 +37,7 @@ def workers_ignoring_interrupts() -> Iterator[None]:
         if is_main:
             signal.signal(signal.SIGINT, handler)
         for name in _ONE_THREAD:
-            del os.environ[name]
+            os.environ.pop(name, None)
         os.environ.update(kept)
 
 

@@ -126,8 +126,7 @@ def _work_on(task: BatchTask, progress: Callable[[float], None] | None) -> Batch
         )
     setup = changed(task.setup or own_setup(task.run), task.changes, "command line")
     to = task.tables
-    is_current = results_are_current(task.run, setup) if to is None else to.are_current(to.folder, setup)
-    if is_current and not task.force:
+    if not task.force and (to.are_current(to.folder, setup) if to else results_are_current(task.run, setup)):
         return BatchOutcome(task.run, "skipped")
     result = process(read_for_processing(task.run), setup, progress, front_ends=read_prior(task.run))
     if to is None:

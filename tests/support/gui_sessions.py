@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import functools
+import tempfile
 from datetime import datetime
 from pathlib import Path
 
+import h5py
 from support.stored_runs import SETUP
 
 from radargui.experiment.reprocess import process_run
@@ -17,18 +20,29 @@ def make_session(data_folder: Path, day: int, *, n_runs: int = 1, finish: bool =
     """Write a session of May 2026 with runs of one drop (e = 0.5) and return its folder; not locked any more."""
     now = datetime.fromisoformat(f"2026-05-{day:02d}T10:00:00+02:00")
     session = Session.create(data_folder, SETUP, now=now, **said)
+    for number in range(1, n_runs + 1):
+        path = session.path / f"run-{number:04d}.h5"
+        path.write_bytes(_run(finish))
+        with h5py.File(path, "r+") as file:
+            file.attrs["started_at"] = now.isoformat()
+    session.close()
+    return session.path
+
+
+@functools.cache
+def _run(finish: bool) -> bytes:
+    """Return the file of a run, processed or as a crash leaves it; made once, processing takes a second."""
     recording, _ = simulate_recording(SETUP)
-    for _ in range(n_runs):
+    with tempfile.TemporaryDirectory() as folder:
+        now = datetime.fromisoformat("2026-05-01T10:00:00+02:00")
+        session = Session.create(Path(folder), SETUP, now=now)
         writer = session.new_run(recording.digitisation, started_at=now.isoformat(), trigger_index=None)
         writer.write(Block(recording.raw, 0))
         writer.close()
         if finish:
             process_run(writer.path)
         else:
-            # as a crash leaves it
-            import h5py
-
             with h5py.File(writer.path, "r+") as file:
                 file.attrs["complete"] = False
-    session.close()
-    return session.path
+        session.close()
+        return writer.path.read_bytes()

@@ -108,14 +108,16 @@ class Group(QGroupBox):
         self.rows.setVerticalSpacing(4)
         self.rows.setContentsMargins(8, 6, 8, 8)
 
-    def row(self, words: str, field: QWidget, tip: str = "") -> None:
-        """Add a field; `words` names it with its unit."""
+    def row(self, words: str, field: QWidget, tip: str = "", fault: QWidget | None = None) -> None:
+        """Add a field; `words` names it with its unit, and what is wrong with it stands beneath."""
         label = QLabel(words)
         label.setBuddy(field)
         label.setToolTip(tip)
         field.setToolTip(tip)
         field.setAccessibleName(words)
         self.rows.addRow(label, field)
+        if fault is not None:
+            self.rows.addRow(fault)
 
     def whole(self, widget: QWidget) -> None:
         """Add a widget over the whole width."""
@@ -161,7 +163,20 @@ class PlainLabel(QLabel):
             self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
 
-class FaultText(PlainLabel):
+class Answer(PlainLabel):
+    """Words that take no room while there are none."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.hide()
+
+    def say(self, text: str) -> None:
+        """Show words; an empty text: there are none."""
+        self.setText(text)
+        self.setVisible(bool(text))
+
+
+class FaultText(Answer):
     """What is wrong with a field, beneath it; nothing while it is right."""
 
     def __init__(self, theme: Theme) -> None:
@@ -169,12 +184,6 @@ class FaultText(PlainLabel):
         self._theme = theme
         theme.changed.connect(self._paint)
         self._paint()
-        self.hide()
-
-    def say(self, text: str) -> None:
-        """Show what is wrong; an empty text: nothing is."""
-        self.setText(text)
-        self.setVisible(bool(text))
 
     def _paint(self) -> None:
         self.setStyleSheet(f"color: {self._theme.colours.alarm}; font-weight: bold;")

@@ -20,8 +20,8 @@ class Colours:
 
     Attributes
     ----------
-    window, base, text, faint, line, accent
-        Surfaces, writing, grid and selection.
+    window, base, raised, text, faint, line, accent, on_accent
+        Surfaces, writing, grid, selection and what is written on it.
     i, q
         The two voltages of a receiver.
     receivers
@@ -41,6 +41,7 @@ class Colours:
     faint: str
     line: str
     accent: str
+    on_accent: str
     i: str
     q: str
     receivers: Sequence[str]
@@ -60,7 +61,8 @@ class Colours:
         return str(colour[int(number)] if number else colour)
 
 
-LIGHT, DARK = (Colours(**window_table("colours")[look]) for look in ("light", "dark"))
+_TABLE = window_table("colours")
+LIGHT, DARK = (Colours(**_TABLE[look]) for look in ("light", "dark"))
 
 
 class Theme(QObject):
@@ -111,32 +113,11 @@ class Theme(QObject):
 
 def palette(colours: Colours) -> QPalette:
     """Return the widget palette of a look."""
-    role = QPalette.ColorRole
-    plain = {
-        role.Window: colours.window,
-        role.WindowText: colours.text,
-        role.Base: colours.base,
-        role.AlternateBase: colours.window,
-        role.Text: colours.text,
-        role.Button: colours.raised,
-        role.ButtonText: colours.text,
-        role.ToolTipBase: colours.raised,
-        role.ToolTipText: colours.text,
-        role.PlaceholderText: colours.faint,
-        role.BrightText: colours.alarm,
-        role.Highlight: colours.accent,
-        role.HighlightedText: "#ffffff" if colours is LIGHT else "#10141a",
-        role.Link: colours.accent,
-        role.LinkVisited: colours.accent,
-        role.Accent: colours.accent,
-    }
-    made = QPalette(QColor(colours.raised), QColor(colours.window))
-    for key, value in plain.items():
-        made.setColor(key, QColor(value))
-    for key in (role.WindowText, role.Text, role.ButtonText, role.HighlightedText):
-        made.setColor(QPalette.ColorGroup.Disabled, key, QColor(colours.faint))
-    made.setColor(QPalette.ColorGroup.Disabled, role.Base, QColor(colours.window))
-    made.setColor(QPalette.ColorGroup.Disabled, role.Highlight, QColor(colours.line))
+    made, off = QPalette(QColor(colours.raised), QColor(colours.window)), QPalette.ColorGroup.Disabled
+    for name, role in _TABLE["palette"].items():
+        made.setColor(QPalette.ColorRole[name], QColor(colours.role(role)))
+    for name, role in _TABLE["disabled"].items():
+        made.setColor(off, QPalette.ColorRole[name], QColor(colours.role(role)))
     return made
 
 

@@ -102,8 +102,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Add an empty set of symbols."""
         points = pg.PlotDataItem(pen=None, symbol=symbol, symbolSize=size)
         self.addItem(points)
-        self._pens.append((points, role, False))
-        self._paint(points, role, dashed=False)
+        self._follow(points, role, dashed=False)
         return points
 
     def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:

@@ -157,14 +157,10 @@ class RunModel(RowModel[RunEntry]):
         """Add an entry, or replace the one of the same file; return its row."""
         for row, old in enumerate(self.entries):
             if old.path == entry.path:
-                self.entries[row] = replace(
-                    entry,
-                    started_at=entry.started_at or old.started_at,
-                    rejected=old.rejected if entry.rejected is None else entry.rejected,
-                    agreement=entry.agreement or old.agreement,
-                    health=entry.health or old.health,
-                    origin=entry.origin or old.origin,
-                )
+                names = ("started_at", "agreement", "health", "origin")
+                known: dict[str, Any] = {name: getattr(entry, name) or getattr(old, name) for name in names}
+                rejected = old.rejected if entry.rejected is None else entry.rejected
+                self.entries[row] = replace(entry, rejected=rejected, **known)
                 self._recount()
                 return row
         row = bisect_left([_place(one) for one in self.entries], _place(entry))

@@ -50,18 +50,15 @@ class RawForm(Group):
         self.row("Header [bytes]", self.header, "Bytes before the first sample")
         self.row("Skip [samples]", self.skip, "Samples of each column left out at the beginning")
         self.faults = {"scale": FaultText(theme), "offset": FaultText(theme)}
-        self.row("Scale [V]", self.scale, "Volts of one step: volts = offset + scale x number")
-        self.whole(self.faults["scale"])
-        self.row("Offset [V]", self.offset, "Volts of the number 0")
-        self.whole(self.faults["offset"])
+        tip = "Volts of one step: volts = offset + scale x number"
+        self.row("Scale [V]", self.scale, tip, self.faults["scale"])
+        self.row("Offset [V]", self.offset, "Volts of the number 0", self.faults["offset"])
         self.whole(self.plot)
         self.whole(self.words)
-        for combo in (self.kind, self.order):
-            combo.currentIndexChanged.connect(lambda _index: self.changed.emit())
-        for box in (self.columns, self.header, self.skip):
-            box.valueChanged.connect(lambda _value: self.changed.emit())
-        for field in (self.scale, self.offset):
-            field.textChanged.connect(lambda _text: self.changed.emit())
+        chosen = (self.kind.currentIndexChanged, self.order.currentIndexChanged)
+        counted = (box.valueChanged for box in (self.columns, self.header, self.skip))
+        for changed in (*chosen, *counted, self.scale.textChanged, self.offset.textChanged):
+            changed.connect(lambda _value: self.changed.emit())
         self._ranges: tuple[str, ...] = ()
         self._curves: list[Any] = []
 
@@ -77,12 +74,10 @@ class RawForm(Group):
         try:
             layout = parse_raw_layout(",".join(parts))
         except UsageError as error:
+            layout = None
             key, _, said = error.message.removeprefix("--raw: ").partition(" = ")
-            for name, fault in self.faults.items():
-                fault.say(f"{name.capitalize()}: {said}" if name == key else "")
-            return None
-        for fault in self.faults.values():
-            fault.say("")
+        for name, fault in self.faults.items():
+            fault.say(f"{name.capitalize()}: {said}" if layout is None and name == key else "")
         return layout
 
     def show_preview(self, columns: FloatArray, rate_hz: float | None) -> None:

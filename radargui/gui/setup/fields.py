@@ -255,9 +255,8 @@ class SetupForm(Group):
 
     def _add(self, field: _F, *beside: QWidget) -> _F:
         words = words_of(field.key)
-        self.row(words.label, side_by_side(field, *beside) if beside else field, words.tip)
+        self.row(words.label, side_by_side(field, *beside) if beside else field, words.tip, field.changed.fault)
         field.setAccessibleName(words.label)
-        self.whole(field.changed.fault)
         return field
 
 

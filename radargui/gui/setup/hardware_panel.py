@@ -108,8 +108,7 @@ class ReplayForm(Group):
         self._line.setObjectName("replay.file")
         self.fault = fault = FaultText(theme)
         self._line.textChanged.connect(lambda _text: fault.say(""))
-        self.row("File", side_by_side(self._line, button("Choose…", self._browse)))
-        self.whole(self.fault)
+        self.row("File", side_by_side(self._line, button("Choose…", self._browse)), fault=fault)
         self.whole(PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …"))
 
     @property

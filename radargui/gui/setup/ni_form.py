@@ -6,7 +6,7 @@ from typing import Any
 from PySide6.QtWidgets import QFileDialog
 
 from radargui.gui.background import Jobs
-from radargui.gui.layout import Choice, PlainLabel, button
+from radargui.gui.layout import Answer, Choice, button
 from radargui.gui.setup.fields import SetupForm
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
@@ -52,8 +52,7 @@ class NiForm(SetupForm):
         self.found.setVisible(False)
         self.found.activated.connect(self._take)
         self.button = button("Find devices", self.search)
-        self.answer = PlainLabel()
-        self.answer.setVisible(False)
+        self.answer, self.checked = Answer(), Answer()
         for part in (self.button, self.found, self.answer):
             self.whole(part)
         self.texts("daq.channels", optional=True, hint="ai0, ai1, …")
@@ -64,8 +63,6 @@ class NiForm(SetupForm):
         tip = "Tries it on the device without sampling, and says what will be in force"
         self.check_button = button("Check this setup", self.try_out, tip)
         self.whole(self.check_button)
-        self.checked = PlainLabel()
-        self.checked.setVisible(False)
         self.whole(self.checked)
         model.changed.connect(self._setup_changed)
         model.changed.connect(self._show_start)
@@ -101,7 +98,7 @@ class NiForm(SetupForm):
         """Look for devices without holding up the window."""
         remote, certificate = self._text("daq.remote"), self._text("daq.remote_certificate")
         self.button.setEnabled(False)
-        self._say("Searching for devices …")
+        self.answer.say("Searching for devices …")
         find = self._find
         self._jobs.start("the search for devices", lambda: find(remote, certificate), self._show, self._fail)
 
@@ -109,26 +106,22 @@ class NiForm(SetupForm):
         """Try the setup on its device without holding up the window."""
         setup, check = self._model.setup, self.check
         self.check_button.setEnabled(False)
-        self._show_check("Asking the device …")
+        self.checked.say("Asking the device …")
         self._jobs.start("the check of the setup", lambda: check(setup), self._passed, self._refused)
 
     def _passed(self, found: Any) -> None:
         lines = (f"{what.capitalize()}: {how}" for what, how in found.lines)
-        self._show_check("\n".join((f"The setup works on {found.device.title}.", *lines)))
+        self.checked.say("\n".join((f"The setup works on {found.device.title}.", *lines)))
         self.check_button.setEnabled(self._model.valid)
 
     def _refused(self, error: BaseException) -> None:
-        self._show_check(str(error) or type(error).__name__)
+        self.checked.say(str(error) or type(error).__name__)
         self.check_button.setEnabled(self._model.valid)
 
     def _setup_changed(self) -> None:
         # what was found is about another setup
-        self.checked.setVisible(False)
+        self.checked.say("")
         self.check_button.setEnabled(self._model.valid)
-
-    def _show_check(self, text: str) -> None:
-        self.checked.setText(text)
-        self.checked.setVisible(True)
 
     def _browse(self) -> None:
         name, _ = QFileDialog.getOpenFileName(self, "Certificate of the device server", "", CERTIFICATES)
@@ -146,9 +139,9 @@ class NiForm(SetupForm):
             self.found.addItem(describe_device(device), device.name)
         self.found.setVisible(bool(devices))
         if not devices:
-            self._say("No device found. Is it plugged in and powered, and does NI MAX show it?")
+            self.answer.say("No device found. Is it plugged in and powered, and does NI MAX show it?")
             return
-        self._say(f"{len(devices)} device{'s' if len(devices) > 1 else ''} found: choose one.")
+        self.answer.say(f"{len(devices)} device{'s' if len(devices) > 1 else ''} found: choose one.")
         index = self.found.findData(self._model.value("daq.device"))
         self.found.setCurrentIndex(max(index, 0))
         if len(devices) == 1:
@@ -157,14 +150,10 @@ class NiForm(SetupForm):
     def _fail(self, error: BaseException) -> None:
         self.button.setEnabled(True)
         self.found.setVisible(False)
-        self._say(str(error) or type(error).__name__)
+        self.answer.say(str(error) or type(error).__name__)
 
     def _take(self, index: int) -> None:
         self._model.assign("daq.device", self.found.itemData(index))
-
-    def _say(self, text: str) -> None:
-        self.answer.setText(text)
-        self.answer.setVisible(True)
 
 
 def describe_device(device: Any) -> str:

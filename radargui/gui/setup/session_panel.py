@@ -38,8 +38,7 @@ class SessionPanel(QWidget):
         self._folder.textChanged.connect(lambda _text: fault.say(""))
         self._folder.textChanged.connect(lambda _text: self.folder_changed.emit())
         self._choose = button("Choose…", self._browse)
-        group.row("Data folder", side_by_side(self._folder, self._choose), "A new session makes its folder here")
-        group.whole(fault)
+        group.row("Data folder", side_by_side(self._folder, self._choose), "A new session makes its folder here", fault)
         self._operator = self._line("operator", operator)
         self._sample, self._target = self._line("sample"), self._line("target")
         for field, words, tip in (

@@ -122,38 +122,33 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             return
         for item in self._fixed:
             self.removeItem(item)
-        lines, words = [], []
         low, high = space.low_mm, space.high_mm
-        for x in np.arange(np.ceil(low[0] / _GRID_MM), np.floor(high[0] / _GRID_MM) + 1) * _GRID_MM:
-            lines += [(x, low[1], space.floor_mm), (x, high[1], space.floor_mm)]
-        for y in np.arange(np.ceil(low[1] / _GRID_MM), np.floor(high[1] / _GRID_MM) + 1) * _GRID_MM:
-            lines += [(low[0], y, space.floor_mm), (high[0], y, space.floor_mm)]
-        grid = gl.GLLinePlotItem(
-            pos=np.array(lines, dtype=np.float32), color=self._rgba("line", 0.8), mode="lines", glOptions="translucent"
-        )
-        corner = np.array([low[0], low[1], space.floor_mm])
-        axes, ticks = [], []
+        corner, unit = np.array([low[0], low[1], space.floor_mm]), np.eye(3)
+        lines, axes, words = [], [], []
+        for along, across in ((0, 1), (1, 0)):
+            for value in _multiples(low[along], high[along], _GRID_MM):
+                ends = np.array([corner, corner])
+                ends[:, along] = value
+                ends[1, across] = high[across]
+                lines += list(ends)
         for axis, name in enumerate("xyz"):
-            end = corner.copy()
-            end[axis] = high[axis]
+            end = corner + (high[axis] - corner[axis]) * unit[axis]
+            outwards = np.array([1.0, 1.0, 0.0]) * (1.0 - unit[axis])
             axes += [corner, end]
-            words.append((end + 12.0 * np.eye(3)[axis], f"{name} [mm]"))
-            for value in np.arange(np.ceil(corner[axis] / 100.0), np.floor(high[axis] / 100.0) + 1) * 100.0:
-                place = corner.copy()
-                place[axis] = value
-                aside = place - 6.0 * (np.array([1.0, 1.0, 0.0]) - np.eye(3)[axis] * [1.0, 1.0, 0.0])
-                ticks += [place, aside]
-                words.append((place - 26.0 * (np.array([1.0, 1.0, 0.0]) - np.eye(3)[axis] * [1, 1, 0]), f"{value:.0f}"))
-        centre = np.zeros(3)
+            words.append((end + 12.0 * unit[axis], f"{name} [mm]"))
+            for value in _multiples(corner[axis], high[axis], 100.0):
+                place = corner + (value - corner[axis]) * unit[axis]
+                axes += [place, place - 6.0 * outwards]
+                words.append((place - 26.0 * outwards, f"{value:.0f}"))
         reach = 0.5 * float(space.size_mm.max())
         for name, direction in space.antennas:
-            axes += [centre + 0.93 * reach * direction, centre + 1.05 * reach * direction]
-            words.append((centre + 1.1 * reach * direction, name))
-        frame = gl.GLLinePlotItem(
-            pos=np.array(axes + ticks, dtype=np.float32),
-            color=self._rgba("faint"),
-            mode="lines",
-            glOptions="translucent",
+            axes += [0.93 * reach * direction, 1.05 * reach * direction]
+            words.append((1.1 * reach * direction, name))
+        grid, frame = (
+            gl.GLLinePlotItem(
+                pos=np.array(points, dtype=np.float32), color=colour, mode="lines", glOptions="translucent"
+            )
+            for points, colour in ((lines, self._rgba("line", 0.8)), (axes, self._rgba("faint")))
         )
         self._fixed = [grid, frame, *(self._label(place, text) for place, text in words)]
         for item in self._fixed:
@@ -162,6 +157,10 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
     def _label(self, place: FloatArray, text: str) -> Any:
         font = QFont(self.font())
         return gl.GLTextItem(pos=place, text=text, color=QColor(self._theme.colours.faint), font=font)
+
+
+def _multiples(low: float, high: float, step: float) -> FloatArray:
+    return np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
 
 
 def _spaced(points: Points) -> Points:

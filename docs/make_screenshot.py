@@ -73,9 +73,11 @@ def take(window: MainWindow, application: QApplication, output: Path) -> None:
     # a run that is done, and one whose result is preliminary
     window.actions_.record.trigger()
     wait(application, lambda: window.control.state is AppState.DONE)
+    preliminary: list[object] = []
+    window.control.run_preliminary.connect(preliminary.append)
     window.bar.runs.setValue(3)
     window.actions_.record.trigger()
-    wait(application, lambda: window.control.has_preliminary)
+    wait(application, lambda: bool(preliminary))
     wait(application, lambda: not window.track.result_shown and falling(window))
     application.processEvents()
     save(picture_of(window), output)

@@ -7,14 +7,13 @@ import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import TracebackType
-from typing import Literal, TextIO
+from typing import Any, Literal
 
 from PySide6.QtCore import QMessageLogContext, QObject, Qt, QTimer, QtMsgType, Signal, qInstallMessageHandler
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from radargui.gui.background import Mailbox
 from radargui.gui.layout import Strip, button, fill, take_out
@@ -154,15 +153,8 @@ class Hooks:
             self._board.post_error(arguments.exc_value)
 
     def _of_library(
-        self,
-        message: Warning | str,
-        category: type[Warning],
-        filename: str,
-        lineno: int,
-        file: TextIO | None = None,
-        line: str | None = None,
+        self, message: Warning | str, category: type[Warning], filename: str, lineno: int, *_more: Any, **_named: Any
     ) -> None:
-        del file, line
         text = " ".join(str(message).split())
         if self._is_new(f"{category.__name__}: {text}"):
             _log.warning("%s:%d: %s: %s", filename, lineno, category.__name__, text)
@@ -226,19 +218,11 @@ class NoticeStrip(QWidget):
 
     def _row(self, notice: Notice) -> Strip:
         whole = "\n".join(filter(None, (notice.text, notice.details)))
-        copy = _small("Copy", lambda: QGuiApplication.clipboard().setText(whole), "Copy the text with its details")
-        row = Strip(self._theme, _EDGES[notice.level], copy, _small("Dismiss", lambda: self._board.dismiss(notice)))
+        copy = button("Copy", lambda: QGuiApplication.clipboard().setText(whole), "Copy the text with its details")
+        row = Strip(self._theme, _EDGES[notice.level], copy, button("Dismiss", lambda: self._board.dismiss(notice)))
         times = f" ({notice.count} times)" if notice.count > 1 else ""
         row.words.setText(f"{_WORDS[notice.level]}{times}: {notice.text}")
         row.words.setTextInteractionFlags(
             Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
         )
         return row
-
-
-def _small(words: str, does: Callable[[], None], tip: str = "") -> QToolButton:
-    made = QToolButton()
-    made.setText(words)
-    made.setToolTip(tip)
-    made.clicked.connect(does)
-    return made

@@ -20,6 +20,15 @@ _MOST_POINTS = 34.0
 _LEAST_POINTS = 11.0
 """Where even these are too large the end is cut, and told by the tool tip."""
 
+_ROLES = {
+    AppState.DONE: "good",
+    AppState.RECORDING: "alarm",
+    AppState.FAILED: "alarm",
+    AppState.ARMED: "mark",
+    AppState.IDLE: "idle",
+}
+"""Colours of the states; all others are busy."""
+
 
 @dataclass(frozen=True, slots=True)
 class RunWords:
@@ -144,7 +153,7 @@ class StateView(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colours = self._theme.colours
-        colour = QColor(self._colour())
+        colour = QColor(colours.role(_ROLES.get(self._state, "busy")))
         frame = self.rect().adjusted(2, 4, -2, -4)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(colours.base))
@@ -177,17 +186,3 @@ class StateView(QWidget):
                 break
             points -= 1.0
         return font
-
-    def _colour(self) -> str:
-        colours = self._theme.colours
-        match self._state:
-            case AppState.DONE:
-                return colours.good
-            case AppState.RECORDING | AppState.FAILED:
-                return colours.alarm
-            case AppState.ARMED:
-                return colours.mark
-            case AppState.IDLE:
-                return colours.idle
-            case _:
-                return colours.busy

@@ -69,7 +69,6 @@ class RunControl(QObject):
         self.waits_for = ""
         self.kept = 0
         """Runs recorded since Record was asked for, without those that were set aside."""
-        self.has_preliminary = False
         self.had_source = False
         """Whether what failed last had a source by then: else it could not be made, a file not be read."""
         self._mailbox = Mailbox(self)
@@ -298,7 +297,6 @@ class RunControl(QObject):
         self._pulled = self._next = None
         self.waits_for, self.kept, self._continuous = "", 0, False
         self.backlog = Backlog()
-        self.has_preliminary = False
         self._enter(AppState.STARTING)
 
     def _launch(self, work: Callable[[WorkerState], None], what: str) -> None:
@@ -324,7 +322,7 @@ class RunControl(QObject):
         elif event.kind is EventKind.STATE and n_runs:
             state.put(run_number=min(event.number, n_runs))
         elif event.kind is EventKind.PRELIMINARY:
-            self._post(state, self._preliminary, event.run)
+            self._post(state, self.run_preliminary.emit, event.run)
         elif event.kind is EventKind.RECORDED and event.run is not None:
             self._post(state, self._taken, (event.run, card_of(event.run)))
         elif event.kind is EventKind.WARNING and event.state is not ExperimentState.PROCESSING:
@@ -350,16 +348,11 @@ class RunControl(QObject):
         # another one is recorded in place of a rejected one, unless that was the last and all is over
         self.n_runs += self.state.running and self.state is not AppState.PROCESSING
 
-    def _preliminary(self, recorded: RecordedRun) -> None:
-        self.has_preliminary = True
-        self.run_preliminary.emit(recorded)
-
     def _taken(self, taken: tuple[RecordedRun, RunCard]) -> None:
         self.backlog.take(taken[0])
         self.run_taken.emit(*taken)
 
     def _recorded(self, recorded: RecordedRun) -> None:
-        self.has_preliminary = False
         self.backlog.drop(recorded)
         self.kept += recorded.path is not None and not recorded.set_aside
         self.run_recorded.emit(recorded)

@@ -29,11 +29,6 @@ class Envelope:
         self._seen = np.full(self._capacity, -1, dtype=np.int64)
         self.end = 0
 
-    @property
-    def start(self) -> int:
-        """Index from which samples are still needed to be up to date."""
-        return max(self.end, 0)
-
     def push(self, first_index: int, samples: FloatArray) -> None:
         """Take samples (n_channels, n) from absolute index `first_index` on; NaN were lost."""
         count = samples.shape[1]

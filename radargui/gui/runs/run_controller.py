@@ -132,7 +132,7 @@ class RunController(QObject):
             lambda task: _report_session(session, task),
             self._reported,
             self._report_failed,
-            lambda: self._runs.report_ended(None),
+            self._runs.report_ended,
         )
 
     def ask_export(self) -> None:
@@ -261,12 +261,11 @@ class RunController(QObject):
             self._runs.report_ended(report)
 
     def _reported(self, report: Report) -> None:
-        html = report.html
-        self._runs.report_ended(html)
-        self._board.post("info", f"Report written: {html.parent}")
+        self._runs.report_ended(report.html)
+        self._board.post("info", f"Report written: {report.html.parent}")
 
     def _report_failed(self, error: BaseException) -> None:
-        self._runs.report_ended(None)
+        self._runs.report_ended()
         self._board.post_error(error)
 
     def _not_shown(self, name: str, error: BaseException) -> None:

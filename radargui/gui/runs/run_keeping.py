@@ -59,30 +59,13 @@ class RunKeeping(QObject):
 
     @property
     def words(self) -> RunWords:
-        """What the banner calls the runs."""
-        return RunWords(self._coming, self._computed, self._news)
-
-    @property
-    def _news(self) -> str:
-        """What is known of the runs so far: a number and what belongs to it, never of two runs as if of one."""
-        last = self._control.backlog.last_recorded
-        entry = None if last is None else self._runs.model.entry_of(last)
-        if entry is None or last == self._of_result:
-            return self.last_result
-        return "; ".join(filter(None, (f"{entry.called} recorded", self.last_result)))
-
-    @property
-    def _coming(self) -> str:
-        model = self._runs.model
-        if self._control.kind == "replay":
-            return f"replay {model.n_replays + 1}"
-        return f"drop {model.n_drops + 1}"
-
-    @property
-    def _computed(self) -> str:
-        path = self._control.backlog.computed
-        entry = None if path is None else self._runs.model.entry_of(path)
-        return entry.called if entry is not None else ""
+        """What the banner calls the runs; its news are a number and what belongs to it, never of two runs as of one."""
+        model, backlog, news = self._runs.model, self._control.backlog, self.last_result
+        coming = f"replay {model.n_replays + 1}" if self._control.kind == "replay" else f"drop {model.n_drops + 1}"
+        computed, last = (model.entry_of(path) for path in (backlog.computed, backlog.last_recorded))
+        if last is not None and last.path != self._of_result:
+            news = "; ".join(filter(None, (f"{last.called} recorded", news)))
+        return RunWords(coming, computed.called if computed else "", news)
 
     def _forget(self) -> None:
         self._health.show_run("")

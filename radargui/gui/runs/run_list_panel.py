@@ -104,7 +104,7 @@ class RunListPanel(QWidget):
         self._report_busy = True
         self._refresh_buttons()
 
-    def report_ended(self, file: Path | None) -> None:
+    def report_ended(self, file: Path | None = None) -> None:
         """The report is there, or it failed."""
         self._report_busy = False
         self._report_file = file or self._report_file

@@ -210,8 +210,8 @@ class RunModel(RowModel[RunEntry]):
         """The last run that counts."""
         return next((entry for entry in reversed(self.entries) if not entry.rejected), None)
 
-    def entry_of(self, path: Path) -> RunEntry | None:
-        """Return the entry of a file."""
+    def entry_of(self, path: Path | None) -> RunEntry | None:
+        """Return the entry of a file; None where there is no such file."""
         return next((entry for entry in self.entries if entry.path == path), None)
 
     def cell(self, entry: RunEntry, column: int, role: int) -> Any:

@@ -167,7 +167,7 @@ class ScopePanel(QWidget):
         envelope = self._envelope_for(feed)
         if feed.ring.latest == envelope.end:
             return
-        span = feed.ring.since(max(envelope.start, feed.ring.latest - feed.samples(self.window_s)))
+        span = feed.ring.since(max(envelope.end, feed.ring.latest - feed.samples(self.window_s)))
         envelope.push(span.first_index, span.volts)
         index, pairs, lost = envelope.view()
         time_s = (index - envelope.end) / feed.rate_hz

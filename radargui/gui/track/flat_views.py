@@ -47,11 +47,10 @@ class HeightPlot(Plot):
             self._live = True
             self.setMouseEnabled(x=False, y=False)
             self.relabel(self._live_words)
-            self._fit.setData([], [])
-            self._impacts.setData([], [])
+            self._clear()
             self.setXRange(-self._live_s, 0.0, padding=0)
         if track is None:
-            self._curve.setData([], [])
+            self._clear()
             return
         self._curve.setData(track.time_s, track.position_mm[2])
         self._fit_height(track)
@@ -60,9 +59,8 @@ class HeightPlot(Plot):
         """Draw a run with impacts and fit."""
         self._live = False
         self.setMouseEnabled(x=True, y=True)
+        self._clear()
         if track is None:
-            for item in (self._curve, self._fit, self._impacts):
-                item.setData([], [])
             return
         self.relabel(f"time after {track.zero} [s]")
         height_mm = track.position_mm[2]
@@ -72,6 +70,10 @@ class HeightPlot(Plot):
         self._impacts.setData(track.impact_time_s, track.impact_mm[2])
         self.setXRange(float(track.time_s[0]), float(track.time_s[-1]), padding=0.01)
         self._fit_height(track)
+
+    def _clear(self) -> None:
+        for item in (self._curve, self._fit, self._impacts):
+            item.setData([], [])
 
     def _fit_height(self, track: ShownTrack | None) -> None:
         if self._space is None:

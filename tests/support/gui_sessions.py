@@ -18,23 +18,24 @@ from radargui.sources.simulated import simulate_recording
 
 def make_session(data_folder: Path, day: int, *, n_runs: int = 1, finish: bool = True, **said: str) -> Path:
     """Write a session of May 2026 with runs of one drop (e = 0.5) and return its folder; not locked any more."""
-    now = datetime.fromisoformat(f"2026-05-{day:02d}T10:00:00+02:00")
+    now = _ten_o_clock(day)
     session = Session.create(data_folder, SETUP, now=now, **said)
     for number in range(1, n_runs + 1):
-        path = session.path / f"run-{number:04d}.h5"
-        path.write_bytes(_run(finish))
-        with h5py.File(path, "r+") as file:
-            file.attrs["started_at"] = now.isoformat()
+        (session.path / f"run-{number:04d}.h5").write_bytes(_run(day, finish))
     session.close()
     return session.path
 
 
+def _ten_o_clock(day: int) -> datetime:
+    return datetime.fromisoformat(f"2026-05-{day:02d}T10:00:00+02:00")
+
+
 @functools.cache
-def _run(finish: bool) -> bytes:
+def _run(day: int, finish: bool) -> bytes:
     """Return the file of a run, processed or as a crash leaves it; made once, processing takes a second."""
     recording, _ = simulate_recording(SETUP)
+    now = _ten_o_clock(day)
     with tempfile.TemporaryDirectory() as folder:
-        now = datetime.fromisoformat("2026-05-01T10:00:00+02:00")
         session = Session.create(Path(folder), SETUP, now=now)
         writer = session.new_run(recording.digitisation, started_at=now.isoformat(), trigger_index=None)
         writer.write(Block(recording.raw, 0))

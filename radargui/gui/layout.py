@@ -207,7 +207,7 @@ class Strip(QFrame):
         self.words = PlainLabel()
         # as high as its words need at the width there is, not at the one that a label would like
         self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        fill(QHBoxLayout(self), (self.words, 1), *buttons, margins=(8, 4, 4, 4), spacing=6)
+        fill(QHBoxLayout(self), (self.words, 1), *buttons, margins=(8, 2, 4, 2), spacing=6)
         theme.changed.connect(self._paint)
         self._paint()
         self.hide()

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QItemSelection, QRect, Qt, QUrl, Signal
+from PySide6.QtCore import QItemSelection, QRect, Qt, QTimer, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
 
@@ -29,7 +29,10 @@ class RunListPanel(QWidget):
         self.table.setMinimumHeight(50)
         # a verdict is never cut on a narrow screen: it takes another line
         self.table.setWordWrap(True)
-        self.table.horizontalHeader().sectionResized.connect(lambda *_sizes: self._fit_rows())
+        # once the widths have settled: lines change them where a scroll bar comes or goes
+        self._settle = QTimer(self, singleShot=True, interval=0)
+        self._settle.timeout.connect(self._fit_rows)
+        self.table.horizontalHeader().sectionResized.connect(lambda *_sizes: self._settle.start())
         self.table.selectionModel().selectionChanged.connect(self._chosen)
 
         self.report = button("Make report", does.report.trigger, "PDF, HTML, CSV and JSON of this session")

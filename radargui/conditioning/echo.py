@@ -13,7 +13,7 @@ from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.follows import FollowSettings, missed_frames
 from radargui.conditioning.offset_curve import offset_curve
 from radargui.conditioning.spectral_front_end import front_end_of
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.front_end import FrontEnd
 from radargui.model.front_end_equations import channels_of, point_of
 
@@ -45,11 +45,14 @@ class EchoSettings:
         An envelope that sinks below this share of its mean lets the phase slip: noise, or a second echo of two thirds.
     most_image
         Power of a line's image over the line: those of a tone are alike, of an echo the front end leaves a hundredth.
-    weak, weak_elsewhere
-        Share of the high amplitudes (one in ten is higher) below which it is another thing that is left where the echo
-        has gone, a hum or a second target: at the frequency of the strong echo next in time, and at another one.
+    weak, weak_throughout, weak_elsewhere
+        Shares of the high amplitudes (one in ten is higher) below which it is another thing that is left where the echo
+        has gone, a hum or a second target: at any time; from the beginning to the end of a stretch; and throughout one
+        at another frequency.
     elsewhere
         Share by which a frequency is another one.
+    same_strength, joined_s
+        Factor between the strengths before and after an interruption, and its length, up to which it is the same echo.
     """
 
     most_drift: float = 0.3
@@ -65,8 +68,11 @@ class EchoSettings:
     deepest: float = 0.25
     most_image: float = 0.06
     weak: float = 0.07
-    weak_elsewhere: float = 0.3
+    weak_throughout: float = 0.3
+    weak_elsewhere: float = 0.5
     elsewhere: float = 0.25
+    same_strength: float = 2.0
+    joined_s: float = 0.1
 
 
 SETTINGS = EchoSettings()
@@ -143,7 +149,7 @@ def follow_echo(
     x, y = point_of(pair_v[0], pair_v[1], front_end.gain_ratio, float(np.radians(front_end.quadrature_error_deg)))
     offset, drift = offset_curve(x + 1j * y, doppler)
     slowest_hz, fastest_hz = _range(doppler, x.size)
-    wave, too_slow = _without_slow(x + 1j * y - offset, slowest_hz, doppler, settings)
+    wave, too_slow, slow = _without_slow(x + 1j * y - offset, slowest_hz, doppler, settings)
     corner_hz = settings.band * fastest_hz + settings.added_hz
     wave = _low_passed(wave, rate_hz, corner_hz)
     periods_s = 2.0 / float(np.quantile(doppler.frequency_hz[doppler.clear], 0.1))
@@ -152,15 +158,13 @@ def follow_echo(
     power = uniform_filter1d(np.abs(wave) ** 2, window, mode="nearest") - noise_power
     amplitude = np.sqrt(np.maximum(power, 1e-300))
     strong = power > settings.over_noise * noise_power
-    # an offset that runs about as far as the echo turns is another echo, slower and stronger
-    known = np.hypot(drift / settings.most_drift, _wander(offset, rate_hz) / settings.most_wander) < amplitude
+    # what is slower and runs about as far as the echo turns is another echo, which leads the phase of both
+    wander = _wander(offset + slow, rate_hz)
+    known = np.hypot(drift / settings.most_drift, wander / settings.most_wander) < amplitude
     if not (strong & known).any() or known[doppler.centre[doppler.clear]].mean() < settings.least_known:
         return None
     usual = float(np.quantile(amplitude[strong & known], 0.9))
-    strong &= (
-        amplitude
-        > np.where(_elsewhere(doppler, amplitude, usual, settings), settings.weak_elsewhere, settings.weak) * usual
-    )
+    strong &= amplitude > settings.weak * usual
     deep = minimum_filter1d(np.abs(wave), near) < settings.deepest * amplitude
     # single samples at the end of the range are filled by their neighbours in the band
     held = uniform_filter1d(usable.all(axis=0).astype(float), max(1, round(rate_hz / corner_hz.max()))) > settings.held
@@ -171,31 +175,47 @@ def follow_echo(
     other |= ~doppler.clear & ~doppler.mixed & fast & (doppler.power > LINES.strong)
     other |= missed_frames(phase, strong, doppler, ROUGHLY)[0] & doppler.steady
     other |= missed_frames(phase, strong, doppler, STANDS)[0] & doppler.mixed & fast
+    leads = np.asarray(strong & known & held & ~deep & ~_around(doppler, other, wave.size))
     return Echo(
         wave,
         offset,
         amplitude,
         np.asarray(np.sqrt(0.5 * noise_power) / amplitude),
         phase,
-        np.asarray(strong & known & held & ~deep & ~_around(doppler, other, wave.size)),
+        _of_one_target(leads, amplitude, phase, usual, round(settings.joined_s * rate_hz), settings),
         front_end,
     )
 
 
-def _elsewhere(doppler: Doppler, amplitude: FloatArray, usual: float, settings: EchoSettings) -> BoolArray:
-    """Return where the line has another frequency than the strong one next in time, shape (n_samples,)."""
-    strong = doppler.clear & (amplitude[doppler.centre] > settings.weak_elsewhere * usual)
-    if not strong.any():
-        return np.zeros(amplitude.size, dtype=np.bool_)
-    centre, sample = doppler.centre, np.arange(amplitude.size)
+def _of_one_target(
+    leads: BoolArray, amplitude: FloatArray, phase: FloatArray, usual: float, near: int, settings: EchoSettings
+) -> BoolArray:
+    """Return where the echo leads without the weak stretches that nothing joins to a strong one, shape (n_samples,).
 
-    def next_of(frames: IntArray) -> IntArray:
-        after = np.clip(np.searchsorted(centre[frames], sample), 1, max(frames.size - 1, 1))
-        before, later = frames[after - 1], frames[np.minimum(after, frames.size - 1)]
-        return np.asarray(np.where(np.abs(sample - centre[before]) <= np.abs(centre[later] - sample), before, later))
-
-    hz, usual_hz = (doppler.frequency_hz[next_of(np.flatnonzero(frames))] for frames in (doppler.clear, strong))
-    return np.asarray(np.abs(hz - usual_hz) > np.maximum(settings.elsewhere * usual_hz, 2.0 * doppler.resolution_hz))
+    A target that fades is followed all the way down and up again; what is weak from its beginning to its end is what
+    shows while the target rests or has gone: another one, and the more likely so at another frequency.
+    """
+    runs = np.flatnonzero(np.diff(np.concatenate([[0], leads.astype(np.int8), [0]]))).reshape(-1, 2)
+    first, last = runs[:, 0], runs[:, 1] - 1
+    reach = np.minimum(last - first, near)
+    begins, ends = ((phase[at + reach] - phase[at]) / np.maximum(reach, 1) for at in (first, last - reach))
+    level = np.log(np.maximum(amplitude, 1e-300))
+    joined = (
+        (first[1:] - last[:-1] <= near)
+        & (np.abs(level[first[1:]] - level[last[:-1]]) < np.log(settings.same_strength))
+        & (np.abs(begins[1:] - ends[:-1]) <= settings.elsewhere * np.abs(ends[:-1]))
+    )
+    chain = np.concatenate([[0], np.cumsum(~joined)])[: len(runs)]
+    highest = np.zeros(len(runs))
+    np.maximum.at(highest, chain, [amplitude[a:b].max() / usual for a, b in runs])
+    speed = np.abs(phase[last] - phase[first]) / np.maximum(last - first, 1)
+    sound = highest[chain] > settings.weak_elsewhere
+    out = np.zeros_like(leads)
+    for k, (a, b) in enumerate(runs):
+        there = np.flatnonzero(sound)[np.argsort(np.abs(first[sound] - a))[:1]]
+        alike = np.abs(speed[k] - speed[there]) <= settings.elsewhere * speed[there]
+        out[a:b] = sound[k] or (highest[chain[k]] > settings.weak_throughout and alike.any())
+    return out
 
 
 def _wander(offset: ComplexArray, rate_hz: float) -> FloatArray:
@@ -217,8 +237,8 @@ def _range(doppler: Doppler, n_samples: int) -> tuple[FloatArray, FloatArray]:
 
 def _without_slow(
     wave: ComplexArray, slowest_hz: FloatArray, doppler: Doppler, settings: EchoSettings
-) -> tuple[ComplexArray, BoolArray]:
-    """Return the wave without what is slower than the target, where that is strong, and which frames are then empty.
+) -> tuple[ComplexArray, BoolArray, ComplexArray]:
+    """Return the wave without what is slower than the target, where that is strong; the empty frames; what was slower.
 
     A hum that swells, or a second slow target, is beside the line; so is the target itself where it turns round.
     """
@@ -228,9 +248,9 @@ def _without_slow(
     power = uniform_filter1d(np.stack([np.abs(slow) ** 2, np.abs(wave) ** 2]), doppler.size, axis=1, mode="nearest")
     share = power[0, doppler.centre] / np.maximum(power[1, doppler.centre], 1e-300)
     if float(np.median(share[doppler.clear])) < settings.most_slow:
-        return wave, nothing
+        return wave, nothing, np.zeros_like(wave)
     slow = _low_passed(wave, doppler.sample_rate_hz, settings.slow * slowest_hz)
-    return wave - slow, ~(doppler.clear | doppler.mixed)
+    return wave - slow, ~(doppler.clear | doppler.mixed), slow
 
 
 def _low_passed(wave: ComplexArray, rate_hz: float, corner_hz: FloatArray) -> ComplexArray:

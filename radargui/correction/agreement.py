@@ -68,3 +68,19 @@ def strays(
     apart[1:] |= stepped
     apart[:-1] |= stepped
     return np.asarray(np.repeat(apart, size)[: phase_rad.size])
+
+
+def lasting(
+    stray: BoolArray, phase_rad: FloatArray, valid: BoolArray, echo: Echo, settings: AgreementSettings = AGREEMENT
+) -> BoolArray:
+    """Return what of `strays` lasts: where the phase comes back to the echo, a low-pass has rounded an impact.
+
+    A fringe that was lost never comes back. Parameters as in `strays`.
+    """
+    out, known = stray.copy(), np.flatnonzero(valid & echo.leads & ~stray)
+    away = phase_rad - echo.phase_rad
+    for begin, end in np.flatnonzero(np.diff(np.concatenate([[0], stray.astype(np.int8), [0]]))).reshape(-1, 2):
+        before, after = known[known < begin], known[known >= end]
+        if before.size and after.size:
+            out[begin:end] = abs(away[after[0]] - away[before[-1]]) > settings.most_rad
+    return out

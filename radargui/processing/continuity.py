@@ -3,12 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.echo import Echo
 from radargui.conditioning.follows import ALONE, TOGETHER, follows, missed_frames
-from radargui.correction.agreement import strays
+from radargui.correction.agreement import lasting, strays
 from radargui.correction.pieces import join_pieces
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.quality import ChannelQuality
@@ -29,13 +30,19 @@ Only after a rest: without one no joint estimate tests what adaptive finds in si
 """
 LEAST_KNOWN = 0.12
 """Share of the motion that a path of one receiver must be known in: less is more likely noise than an echo."""
-MOST_TURNS, MOST_AWAY = 60.0, 0.02
-"""After a rest a path of fewer fringes that strays in no more of the moments with an echo is known in the others too.
+MOST_AWAY = 0.02
+"""Share of the moments with an echo in which a path may part from it that is believed beside them, after a rest.
 
-Spectra do not know the offset where a fall begins, and a low-pass rounds its impacts.
+Impacts, whose corner the echo's low-pass rounds, are as many; a centre that is wrong parts everywhere.
 """
-MOST_GAP_S = 0.5
-"""Where no echo leads for so long it has faded: a flight below 30 cm turns round in less."""
+PRESENT = (0.5, 2.0)
+"""Corrected radius, in amplitudes, of a path that is believed where no echo leads.
+
+A target that is slow or turns round keeps its radius; one that fades sinks to the centre, and what hides it, a hum or
+another target, is no nearer to the radius than by its own strength.
+"""
+PRESENT_S = 0.01
+"""Over which the radius is averaged: longer than noise, shorter than a fade that matters."""
 MOST_STRAYED = 0.3
 """Share of the moments with an echo in which a path may turn otherwise, and is invalid: more is no single slip."""
 LOST = "the echo was lost {times}: path lengths start anew after it, and the position is not known there"
@@ -58,24 +65,23 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
     """
     alone = is_alone(conditioned)
     valid = motion.paths.valid.copy()
-    moving = slice(conditioned.segment.first, conditioned.segment.last)
+    moving, rate_hz = slice(conditioned.segment.first, conditioned.segment.last), conditioned.sample_rate_hz
     has_rest = conditioned.segment.has_rest
     rested = not alone and has_rest
     channels = list(motion.corrected.channels)
     for k, (channel, echo, doppler) in enumerate(zip(channels, conditioned.echoes, conditioned.doppler, strict=True)):
         phase, good = motion.paths.phase_rad[k], valid[k]
+        if alone:
+            _drop_jumps(phase, good, rate_hz)
         if channel.verdict == "rejected":
             pass
         elif echo is not None:
-            channels[k] = _judged_by_echo(
-                channel, phase, good, echo, moving, conditioned.sample_rate_hz, rested=has_rest
-            )
+            present = _present(motion.corrected.i[k], motion.corrected.q[k], rate_hz) if has_rest else None
+            channels[k] = _judged_by_echo(channel, phase, good, echo, moving, rate_hz, present)
         elif not (rested and doppler.clear.mean() < LEAST_CLEAR):
-            if alone:
-                _drop_jumps(phase, good, conditioned.sample_rate_hz)
             channels[k] = _judged(channel, phase, good, doppler, alone=alone)
         if alone:
-            _drop_islands(good, max(2, round(LEAST_RUN_S * conditioned.sample_rate_hz)))
+            _drop_islands(good, max(2, round(LEAST_RUN_S * rate_hz)))
             known = float(good[moving].mean())
             if channels[k].verdict != "rejected" and known < LEAST_KNOWN:
                 reason = f"only {100.0 * known:.0f} % of the motion can be followed: the echo is lost too often"
@@ -87,11 +93,6 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
         paths=replace(motion.paths, valid=valid),
     )
     return _divided(motion, conditioned, wavelength_m) if alone else motion
-
-
-def longest_gap_s(echo: Echo, moving: slice, rate_hz: float) -> float:
-    """Return for how long at the most no echo leads between the first and the last moment that one does."""
-    return float(np.diff(np.flatnonzero(echo.leads[moving])).max(initial=0) / rate_hz)
 
 
 def is_alone(conditioned: Conditioned) -> bool:
@@ -169,26 +170,27 @@ def _judged_by_echo(
     echo: Echo,
     moving: slice,
     rate_hz: float,
-    *,
-    rested: bool,
+    present: BoolArray | None,
 ) -> ChannelQuality:
-    """Return the verdict on a receiver whose echo is known; moments that do not agree become invalid, in place."""
-    turns = float(np.ptp(echo.phase_rad)) / (2.0 * np.pi)
-    away = strays(phase_rad, valid, echo, rate_hz) & echo.leads
-    if (
-        rested
-        and turns < MOST_TURNS
-        and longest_gap_s(echo, moving, rate_hz) < MOST_GAP_S
-        and away.sum() <= MOST_AWAY * max(int(echo.leads.sum()), 1)
-    ):
-        return channel
-    valid &= echo.leads
-    before = int(valid[moving].sum())
-    valid &= ~strays(phase_rad, valid, echo, rate_hz)
-    share = 1.0 - int(valid[moving].sum()) / max(before, 1)
-    if share > MOST_STRAYED:
-        return _strayed(channel, share)
-    return channel
+    """Return the verdict on a receiver whose echo is known; moments that do not agree become invalid, in place.
+
+    After a rest, whose place is known, a path that agrees with the echo wherever there is one is believed beside it
+    too, where the target is `present`: spectra do not see the slow beginning of a fall, nor a turn round.
+    """
+    away = strays(phase_rad, valid, echo, rate_hz)
+    before = int((valid & echo.leads)[moving].sum())
+    if present is not None and away.sum() <= MOST_AWAY * max(int(echo.leads.sum()), 1):
+        valid &= (echo.leads | present) & ~lasting(away, phase_rad, valid, echo)
+    else:
+        valid &= echo.leads
+        valid &= ~strays(phase_rad, valid, echo, rate_hz)
+    share = 1.0 - int((valid & echo.leads)[moving].sum()) / max(before, 1)
+    return _strayed(channel, share) if share > MOST_STRAYED else channel
+
+
+def _present(i: FloatArray, q: FloatArray, rate_hz: float) -> BoolArray:
+    radius = uniform_filter1d(np.nan_to_num(np.hypot(i, q)), max(1, round(PRESENT_S * rate_hz)), mode="nearest")
+    return np.asarray((radius > PRESENT[0]) & (radius < PRESENT[1]))
 
 
 def _strayed(channel: ChannelQuality, share: float) -> ChannelQuality:

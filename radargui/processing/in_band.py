@@ -1,18 +1,16 @@
 """The way of one or two receivers: each echo in its Doppler band, and circles where the offset is not known there."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.correction.agreement import strays
 from radargui.correction.doppler_band import correct_in_band
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
 from radargui.model.path import PathLengths
 from radargui.model.quality import ChannelQuality
-from radargui.processing.continuity import MOST_AWAY, MOST_GAP_S, MOST_TURNS, checked, longest_gap_s
+from radargui.processing.continuity import checked
 from radargui.processing.measured_motion import MeasuredMotion
 
 ABOVE_NOISE = 1.5
@@ -20,6 +18,9 @@ ABOVE_NOISE = 1.5
 
 WHOLE = 0.97
 """Share of the motion known in the band above which circles are not tried."""
+
+MOST_FRINGES = 60
+"""After a rest above which circles are not tried: a drop has fewer, and what circles cost grows with their square."""
 
 
 def measure_in_band(
@@ -46,19 +47,13 @@ def measure_in_band(
     """
     in_band = _in_band(conditioned, wavelength_m)
     moving = slice(conditioned.segment.first, conditioned.segment.last)
-    # a Doppler band knows no offset where the target is slower than the band is wide
-    partly = in_band.paths.valid[:, moving].mean() < WHOLE
-    if partly and conditioned.segment.has_rest and _turns(conditioned) < MOST_TURNS:
-        # the slow beginning of a fall is known to circles alone, from the rest on
-        # their own judge must not be what they are to replace
-        unjudged = tuple(own.between(0, 0) for own in conditioned.doppler)
-        circles = by_circles(replace(conditioned, echoes=(None,) * conditioned.n_receivers, doppler=unjudged))
-        if _agree(circles, conditioned) and _known(circles) > _known(in_band):
-            return circles
+    # a Doppler band knows no offset where the target is slower than the band is wide: the slow beginning after a rest
+    partly = conditioned.segment.has_rest and in_band.paths.valid[:, moving].mean() < WHOLE
+    partly &= all(echo is None or np.ptp(echo.phase_rad) < 2.0 * np.pi * MOST_FRINGES for echo in conditioned.echoes)
     # below the noise a circle is fitted to noise, and finds one
     spread = np.sqrt(conditioned.volts.var(axis=1).reshape(-1, 2).max(axis=1))
     noise = conditioned.noise_v.reshape(-1, 2).max(axis=1)
-    if all(
+    if not partly and all(
         echo is not None or own < ABOVE_NOISE * n
         for echo, own, n in zip(conditioned.echoes, spread, noise, strict=True)
     ):
@@ -71,26 +66,6 @@ def measure_in_band(
         return in_band
     # both are judged by their signal already: the one that is known for longer
     return max(circles, in_band, key=_known)
-
-
-def _agree(circles: MeasuredMotion, conditioned: Conditioned) -> bool:
-    """Whether circles that know the slow beginning of a motion turn as the echoes do where these lead."""
-    moving = slice(conditioned.segment.first, conditioned.segment.last)
-    for k, echo in enumerate(conditioned.echoes):
-        phase, valid = circles.paths.phase_rad[k], circles.paths.valid[k]
-        if echo is None or longest_gap_s(echo, moving, conditioned.sample_rate_hz) >= MOST_GAP_S:
-            return False
-        if circles.corrected.channels[k].verdict == "rejected":
-            return False
-        away = strays(phase, valid, echo, conditioned.sample_rate_hz) & echo.leads
-        if away.sum() > MOST_AWAY * max(int(echo.leads.sum()), 1):
-            return False
-    return True
-
-
-def _turns(conditioned: Conditioned) -> float:
-    """Return the most fringes that an echo runs through."""
-    return max((float(np.ptp(echo.phase_rad)) for echo in conditioned.echoes if echo is not None), default=0.0) / 6.28
 
 
 def _in_band(conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:

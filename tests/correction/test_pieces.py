@@ -68,7 +68,7 @@ def test_in_its_band_a_target_is_followed_above_an_offset_that_swings_as_far_as_
     inside = slice(2000, -2000)
     assert band.valid[inside].all()
     away = band.phase_rad[inside] - PHASE[inside]
-    assert np.ptp(away) < 0.4
+    assert np.ptp(away) < 0.2
 
 
 def test_a_target_that_hardly_moves_has_no_band() -> None:

@@ -7,12 +7,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from radargui.conditioning.conditioned import Conditioned
+from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
 from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.estimation.motion_estimate import MotionEstimate
+from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.geometry.antennas import place_antennas
+from radargui.model.arrays import BoolArray
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
@@ -26,6 +29,15 @@ from radargui.processing.measured_motion import MeasuredMotion
 from radargui.processing.whole import as_wired
 from radargui.restitution.input_changes import joint_changes
 from radargui.restitution.joint_bounces import joint_bounces
+
+ENDED_EARLY = (
+    "the search for walls was ended before it had looked everywhere: the signals ask for more than the model has, and "
+    "what the models before it say counts in full in the uncertainty"
+)
+
+NO_SINGLE_BODY = (
+    "no motion of one body describes it together with the others: swapped cables, a lost fringe, or a second target"
+)
 
 
 def measure_by_estimate(
@@ -82,7 +94,13 @@ def measure_by_estimate(
             if on_preliminary is not None:
                 # the operator has a result soon, and the joint one replaces it
                 on_preliminary(adaptive)
-            joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
+            try:
+                joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
+            except NoSingleBodyError as error:
+                wrong = (error.misfit > LIMITS.most_misfit) & (estimate.chi_square > LIMITS.most_misfit)
+                if wrong.any():
+                    return _without(adaptive, wrong)
+                joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
             if joint is not None:
                 return _with_prior(_motion_of(joint, conditioned, setup), tried, why)
     return _with_reason(adaptive, why)
@@ -96,6 +114,18 @@ def _with_reason(adaptive: MeasuredMotion, why: str) -> MeasuredMotion:
     """Return the motion with why the joint correction does not stand; nothing where it was not asked for."""
     warnings = (f"the joint correction does not stand here ({why}): the adaptive one was used",) if why else ()
     return replace(adaptive, warnings=adaptive.warnings + warnings)
+
+
+def _without(adaptive: MeasuredMotion, wrong: BoolArray) -> MeasuredMotion:
+    """Return the motion with receivers rejected that neither their own circle nor one body's motion describes.
+
+    Such a circle may look round: the phases of receivers that see nearly one path agree for a while.
+    """
+    channels = tuple(
+        replace(channel, verdict="rejected", reason=NO_SINGLE_BODY) if alone else channel
+        for channel, alone in zip(adaptive.corrected.channels, wrong, strict=True)
+    )
+    return replace(adaptive, corrected=replace(adaptive.corrected, channels=channels))
 
 
 def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
@@ -131,6 +161,8 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     corrected = CorrectedIQ(
         estimate.time_s, estimate.i, estimate.q, estimate.valid, u_phase, estimate.method, estimate.channels
     )
+    if isinstance(estimate, JointEstimate) and estimate.chosen.ended_early:
+        warnings += (ENDED_EARLY,)
     paths, track = _located(estimate, paths, setup)
     motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)
     return checked(motion, conditioned, setup.radar.wavelength_m)
@@ -170,7 +202,10 @@ def _try_joint_with(
         if why or not knows_more(known, joint.constants):
             return joint, why, unused
     # anew from the start: with the constants held, walls and floor may be chosen otherwise
-    helped, failed = _try_joint(setup, rounds, lambda _: progress(1.0), known)
+    try:
+        helped, failed = _try_joint(setup, rounds, lambda _: progress(1.0), known)
+    except NoSingleBodyError as error:
+        helped, failed = None, error.message.rstrip(".")
     if helped is None:
         return joint, failed if joint is not None else why, unused
     return helped, "", replace(prior, used=True)
@@ -185,6 +220,8 @@ def _try_joint(
     """Return the joint estimate, or None and why it does not stand."""
     try:
         joint = estimate_joint(rounds, setup, hardware=front_ends, progress=progress)
+    except NoSingleBodyError:
+        raise
     except ProcessingError as error:
         return None, error.message.rstrip(".")
     # a matrix without inverse says that the signal holds too little; every other fault is one
@@ -192,8 +229,7 @@ def _try_joint(
         return None, f"its equations have no solution: {error}"
     # a bad misfit is a model that is wrong here, and its u means nothing
     if not joint.fits:
-        misfit = ", ".join(f"{value:.1f}" for value in joint.chi_square)
-        return None, f"its misfit (chi-square {misfit}) is too large"
+        raise NoSingleBodyError(joint.chi_square)
     return joint, ""
 
 

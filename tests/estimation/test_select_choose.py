@@ -21,8 +21,10 @@ from radargui.estimation.adaptive.rounds import first_round, next_round, still_r
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.select import budget
 from radargui.estimation.select.choose import ChoiceSettings, ChosenModel, _Selection, choose_model
 from radargui.geometry.path_length import path_lengths
+from radargui.model.errors import SolveError
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -53,6 +55,26 @@ def rounds(made: SmallProblem) -> SimpleNamespace:
 
 def chosen(made: SmallProblem, drift: Drift | None = None, **settings: float) -> ChosenModel:
     return choose_model(rounds(made), drift or no_drift(), UP, nothing, None, ChoiceSettings(**settings))
+
+
+def test_a_search_that_runs_out_of_its_budget_keeps_what_it_has_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005)
+    whole = chosen(made)
+    assert not whole.ended_early
+    spent: list[int] = []
+    monkeypatch.setattr(budget, "ROUNDS", (1, 30))
+    monkeypatch.setattr(budget, "BIN_ROUNDS", 28 * made.data.bins.n_bins)
+    ended = choose_model(rounds(made), no_drift(), UP, lambda: spent.append(1), None)
+    assert ended.ended_early
+    assert any("was ended after 28 rounds" in sentence for sentence in ended.choices)
+    assert {other.weight for other in ended.alternatives} == {1.0}
+    assert len(spent) <= 28 + 1 + ChoiceSettings().last_rounds
+
+
+def test_a_search_without_any_model_within_its_budget_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(budget, "ROUNDS", (3, 3))
+    with pytest.raises(SolveError, match="did not end within 3 rounds"):
+        chosen(small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005))
 
 
 def test_a_floor_that_reflects_is_kept() -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.adaptive.rounds import Round
 from radargui.estimation.forward.bins import BinnedData
@@ -14,6 +15,7 @@ from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.converge import converge, settle_breaks
 from radargui.estimation.select.walls import WALLS, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
@@ -40,7 +42,9 @@ class ChoiceSettings:
     lost_misfit
         The same above which the start of the first adaptive round is tried too.
     hopeless_misfit
-        The same above which no wall can explain it.
+        The same above which no wall can explain it, and the search ends.
+    rounds_at_large_misfit
+        Spent at the most on a misfit that no estimate stands with: one search for a wall.
     grown_bias
         Deviation of the bias maps, in amplitudes, above which they explain something beside a floor.
     most_walls
@@ -65,6 +69,7 @@ class ChoiceSettings:
     bad_misfit: float = 2.0
     lost_misfit: float = 4.0
     hopeless_misfit: float = 100.0
+    rounds_at_large_misfit: int = 40
     grown_bias: float = 0.002
     most_walls: int = 2
     shortest_length_m: float = 0.09
@@ -99,11 +104,14 @@ class ChosenModel:
         What they say and how far they lie away belongs to the uncertainty.
     choices
         Sentences for people.
+    ended_early
+        Whether the search ran out of its budget: then all models that were compared count alike in the uncertainty.
     """
 
     solution: Solution
     alternatives: tuple[Alternative, ...]
     choices: tuple[str, ...]
+    ended_early: bool = False
 
 
 def choose_model(
@@ -134,24 +142,40 @@ def choose_model(
     Raises
     ------
     SolveError
-        No model can be solved.
+        No model can be solved, or none within the budget of the search.
+    NoSingleBodyError
+        None describes the signals.
     """
-    selection = _Selection(found, drift, normal, round_done, known_front_ends, settings)
+    budget = SearchBudget(found.data.bins.n_bins, round_done)
+    selection = _Selection(found, drift, normal, budget.spend, known_front_ends, settings)
     solution, gain, alternatives = selection.floor()
+    typical = np.median(local_chi_square(solution), axis=1)
+    if typical.max() > settings.hopeless_misfit:
+        # walls would only be fitted to what no echo of one body is
+        raise NoSingleBodyError(typical)
+    if typical.max() > LIMITS.most_misfit:
+        budget.left = min(budget.left, settings.rounds_at_large_misfit)
     choices = [f"A floor that reflects is {'kept' if gain > 0.0 else 'left out'}: log evidence {gain:+.0f}."]
     if drift.count and not drift.level.any():
         choices.append("The offsets drift on the rest: slow functions of time are fitted.")
     elif drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
-    if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * settings.few_fringes:
-        solution, others = selection.other_lengths(solution)
-        alternatives += others
-    choices.append(f"Bias maps with a correlation length of {solution.problem.bias_basis.length_m:.2f} m.")
-    solution, undecided, sentences = selection.walls(solution)
-    choices += sentences
+    undecided: list[Alternative] = []
+    try:
+        if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * settings.few_fringes:
+            solution, others = selection.other_lengths(solution)
+            alternatives += others
+        choices.append(f"Bias maps with a correlation length of {solution.problem.bias_basis.length_m:.2f} m.")
+        solution, undecided, sentences = selection.walls(solution)
+        choices += sentences
+    except BudgetSpentError:
+        # nobody knows what the rest of the search would have said: what it began with is as likely as what it chose
+        alternatives = tuple(Alternative(one, 1.0) for one in selection.compared if one is not solution)
+        choices.append(f"The search for walls was ended after {budget.rounds} rounds.")
+    ended_early, budget.left = budget.left < 0, settings.last_rounds
     solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
-    return ChosenModel(solution, (*alternatives, *undecided), tuple(choices))
+    return ChosenModel(solution, (*alternatives, *undecided), tuple(choices), ended_early)
 
 
 class _Selection:
@@ -168,6 +192,7 @@ class _Selection:
     ) -> None:
         self.found, self.drift, self.normal, self.round_done = found, drift, normal, round_done
         self.known_front_ends, self.settings = known_front_ends, settings
+        self.compared: list[Solution] = []
         self.data: BinnedData = replace(found.data, bins=drift.widen(found.data.bins))
 
     def converged(self, start: Start, rounds: int) -> Solution:
@@ -191,6 +216,7 @@ class _Selection:
         plain, floored = (self.from_round(found.last, length, reflects=reflects) for reflects in (False, True))
         if min(_typical_misfit(plain), _typical_misfit(floored)) > settings.lost_misfit:
             floored = max(floored, self.from_round(found.first, length, reflects=True), key=log_evidence)
+        self.compared = [plain, floored]
         gain = log_evidence(floored) - log_evidence(plain)
         best = floored if gain > 0.0 else plain
         alternatives = self._alternatives(best, [plain, floored])
@@ -257,8 +283,6 @@ class _Selection:
         """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""
         problem, settings = solution.problem, self.settings
         misfit = _typical_misfit(solution)
-        if misfit > settings.hopeless_misfit:
-            return False
         bias = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers)
         return misfit > settings.good_misfit or (len(problem.inputs.planes) > 0 and bias > settings.grown_bias)
 

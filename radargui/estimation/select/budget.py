@@ -1,0 +1,60 @@
+"""How the search for a model ends without one: its work is counted, so that each machine says the same of a run."""
+
+from collections.abc import Callable
+
+from radargui.model.arrays import FloatArray
+from radargui.model.errors import SolveError
+
+BIN_ROUNDS = 3.0e5
+"""Rounds times bins that may be spent: a drop of 500 bins beside a floor takes 75 rounds, each wall some 50 more."""
+ROUNDS = (120, 400)
+"""Fewest and most rounds whatever the number of bins: the fewest are enough for a long record without walls."""
+
+
+class BudgetSpentError(SolveError):
+    """The search has done as much as it may."""
+
+
+class NoSingleBodyError(SolveError):
+    """No model of one moving body comes near the signals.
+
+    Parameters
+    ----------
+    misfit
+        Typical chi-square of each receiver, shape (n_receivers,).
+    """
+
+    def __init__(self, misfit: FloatArray) -> None:
+        named = ", ".join(f"{value:.1f}" for value in misfit)
+        super().__init__(f"Its misfit (chi-square {named}) is too large.")
+        self.misfit = misfit
+
+
+class SearchBudget:
+    """Rounds of convergence that the search for a model has left.
+
+    Parameters
+    ----------
+    n_bins
+        Of the data: what a round costs grows with them.
+    round_done
+        Called once a round; may raise to cancel.
+    """
+
+    def __init__(self, n_bins: int, round_done: Callable[[], None]) -> None:
+        self.rounds = min(max(ROUNDS[0], round(BIN_ROUNDS / n_bins)), ROUNDS[1])
+        self.left = self.rounds
+        self._round_done = round_done
+
+    def spend(self) -> None:
+        """Take one round.
+
+        Raises
+        ------
+        BudgetSpentError
+            None is left.
+        """
+        self._round_done()
+        self.left -= 1
+        if self.left < 0:
+            raise BudgetSpentError(f"The search for a model did not end within {self.rounds} rounds.")

@@ -16,14 +16,16 @@ class AgreementSettings:
 
     Attributes
     ----------
-    block_s
-        Over which both are compared.
+    block_s, blocks
+        Both are compared over so long, and over so many of them: a target of 5 Hz turns by a third of a radian in the
+        first and by three turns in the last, so that no path may stand still beside it.
     most_rad, share
         By so much, and by so much of what was turned, their difference may change within a block and to the next one:
         0.2 wavelengths, what an offset of two thirds of the amplitude bends a path by.
     """
 
     block_s: float = 0.01
+    blocks: tuple[int, ...] = (4, 16, 64)
     most_rad: float = 1.2
     share: float = 0.08
 
@@ -67,6 +69,14 @@ def strays(
         stepped = np.abs(np.diff(middle)) > np.minimum(allowed[1:], allowed[:-1])
     apart[1:] |= stepped
     apart[:-1] |= stepped
+    for length in settings.blocks:
+        whole = count // length * length
+        # over a hole a path starts anew, and a fringe that was lost has been found in the short blocks
+        led = (seen & ~apart)[:whole].reshape(-1, length).all(axis=1)
+        spread = high[:whole].reshape(-1, length).max(axis=1) - low[:whole].reshape(-1, length).min(axis=1)
+        turns = turned[:whole].reshape(-1, length).sum(axis=1)
+        far = led & (np.where(led, spread, 0.0) > settings.most_rad + settings.share * np.where(led, turns, 0.0))
+        apart[:whole] |= np.repeat(far, length)
     return np.asarray(np.repeat(apart, size)[: phase_rad.size])
 
 

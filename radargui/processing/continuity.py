@@ -1,5 +1,6 @@
 """What a measured path must keep to: it follows its signal, never jumps, and starts anew where it was lost."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,8 @@ from radargui.conditioning.follows import ALONE, TOGETHER, follows, missed_frame
 from radargui.correction.agreement import lasting, strays
 from radargui.correction.pieces import join_pieces
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.corrected import CorrectedIQ
+from radargui.model.front_end import FrontEnd
 from radargui.model.quality import ChannelQuality
 from radargui.model.track import Track
 from radargui.processing.locate import LEAST_RECEIVERS
@@ -30,10 +33,9 @@ Only after a rest: without one no joint estimate tests what adaptive finds in si
 """
 LEAST_KNOWN = 0.12
 """Share of the motion that a path of one receiver must be known in: less is more likely noise than an echo."""
-MOST_AWAY = 0.02
-"""Share of the moments with an echo in which a path may part from it that is believed beside them, after a rest.
-
-Impacts, whose corner the echo's low-pass rounds, are as many; a centre that is wrong parts everywhere.
+MOST_LOST = 0.02
+"""Share of the moments with an echo in which a path may lose it that is believed beside them, after a rest: a single
+slip is found and left out; a centre that is wrong goes astray everywhere.
 """
 PRESENT = (0.5, 2.0)
 """Corrected radius, in amplitudes, of a path that is believed where no echo leads.
@@ -43,8 +45,21 @@ another target, is no nearer to the radius than by its own strength.
 """
 PRESENT_S = 0.01
 """Over which the radius is averaged: longer than noise, shorter than a fade that matters."""
+MOST_GAP_S = 0.5
+"""Where no echo leads for so long between moments that one does, it has faded, and what is left keeps still on any
+circle: a flight of 30 cm turns round within it.
+"""
 MOST_STRAYED = 0.3
 """Share of the moments with an echo in which a path may turn otherwise, and is invalid: more is no single slip."""
+MOST_IMAGE, SURE_U = 10.0 ** (-30.0 / 20.0), 4.0
+"""Image that wrong constants may leave, over the line, and standard uncertainties beyond which they are wrong.
+
+A toy car whose second reflection grows as it comes nearer drew an ellipse that leaves 26 dB; its lines have 60.
+"""
+ANOTHER = (
+    "its gain ratio and quadrature error are not those that I and Q of the Doppler line have: something else, a second "
+    "reflection or an offset that drifts, bends its circle"
+)
 LOST = "the echo was lost {times}: path lengths start anew after it, and the position is not known there"
 
 
@@ -76,7 +91,7 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
         if channel.verdict == "rejected":
             pass
         elif echo is not None:
-            present = _present(motion.corrected.i[k], motion.corrected.q[k], rate_hz) if has_rest else None
+            present = _present(motion.corrected, k, echo, moving, rate_hz) if has_rest else None
             channels[k] = _judged_by_echo(channel, phase, good, echo, moving, rate_hz, present)
         elif not (rested and doppler.clear.mean() < LEAST_CLEAR):
             channels[k] = _judged(channel, phase, good, doppler, alone=alone)
@@ -178,19 +193,39 @@ def _judged_by_echo(
     too, where the target is `present`: spectra do not see the slow beginning of a fall, nor a turn round.
     """
     away = strays(phase_rad, valid, echo, rate_hz)
+    lost = lasting(away, phase_rad, valid, echo)
     before = int((valid & echo.leads)[moving].sum())
-    if present is not None and away.sum() <= MOST_AWAY * max(int(echo.leads.sum()), 1):
-        valid &= (echo.leads | present) & ~lasting(away, phase_rad, valid, echo)
+    if present is not None and lost.sum() <= MOST_LOST * max(int(echo.leads.sum()), 1):
+        valid &= (echo.leads | present) & ~lost
     else:
         valid &= echo.leads
         valid &= ~strays(phase_rad, valid, echo, rate_hz)
     share = 1.0 - int((valid & echo.leads)[moving].sum()) / max(before, 1)
-    return _strayed(channel, share) if share > MOST_STRAYED else channel
+    if share > MOST_STRAYED:
+        return _strayed(channel, share)
+    return replace(channel, verdict="rejected", reason=ANOTHER) if _is_another(channel, echo.front_end) else channel
 
 
-def _present(i: FloatArray, q: FloatArray, rate_hz: float) -> BoolArray:
-    radius = uniform_filter1d(np.nan_to_num(np.hypot(i, q)), max(1, round(PRESENT_S * rate_hz)), mode="nearest")
-    return np.asarray((radius > PRESENT[0]) & (radius < PRESENT[1]))
+def _is_another(channel: ChannelQuality, front_end: FrontEnd) -> bool:
+    """Whether a channel's constants leave an image that those of the echo's lines do not: (d ln g + j d eps) / 2."""
+    if channel.gain_ratio is None or channel.quadrature_error_deg is None:
+        return False
+    gain = abs(float(np.log(channel.gain_ratio / front_end.gain_ratio)))
+    angle = abs(float(np.radians(channel.quadrature_error_deg - front_end.quadrature_error_deg)))
+    u_gain, u_angle = front_end.u_gain_ratio / front_end.gain_ratio, np.radians(front_end.u_quadrature_error_deg)
+    return bool(np.hypot(gain, angle) > 2.0 * MOST_IMAGE and (gain > SURE_U * u_gain or angle > SURE_U * u_angle))
+
+
+def _present(corrected: CorrectedIQ, number: int, echo: Echo, moving: slice, rate_hz: float) -> BoolArray:
+    """Return where a target may be although no echo leads: on the circle, and not for longer than it may stand."""
+    size = max(1, round(PRESENT_S * rate_hz))
+    radius = uniform_filter1d(np.nan_to_num(np.hypot(corrected.i[number], corrected.q[number])), size, mode="nearest")
+    out = np.asarray((radius > PRESENT[0]) & (radius < PRESENT[1]))
+    led = np.flatnonzero(echo.leads[moving]) + moving.start
+    for before, after in itertools.pairwise([moving.start - 1, *led.tolist(), moving.stop]):
+        if after - before > MOST_GAP_S * rate_hz:
+            out[before + 1 : after] = False
+    return out
 
 
 def _strayed(channel: ChannelQuality, share: float) -> ChannelQuality:

@@ -65,7 +65,9 @@ def measure_in_band(
             raise
         return in_band
     # both are judged by their signal already: the one that is known for longer
-    return max(circles, in_band, key=_known)
+    # whoever knows less of what the band knows follows something else
+    both = int((circles.paths.valid & in_band.paths.valid).sum())
+    return circles if both >= WHOLE * in_band.paths.valid.sum() and _known(circles) > _known(in_band) else in_band
 
 
 def _in_band(conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.robust_scenes.real_truth import known_of, read
 
 from radargui.files.reading import parse_channel_map, read_mapped
 from radargui.model.arrays import FloatArray
@@ -115,3 +116,29 @@ def test_the_quadrature_error_of_the_24_ghz_radar_is_found_and_its_image_gone(te
         assert channel.image_rejection_db > 43.0
         found.append(channel.quadrature_error_deg)
     assert abs(found[0] - found[1]) < 0.5
+
+
+@pytest.mark.parametrize(("first_s", "last_s"), [(4.55, 10.52), (17.46, 23.45), (32.67, 38.64)])
+def test_the_plate_is_followed_through_the_beam_and_nowhere_else(
+    test_data: Path, first_s: float, last_s: float
+) -> None:
+    recording = read(test_data, "DIA")
+    setup = one_receiver(9.0e9, 1, "adaptive")
+    result, known = process(recording, setup), known_of("DIA", recording, setup.radar.wavelength_m)
+    paths = result.paths
+    assert paths is not None
+    assert paths.piece is not None
+    assert not (paths.valid[0] & known.absent).any()
+    stroke = slice(round(first_s * 500.0), round(last_s * 500.0))
+    assert paths.valid[0, stroke].mean() > 0.98
+    assert np.ptp(paths.piece[stroke][paths.valid[0, stroke]]) == 0
+    told, true = (float(one[stroke.stop - 1] - one[stroke.start]) for one in (paths.change_m[0], known.path_m))
+    assert told == pytest.approx(true, rel=0.005)
+
+
+def test_an_ellipse_that_a_second_reflection_bends_is_refused_where_the_line_knows_better(test_data: Path) -> None:
+    recording = read(test_data, "car_rev2")
+    assert process(recording, one_receiver(24.13e9, 1, "ellipse")).status == "rejected"
+    channel = process(recording, one_receiver(24.13e9, 1, "adaptive")).corrected.channels[0]  # type: ignore[union-attr]
+    assert channel.gain_ratio == pytest.approx(0.762, abs=2 * 0.004)
+    assert channel.quadrature_error_deg == pytest.approx(25.3, abs=2 * 0.4)

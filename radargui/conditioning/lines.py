@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import oaconvolve
 
-from radargui.conditioning.hum import MAINS_HZ
+from radargui.conditioning.hum import HARMONICS, MAINS_HZ
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 
 
@@ -143,8 +143,22 @@ def find_standing_lines(
     standing |= tall & _of_mains(mains_hz, hz)
     found = np.flatnonzero((tall & standing & top).any(axis=0) & in_band)
     strongest = found[np.argsort(level[:, found].max(axis=0))[::-1]][: settings.most_lines]
-    others = [_refined(volts, sample_rate_hz, float(hz[k]), bin_hz) for k in strongest]
-    return (*mains_hz, *(one for one in others if all(abs(one - mains) > 2.0 * bin_hz for mains in mains_hz)))
+    lines_hz = list(mains_hz)
+    for near_hz in hz[strongest]:
+        # beside a target a weak harmonic says its frequency less well than the mains do
+        orders = [(one, min(round(near_hz / one), HARMONICS)) for one in mains_hz]
+        tried = [one * order for one, order in orders if abs(near_hz - one * order) <= bin_hz]
+        tried.append(_refined(volts, sample_rate_hz, float(near_hz), bin_hz))
+        line = max(tried, key=lambda f: _strength(volts, sample_rate_hz, f)) if len(tried) > 1 else tried[0]
+        if all(abs(line - one) > (2.0 if one in mains_hz else 0.5) * bin_hz for one in lines_hz):
+            lines_hz.append(line)
+    return tuple(lines_hz)
+
+
+def _strength(volts: FloatArray, rate_hz: float, frequency_hz: float) -> float:
+    """Return the power at a frequency over the whole record, whose resolution is finer than the frames'."""
+    turn = np.hanning(volts.shape[1]) * np.exp(-2j * np.pi * frequency_hz / rate_hz * np.arange(volts.shape[1]))
+    return float((np.abs(volts @ turn) ** 2).sum())
 
 
 def _peaks(power: FloatArray) -> BoolArray:

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 
@@ -55,13 +55,8 @@ _MOST_TRUTH_SAMPLES = 20_000_000
 
 TruthOf = Callable[[int, int], Truth | None]
 """`Source.truth`: absolute index of the first sample and count, lost samples counted."""
-
-
-class OpenRun(Protocol):
-    """Makes the file of a run; `Session.new_run` is one."""
-
-    def __call__(self, digitisation: Digitisation, *, started_at: str, trigger_index: int | None) -> RunWriter:
-        """Return the writer of a new run whose first sample was taken at `started_at`."""
+OpenRun: TypeAlias = Callable[..., RunWriter]
+"""Makes the file of a run of a digitisation, `started_at` and `trigger_index` named; `Session.new_run` is one."""
 
 
 @dataclass(frozen=True, slots=True)

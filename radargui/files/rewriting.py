@@ -156,11 +156,8 @@ def _copy_samples(raw: Any, target: Any, count: int, path: Path) -> None:
 
 
 def _keep(path: Path) -> None:
-    aside = path.with_name(path.name + ASIDE)
-    number = 1
-    while aside.exists():
-        number += 1
-        aside = path.with_name(f"{path.name}-{number}{ASIDE}")
+    names = (f"{path.name}{'' if number == 1 else f'-{number}'}{ASIDE}" for number in itertools.count(1))
+    aside = next(aside for name in names if not (aside := path.with_name(name)).exists())
     try:
         os.link(path, aside)
     except OSError:

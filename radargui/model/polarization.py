@@ -56,6 +56,7 @@ def strongest_polarization_deg(field: ComplexArray, horizontal: FloatArray, vert
         From `transverse_axes`.
     """
     along, across = complex(field @ horizontal), complex(field @ vertical)
+    # of the two extremes of the ellipse of the field the longer one: atan2, not atan
     double = np.arctan2(2.0 * (along * across.conjugate()).real, abs(along) ** 2 - abs(across) ** 2)
     return float(np.degrees(double) / 2.0 % 180.0)
 

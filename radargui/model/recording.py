@@ -91,6 +91,7 @@ class Recording:
 
     def gaps_of_whole(self) -> tuple[Gap, ...]:
         """Return the gaps with indices as `index` counts them: of an excerpt too, from the whole's first sample."""
+        # an excerpt keeps the clock of the whole: results of both can be laid over one another
         before = 0 if self.excerpt is None else self.excerpt.first_index
         return tuple(replace(gap, first_index=gap.first_index + before) for gap in self.gaps)
 

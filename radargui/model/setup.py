@@ -9,12 +9,28 @@ from pydantic import ConfigDict, Field, model_validator
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.digitisation import iq_names
 from radargui.model.polarization import LEAST_SHARE, ReceivedField, received_fields
-from radargui.model.processing import Processing
 from radargui.model.radar import Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.section import ExactWhole, Section
 from radargui.model.simulation import Simulation
 
 SCHEMA = 1
+Correction = Literal["joint", "adaptive", "published", "ellipse", "none"]
+Geometry = Literal["exact", "plane"]
+
+
+class Processing(Section):
+    """How samples become a track.
+
+    Attributes
+    ----------
+    correction
+        See method.md.
+    geometry
+        plane: the antennas taken as infinitely far away.
+    """
+
+    correction: Correction = "joint"
+    geometry: Geometry = "exact"
 
 
 class Setup(Section):

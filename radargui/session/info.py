@@ -2,6 +2,7 @@
 
 import json
 import platform
+from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -23,10 +24,8 @@ def versions() -> dict[str, str]:
     """Return program, Python, system and libraries with their versions."""
     found = {"radargui": __version__, "python": platform.python_version(), "system": platform.platform()}
     for library in _LIBRARIES:
-        try:
+        with suppress(PackageNotFoundError):
             found[library] = version(library)
-        except PackageNotFoundError:
-            continue
     return found
 
 
@@ -36,10 +35,14 @@ SCHEMA = 1
 """Of session.json as this version writes it."""
 
 
-class Calibration(BaseModel):
-    """Where the antenna calibration in the setup comes from."""
+class _Record(BaseModel):
+    """Immutable; a key of a later version is passed over."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class Calibration(_Record):
+    """Where the antenna calibration in the setup comes from."""
 
     made_at: str = ""
     """ISO 8601 date, or date and time; empty where nobody knows."""
@@ -47,10 +50,8 @@ class Calibration(BaseModel):
     """How it was made or which file it was read from."""
 
 
-class JournalEntry(BaseModel):
+class JournalEntry(_Record):
     """A note made while the session was under way."""
-
-    model_config = ConfigDict(frozen=True, extra="ignore")
 
     at: str
     """ISO 8601 date and time with offset from UTC."""
@@ -61,10 +62,8 @@ class JournalEntry(BaseModel):
     """Sample of that run, counted from its first, lost ones included."""
 
 
-class SessionInfo(BaseModel):
+class SessionInfo(_Record):
     """The facts of a session; the setup holds settings and antenna calibration with its uncertainties."""
-
-    model_config = ConfigDict(frozen=True, extra="ignore")
 
     schema_version: Literal[1] = 1
     name: str

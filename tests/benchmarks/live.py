@@ -19,9 +19,8 @@ from support.changed import changed
 from radargui.acquisition.live_track import LiveTrack
 from radargui.experiment.finished import live_agreement
 from radargui.model.errors import RadarGuiError
-from radargui.model.processing import Correction
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
+from radargui.model.setup import Correction, Setup
 from radargui.model.setup_file import read_setup
 from radargui.processing.live import LiveMemory, LiveProcessor
 from radargui.processing.offline import process

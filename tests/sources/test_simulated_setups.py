@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radargui.model.processing import Processing
 from radargui.model.resources import shipped_setups
+from radargui.model.setup import Processing
 from radargui.model.setup_file import dump_setup, parse_setup, read_setup
 from radargui.sources.simulated import simulate_recording
 from radargui.sources.simulated.model import SimulatedRadar

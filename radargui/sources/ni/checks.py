@@ -178,6 +178,11 @@ class TaskSettings:
     convert_rate_hz: float | None = None
     start: StartEdge | None = None
 
+    @property
+    def total_samples(self) -> int | None:
+        """Samples of each channel in all; None: until it is stopped."""
+        return None if self.start is None else self.start.total_samples
+
 
 def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
     """Return the settings of a task on this device.

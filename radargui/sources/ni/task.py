@@ -58,7 +58,7 @@ class InputTask:
         self.rate_hz = settings.rate_hz
         self.convert_rate_hz: float | None = None
         self.buffer_samples: int | None = None
-        self._left = None if settings.start is None else settings.start.total_samples
+        self._left = settings.total_samples
         self.scaling: tuple[tuple[float, ...], ...] | None = None
         try:
             with self._errors("configuring"):
@@ -86,11 +86,10 @@ class InputTask:
             )
             for name, physical in zip(settings.names, settings.channels, strict=True)
         ]
-        total = None if settings.start is None else settings.start.total_samples
         task.timing.cfg_samp_clk_timing(
             settings.rate_hz,
-            sample_mode=AcquisitionType.CONTINUOUS if total is None else AcquisitionType.FINITE,
-            samps_per_chan=total or settings.buffer_samples,
+            sample_mode=AcquisitionType.CONTINUOUS if settings.total_samples is None else AcquisitionType.FINITE,
+            samps_per_chan=settings.total_samples or settings.buffer_samples,
         )
         if settings.convert_rate_hz is not None:
             task.timing.ai_conv_rate = settings.convert_rate_hz
@@ -152,7 +151,7 @@ class InputTask:
         """
         with self._errors("starting"):
             self._task.start()
-        self._left = None if self.settings.start is None else self.settings.start.total_samples
+        self._left = self.settings.total_samples
         self._running = True
 
     @property

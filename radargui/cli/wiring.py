@@ -41,7 +41,7 @@ def check_wiring(options: Wiring) -> int:
         typer.echo("The wiring is right.")
         return 0
     wrong = sum(finding.kind != "good" for finding in report.findings)
-    remedy = "Mend it, or take the settings proposed (--output FILE writes them), and check again."
+    remedy = "Correct it, or take the settings proposed (--output FILE writes them), and check again."
     return fail(RadarGuiError(f"the wiring is not right: {wrong} finding{'s'[: wrong > 1]}.", remedy=remedy))
 
 

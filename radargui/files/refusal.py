@@ -53,7 +53,7 @@ def resolved(path: Path, names: Sequence[str], present: Sequence[str], shown: Se
     there = listed(present if shown is None else shown) or "no channel"
     for name, own in zip(names, found, strict=True):
         if not own:
-            raise FileError(f"{path} holds no {name}; it holds {there}.", remedy="Mend --channels.")
+            raise FileError(f"{path} holds no {name}; it holds {there}.", remedy="Correct --channels.")
     return [own for own in found if own]
 
 

@@ -306,5 +306,5 @@ def _want_numbers(raw: RawArray, signals: Sequence[Signal], where: str) -> None:
             raise FileError(
                 f"{where}: {signal.name} holds {int((~finite).sum())} samples that are not numbers, "
                 f"the first is sample {int(np.argmin(finite)) + 1}.",
-                remedy="Mend them or cut the recording there.",
+                remedy="Correct them or cut the recording there.",
             )

@@ -1,4 +1,4 @@
-"""Names for the array types that cross borders; work on long ones in pieces."""
+"""Names for the array types of arguments and results; work on long ones in pieces."""
 
 from collections.abc import Iterator
 from typing import TypeAlias

@@ -37,7 +37,7 @@ class RadarGuiError(Exception):
         return " ".join(" ".join(part.split()) for part in parts)
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Keep reasons and remedy when the error crosses a process border."""
+        """Keep reasons and remedy when the error goes from process to process."""
         return (_rebuild, (type(self), self.message, self.reasons, self.remedy))
 
 

@@ -74,7 +74,7 @@ def validate_setup(document: dict[str, Any], name: str = "setup") -> Setup:
 
 def _not_toml(name: str, fault: str) -> SetupError:
     text = " ".join(fault.split())
-    return SetupError(f"{name} is not TOML: {text}.", remedy="Mend that place or start from a shipped setup.")
+    return SetupError(f"{name} is not TOML: {text}.", remedy="Correct that place or start from a shipped setup.")
 
 
 def read_setup(path: Path) -> Setup:

@@ -195,7 +195,7 @@ def test_what_is_not_toml_is_called_so_with_its_place(text: str, fault: str) -> 
     line = line_of(text)
     assert line.startswith("lab.toml is not TOML: ")
     assert fault in line
-    assert line.endswith("Mend that place or start from a shipped setup.")
+    assert line.endswith("Correct that place or start from a shipped setup.")
 
 
 def test_a_long_or_many_lined_value_is_cut_to_one_short_line() -> None:

@@ -3,7 +3,7 @@
 import typer
 
 from radargui.cli.app import Export, Report
-from radargui.cli.bar import progress_bar
+from radargui.cli.bar import Bar, progress_bar
 from radargui.cli.console import FAILED, fail
 from radargui.files.export import EXPORT_FORMATS
 from radargui.model.errors import RadarGuiError
@@ -51,10 +51,10 @@ def export_runs(options: Export) -> int:
     kind, path = EXPORT_FORMATS[options.format_name], options.path
     plan = plan_export(path, kind, options.output, force=options.force)
     status = 0
-    with progress_bar(f"{kind.title} of {path.name or path}") as report_progress:
-        for run in plan.carry_out(report_progress):
+    with Bar(description=f"{kind.title} of {path.name or path}", total=1.0) as bar:
+        for run in plan.carry_out(lambda share: bar.update(bar.shown, completed=share)):
             if run.error is not None:
                 status = fail(run.error, run.run.name) and FAILED
             for made in run.paths:
-                typer.echo(str(made))
+                bar.say(str(made))
     return status

@@ -13,6 +13,7 @@ from radargui.model.bounce import Bounces
 from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEndPrior
+from radargui.model.gravity import drag_of_sphere_1_m
 from radargui.model.path import PathLengths
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
@@ -244,7 +245,8 @@ def _bounces_of(track: Track, segment: Segment, setup: Setup, rate_hz: float) ->
     # a normal that is a default is no statement about this floor
     given = "normal" in setup.floor.model_fields_set
     normal = setup.floor.normal if given else None
-    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg)
+    drag_1_m = drag_of_sphere_1_m(setup.tracer.diameter_m, setup.tracer.density_kg_m3)
+    return find_bounces(track, segment, normal, rate_hz, setup.floor.u_tilt_deg, drag_1_m)
 
 
 def _check(recording: Recording, setup: Setup) -> None:

@@ -14,6 +14,7 @@ from radargui.restitution.cross_check import cross_check
 from radargui.restitution.floor_normal import UP, FloorNormal, normal_of_impacts
 from radargui.restitution.parabola import Parabolas, fit_parabolas
 from radargui.restitution.settings import TRACKS
+from radargui.restitution.track_drag import with_drag
 from radargui.restitution.track_flights import (
     FittedFlights,
     Flight,
@@ -33,6 +34,7 @@ def find_bounces(
     normal: tuple[float, float, float] | None,
     sample_rate_hz: float,
     u_tilt_deg: float | None = None,
+    drag_1_m: float = 0.0,
 ) -> Bounces:
     """Return impacts with e = speed after / speed before along the floor's normal, and the first fall.
 
@@ -51,9 +53,11 @@ def find_bounces(
         Rate of the samples.
     u_tilt_deg
         Standard deviation of the floor's slope from level, where the setup gives it and no normal.
+    drag_1_m
+        k of the sphere in air, part of the uncertainties.
     """
     # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
-    bounces = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
+    bounces = _along(track, segment, UP if normal is None else normal, sample_rate_hz, drag_1_m)
     if normal is not None or not bounces.impacts:
         return bounces
     at = _velocities(track, segment, bounces)
@@ -62,7 +66,7 @@ def find_bounces(
     floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known], u_tilt_deg)
     x, y, z = (float(part) for part in floor.normal)
     # again: heights, speeds and what counts as a flight are along the normal found
-    bounces = _along(track, segment, (x, y, z), sample_rate_hz)
+    bounces = _along(track, segment, (x, y, z), sample_rate_hz, drag_1_m)
     at = _velocities(track, segment, bounces)
     impacts = tuple(_with_normal(impact, at, k, floor) for k, impact in enumerate(bounces.impacts))
     return replace(bounces, impacts=impacts, u_tilt_deg=floor.u_tilt_deg if impacts else None)
@@ -90,7 +94,9 @@ def _is_valid(e: float, u_e: float) -> bool:
     return bool(u_e < TRACKS.largest_u_e and e < 1.0 + TRACKS.sigmas_above_1 * u_e)
 
 
-def _along(track: Track, segment: Segment, normal: tuple[float, float, float], sample_rate_hz: float) -> Bounces:
+def _along(
+    track: Track, segment: Segment, normal: tuple[float, float, float], sample_rate_hz: float, drag_1_m: float
+) -> Bounces:
     height = np.asarray(normal) @ track.position_m
     part = slice(segment.first, segment.last)
     time, known = track.time_s, track.valid & np.isfinite(height)
@@ -113,9 +119,13 @@ def _along(track: Track, segment: Segment, normal: tuple[float, float, float], s
     impact_s = fitted.meet(impact_s)
     impacts = tuple(_bounce(fitted, k, float(instant)) for k, instant in enumerate(impact_s))
     fall = _free_fall(heights, flights[0], track, segment, normal, fitted, float(impact_s[0]))
-    return cross_check(
-        Bounces(impacts, fall, normal), heights.time_s, heights.height_m, NOMINAL_GRAVITY_M_S2 * normal[2]
-    )
+    bounces = Bounces(impacts, fall, normal)
+    if drag_1_m:
+        times_s = [heights.within(flight)[0] for k, flight in enumerate(flights) if flight and k in fitted.place]
+        bounces = with_drag(bounces, fitted, times_s, drag_1_m)
+        impacts = tuple(replace(one, valid=one.valid and _is_valid(one.e, one.u_e)) for one in bounces.impacts)
+        bounces = replace(bounces, impacts=impacts)
+    return cross_check(bounces, heights.time_s, heights.height_m, NOMINAL_GRAVITY_M_S2 * normal[2])
 
 
 def _falls(fitted: Parabolas, normal: tuple[float, float, float]) -> bool:

@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.laboratory.drop import Body, Floor, fall
 from support.drops import Drop
 
 from radargui.model.bounce import Bounces
+from radargui.model.gravity import drag_of_sphere_1_m
 from radargui.model.segment import Segment
 from radargui.model.track import Track
 from radargui.restitution.bounces import find_bounces
@@ -49,6 +51,26 @@ def test_an_exact_track_gives_exact_coefficients(height: float, e: float) -> Non
     assert bounces.free_fall.g_m_s2 == pytest.approx(9.81, rel=1e-9)
     assert bounces.free_fall.drop_height_m == pytest.approx(height, abs=1e-9)
     assert bounces.free_fall.release_height_m == pytest.approx(height, abs=1e-9)
+
+
+@pytest.mark.parametrize("density_kg_m3", [7850.0, 1050.0])
+def test_what_drag_does_to_parabolas_is_in_the_uncertainty_of_e_and_g(density_kg_m3: float) -> None:
+    body = Body(radius_m=0.005, density_kg_m3=density_kg_m3, gravity_m_s2=9.81)
+    floor = Floor(np.array(UP), np.array([0.0, 0.0, -0.13]), restitution=0.8, scatter=0.0)
+    drop = fall(np.random.default_rng(1), body, floor, np.array([0.0, 0.0, 0.12]), start_s=0.3, duration_s=1.2)
+    time = np.arange(6000) / 5000.0
+    position = drop.position(time)
+    track = Track(time, position, np.full_like(position, 1e-6), np.ones(time.size, dtype=bool), "exact")
+    segment = Segment(1500, time.size, 0, 1450)
+    bare = find_bounces(track, segment, UP, 5000.0)
+    told = find_bounces(track, segment, UP, 5000.0, drag_1_m=drag_of_sphere_1_m(0.01, density_kg_m3))
+    assert bare.free_fall is not None
+    assert told.free_fall is not None
+    g_missed = body.acceleration_m_s2 - bare.free_fall.g_m_s2
+    assert np.hypot(bare.free_fall.u_g_m_s2, g_missed) == pytest.approx(told.free_fall.u_g_m_s2, rel=0.02)
+    for one, same in zip(bare.impacts[:2], told.impacts[:2], strict=True):
+        assert same.e == one.e < 0.8 - 10.0 * one.u_e, "drag matters, and without it nothing says so"
+        assert np.hypot(one.u_e, 0.8 - one.e) == pytest.approx(same.u_e, rel=0.02)
 
 
 def test_uncertainties_hold_the_truth_as_often_as_they_should() -> None:

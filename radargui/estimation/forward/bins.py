@@ -96,7 +96,9 @@ class Multiplexer:
 
         Both are the model's: measured ones would share their noise with the residual.
         """
+        # the scan before ended with the last channel
         last = np.interp(time_s - self.scan_s, time_s, value[-1])
+        # each channel has its own unit and sign
         return np.asarray(self.before[:, None] * np.concatenate([last[None], value[:-1]]) - value)
 
 
@@ -160,11 +162,15 @@ def bin_by_fringe(
     settings
         Lengths.
     """
+    # by phase, not by time: near an apex a fringe lasts, at an impact it is over in milliseconds
     rate = np.interp(signals.time_s, time_s, turns_hz)
     longest = np.where(signals.time_s < motion_start_s, settings.longest_at_rest_s, settings.longest_s)
+    # never longer than a knot's half, however slowly the phase turns
     progress = np.cumsum(np.maximum(settings.per_fringe * rate, 1.0 / longest)) / signals.rate_hz
     label = np.floor(progress).astype(np.intp)
+    # a mean over an impact is a point on no circle
     part = np.searchsorted(np.concatenate([[motion_start_s], breaks_s]), signals.time_s)
+    # lost samples: a bin across them would have its two nodes where nothing was seen
     gap = np.cumsum(np.diff(signals.time_s, prepend=signals.time_s[0]) > 1.5 / signals.rate_hz)
     change = np.flatnonzero((np.diff(label) != 0) | (np.diff(part) != 0) | (np.diff(gap) != 0)) + 1
     new = np.zeros(label.size, dtype=np.intp)
@@ -173,11 +179,13 @@ def bin_by_fringe(
 
 
 def _average(signals: ScaledSignals, label: IntArray) -> Bins:
+    # clipped samples are left out of their bin; the others keep it, with its own mean time
     keep = signals.usable
     label, time, value = label[keep], signals.time_s[keep], signals.value[:, keep]
     first = np.flatnonzero(np.diff(label, prepend=-1))
     count = np.diff(np.append(first, label.size))
     mean_time = np.add.reduceat(time, first) / count
+    # of the samples that are there: the nodes then stand for them, also in a bin with a hole
     offset = time - np.repeat(mean_time, count)
     spread = np.sqrt(np.add.reduceat(offset**2, first) / count)
     mean = np.add.reduceat(value, first, axis=1) / count

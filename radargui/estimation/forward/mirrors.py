@@ -52,10 +52,12 @@ class MirrorPlane:
 
     def turned(self, direction: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return the mirror image of directions, shape (..., 3)."""
+        # a direction has no place: mirrored in the parallel plane through the origin
         return mirror(direction, self._tilted(unknown), 0.0)
 
     def _tilted(self, unknown: FloatArray) -> FloatArray:
         first, second = _tangents(tuple(self.normal.tolist()))
+        # small turns as sums; normalised, so that the image keeps its distance
         normal = self.normal + unknown[0] * first + unknown[1] * second
         return np.asarray(normal / np.linalg.norm(normal))
 
@@ -103,15 +105,18 @@ def detour(
     image = plane.image(antenna_m, unknown)
     direct, mirrored = place - antenna_m.reshape(3, *tail), place - image.reshape(3, *tail)
     r, r_image = _length(direct), _length(mirrored)
+    # zero at the release: else every shift of the plane would turn T and R by radians, and nothing would converge
     at_rest = release_m - image
     rest_m = np.linalg.norm(at_rest)
     phase = k * (r_image - r - (rest_m - np.linalg.norm(release_m - antenna_m)))
+    # spreading: the longer way arrives weaker
     ratio = r / r_image * turned(phase)
     direct, mirrored = direct / r, mirrored / r_image
     moved = plane.image_slope(antenna_m, unknown)
     lengthened = -(moved @ mirrored.reshape(3, -1)).reshape(place.shape)
     at_release = -(moved @ at_rest / rest_m).reshape(3, *tail)
     slope, by_plane = np.empty(place.shape, complex), np.empty(place.shape, complex)
+    # amplitude in the real part, phase in the imaginary one: d ln rho needs no division by rho
     slope.real, slope.imag = direct / r - mirrored / r_image, k * (mirrored - direct)
     by_plane.real, by_plane.imag = -lengthened / r_image, k * (lengthened - at_release)
     return Detour(ratio, slope, by_plane)
@@ -139,6 +144,7 @@ def turned(phase: FloatArray) -> ComplexArray:
 
     numpy computes a tangent many elements at a time where it takes cosines and sines one by one.
     """
+    # its poles do no harm: there the share is zero and both parts keep their limits
     tangent = np.tan(0.5 * phase)
     square = tangent * tangent
     share = 1.0 / (1.0 + square)
@@ -150,6 +156,7 @@ def turned(phase: FloatArray) -> ComplexArray:
 @lru_cache(maxsize=512)
 def _tangents(direction: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
     normal = np.array(direction)
+    # the axis farthest from the normal, so that the cross product is never small
     least = np.eye(3)[int(np.argmin(np.abs(normal)))]
     first = np.cross(normal, least)
     first /= np.linalg.norm(first)

@@ -66,6 +66,7 @@ class MotionSpline:
 
     def knots(self) -> FloatArray:
         """Return the knots with multiplicities 4, 3, ..., 3, 4."""
+        # a triple knot leaves the position continuous and frees velocity: an impact
         parts = [np.repeat(self.edge_s[0], 3)]
         for first, last, share in zip(self.edge_s[:-1], self.edge_s[1:], self.fractions, strict=True):
             parts += [first + (last - first) * share[:-1], np.repeat(last, 2)]
@@ -90,6 +91,7 @@ class MotionSpline:
         Between edges a and b the motion is a function of s = (t - a) / (b - a) alone, because the knots move with the
         breaks: dp/da = -(1 - s) v, dp/db = -s v.
         """
+        # exact, at the cost of a velocity: without it impact times would need numerical columns
         velocity = self._derivative(time_s, coefficients, 1)
         part = np.searchsorted(self.edge_s, time_s) - 1
         inside = (part >= 0) & (part < self.edge_s.size - 1)
@@ -112,12 +114,14 @@ class MotionSpline:
         shares = zip(self.edge_s[:-1], self.edge_s[1:], self.fractions, strict=True)
         edges = np.concatenate([*(a + (b - a) * share[:-1] for a, b, share in shares), self.edge_s[-1:]])
         length = np.diff(edges)
+        # four even points inside the span: no knot between them, so that the difference is exact
         h = length / 4.0
         value, first = self._basis((edges[:-1, None] + (0.5 + np.arange(4)) * h[:, None]).ravel())
         third = np.array([-1.0, 3.0, -3.0, 1.0]) @ value.reshape(-1, 4, 4)
         return self._rows(third / h[:, None] ** 3, first[::4]), edges[:-1] + length / 2.0, length
 
     def _derivative(self, time_s: FloatArray, coefficients: FloatArray, order: int) -> FloatArray:
+        # before the release it hangs, after the record nobody asks
         clipped = np.clip(time_s, self.edge_s[0], self.edge_s[-1])
         first = np.zeros_like(coefficients[:1])
         return np.asarray(BSpline(self.knots(), np.concatenate([first, coefficients]), 3)(clipped, nu=order))
@@ -130,6 +134,7 @@ class MotionSpline:
 
     def _rows(self, value: FloatArray, first: IntArray) -> csr_matrix:
         """Return rows of four neighbours each as a matrix, the first coefficient left out."""
+        # four functions live in each span; the very first coefficient is the release itself
         column = first[:, None] + np.arange(-1, 3)
         kept = column >= 0
         pointer = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
@@ -156,9 +161,11 @@ def make_spline(
     sharp = np.zeros(0) if sharp_s is None else sharp_s
     fractions = []
     for first, last in pairwise(edge):
+        # evenly in each flight: knots as shares move with the breaks, and impact times have exact derivatives
         count = max(1, int(np.ceil((last - first) / settings.knot_s - 1e-9)))
         coarse = np.linspace(0.0, 1.0, count + 1)
         middle = first + (last - first) * (coarse[:-1] + coarse[1:]) / 2.0
+        # neighbours too: a push begins before its largest residual
         close = (np.abs(middle[:, None] - sharp[None]) < settings.knot_s).any(axis=1)
         parts = [
             np.linspace(a, b, (settings.parts_where_sharp if fine else 1) + 1)[:-1]

@@ -177,6 +177,7 @@ def make_layout(sizes: Sizes) -> Layout:
 
     two_a_mirror = 2 * sizes.mirrors
     shared = (sizes.breaks, 3 * sizes.mirrors, two_a_mirror, two_a_mirror, sizes.polarization, sizes.crosstalk)
+    # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver
     breaks, planes, reflection, lobe, polarization, crosstalk = (take(count) for count in shared)
     receivers = [
         ReceiverLayout(

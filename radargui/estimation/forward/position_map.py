@@ -77,14 +77,17 @@ def make_basis(visited: FloatArray, length_m: float, settings: MapSettings = MAP
     settings
         How many functions.
     """
+    # a kernel on all places is singular: a subset that leaves no hole carries the same functions
     centre = farthest_points(visited, settings.spacing * length_m, settings.most_places)
     w, u = np.linalg.eigh(_kernel(centre, centre, length_m))
+    # eigenvalues fall fast for a smooth kernel: what is left out no data could determine
     strong = np.flatnonzero(w > settings.weakest * w[-1])[-settings.most_functions :]
     return PositionBasis(centre, u[:, strong] / np.sqrt(w[strong]), length_m)
 
 
 def farthest_points(place: FloatArray, spacing_m: float, most: int) -> FloatArray:
     """Return at most `most` of the places (n_dimensions, n), each time the one farthest from those chosen."""
+    # neighbours in time are neighbours in space
     thin = place[:, :: max(1, place.shape[1] // 3000)]
     chosen = [0]
     distance = np.linalg.norm(thin - thin[:, :1], axis=0)
@@ -98,5 +101,6 @@ def farthest_points(place: FloatArray, spacing_m: float, most: int) -> FloatArra
 
 
 def _kernel(a: FloatArray, b: FloatArray, length_m: float) -> FloatArray:
+    # |a - b|^2 by a product of matrices; rounding may make it negative
     square = (a**2).sum(axis=0)[:, None] + (b**2).sum(axis=0)[None] - 2.0 * (a.T @ b)
     return np.asarray(np.exp(-np.maximum(square, 0.0) / (2.0 * length_m**2)))

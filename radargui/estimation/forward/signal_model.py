@@ -135,8 +135,10 @@ def receiver_signal(
     own = layout.receivers[receiver]
     sphere = inputs.sphere_factors(theta, layout, receiver)
     direct = field_at_nodes(node_m, theta, layout, inputs, receiver, sphere)
+    # the mean of a wave over a bin is that at its two nodes (Bins)
     z = (direct * _reflection_factor(node_m, theta, layout, inputs, receiver, sphere)).mean(axis=1)
     bias, front_end = bias_of(theta, own, inputs), FrontEndState.of(theta, own)
+    # the mixer's own, behind the front end's gain: pick-up and 1/f noise do not turn with the tracer
     drift = np.stack([inputs.drift @ theta[own.drift_i], inputs.drift @ theta[own.drift_q]])
     besides = front_end.channels(np.stack([bias, bias])) + theta[own.offset][:, None] + drift
     return ReceiverSignal(front_end.channels(z) + besides, direct.mean(axis=(0, 1)), z.mean(axis=0), besides)
@@ -155,6 +157,7 @@ def field_at_nodes(
     path = np.zeros(node_m.shape[1:])
     for antenna in (inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]):
         x, y, z = node_m - antenna[:, None, None, None]
+        # against the release: phi_0 is then the phase there, whatever the antennas' places
         path += np.sqrt(x * x + y * y + z * z) - np.linalg.norm(inputs.release_m - antenna)
     phase = inputs.wavenumber * path + theta[own.phase]
     return np.asarray(amplitude_of(theta, own, inputs, receiver, sphere) * turned(phase))
@@ -191,6 +194,7 @@ def _reflection_factor(
     )
     antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
     height, scattered = height_above_release(node_m, inputs), sphere.mirrored
+    # one is the direct path
     out, sent, got = np.ones(node_m.shape[1:], complex), [], []
     for m, (plane, unknown) in enumerate(zip(inputs.planes, layout.plane_unknowns(theta), strict=True)):
         over_tx, over_rx = (
@@ -201,7 +205,9 @@ def _reflection_factor(
         sent.append(t[m] * over_tx)
         got.append(r[m] * over_rx)
         out += sent[m] * scattered[1 + m, 0] + got[m] * scattered[0, 1 + m]
+        # a rough or small surface does not send both ways back alike: X takes what the product leaves
         out += x[m] * scattered[1 + m, 1 + m] * (over_tx * over_rx)
+    # over a mirror on the way in and on the way out: phases add, amplitudes multiply (image theory, Balanis 4.7)
     for m, over_tx in enumerate(sent):
         for n, over_rx in enumerate(got):
             out += over_tx * over_rx * scattered[1 + m, 1 + n]

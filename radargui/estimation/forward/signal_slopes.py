@@ -60,6 +60,7 @@ def receiver_slopes(
     tx, rx = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
     from_tx, from_rx = node_m - tx[:, None, None, None], node_m - rx[:, None, None, None]
     r_tx, r_rx = (np.sqrt((away * away).sum(axis=0)) for away in (from_tx, from_rx))
+    # the same path as in `receiver_signal`, whose derivative this is
     at_rest = np.linalg.norm(inputs.release_m - tx) + np.linalg.norm(inputs.release_m - rx)
     sphere = inputs.sphere_factors(theta, layout, receiver)
     amplitude = amplitude_of(theta, own, inputs, receiver, sphere)
@@ -67,6 +68,7 @@ def receiver_slopes(
     gradient = k * (from_tx / r_tx + from_rx / r_rx)
     mirrored = _mirrors(node_m, wave, theta, layout, inputs, receiver, sphere)
     z = _mean(mirrored.field)
+    # d exp(j phi) = j exp(j phi) dphi; amplitude and maps change over decimetres and count as constant
     by_position = _mean(mirrored.slope + 1j * mirrored.field * gradient)
     bias = bias_of(theta, own, inputs)
     front_end = FrontEndState.of(theta, own)
@@ -79,15 +81,18 @@ def receiver_slopes(
     def columns(places: slice) -> slice:
         return slice(places.start - own.first, places.stop - own.first)
 
+    # a phase turns direct and mirrored waves alike
     by_own[:, :, column(own.phase)] = front_end.channels(1j * z)
     by_own[:, :, column(own.log_amplitude)] = front_end.channels(z)
     by_own[0, :, column(own.offset.start)] = 1.0
     by_own[1, :, column(own.offset.start) + 1] = 1.0
+    # g scales all of Q but its offset, the bias of the scene included
     q = front_end.channels(z + bias)[1]
     by_own[1, :, column(own.log_gain)] = q
     by_own[1, :, column(own.quadrature_error)] = front_end.q_by_quadrature_error((z + bias)[1])
     gain, error = front_end.gain_ratio, front_end.quadrature_error_rad
     by_own[0, :, columns(own.bias_i)] = inputs.bias
+    # the quadrature error lets the real part of the bias into Q
     by_own[1, :, columns(own.bias_i)] = gain * np.sin(error) * inputs.bias
     by_own[1, :, columns(own.bias_q)] = gain * np.cos(error) * inputs.bias
     by_own[:, :, columns(own.amplitude_map)] = front_end.channels(z)[:, :, None] * inputs.amplitude_map
@@ -180,10 +185,12 @@ def _mirrors(
     over_tx = detours(inputs.antennas.transmitter_m, layout.transmitter_lobe)
     over_rx = detours(inputs.antennas.receivers_m[receiver], own.receiver_lobe)
     scattered = sphere.mirrored
+    # F is bilinear in what is sent and what is got: each derivative is the other factor
     sent = [t[m] * (wave * one.ratio) for m, one in enumerate(over_tx)]
     got = [r[n] * one.ratio for n, one in enumerate(over_rx)]
     field, by_double, by_transmitter, by_receiver = wave.copy(), [], [], []
     for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
+        # a wave sent over m is received directly or over any mirror n
         after = scattered[1 + m, 0] + sum(one * scattered[1 + m, 1 + n] for n, one in enumerate(got))
         before = wave * scattered[0, 1 + m] + sum(one * scattered[1 + n, 1 + m] for n, one in enumerate(sent))
         by_transmitter.append(wave * a.ratio * after)
@@ -193,6 +200,7 @@ def _mirrors(
     slope, by_plane = np.zeros(node_m.shape, complex), []
     by_lobes: tuple[list[ComplexArray], list[ComplexArray]] = ([], [])
     for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
+        # all that depends on the detour of an antenna over m: through ln rho the derivatives share it
         by_a = t[m] * by_transmitter[m] + x[m] * by_double[m]
         by_b = r[m] * by_receiver[m] + x[m] * by_double[m]
         slope += by_a * a.slope + by_b * b.slope

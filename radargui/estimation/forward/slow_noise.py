@@ -78,6 +78,7 @@ class Drift:
 
     def functions(self, time_s: FloatArray) -> FloatArray:
         """Return the functions at times, shape (n, count): cosines and sines of whole and half cycles."""
+        # half cycles too: a drift does not end where it began
         turn = np.pi * (time_s - self.first_s) / self.length_s
         order = np.arange(1, self.count // 2 + 1)
         angle = turn[:, None] * order
@@ -93,6 +94,7 @@ class Drift:
             return bins
         level = self.level[:, None]
         variance = bins.sigma**2 + settings.variance_a_bin * level
+        # a bin's mean keeps what is slower than itself, and the functions have taken what is slower than they
         highest = self.count / 4.0 / self.length_s
         seen = bins.sigma**2 + level * np.log(np.maximum(1.0 / (2.0 * _ROOT_12 * bins.node_s * highest + 1e-12), 1.5))
         return replace(bins, sigma=np.sqrt(variance), expected=np.minimum(seen / variance, 1.0))
@@ -125,6 +127,7 @@ def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSet
     slow = _slow_deviation(signals, rest, length, settings)
     rate = signals.rate_hz / pooled
     for channel in range(n_channels):
+        # pooled: a spectrum to 2 kHz tells white from a / f, and the offset at zero frequency says nothing
         samples = signals.value[channel, : count * pooled].reshape(count, pooled).mean(axis=1)
         level[channel], gain = _whittle(samples - samples.mean(), rate, float(white[channel]))
         gained += gain
@@ -132,6 +135,7 @@ def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSet
     needed = settings.gain_a_channel * n_channels / 2.0
     if gained < needed or np.median(level / highest / white) < settings.white_share:
         return Drift(float(signals.time_s[0]), length, slow.shape[1], slow, np.zeros(n_channels))
+    # density times the distance of the functions' frequencies: what noise has in each
     order = np.arange(1, 2 * settings.cycles + 1)
     variance = level[:, None] / (order / (2.0 * length)) / (2.0 * length)
     sd = np.sqrt(np.concatenate([variance, variance], axis=1))
@@ -152,6 +156,7 @@ def _slow_deviation(
     """
     time = signals.time_s[rest] - signals.time_s[rest].mean()
     slopes = (signals.value[:, rest] @ time) / (time @ time)
+    # less what white noise alone gives a slope
     excess = slopes**2 - signals.sigma**2 / (time @ time)
     if (slopes**2 * (time @ time) < settings.drift_sigmas**2 * signals.sigma**2).all() or excess.mean() <= 0.0:
         return np.zeros((slopes.size, 0))
@@ -163,9 +168,11 @@ def _slow_deviation(
 def _whittle(samples: FloatArray, rate_hz: float, white: float) -> tuple[float, float]:
     """Return a of white + a / f for a periodogram and what it gains in log likelihood over white alone."""
     n = samples.size
+    # without a window a drift leaks into every frequency, and all noise looks like 1/f
     window = np.hanning(n)
     power = 2.0 * np.abs(np.fft.rfft(samples * window)) ** 2 / (rate_hz * (window**2).sum())
     frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
+    # not the highest: there the mixer's filter may have taken noise away
     use = slice(2, max(4, int(0.8 * frequency.size)))
     power, frequency = power[use], frequency[use]
 

@@ -191,9 +191,11 @@ def motion_information(
         after = _MotionAfter.of(blocks, kept)
         band, coupling, constants = after.taken_off(blocks)
     jerk, _, _ = solution.at.spline.jerk()
+    # the law of flight takes the place of the prior: both would count the same knowledge twice
     stiffness = np.zeros(problem.jerk_sd.size)
     stiffness[lifted] = problem.jerk_sd[lifted] ** -2.0
     stiff = csr_matrix(jerk.T @ diagonal(stiffness) @ jerk)[:size, :size]
+    # an impact is where two flights meet: its prior, from the adaptive rounds, has done its work
     precision = problem.prior.sd[breaks] ** -2.0
     between = csr_matrix(coupling[:, breaks])
     at_breaks = constants[breaks, breaks] - np.diag(precision)

@@ -57,7 +57,9 @@ class MotionSegment:
         The matrix times the values of a function at these points are the coefficients that interpolate it (de Boor, A
         Practical Guide to Splines, XIII).
         """
+        # multiplicity 4 at both ends: the segment as a spline of its own
         knots = np.concatenate([np.zeros(3), self.knot_share, np.ones(3)])
+        # collocation at Greville points is well conditioned for any knots
         greville = np.array([knots[j + 1 : j + 4].mean() for j in range(knots.size - 4)]).clip(0.0, 1.0)
         return greville, np.linalg.inv(BSpline.design_matrix(greville, knots, 3).toarray())
 
@@ -88,6 +90,7 @@ class FreeMotion:
         spline, out, first = self.motion.spline, [], 0
         for begin, end, share in zip(spline.edge_s[:-1], spline.edge_s[1:], spline.fractions, strict=True):
             out.append(MotionSegment(float(begin), float(end), share, first))
+            # neighbours share the coefficient at the break: the place where they meet
             first = out[-1].stop_coefficient - 1
         return tuple(out)
 

@@ -119,6 +119,7 @@ def input_responses(solution: Solution, others: Sequence[OtherInputs], time_s: F
     by_motion, by_global = _slopes(solution, changes)
     spline, release = solution.at.spline, solution.problem.inputs.release_m
     bin_s, layout = solution.problem.bins.time_s, solution.problem.layout
+    # a break that moves carries the knots of both flights along
     by_breaks = spline.break_slopes(bin_s, solution.state.coefficients)
     sides, out = one_sided_slopes(spline), []
     for number, other in enumerate(others):
@@ -136,6 +137,7 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
     """Return by how much the model changes with the inputs at the same motion against the release, (n_channels, n)."""
     problem, state = solution.problem, solution.state
     inputs = replace(problem.inputs, antennas=other.antennas, release_m=other.release_m, wavenumber=other.wavenumber)
+    # the motion counts from the release: where that is wrong the whole motion is shifted, and bent by the geometry
     place = (solution.at.design @ state.coefficients + other.release_m).T
     unknown = problem.layout.plane_unknowns(state.theta)
     if other.sphere is not None:
@@ -147,6 +149,7 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
         angles = body.angle_rad
         factors = [fields.factors(n, angles[0], angles[1 + n]) for n in range(problem.n_receivers)]
         inputs = replace(inputs, body=tuple(_weakened(own) for own in factors))
+    # same unknowns, other world: what the minimum then has to follow
     moved = linearise(replace(problem, inputs=inputs), state)
     return np.concatenate([a.value - b.value for a, b in zip(moved.signals, solution.at.signals, strict=True)]) / STEP
 
@@ -154,6 +157,7 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
 def _weakened(factors: SphereFactors) -> SphereFactors:
     """Return the factors of a sphere of which only `STEP` is there."""
     nothing: ComplexArray = np.zeros((0, 1), complex)
+    # a hundredth of its phase and of its loss: linear where a whole sphere is not
     direct, mirrored = np.exp(STEP * np.log(factors.direct)), 1.0 + STEP * (factors.mirrored - 1.0)
     return SphereFactors(direct, mirrored, nothing, np.zeros((0, *mirrored.shape), complex))
 

@@ -71,14 +71,17 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     at_rest = path_lengths(release[:, None], inputs.antennas)
     change = path_lengths(position, inputs.antennas) - at_rest
     misfit = local_chi_square(solution)
+    # where residuals are large the motion is doubtful there, not everywhere
     excess = np.sqrt(np.maximum(misfit / problem.noise_scale[:, None] ** 2, 1.0))
     wide = _few_fringes_factor(change * inputs.wavenumber / (2.0 * np.pi))
     u_position, u_change = _with_alternatives(solution, alternatives, excess)
+    # a place needs all receivers: the one that saw least decides
     u_position, u_change = wide.max() * u_position, wide[:, None] * u_change
 
     def spread(values: FloatArray) -> FloatArray:
         return np.array([np.interp(time, bins.time_s, row) for row in values])
 
+    # a slow release moves less than the noise of a bin for tens of milliseconds
     slow = time < solution.at.spline.edge_s[0] + SAMPLES.slow_start_s
     unseen = np.where(slow, _unseen_m(solution, signals), SAMPLES.smallest_u_m)
     i, q = _corrected(solution, signals, change, at_rest)
@@ -95,6 +98,7 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
 
 def _few_fringes_factor(fringes: FloatArray) -> FloatArray:
     """Return by how much the uncertainty of receivers that saw few fringes grows (`SampleSettings.few_fringes`)."""
+    # a short arc fits many circles: below some fringes Laplace's Gaussian is narrower than what is possible
     span = np.maximum(np.ptp(fringes, axis=1), SAMPLES.least_fringes)
     return np.asarray(np.minimum(np.sqrt(1.0 + (SAMPLES.few_fringes / span) ** 2), SAMPLES.widest))
 
@@ -124,6 +128,7 @@ def _with_alternatives(
     total = 1.0
     u_position, u_change = _uncertainties(solution)
     square, square_path = (u_position * excess.max(axis=0)) ** 2, (u_change * excess) ** 2
+    # the best stays the answer: a mean of two motions obeys no law of motion
     for alternative in alternatives:
         other, weight = alternative.solution, alternative.weight
         there = places(other)
@@ -144,6 +149,7 @@ def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
     motion = kron(design, eye_array(3), format="csr")
     bin_starts = 3 * np.arange(place.shape[1] + 1)
     toward = [csr_matrix((own.T.ravel(), np.arange(own.size), bin_starts)) for own in gradient]
+    # paths from the same covariance: errors of x, y and z of one motion are correlated
     rows = [motion, *(own @ motion for own in toward)]
     by_breaks = [slopes, *(own @ slopes for own in toward)]
     variances = solution.normal.row_variances(rows, by_breaks, problem.layout.breaks)
@@ -178,6 +184,7 @@ class _Circle:
         self.own, signal = solution.problem.layout.receivers[receiver], solution.at.signals[receiver]
         inputs, layout = solution.problem.inputs, solution.problem.layout
         scattered = inputs.sphere_factors(solution.state.theta, layout, receiver).direct
+        # mirrors turn phase and amplitude: divided out, the sample lies on the circle of the direct path
         ratio = signal.field / signal.direct * scattered / np.abs(scattered)
         self.curves = np.stack([np.abs(signal.direct), ratio.real, ratio.imag, *signal.besides])
         antennas = inputs.antennas
@@ -191,10 +198,12 @@ class _Circle:
         size, real, imaginary, besides_i, besides_q = (np.interp(time, bin_s, row) for row in self.curves)
         amplitude = size * np.exp(1j * theta[own.phase]) * (real + 1j * imaginary)
         here = self._unit(self.change_m[part])
+        # Q is sampled later than I: at 2 m/s and 15 us two degrees
         delays = self.solution.problem.delay_s[pair]
         later = [self._unit(self._change(time + delay)) if delay else here for delay in delays]
         front_end = FrontEndState.of(theta, own)
         model = front_end.channels(np.stack(later) * amplitude)
+        # model and sample at the channel's own time; only their difference is moved to that of I
         left_i, left_q = self.signals.value[pair, part] - model - np.stack([besides_i, besides_q])
         x, y = point_of(left_i, left_q, front_end.gain_ratio, front_end.quadrature_error_rad)
         return np.asarray(here + (x + 1j * y) / amplitude)

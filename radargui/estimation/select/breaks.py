@@ -48,10 +48,13 @@ BREAKS = BreakSettings()
 def sharp_turns(solution: Solution, normal: FloatArray, settings: BreakSettings = BREAKS) -> FloatArray:
     """Return times where the motion turns from down to up by 0.1 mm in 8 ms, at high jerk, away from breaks."""
     spline = solution.at.spline
+    # 1 ms: the fastest bounce worth finding lasts ten
     grid = np.arange(spline.edge_s[0] + settings.apart_s, spline.edge_s[-1] - settings.apart_s, settings.grid_s)
     height = spline.offset(grid, solution.state.coefficients @ normal)
+    # a bounce that has no break yet: the spline turns as sharply as its jerk lets it
     turn = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] <= height[2:])) + 1
     reach = round(settings.apart_s / settings.grid_s)
+    # a ripple of the mismatch is a minimum too, but none of 0.1 mm on both sides
     left, right = height[np.maximum(turn - reach, 0)], height[np.minimum(turn + reach, height.size - 1)]
     turn = turn[np.minimum(left, right) - height[turn] > settings.least_dip_m]
     _, middle, _ = spline.jerk()
@@ -68,6 +71,7 @@ def misfit_times(solution: Solution, settings: BreakSettings = BREAKS) -> FloatA
     label -= label[0]
     count = np.bincount(label)
     mean = np.bincount(label, weights=square) / np.maximum(count, 1)
+    # against the record's own misfit: a wall that is missing everywhere asks for no knots
     typical = max(1.0, float(np.median(mean[count > 0])))
     doubt = settings.misfit_sigmas * np.sqrt(2.0 / np.maximum(count * solution.at.residual.shape[0], 1))
     bad = (count > 0) & (mean > typical * (settings.misfit_share + doubt))
@@ -77,6 +81,7 @@ def misfit_times(solution: Solution, settings: BreakSettings = BREAKS) -> FloatA
 
 def respline(old: MotionSpline, coefficients: FloatArray, break_s: FloatArray, sharp_s: FloatArray) -> SplineMotion:
     """Return the motion on a spline with other breaks that follows the old motion, finer near `sharp_s`."""
+    # more points than unknowns: the old curve decides, not the spacing
     new = make_spline(float(old.edge_s[0]), float(old.edge_s[-1]), break_s, sharp_s)
     count = 8 * (sum(new.spans) + 4)
     grid = np.sort(np.concatenate([np.linspace(old.edge_s[0], old.edge_s[-1], count), new.edge_s]))

@@ -211,15 +211,19 @@ class _Selection:
     def floor(self) -> tuple[Solution, float, tuple[Alternative, ...]]:
         """Return the solution with or without a floor, its breaks settled, what the floor gains, and what is left."""
         found, settings = self.found, self.settings
+        # shorter maps than that take what mirrors do, and hold these down
         length = found.last.bias.length_m if found.last.bias is not None else settings.shortest_length_m
         length = max(settings.shortest_length_m, length)
+        # both converged: a floor and bias maps explain the same at first sight, and only the evidence tells them apart
         plain, floored = (self.from_round(found.last, length, reflects=reflects) for reflects in (False, True))
+        # later adaptive rounds may have followed a wrong count of fringes
         if min(_typical_misfit(plain), _typical_misfit(floored)) > settings.lost_misfit:
             floored = max(floored, self.from_round(found.first, length, reflects=True), key=log_evidence)
         self.compared = [plain, floored]
         gain = log_evidence(floored) - log_evidence(plain)
         best = floored if gain > 0.0 else plain
         alternatives = self._alternatives(best, [plain, floored])
+        # at a misfit of hundreds a missing break looks like a floor: a dead stop invented one, and 0.8 mm
         blind = _typical_misfit(best) > settings.bad_misfit
         solution = settle_breaks(self.data, best, self.normal, self.round_done)
         if blind or 0.0 < gain < settings.beyond_doubt:
@@ -230,6 +234,7 @@ class _Selection:
 
     def floor_below(self, place: FloatArray) -> MirrorPlane:
         """Return where the floor is sought for places (3, n)."""
+        # the sphere cannot fall through it
         lowest = place[:, int(np.argmin(self.normal @ place))]
         return MirrorPlane(lowest - self.settings.floor_below_m * self.normal, self.normal, FLOOR)
 
@@ -250,6 +255,7 @@ class _Selection:
         planes, visited = solution.problem.inputs.planes, positions_at_bins(solution)[:, ~self.data.rest]
         bases = [None, *(make_basis(visited, length) for length in self.settings.other_lengths_m)]
         rounds = self.settings.first_rounds
+        # the present length goes through the same rounds: evidence still moves
         tried = [self.converged(problem_with_mirrors(solution, planes, bias), rounds) for bias in bases]
         best = max(tried, key=log_evidence)
         return best, self._alternatives(best, tried)
@@ -264,6 +270,7 @@ class _Selection:
         sentences: list[str] = []
         for number in range(self.settings.most_walls):
             misfit_asks = _typical_misfit(solution) > self.settings.good_misfit
+            # a second wall costs as much as the first and is hardly ever there: only residuals ask for it
             asked = self._asks_for_walls(solution) if number == 0 else misfit_asks
             if not asked and not (number == 0 and solution.problem.inputs.planes):
                 break
@@ -272,6 +279,7 @@ class _Selection:
             outcome = "kept" if kept else "left out"
             sentences.append(f"A wall that reflects is {outcome}: log evidence {search.gain:+.0f}.")
             best = search.gain if kept else 0.0
+            # other places of the wall say how well the motion is known: evidence alone does not tell them apart
             left = search.tried[1 if kept else 0 :]
             undecided = [Alternative(trial.solution, self._weight(trial.gain - best)) for trial in left]
             if not kept:
@@ -283,11 +291,13 @@ class _Selection:
         """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""
         problem, settings = solution.problem, self.settings
         misfit = _typical_misfit(solution)
+        # beside a floor in the model, bias maps have nothing to do but to stand for a mirror that is missing
         bias = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers)
         return misfit > settings.good_misfit or (len(problem.inputs.planes) > 0 and bias > settings.grown_bias)
 
     def _weight(self, gain: float) -> float:
         """Return the tempered weight of an alternative against the best, exp(gain in ln E / 2.5), at most one."""
+        # never above the best: a trial may be better converged than what was kept
         return float(np.exp(min(0.0, gain) / self.settings.temper))
 
     def _alternatives(self, best: Solution, tried: list[Solution]) -> tuple[Alternative, ...]:

@@ -73,16 +73,20 @@ def converge(start: Start, rounds: int, round_done: Callable[[], None], settings
     SolveError
         The normal matrix cannot be factored.
     """
+    # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
     evidence = -np.inf
     solution = minimise(start, settings.steps)
     for number in range(rounds):
         round_done()
         problem = update_priors(solution)
+        # too early it would take for noise what the maps are about to explain
         if number >= settings.noise_from_round:
             problem = replace(problem, noise_scale=updated_noise_scale(solution))
+        # maps, range and scattering follow the motion without derivatives of theirs
         problem = problem.at_places(positions_at_bins(solution), solution.state.theta)
         solution = minimise(Start(problem, solution.state), settings.steps)
         now = log_evidence(solution)
+        # the first rounds can stand still while deviations go down by their largest step
         if number > 3 and abs(now - evidence) < settings.settled_ln_evidence:
             break
         evidence = now
@@ -109,6 +113,7 @@ def settle_breaks(
         speeds = break_speeds(solution, normal)
         good = speeds.are_kinks()
         inserted = solution.problem.prior.mean[solution.problem.layout.breaks]
+        # or the same ripple would be tried for ever
         refused = np.concatenate([refused, inserted[~good]])
         last = number == settings.break_rounds - 1
         new = np.zeros(0) if last else _away(sharp_turns(solution, normal), refused, settings.same_s)
@@ -117,9 +122,11 @@ def settle_breaks(
             break
         sharp = np.concatenate([sharp, stiff])
         breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
+        # the old motion on new knots, not a new start: the mismatch found so far fits it
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
         solution = converge(problem_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
         seen.append(solution)
+    # more impacts at the same misfit: one too few is a missed bounce, one too many is judged by its jump later
     enough = settings.no_worse * min(_misfit(one) for one in seen)
     return max((one for one in seen if _misfit(one) <= enough), key=lambda one: _impacts(one, normal))
 
@@ -145,6 +152,7 @@ def _bounced_on(
         expected = speeds.expected_impacts(float(solution.at.spline.edge_s[-1]))
         if expected.size == 0:
             break
+        # what came after the last impact was found without its bounces: begun again
         before = speeds.time_s[speeds.time_s <= speeds.time_s[impacts][-1]]
         breaks = np.concatenate([before, expected])
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, np.zeros(0))

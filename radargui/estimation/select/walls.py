@@ -130,6 +130,7 @@ def search_wall(
     settings
         Grid and limits.
     """
+    # distances count from the middle of the motion: there a wall's detour turns as the search believes
     mirrors, middle = solution.problem.inputs.planes, positions_at_bins(solution).mean(axis=1)
     azimuth, distance = wall_grid(settings)
     # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
@@ -139,6 +140,7 @@ def search_wall(
         planes = upright_planes(middle, normal, azimuth, distance, settings)
         gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
         most = settings.carried if thorough and number == 0 else settings.carried_again
+        # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = _peaks(gains, around=number == 0)[:most]
         trials = [
             converge(problem_with_mirrors(base, (*mirrors, planes[k])), settings.rounds, round_done) for k in numbers
@@ -148,6 +150,7 @@ def search_wall(
         if tried.gain < before + settings.worthwhile or not (thorough or tried.gain > settings.promising):
             break
         best = tried.tried[0].solution
+        # what the wall has straightened stays straight: from there its place shows better than from the bent motion
         base = _without_last_mirror(best, solution.problem)
         found = _place_of_last(best, middle, normal)
         azimuth = found[0] + np.radians(settings.fine_deg)
@@ -175,6 +178,7 @@ def linearised_gains(
 def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
     """Return a solution's state in the problem that lacks its last mirror: not a minimum, a place to search from."""
     place, there = carried_places(problem.layout, solution.problem.layout)
+    # with the bias maps of a problem without the wall: those of the other have shrunk
     theta = np.zeros(problem.layout.size)
     theta[place] = solution.state.theta[there]
     state = State(solution.state.coefficients, theta)
@@ -202,6 +206,7 @@ def upright_planes(
     for angle in azimuth_rad:
         outward = np.cos(angle) * first + np.sin(angle) * second
         for away in distance_m:
+            # half a step of the grid: convergence may go on to the neighbour, not beyond
             u_shift = max(settings.u_shift_share * float(away), settings.least_u_shift_m)
             foot = middle_m + away * outward
             out.append(MirrorPlane(foot, -outward, WALL, settings.u_azimuth_rad, u_shift_m=u_shift))
@@ -222,6 +227,7 @@ class _LinearisedSearch:
 
     def __init__(self, solution: Solution, settings: WallSettings) -> None:
         self.solution, self.reflection, problem = solution, settings.reflection, solution.problem
+        # at the state of the loose maps, with the curvature of stiff ones: what they have taken shows as slope
         stiff = _stiffened(problem, settings)
         assembled = assemble(stiff, solution.state, solution.at)
         self.normal = assembled.factor()
@@ -240,6 +246,7 @@ class _LinearisedSearch:
         spheres = [inputs.sphere_factors(theta, layout, n) for n in range(self.n_receivers)]
         self.fields = [field_at_nodes(node, theta, layout, inputs, n, spheres[n]) for n, node in enumerate(self.nodes)]
         self.place = positions_at_bins(solution)
+        # once a solution, for hundreds of places
         self.slopes = [
             receiver_slopes(node, theta, layout, inputs, n, solution.at.excess[2 * n : 2 * n + 2])
             for n, node in enumerate(self.nodes)
@@ -250,6 +257,7 @@ class _LinearisedSearch:
         n_new = 2 + 2 * self.n_receivers
         problem, at = self.solution.problem, self.solution.at
         old, inputs = problem.layout, problem.inputs
+        # T and R are linear in the signal: their evidence needs one solve a place, no iteration
         slope, curvature = np.zeros(n_new), np.zeros((n_new, n_new))
         to_global = np.zeros((old.size, n_new))
         pulled = np.zeros((self.n_bins, 3, n_new))
@@ -264,6 +272,7 @@ class _LinearisedSearch:
                 )
                 z = (self.fields[receiver] * ratio).mean(axis=1) * body
                 j[:, :, first], j[:, :, first + 1] = front_end.channels(z), front_end.channels(1j * z)
+            # robust weights of the last step: an impulse must not find a wall
             pair = slice(2 * receiver, 2 * receiver + 2)
             weighed = at.weight[pair][:, :, None] * j
             misfit = at.signals[receiver].value - problem.bins.value[pair]
@@ -279,10 +288,12 @@ class _LinearisedSearch:
         pull = pulled.reshape(3 * self.n_bins, n_new)
         to_global[old.breaks] = self.breaks @ pull
         normal = self.normal
+        # Schur complement: the motion, then all global parameters, taken out
         half = normal.motion.half_solve(self.motion @ pull)
         lower = solve_triangular(normal.schur[0], to_global - normal.half.T @ half, lower=True, check_finite=False)
         a = curvature - half.T @ half - lower.T @ lower + np.eye(n_new) / self.reflection**2
         slope = slope - (half.T @ self.half_slope + lower.T @ self.lower_slope)[:, 0]
+        # rounding can take the last digit of a reflection that the motion explains entirely
         sign, log_determinant = np.linalg.slogdet(a)
         if sign <= 0:
             return -np.inf
@@ -293,6 +304,7 @@ class _LinearisedSearch:
         problem = self.solution.problem
         if problem.sphere is None:
             return [(1.0, 1.0)] * self.n_receivers
+        # Mie sums are the dearest part of a place
         thin = np.unique(np.append(np.arange(0, self.n_bins, _THIN), self.n_bins - 1))
         angles = self.solution.state.theta[polarisation_places(problem.layout)]
         ratios = problem.sphere.over_mirror(self.place[:, thin], problem.inputs.antennas, plane, angles)

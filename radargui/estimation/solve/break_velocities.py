@@ -80,7 +80,9 @@ class BreakSpeeds:
 
         Between two breaks closer than the bins the spline is held by nothing.
         """
+        # a break between bins can swing its two sides against each other by metres a second
         thrown = self.after_m_s > LIMITS.most_thrown * np.maximum(-self.before_m_s, 0.0) + LIMITS.doubt_m_s
+        # nothing but gravity and a push of the floor acts between two impacts
         flight = np.diff(self.time_s)
         changed = np.abs(self.before_m_s[1:] - self.after_m_s[:-1] + NOMINAL_GRAVITY_M_S2 * flight)
         held = np.concatenate([[True], changed < LIMITS.doubt_m_s + LIMITS.other_acceleration_m_s2 * flight])
@@ -94,6 +96,7 @@ class BreakSpeeds:
         impacts = self.are_impacts()
         if not impacts.any():
             return np.zeros(0)
+        # the median: one impact may have kicked
         shares = -self.after_m_s[impacts] / self.before_m_s[impacts]
         share, moment = float(np.median(shares)), float(self.time_s[impacts][-1])
         # the last one may have been drawn away by a bounce that is still missing
@@ -151,6 +154,7 @@ def break_velocities(solution: Solution) -> BreakVelocities:
         return BreakVelocities(moments, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 6, 6)))
     before, after = one_sided_slopes(spline)
     each = [csr_matrix(kron(side, unit[None])) for side in (before, after) for unit in eye_array(3).toarray()]
+    # e is a ratio of both sides, and their errors are strongly correlated: variances alone would make u_e too large
     pairs = list(combinations(range(6), 2))
     rows = csr_matrix(vstack([*each, *(each[a] + each[b] for a, b in pairs)]))
     variance = solution.normal.row_variances([rows])[0].reshape(-1, moments.size)
@@ -175,6 +179,7 @@ def one_sided_slopes(spline: MotionSpline) -> tuple[csr_matrix, csr_matrix]:
     if not spline.break_s.size:
         return csr_matrix((0, spline.size)), csr_matrix((0, spline.size))
     edge, out = spline.edge_s, []
+    # inside the span at the break: beyond its knot another cubic begins
     last = np.array([1.0 - share[-2] for share in spline.fractions[:-1]]) * np.diff(edge)[:-1]
     first = np.array([share[1] for share in spline.fractions[1:]]) * np.diff(edge)[1:]
     for h in (-last / 3.0, first / 3.0):

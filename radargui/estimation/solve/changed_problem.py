@@ -40,7 +40,9 @@ def problem_with_breaks(data: BinnedData, solution: Solution, motion: SplineMoti
     others = slice(old.breaks.stop, None)
     _, before, _ = solution.at.spline.jerk()
     _, now, _ = spline.jerk()
+    # in logarithms: deviations differ by five orders of magnitude between a fall and a contact
     jerk_sd = np.exp(np.interp(now, before, np.log(problem.jerk_sd)))
+    # breaks stand first: everything behind them moves by their number
     shift = layout.breaks.stop - old.breaks.stop
     prior = Prior(
         np.concatenate([spline.break_s, problem.prior.mean[others]]),
@@ -82,9 +84,11 @@ def problem_with_mirrors(
     # maps that explain what a new mirror would hold it down: kept, a wall gained 32 in ln E and 0.47 mm stayed; started
     # at zero it gained 149 and 0.09 mm was left
     source, target = carried_places(old, layout, bias=bias is None and len(planes) <= old.sizes.mirrors)
+    # a new mirror starts at nothing, and its evidence counts from there
     new_theta = np.zeros(layout.size)
     new_theta[target] = theta[source]
     mean, sd = before.prior.mean, before.prior.sd
+    # priors as at the start: what was re-estimated without the mirror explains what the mirror shall
     means = [ReceiverConstants(*mean[own.constants]) for own in old.receivers]
     drift_sd = np.array([sd[places] for own in old.receivers for places in (own.drift_i, own.drift_q)])
     prior = make_prior(layout, planes, mean[old.breaks], means, drift_sd)
@@ -101,6 +105,7 @@ def problem_with_mirrors(
         spline=solution.at.spline,
         bias_basis=before.bias_basis if bias is None else bias,
     )
+    # other functions of position, or other images of the antennas
     if bias is not None or problem.sphere is not None:
         problem = problem.at_places(positions_at_bins(solution), new_theta)
     return Start(problem, State(solution.state.coefficients, new_theta))

@@ -63,10 +63,12 @@ def first_motion(
     settings
         Weights.
     """
+    # a microsecond more, so that the last sample is inside
     spline = make_spline(start_s, float(data.bins.last_s[-1]) + 1e-6, break_s)
     moving = ~data.rest
     design = spline.design(data.bins.time_s[moving])
     jerk, _, _ = spline.jerk()
+    # long bins know their place better
     weight = data.bins.count[moving] / data.bins.count[moving].mean() / settings.u_place_m**2
     # three times looser than the problem's own prior: the places shall decide, the prior fills what no bin sees
     normal = design.T @ diagonal(weight) @ design + jerk.T @ jerk / (3.0 * settings.jerk_m_s3) ** 2
@@ -107,7 +109,9 @@ def initial_problem(
     """
     bins, spline = data.bins, motion.spline
     place = (spline.design(bins.time_s) @ motion.coefficients + data.release_m).T
+    # the rest is one place, seen many times: it would claim a function of its own
     visited = place[:, ~data.rest]
+    # one basis for all receivers: they look at the same places
     bias, amplitude = make_basis(visited, bias_length_m), make_basis(visited, settings.amplitude_map_length_m)
     n_receivers = data.antennas.n_receivers
     layout = make_layout(
@@ -123,6 +127,7 @@ def initial_problem(
         )
     )
     theta = np.zeros(layout.size)
+    # mirrors and maps start at nothing: what they explain has to be asked for
     theta[layout.breaks] = spline.break_s
     for own, values in zip(layout.receivers, constants, strict=True):
         theta[own.constants] = values.in_order()
@@ -164,6 +169,7 @@ def initial_problem(
 
 def usable_bins(data: BinnedData, break_s: FloatArray) -> BoolArray:
     """Return which bins hold no break."""
+    # breaks move while they are settled, bins do not
     before = np.searchsorted(break_s, data.bins.first_s)
     after = np.searchsorted(break_s, data.bins.last_s)
     return np.asarray(before == after)

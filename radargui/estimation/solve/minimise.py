@@ -68,12 +68,14 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) ->
     """
     problem, state = start.problem, start.state
     at = linearise(problem, state)
+    # undamped first: near the minimum full steps are right, and each trial costs a factorisation
     damping, settled = 0.0, False
     assembled = assemble(problem, state, at)
     for _ in range(steps):
         improved, damping = _improve(problem, state, at, assembled, damping, settings)
         if improved is None:
             break
+        # in ln likelihood: less than what any unknown could be told apart by
         settled = at.cost - improved[1].cost < settings.close
         state, at = improved
         assembled = assemble(problem, state, at)
@@ -97,6 +99,7 @@ def _improve(
             trial_at = linearise(problem, trial)
             if trial_at.cost <= at.cost:
                 return (trial, trial_at), 0.0 if damping <= settings.first_damping else damping / settings.damping_down
+            # rounding, not curvature: more damping would only shorten the step
             if trial_at.cost - at.cost < settings.close / 5.0:
                 break
         damping = max(settings.damping_up * damping, settings.first_damping)
@@ -111,6 +114,7 @@ def _step(
         motion, by_global = assembled.factor(damping).solve(-assembled.slope_motion, -assembled.slope_global)
     except SolveError:
         return None
+    # x, y, z are interleaved in the matrix, so that its band stays narrow
     coefficients = state.coefficients + motion.reshape(-1, 3)
     if not _is_possible(problem, coefficients, state.theta + by_global, settings):
         return None
@@ -126,6 +130,7 @@ def _is_possible(
     means that the tracer comes to none.
     """
     inputs = problem.inputs
+    # breaks that pass each other would exchange their impacts
     edge = np.concatenate([problem.spline.edge_s[:1], theta[problem.layout.breaks], problem.spline.edge_s[-1:]])
     antennas = np.vstack([inputs.antennas.transmitter_m, inputs.antennas.receivers_m])
     nearest = np.linalg.norm(antennas - inputs.release_m, axis=1).min()
@@ -142,6 +147,7 @@ def _with_lobes_limited(
     refuse the step would stop all other unknowns too.
     """
     layout = problem.layout
+    # a spline lies within the hull of its coefficients
     height = np.abs(coefficients[:, 2]).max() / LOBE_LENGTH_M
     out = theta.copy()
     for places in (layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)):
@@ -158,6 +164,7 @@ def log_evidence(solution: Solution) -> float:
     ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_jerk - sum over the channels' bins of ln noise scale.
     """
     problem = solution.problem
+    # without the terms of the deviations a model could widen its priors until anything fits
     n_used = int(problem.use.sum())
     return (
         -solution.at.cost
@@ -177,5 +184,6 @@ def local_chi_square(solution: Solution) -> FloatArray:
     """Return the squared residual of both channels averaged over about 40 bins, shape (n_receivers, n_bins)."""
     problem = solution.problem
     square = np.where(problem.use, solution.at.residual**2 / problem.bins.expected, 1.0)
+    # against the white noise, not against what the misfit has made of it
     pairs = square.reshape(-1, 2, square.shape[1]).mean(axis=1) * problem.noise_scale[:, None] ** 2
     return np.asarray(uniform_filter1d(pairs, _LOCAL_BINS, axis=1, mode="nearest"))

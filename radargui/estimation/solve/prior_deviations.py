@@ -60,9 +60,11 @@ def update_priors(solution: Solution, settings: DeviationSettings = DEVIATIONS) 
     for group in old.groups:
         index = group.index
         w = solution.state.theta[index] - old.mean[index]
+        # coefficients that the data leave alone count for nothing: they would make every deviation small
         determined = max(index.size - float((variance[index] / sd[index] ** 2).sum()), settings.least_determined)
         before = float(sd[index[0]])
         wanted = float(np.sqrt((w @ w) / determined))
+        # the fixed point is reached in steps: far from it gamma is not the one that belongs to it
         limited = np.clip(wanted, before / settings.largest_change, before * settings.largest_change)
         sd[index] = float(np.clip(limited, group.lowest, group.highest))
     prior = Prior(old.mean, sd, old.groups)
@@ -77,10 +79,12 @@ def _jerk_deviation(solution: Solution, settings: DeviationSettings) -> FloatArr
     problem, spline = solution.problem, solution.at.spline
     matrix, middle, _ = spline.jerk()
     value = matrix @ solution.state.coefficients
+    # gamma counts what the data determine of each jerk, x, y and z together: a fall has no direction to favour
     variance = solution.normal.row_variances([kron(matrix, eye_array(3), format="csr")])[0].reshape(-1, 3)
     square = (value**2).sum(axis=1)
     determined = np.clip(3.0 - variance.sum(axis=1) / problem.jerk_sd**2, 0.0, 3.0)
     out = np.empty_like(square)
+    # an impact must not make the flights beside it bend, nor the hand that lets go the fall
     for part in spans_together(spline, middle, problem.released_s):
         top = gaussian_filter1d(square[part], settings.window_spans, mode="nearest", truncate=2.0)
         low = gaussian_filter1d(determined[part], settings.window_spans, mode="nearest", truncate=2.0)
@@ -100,6 +104,7 @@ def spans_together(spline: MotionSpline, middle_s: FloatArray, released_s: float
     released_s
         From here on the release is over.
     """
+    # the release is no break: velocity goes on, but a hand acted before it
     ends = set(np.cumsum(spline.spans).tolist()) | {int(np.searchsorted(middle_s, released_s))}
     edges = sorted(ends | {0, middle_s.size})
     return [slice(first, last) for first, last in pairwise(edges) if last > first]
@@ -110,6 +115,7 @@ def updated_noise_scale(solution: Solution, settings: DeviationSettings = DEVIAT
 
     The median over the record counts, so that a short misfit (unresolved bounces) does not spoil the rest.
     """
+    # Birge ratio, never below one: noise was measured from the samples themselves
     typical = np.median(local_chi_square(solution), axis=1)
     wanted = np.sqrt(np.maximum(typical, 1.0))
     return np.minimum(wanted, settings.largest_noise_step * solution.problem.noise_scale)

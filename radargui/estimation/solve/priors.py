@@ -144,6 +144,7 @@ def make_prior(
     """
     mean, sd = np.zeros(layout.size), np.ones(layout.size)
     mean[layout.breaks], sd[layout.breaks] = break_s, settings.break_s
+    # where a mirror was sought is a prior too: without it a plane that hardly reflects wanders off
     sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
     prior = Prior(mean, sd)
 
@@ -153,9 +154,11 @@ def make_prior(
             sd[index] = allowed.start
             prior.groups.append(PriorGroup(index, allowed.lowest, allowed.highest))
 
+    # a group each: what one mirror or map needs is no reason to loosen another
     group([layout.crosstalk], settings.crosstalk)
     receivers = layout.receivers
     for m, plane in enumerate(planes):
+        # T and R of one surface share their deviation: where one is hardly seen, the others say how large it is
         reflections = [layout.transmitter_reflection, *(own.receiver_reflection for own in receivers)]
         lobes = [layout.transmitter_lobe, *(own.receiver_lobe for own in receivers)]
         group(
@@ -167,6 +170,7 @@ def make_prior(
         )
         group([pair_of(own.double_reflection, m) for own in receivers], settings.double_reflection)
     for number, (own, constants) in enumerate(zip(receivers, start, strict=True)):
+        # measured on the rest, not re-estimated: the motion would lend it everything slow
         sd[own.drift_i], sd[own.drift_q] = drift_sd[2 * number], drift_sd[2 * number + 1]
         mean[own.log_amplitude], mean[own.offset] = constants.log_amplitude, (constants.offset_i, constants.offset_q)
         sd[own.phase], sd[own.log_amplitude], sd[own.offset] = (
@@ -175,6 +179,7 @@ def make_prior(
             settings.offset,
         )
         sd[own.log_gain], sd[own.quadrature_error] = settings.log_gain, settings.quadrature_error_rad
+        # I and Q together: a slow phasor has no direction; receivers apart: each sees another side of the room
         group([own.bias_i, own.bias_q], settings.bias)
         group([own.amplitude_map], settings.log_amplitude_map)
     return prior

@@ -81,6 +81,7 @@ class JointProblem:
         They change little over what a round moves the motion or a mirror: no derivative of theirs is needed.
         """
         antennas, release, planes = self.inputs.antennas, self.inputs.release_m, self.inputs.planes
+        # images move with the planes: their scattering is taken where the last round left them
         unknown, body = self.layout.plane_unknowns(theta), self.sphere
         inputs = replace(
             self.inputs,
@@ -146,6 +147,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     bins, theta = problem.bins, state.theta
     spline = problem.spline.with_breaks(theta[problem.layout.breaks])
     node = np.stack([bins.time_s - bins.node_s, bins.time_s + bins.node_s])
+    # channels of equal delay share a spline's evaluation, the dearest part of a look
     delays, which = np.unique(problem.delay_s, return_inverse=True)
     offset = spline.offset((node + delays[:, None, None]).ravel(), state.coefficients)
     place = np.ascontiguousarray((offset + problem.inputs.release_m).T).reshape(3, delays.size, 2, bins.n_bins)
@@ -156,6 +158,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
         receiver_signal(node_m[:, 2 * n : 2 * n + 2], theta, problem.layout, problem.inputs, n)
         for n in range(problem.n_receivers)
     ]
+    # crosstalk mixes channels of different receivers: only when all signals are known
     excess = np.zeros_like(bins.value)
     if problem.multiplexer is not None and problem.layout.sizes.crosstalk:
         excess = problem.multiplexer.excess(np.concatenate([one.value for one in signals]), bins.time_s)
@@ -170,6 +173,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
         scaled = (signal.value - bins.value[pair]) / sigma
         size = np.abs(scaled)
         robust = np.minimum(1.0, HUBER_SIGMAS / np.maximum(size, HUBER_SIGMAS)) * problem.use
+        # Huber's loss, and below the weights that make its slope those of least squares
         far = HUBER_SIGMAS * size - 0.5 * HUBER_SIGMAS**2
         loss += float((np.where(size < HUBER_SIGMAS, 0.5 * size**2, far) * problem.use).sum())
         residual[pair], weight[pair] = scaled, robust / sigma**2
@@ -200,6 +204,7 @@ class Assembled:
             None does.
         """
         failed: SolveError | None = None
+        # as little as will do: jitter is a prior that nobody chose
         for jitter in _JITTERS:
             share = damping + jitter
             s = csr_matrix(self.s + share * diagonal(self.s.diagonal())) if share else self.s
@@ -215,6 +220,7 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
     """Build H = J^T W J + priors and the slope J^T W r + priors, interleaving x, y, z in the motion."""
     layout, bins, n_bins = problem.layout, problem.bins, problem.bins.n_bins
     motion = kron(at.design, eye_array(3), format="csr")
+    # a break acts through the motion alone: its columns are the motion's times dp/dtau
     breaks = at.spline.break_slopes(bins.time_s, state.coefficients)
     pull, curvature = np.zeros((n_bins, 3)), np.zeros((n_bins, 3, 3))
     c, m, slope = np.zeros((motion.shape[1], layout.size)), np.zeros((layout.size, layout.size)), np.zeros(layout.size)
@@ -230,6 +236,7 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
             weighted = slopes.by_position * weight[:, None]
             pull[part] += (weighted * misfit[:, None]).sum(axis=0).T
             curvature[part] += np.einsum("pan,pbn->nab", weighted, slopes.by_position)
+            # slow noise apart: its functions are many and touch one channel each
             places = np.concatenate([shared, np.arange(own.without_drift.start, own.without_drift.stop)])
             columns = np.concatenate([slopes.by_shared, slopes.by_own], axis=2)
             root = np.sqrt(weight).ravel()
@@ -250,6 +257,7 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
                 block = _outer(weighted[channel], inputs.drift)
                 c[near, drift] += near_motion.T @ block
                 m[layout.breaks, drift] += breaks[rows].T @ block
+    # written once above; a symmetric matrix must be so to the last bit, or Cholesky takes the wrong half
     m[layout.breaks.stop :, layout.breaks] = m[layout.breaks, layout.breaks.stop :].T
     weight_matrix = bsr_matrix((curvature, np.arange(n_bins), np.arange(n_bins + 1)), shape=(3 * n_bins, 3 * n_bins))
     by_breaks = weight_matrix @ breaks
@@ -260,6 +268,7 @@ def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
     prior = problem.prior
     m[np.diag_indices(layout.size)] += 1.0 / prior.sd**2
     slope += (state.theta - prior.mean) / prior.sd**2
+    # the jerk is a prior of each coordinate alike: gravity and drag are no jerk to speak of
     stiff = at.jerk.T @ diagonal(problem.jerk_sd**-2.0) @ at.jerk
     s = csr_matrix(s + kron(stiff, eye_array(3), format="csr"))
     slope_motion = motion.T @ pull.ravel() + (stiff @ state.coefficients).ravel()

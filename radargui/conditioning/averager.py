@@ -58,6 +58,7 @@ class Averager:
             means = self._digitisation.volts(np.asarray(_code_means(blocks)))
         else:
             means = self._known_means(np.asarray(blocks, dtype=np.float64))
+        # a block without a number shall not look like a motion to zero
         self._last = means[:, -1].copy()
         return means
 

@@ -150,11 +150,13 @@ def _conditioned(
 ) -> Conditioned | NoMotion:
     rate_hz, time_s = recording.digitisation.sample_rate_hz, recording.time_s()[stretch.samples]
     volts, motion, noise_v = stretch.volts, stretch.motion, stretch.noise_v
+    # on the rest alone: in the motion a target at 50 Hz is a target
     hum = _hum_at_rest(volts, time_s, rate_hz, motion, noise_v, settings)
     if hum is not None:
         volts = volts - hum.at(np.arange(volts.shape[1]) / rate_hz)
         # without the hum the motion is seen where it begins
         motion = find_motion(volts, rate_hz, noise_v) or motion
+    # what has no rest to be measured on is told by being there on both sides
     volts, lines = without_standing_lines(volts, rate_hz, noise_v)
     toned = (False,) * (volts.shape[0] // 2)
     if lines:
@@ -170,6 +172,7 @@ def _conditioned(
         hum = _inverted(hum)
     n_channels, moving = volts.shape[0], slice(motion.first, motion.last)
     delay_s = channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64)
+    # after the hum: its slow swing would hide that a channel stands at its end
     usable = stretch.usable & ~_plateaus(volts, moving)
     pairs = [slice(first, first + 2) for first in range(0, n_channels, 2)]
     doppler: tuple[Doppler, ...]
@@ -343,6 +346,7 @@ def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion, settings
         return _Rest(float("-inf"), begin)
     # a slow beginning is seen late: by about as much as the shaking of the voltages is seen after the onset
     late = max(0.0, seen - onset)
+    # what looks at rest for as long again before it may be creeping already
     end = max(onset - late - settings.before_onset_s, begin + settings.least_s)
     return _Rest(onset, end)
 

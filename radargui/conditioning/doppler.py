@@ -169,22 +169,28 @@ def _lines_in_frames(
     starts = np.arange(0, n - size + 1, max(1, size // 2))
     frames = np.lib.stride_tricks.sliding_window_view(pair_v, size, axis=1)[:, starts]
     along = np.linspace(-1.0, 1.0, size)
+    # drift and offset would leak from bin 0 over the slow lines
     frames = frames - frames.mean(axis=2, keepdims=True)
     frames = frames - (frames @ along)[..., None] / (along @ along) * along
+    # sidelobes of a rectangle, 13 dB down, would be taken for a second line
     window = np.hanning(size)
     spectrum = np.fft.rfft(frames * window, axis=2)
+    # |I|^2 + |Q|^2: the sum of the powers at +f and -f, whatever the mixer
     power = (np.abs(spectrum) ** 2).sum(axis=0)
     noise = float((window**2).sum() * (noise_v**2).sum())
     power[:, : settings.lowest_bin] = 0.0
+    # next to half of the rate lies what folds back from beyond it
     power[:, round(0.45 * size) :] = 0.0
     place = np.argmax(power, axis=1)
     rows = np.arange(starts.size)
     strong = power[rows, place] > settings.strong * noise
+    # I and Q together are above three times their mean noise in one bin of sixty
     above = np.maximum(power - 3.0 * noise, 0.0)
     total = np.concatenate([np.zeros((starts.size, 1)), np.cumsum(above, axis=1)], axis=1)
     first = np.maximum(place - _HALF_LINE, 0)
     last = np.minimum(place + _HALF_LINE + 1, above.shape[1])
     own = total[rows, last] - total[rows, first]
+    # the lowest bin looked at may be the flank of what lies below
     strong &= place > settings.lowest_bin
     share = own / np.maximum(total[:, -1], 1e-300)
     alone = share > settings.alone

@@ -142,6 +142,7 @@ def follow_echo(
     settings
         How it is done.
     """
+    # first of all: offset and low-pass are told in X and Y, where an echo is a circle
     front_end = front_end_of(doppler)
     if front_end is None:
         return None
@@ -151,7 +152,9 @@ def follow_echo(
     slowest_hz, fastest_hz = _range(doppler, x.size)
     wave, too_slow, slow = _without_slow(x + 1j * y - offset, slowest_hz, doppler, settings)
     corner_hz = settings.band * fastest_hz + settings.added_hz
+    # phase noise falls with the band; of the echo the band takes nothing off
     wave = _low_passed(wave, rate_hz, corner_hz)
+    # a slow echo beats with what is left of the offset: over whole periods its strength is even
     periods_s = 2.0 / float(np.quantile(doppler.frequency_hz[doppler.clear], 0.1))
     window, near = (max(3, round(s * rate_hz)) for s in (max(settings.envelope_s, periods_s), settings.envelope_s))
     noise_power = float((noise_v**2).sum()) * np.minimum(1.0, 2.0 * corner_hz / rate_hz)
@@ -165,9 +168,11 @@ def follow_echo(
         return None
     usual = float(np.quantile(amplitude[strong & known], 0.9))
     strong &= amplitude > settings.weak * usual
+    # through the centre the phase jumps by half a turn, and nobody knows which way
     deep = minimum_filter1d(np.abs(wave), near) < settings.deepest * amplitude
     # single samples at the end of the range are filled by their neighbours in the band
     held = uniform_filter1d(usable.all(axis=0).astype(float), max(1, round(rate_hz / corner_hz.max()))) > settings.held
+    # within the band the phase turns by less than half a turn from sample to sample
     phase = np.unwrap(np.angle(wave))
     other = too_slow | _images(doppler, front_end, wave, settings)
     # a line that is neither clear nor mixed is a hum's (`Doppler.without_mains`)
@@ -200,6 +205,7 @@ def _of_one_target(
     reach = np.minimum(last - first, near)
     begins, ends = ((phase[at + reach] - phase[at]) / np.maximum(reach, 1) for at in (first, last - reach))
     level = np.log(np.maximum(amplitude, 1e-300))
+    # a target neither changes its strength nor its speed at once; what takes over from it does
     joined = (
         (first[1:] - last[:-1] <= near)
         & (np.abs(level[first[1:]] - level[last[:-1]]) < np.log(settings.same_strength))
@@ -282,6 +288,7 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray, settings:
     sides = np.abs(np.stack([doppler.i + 1j * q, doppler.i - 1j * q])) ** 2
     allowed = settings.most_image + 3.0 / np.maximum(doppler.power, 1e-300)
     both = np.asarray(doppler.clear & (sides.min(axis=0) > allowed * sides.max(axis=0)))
+    # one frame may hold both ways of a turn round: only parts of it tell an image from that
     half, short = doppler.size // 2, max(2, doppler.size // _SHARES)
     for k in np.flatnonzero(both & (doppler.frequency_hz > _SHARES / 2 * doppler.resolution_hz)):
         frame = wave[max(doppler.centre[k] - half, 0) : doppler.centre[k] + half]

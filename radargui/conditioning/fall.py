@@ -66,11 +66,13 @@ class FallTest:
             for k, rad_per_m in enumerate(self._rad_per_m)
         ]
         wanted = len(falling) if len(falling) < 3 else len(falling) - 1
+        # all receivers fall at one time; a cable that is moved does not
         together = np.sum(falling, axis=0) >= wanted
         return _longest(together) + window >= LEAST_S * self._rate_hz
 
     def _falling(self, pair_v: FloatArray, rad_per_m: float, window: int) -> BoolArray:
         """Return for each window whether one receiver sees a free fall in it, shape (n - window,)."""
+        # the derivative has no offset: no ellipse is needed to tell how it turns
         slope = (pair_v[:, 2:] - pair_v[:, :-2]) * (0.5 * self._rate_hz)
         phase = np.unwrap(np.arctan2(slope[1], slope[0]))
         windows = np.lib.stride_tricks.sliding_window_view(phase, window)
@@ -78,6 +80,7 @@ class FallTest:
         basis = np.stack([np.ones(window), time, time**2 - np.mean(time**2)])
         weights = windows @ basis.T / (basis**2).sum(axis=1)
         misfit = np.sqrt(np.maximum(np.mean(windows**2, axis=1) - weights**2 @ np.mean(basis**2, axis=1), 0.0))
+        # the sign tells a fall from a throw, the size from a hand
         share = 2.0 * weights[:, 2] / (rad_per_m * NOMINAL_GRAVITY_M_S2)
         fast = np.abs(weights[:, 1] / rad_per_m) > LEAST_SPEED
         fits = (share > ACCELERATION[0]) & (share < ACCELERATION[1]) & (misfit < LARGEST_MISFIT_RAD)

@@ -61,6 +61,7 @@ def missed_frames(
     """
     part = max(1, doppler.size // (2 * _PARTS))
     good = valid & np.isfinite(phase_rad)
+    # means over parts of a frame: a mismatch makes the phase wave, but a mean over a turn does not
     total = np.concatenate([[0.0], np.cumsum(np.where(good, phase_rad, 0.0))])
     count = np.concatenate([[0], np.cumsum(good)])
     inside = (doppler.centre >= _PARTS * part // 2) & (doppler.centre + _PARTS * part // 2 <= phase_rad.size)

@@ -148,6 +148,7 @@ def find_hum(
             break
         other = misfit(frequency, (*orders, order))
         beside = [misfit(order * frequency + away, (1,)) for away in settings.beside_hz]
+        # 1/f noise fits lines beside the mains as well
         usual = max(0.0, flat - float(np.mean(beside)))
         if least - other > settings.convincing + 2.0 * volts.shape[0] + settings.stands_out * usual:
             orders, least = (*orders, order), other

@@ -125,7 +125,9 @@ def find_standing_lines(
     power = np.minimum(ahead, back)
     image = power / np.maximum(np.maximum(ahead, back), 1e-300)
     width = max(4, round(settings.neighbourhood_hz * frame_s))
+    # in nearly all pieces: a target stays at one frequency in some of them only
     level = np.quantile(power, 1.0 - settings.least_share, axis=1)
+    # 1/f noise is high everywhere near by, a line is not
     around = _local_median(np.median(np.maximum(ahead, back), axis=1), width)
     tall = (level > settings.stands_out * white) & (level > settings.stands_out * 0.2 * around)
     standing = (np.median(image, axis=1) > settings.least_image) & (_coherence(spectrum) > settings.least_coherence)

@@ -71,6 +71,7 @@ def find_long_motion(pieces: Iterable[FloatArray], sample_rate_hz: float, most_s
     if not level.size:
         return None
     size = block_size(sample_rate_hz)
+    # a twentieth of the record is quiet in every recording that is not motion throughout
     quiet, high = max(1.0, float(np.percentile(level, 5.0))), float(level.max())
     if quiet > MOTION.not_quiet * high:
         if high < MOTION.threshold:

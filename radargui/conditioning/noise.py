@@ -44,7 +44,9 @@ def white_noise_v(volts: FloatArray) -> FloatArray:
     length = difference.shape[1] // n_blocks
     kept = difference[:, : n_blocks * length].reshape(volts.shape[0], n_blocks, length)
     power = np.einsum("cbs,cbs->cb", kept, kept) / length
+    # the median block is one without an impact, whatever the drop
     calm = power <= _CALM * np.median(power, axis=1, keepdims=True)
+    # differences of white noise are correlated, but their mean square needs no independence
     variance = (power * calm).sum(axis=1) / calm.sum(axis=1) / SIXTH_DIFFERENCE_GAIN
     return np.asarray(np.maximum(np.sqrt(variance), least))
 

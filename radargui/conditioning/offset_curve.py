@@ -52,6 +52,7 @@ def offset_curve(
     """
     seen = doppler.clear & (doppler.frequency_hz >= settings.least_bins * doppler.resolution_hz)
     centre, half = doppler.centre[seen], doppler.size // 2
+    # its zeros lie on whole bins: an echo of 2.5 bins and more averages out
     window = np.hanning(doppler.size)
     mean = np.array([window @ wave[at - half : at - half + doppler.size] for at in centre]) / window.sum()
     # <|z|^2> under the window, by Parseval
@@ -63,6 +64,7 @@ def offset_curve(
         knots, curve, apart = _curve(centre, mean, step, half, wave.size)
     sample = np.arange(wave.size)
     offset = np.interp(sample, knots, curve[:, 0]) + 1j * np.interp(sample, knots, curve[:, 1])
+    # where nothing was seen an offset may have gone on as it went before
     slopes = np.hypot(*np.diff(curve, axis=0).T) / step
     speed = np.maximum(np.median(slopes), slopes[np.minimum(sample // step, slopes.size - 1)])
     after = np.searchsorted(centre, sample)

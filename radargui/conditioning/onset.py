@@ -76,11 +76,13 @@ def find_onset(time_s: FloatArray, value: FloatArray, settings: OnsetSettings = 
     if first.size < 2 * fewest:
         return float("-inf")
     early = np.diff(value[:, : first[2 * fewest - 1]], axis=1)
+    # differences of neighbours: a drift adds hardly anything to them
     white = np.median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
     size = np.stack([white, np.maximum(white, settings.most_wander * np.median(value.std(axis=1)))])
     if _wanders(mean[:, :fewest], size, settings):
         return float("-inf")
     away = _departures(mean, size, settings) > settings.threshold
+    # one block alone may be a spike; a body that moves stays away
     lasting = np.flatnonzero(away[:-1] & away[1:])
     return float(time_s[first[fewest + settings.ahead + lasting[0]]]) if lasting.size else None
 

@@ -100,9 +100,11 @@ def check_receiver(
     settings
         What is allowed.
     """
+    # first: a clipped sine has harmonics, which all that follows would take for faults
     clipped = float((~usable).any(axis=0).mean())
     if clipped > settings.most_clipped:
         return f"{100 * clipped:.0f} % of its samples in the motion are clipped: the range is too small"
+    # less noise: a dead input still has its own
     spread = np.sqrt(np.maximum(pair_v.var(axis=1) - noise_v**2, 0.0))
     weak, strong = ("I", "Q") if spread[0] < spread[1] else ("Q", "I")
     if spread.min() <= 0.02 * spread.max():
@@ -129,6 +131,7 @@ def check_receiver(
             return "I and Q show different motions: they do not belong together"
         weak, strong = ("Q", "I") if gain < 1.0 else ("I", "Q")
         return f"{weak} shows {100 * min(gain, 1 / gain):.0f} % of the motion that {strong} shows: the channel is dead"
+    # the sign is the direction of the motion, which turns round at each bounce
     angle = _angles_deg(doppler, clear)
     typical = float(np.median(angle))
     if np.sin(np.radians(typical)) < settings.least_sine:
@@ -177,6 +180,7 @@ def same_channels(
     apart = np.array([[np.mean((a - b) ** 2) for b in volts] for a in volts])
     unlike = apart
     if rest_v.shape[1] > LEAST_SAMPLES:
+        # differences: a hum is shared by all cables, white noise by one alone
         steps = np.diff(rest_v, axis=1)
         unlike = np.array([[np.mean((a - b) ** 2) / 2.0 for b in steps] for a in steps])
     noise = np.add.outer(noise_v**2, noise_v**2)

@@ -114,6 +114,7 @@ def find_motion(
     if moving is None or not moving.any():
         return None
     blocks = np.flatnonzero(moving)
+    # a motion that is cut off by the end of the record has no rest after it
     at_end = blocks[-1] == level.size - 1
     last = volts.shape[1] if at_end else (int(blocks[-1]) + 1) * size
     window_s = window_blocks(rate_hz) * block_size(rate_hz) / rate_hz

@@ -34,6 +34,7 @@ def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray) -
         return volts
     out = volts.copy()
     index = np.arange(volts.shape[1], dtype=np.float64)
+    # quintic: its error grows with the sixth power of the frequency, a cubic's with the fourth
     for channel in np.flatnonzero(delay_s):
         out[channel] = make_interp_spline(index, volts[channel], DEGREE)(index - delay_s[channel] * sample_rate_hz)
     return out

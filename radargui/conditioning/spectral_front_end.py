@@ -59,9 +59,11 @@ def front_end_of(doppler: Doppler, settings: FrontEndSettings = SETTINGS) -> Fro
     clear = doppler.clear & (doppler.frequency_hz >= settings.least_bins * doppler.resolution_hz)
     if int(clear.sum()) < settings.least_frames:
         return None
+    # a weak line holds as much of a hum, and so more of its ellipse
     strong = clear & (doppler.power > settings.least_power * np.quantile(doppler.power[clear], 0.9))
     clear = strong if int(strong.sum()) >= settings.least_frames else clear
     i_square, q_square = np.maximum(doppler.moments[:2, clear], 1e-300)
+    # ln g and eps have errors of one size: both are shares of the amplitude
     log_gain = 0.5 * np.log(q_square / i_square)
     eps = np.arcsin(np.clip(doppler.moments[2, clear] / np.sqrt(i_square * q_square), -1.0, 1.0))
     power = doppler.power[clear]

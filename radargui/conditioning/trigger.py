@@ -135,6 +135,7 @@ class MotionTrigger:
             ready = state.ready or len(self._levels) * 8 * self._block_s >= LEARNING_S
             if not state.moving:
                 if block % 8 == 0:
+                    # every eighth block: neighbours share most of their window
                     self._levels.append(float(level))
                     self._quiet = quiet = self._quiet_level()
                 self._above = self._above + 1 if ready and level > self._start * quiet else 0
@@ -143,6 +144,7 @@ class MotionTrigger:
                     self._state = TriggerState(ready, moving=True, since_index=begin, quiet_since_index=None)
                 elif ready != state.ready:
                     self._state = TriggerState(ready, state.moving, state.since_index, state.quiet_since_index)
+            # half the threshold: else it would flicker around one value
             elif level < self._end * quiet:
                 self._above = 0
                 begin = (block + 1) * self._size

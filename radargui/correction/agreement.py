@@ -58,13 +58,16 @@ def strays(
         filled[: values.size] = np.where(both, values, outside)
         return filled.reshape(count, size)
 
+    # a difference of phases: their common zero is not known, only changes count
     away = np.where(both, phase_rad, 0.0) - echo.phase_rad
     low, high = blocks(away, np.inf).min(axis=1), blocks(away, -np.inf).max(axis=1)
     seen = np.isfinite(low)
     middle = np.where(seen, 0.5 * (np.where(seen, low, 0.0) + np.where(seen, high, 0.0)), np.nan)
+    # the front end of either bends the phase by a share of what it turns
     turned = blocks(echo.phase_rad, -np.inf).max(axis=1) - blocks(echo.phase_rad, np.inf).min(axis=1)
     allowed = settings.most_rad + settings.share * np.where(seen, turned, 0.0)
     apart = seen & (np.where(seen, high - low, 0.0) > allowed)
+    # a hole between two blocks: nothing is claimed over it
     with np.errstate(invalid="ignore"):
         stepped = np.abs(np.diff(middle)) > np.minimum(allowed[1:], allowed[:-1])
     apart[1:] |= stepped

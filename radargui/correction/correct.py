@@ -55,6 +55,7 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
             valid[k] = False
         else:
             scale, noise = _scale(volts[pair], corrected[pair], segment, step), conditioned.noise_v[pair]
+            # I and Q may be scaled otherwise: the phase takes the mean of both
             relative = np.sqrt(((noise[:, None] / scale) ** 2).mean(axis=0))
             clipped = float((~conditioned.usable[pair, segment.first : segment.last]).any(axis=0).mean())
             quality = _quality(name, corrected[pair], segment, relative, valid[k], clipped, step)

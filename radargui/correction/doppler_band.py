@@ -66,5 +66,6 @@ def correct_in_band(conditioned: Conditioned, number: int) -> InBand | None:
         u_gain_ratio=front_end.u_gain_ratio,
         u_quadrature_error_deg=front_end.u_quadrature_error_deg,
     )
+    # noise is known; what bends the circle is taken for phase as well, since nobody knows which it is
     u_phase = np.hypot(echo.u_phase_rad, quality.circularity or 0.0)
     return InBand(iq, echo.phase_rad, u_phase, valid, quality)

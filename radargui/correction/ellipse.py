@@ -63,6 +63,7 @@ def fit_ellipse(pair_v: FloatArray) -> Ellipse:
         The samples lie on no ellipse: too short an arc, or no signal.
     """
     centre = pair_v.mean(axis=1)
+    # without it the powers of volts and of millivolts make the scatter matrix singular
     spread = max(float(np.sqrt(((pair_v - centre[:, None]) ** 2).mean())), 1e-300)
     x, y = (pair_v - centre[:, None]) / spread
     a, b, c, d, e, f = _conic(x, y)
@@ -94,6 +95,7 @@ def _conic(x: FloatArray, y: FloatArray) -> FloatArray:
         vectors = np.real(np.linalg.eig(constrained)[1])
     except np.linalg.LinAlgError:
         raise _no_ellipse() from None
+    # one of the three is an ellipse (Halir & Flusser 1998); noise may leave it the smallest by a hair
     form = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
     if not (form > 0).any():
         raise _no_ellipse()
@@ -130,6 +132,7 @@ def correct_ellipse(
         moving = moving[:, usable[segment.first : segment.last]]
     ellipse = fit_ellipse(moving)
     corrected = ellipse.apply(pair_v)
+    # a conic fits every short arc: what it says of the rest of the circle is chance
     arc = np.unwrap(np.arctan2(corrected[1], corrected[0])[segment.first : segment.last])
     if np.ptp(arc) < LEAST_ARC_RAD:
         raise _no_ellipse()

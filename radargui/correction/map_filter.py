@@ -95,6 +95,7 @@ class MapFilter:
         self._zero_rad = self._phase_rad = self._binned_rad = None
         self._fringes = 0.0
         if self._started:
+            # the mixer is the same, the sphere and its release are not
             self._covariance += NEW_RUN_FORGETTING * self._map.prior
 
     def start(self, pair_v: FloatArray) -> bool:
@@ -143,6 +144,7 @@ class MapFilter:
             shape (n_samples,).
         """
         phase, _ = self._demodulated(pair_v)
+        # forgotten by the way, not by the time: at rest nothing is learned
         fringes = float(np.abs(np.diff(phase)).sum()) / (2.0 * np.pi)
         if learn:
             self._covariance += min(FORGETTING * fringes, 1.0) * self._map.prior
@@ -200,6 +202,7 @@ class MapFilter:
             return
         corrected, basis = self._apply(pair_v[:, chosen], phase_rad[chosen] / self._rad_per_m)
         slope, radius = self._slope(corrected, basis)
+        # the radius is measured: noise makes it longer by sigma^2 / 2 in the mean
         noise = 0.0 if self._noise_v is None else (self._noise_v / self._scale_v) ** 2
         innovation = 1.0 + 0.5 * noise - radius + slope @ (self._state - mean)
         variance = noise + LEAST_RESIDUAL**2
@@ -210,6 +213,7 @@ class MapFilter:
         gain = np.linalg.solve(total, spread).T
         self._state = mean + gain @ innovation
         covariance = self._covariance - gain @ spread
+        # rounding makes it lose its symmetry over thousands of updates, and then its sign
         self._covariance = 0.5 * (covariance + covariance.T)
 
     def _bins(self, phase_rad: FloatArray) -> IntArray:

@@ -70,6 +70,7 @@ def join_pieces(
         edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]]))).reshape(-1, 2)
         runs = [(int(a), int(b)) for a, b in edges if b - a >= settings.least_samples]
         for before, after in pairwise(runs):
+            # longer holes are where an echo was lost: there it may have turned round
             short = after[0] - before[1] < settings.longest_s * sample_rate_hz
             if echo is None:
                 turn = _carried(row, before, after, sample_rate_hz, settings)
@@ -99,6 +100,7 @@ def _carried(
     reach = max(settings.least_samples, round(settings.slope_s * rate_hz))
     slope_a, u_a = _slope(phase[max(before[0], before[1] - reach) : before[1]])
     slope_b, u_b = _slope(phase[after[0] : min(after[1], after[0] + reach)])
+    # between the speeds at both ends it may have been either all the way
     u = np.hypot(0.25 * abs(slope_a - slope_b) * hole, 0.5 * hole * np.hypot(u_a, u_b))
     return 0.5 * (slope_a + slope_b) * hole if u < settings.most_u_rad else None
 

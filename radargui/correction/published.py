@@ -96,6 +96,7 @@ def correct_published(
 
 def _correct_channel(smoothed_v: FloatArray, segment: Segment, turning: BoolArray) -> ChannelSteps:
     peaks, valleys = find_extremes(smoothed_v, segment)
+    # where the motion turns round I stands still at any value: no crest of the circle
     peaks, valleys = peaks[~turning[peaks]], valleys[~turning[valleys]]
     if min(peaks.size, valleys.size) < LEAST_EXTREMES:
         raise ProcessingError(
@@ -105,6 +106,7 @@ def _correct_channel(smoothed_v: FloatArray, segment: Segment, turning: BoolArra
         )
     upper, lower = envelope(smoothed_v, peaks, segment), envelope(smoothed_v, valleys, segment)
     bias = find_bias(upper, lower, peaks, valleys, segment, smoothed_v.size)
+    # scaled between crossings, not between extremes: there an error of the scale would be a step
     centred = smoothed_v - bias
     crossings = find_zero_crossings(centred, peaks, valleys)
     scale = local_scale(centred, crossings, np.sort(np.concatenate([peaks, valleys])))

@@ -121,6 +121,7 @@ def _longest_one_way(phase_rad: FloatArray) -> tuple[int, int]:
     count = phase_rad.size // size
     if count < 8:
         return 0, 0
+    # noise of each sample, added up over a second, would be hundreds of fringes
     coarse = phase_rad[: count * size].reshape(count, size).mean(axis=1)
     direction = np.sign(np.diff(coarse))
     edges = np.concatenate([[0], np.flatnonzero(direction[1:] != direction[:-1]) + 1, [count - 1]])
@@ -199,6 +200,7 @@ def judge(
     roundness = float("nan") if quality.circularity is None else quality.circularity
     beyond_noise = float(np.sqrt(max(roundness**2 - noise**2, 0.0))) if np.isfinite(roundness) else float("nan")
     off_circle = f"corrected I and Q leave the circle by {100 * beyond_noise:.0f} % beyond their noise"
+    # only models of the samples have one
     misfit = 0.0 if chi_square is None else chi_square
     if counted_noise > limits.most_noise:
         return "rejected", f"noise of {100 * counted_noise:.0f} % of the amplitude: fringes cannot be counted"

@@ -31,6 +31,7 @@ def smooth(
         Give the first derivative per second instead.
     """
     window = min(2 * round(0.5 * window_s * sample_rate_hz) + 1, 2 * ((x.shape[-1] - 1) // 2) + 1)
+    # too few samples for a parabola that smooths
     if window < order + 3:
         return np.gradient(x, 1.0 / sample_rate_hz, axis=-1) if slope else x
     return savitzky_golay(x, window, order, derivative=int(slope), spacing=1.0 / sample_rate_hz)

@@ -77,6 +77,14 @@ def test_a_search_without_any_model_within_its_budget_is_refused(monkeypatch: py
         chosen(small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005))
 
 
+def test_where_no_body_describes_the_signals_the_search_ends_and_says_how_far_off_each_receiver_is() -> None:
+    made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005)
+    with pytest.raises(budget.NoSingleBodyError, match="chi-square") as caught:
+        chosen(made, hopeless_misfit=0.1)
+    assert caught.value.misfit.shape == (made.data.antennas.n_receivers,)
+    assert (caught.value.misfit < 2.0).all()
+
+
 def test_a_floor_that_reflects_is_kept() -> None:
     model = chosen(small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005))
     assert "floor that reflects is kept" in model.choices[0]

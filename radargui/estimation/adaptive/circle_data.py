@@ -36,6 +36,7 @@ def map_places(change_m: FloatArray, antennas: Antennas, release_m: FloatArray, 
         place[:, rest] = 0.0
         return place
     place = locate_exact(change_m, antennas, release_m)
+    # noise at rest would draw the maps, which are most certain there
     place[:, rest] = release_m[:, None]
     known = np.isfinite(place).all(axis=0)
     if not known.all():
@@ -115,6 +116,7 @@ def at_one_time(
         return value
     for receiver, ellipse in enumerate(ellipses):
         pair, own = slice(2 * receiver, 2 * receiver + 2), phase_rad[receiver]
+        # from the phase, not from the samples: an interpolation of bins would be too coarse
         later = [np.interp(bins.time_s + delay, bins.time_s, own) for delay in delay_s[pair]]
         change_i, change_q = (amplitude[receiver] * (np.exp(1j * own) - np.exp(1j * after)) for after in later)
         value[pair] += channels_of(change_i, change_q, ellipse.gain_ratio, ellipse.quadrature_error_rad)

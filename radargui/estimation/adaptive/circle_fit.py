@@ -204,6 +204,7 @@ class CircleFit:
         columns = _columns(self.theta, data, x, y, tangential=True) / radius[:, None]
         fitted = np.einsum("ij,jk,ik->i", columns, self.covariance, columns)
         sigma_y = data.sigma_q * np.exp(-self.theta[self.layout.log_gain])
+        # noise along the circle, through the slopes of arctan; then what the fit leaves open
         return np.asarray(((data.sigma_i * y) ** 2 + (sigma_y * x) ** 2) / radius**4 + fitted)
 
 
@@ -251,6 +252,7 @@ def _updated_deviation(sd: float, fit: CircleFit, group: slice, settings: Circle
     """Return the common deviation of a group of coefficients: s^2 = sum w^2 / number well determined."""
     w = fit.theta[group]
     determined = w.size - np.trace(fit.covariance[group, group]) / sd**2
+    # MacKay 1992: s^2 is the mean square of as many coefficients as the data determine
     wanted = np.sqrt((w @ w + 1e-4) / max(determined, 0.5))  # neither may vanish by rounding
     return float(np.clip(wanted, settings.least_deviation, settings.most_deviation))
 
@@ -269,6 +271,7 @@ def _minimise(
         if failed:
             raise SolveError("The circle of a receiver cannot be fitted: its normal matrix is not positive definite.")
         trial = at.theta + step
+        # tan eps has a pole: a step across it never comes back
         trial[layout.front_end] = np.clip(trial[layout.front_end], -settings.furthest, settings.furthest)
         trial_at = _evaluate(trial, data, mean, precision, settings)
         if trial_at.cost < at.cost:

@@ -110,6 +110,7 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
                 rough, (first, last) = other, tried
         if impacts.size or antennas.n_receivers < 3:
             break
+        # once: bins that are broken at the impacts move them by less than a bin
         impacts = _impacts(data, last, np.asarray(setup.floor.normal))
         if impacts.size == 0:
             break
@@ -130,6 +131,7 @@ def _with_maps(data: BinnedData, still: Round, first: Round) -> Round:
 
     Few fringes do not hold the circle of the range factor: its centre can run away and lose cycles.
     """
+    # an echo that grows otherwise than by its range leaves the circle of the range factor no centre
     timed = timed_round(data, still)
     last = best_round(data, next_round(data, first, START.first_length_m))
     tried = [last]

@@ -94,8 +94,10 @@ def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings
     for i, q, smooth_i, smooth_q in zip(
         pooled.value[0::2], pooled.value[1::2], smooth[0::2], smooth[1::2], strict=True
     ):
+        # weighed by the arc: else the slow beginning and the apexes, with most samples, would be the ellipse
         arc = np.hypot(np.gradient(smooth_i), np.gradient(smooth_q))
         noise = float(np.median(arc[~moving])) if (~moving).sum() > settings.at_rest else 0.0
+        # noise makes a path of its own, longer than that of a slow target
         arc = np.sqrt(np.maximum(arc**2 - noise**2, 0.05 * noise**2 + 1e-12))
         weight = np.minimum(arc, np.quantile(arc[moving], settings.arc_quantile))[moving]
         ellipse = fit_still_ellipse(i[moving], q[moving], weight)
@@ -109,6 +111,7 @@ def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings
     seen = {k: (fitted[k], _unwrapped(pairs[k], fitted[k])) for k in changed}
     every = np.array([*phase, *(own for _, own in seen.values())])
     slope = np.gradient(uniform_filter1d(every, 2 * width, axis=1, mode="nearest"), pooled.time_s, axis=1)
+    # the fastest receiver sets the bins, so that in none of them a phase turns too far
     turns = np.abs(uniform_filter1d(slope, width, axis=1, mode="nearest")).max(axis=0) / (2.0 * np.pi)
     return RoughPhases(pooled.time_s, phase, turns, tuple(ellipses), seen)
 
@@ -141,6 +144,7 @@ def _arcs_completed(
     for k in np.flatnonzero(size < settings.short_chord * radius_v):
         radius = radius_v / float(scale_v[k])
         across = np.array([-along[k][1], along[k][0]]) * np.sqrt(max(radius**2 - (0.5 * chord[k]) ** 2, 0.0))
+        # offsets are small against an echo that is tuned for it; the mirror image of a short arc fits as well
         centre = min((middle[k] + across, middle[k] - across), key=lambda c: float(c @ c))
         out[k] = StillEllipse(float(centre[0]), float(centre[1]), 0.0, 0.0, radius)
     return out

@@ -167,6 +167,7 @@ def _time_functions(binned: BinnedData, count: int) -> FloatArray:
 
 def next_round(binned: BinnedData, before: Round, length_m: float, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
     """Fit circles with maps of correlation length l over the places of the round before."""
+    # the rest would put all functions where the sphere hangs
     visited = before.place[:, ~binned.rest]
     bias, amplitude_map = make_basis(visited, length_m), make_basis(visited, settings.amplitude_longer * length_m)
     start = [_carried(before, fit, bias, amplitude_map, settings.least_normal) for fit in before.fits]
@@ -182,6 +183,7 @@ def best_round(binned: BinnedData, before: Round, settings: MapRoundSettings = M
     extent = float(np.linalg.norm(np.ptp(before.place, axis=1)))
     fringes = float(np.ptp(before.phase_rad, axis=1).max()) / (2.0 * np.pi)
     shortest = settings.shortest_extents_a_fringe * extent / max(fringes, 1.0)
+    # shorter ones could follow the wave itself, and leave nothing to the motion
     lengths = [length for length in settings.lengths_m if length >= shortest]
     tried = lengths or [max(settings.lengths_m[-1], shortest)]
     return max((next_round(binned, before, length) for length in tried), key=lambda one: one.log_evidence)
@@ -257,6 +259,7 @@ def _phases(
     phases, at_rest = [], []
     for number, point in enumerate(points):
         z = point[0] + 1j * point[1]
+        # the mean direction at rest is zero of L: one sample would carry its noise into all
         reference = z[rest].mean() if rest.any() else z[0]
         angle = np.angle(z * reference.conj())
         if counted_rad is None:

@@ -51,6 +51,8 @@ class PairSettings:
     most_white, least_seen
         White share of what moves I and Q above which it is noise that comes and goes, where fewer frames than the
         second show a line: an echo 10 dB below the noise of a sample still stands 15 dB out of a frame.
+    nothing
+        What I and Q show beyond their white noise, over it, below which a receiver shows nothing, unless frames do.
     near
         Mean square difference, as a share of the variance, below which I and Q of two receivers agree.
     shared_noise
@@ -75,6 +77,7 @@ class PairSettings:
     least_noise: float = 1e-8
     most_white: float = 0.9
     least_seen: float = 0.1
+    nothing: float = 0.3
     near: float = 0.1
     shared_noise: float = 0.5
 
@@ -106,6 +109,8 @@ def check_receiver(
         return f"{100 * clipped:.0f} % of its samples in the motion are clipped: the range is too small"
     # less noise: a dead input still has its own
     spread = np.sqrt(np.maximum(pair_v.var(axis=1) - noise_v**2, 0.0))
+    if (spread < settings.nothing * noise_v).all() and doppler.clear.mean() < settings.least_seen:
+        return "I and Q show white noise and nothing else: a cable is off, or the receiver has no supply"
     weak, strong = ("I", "Q") if spread[0] < spread[1] else ("Q", "I")
     if spread.min() <= 0.02 * spread.max():
         return f"{weak} shows nothing of the motion that {strong} shows: a cable is off, or the mixer is dead"

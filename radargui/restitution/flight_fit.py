@@ -35,6 +35,8 @@ class FlightFit:
         What it was fitted to, and the derivative of `values` with respect to the slope of its -ln L.
     jacobian, normal
         J = dx/dq of its unknowns q, and N = J^T Lambda J + prior.
+    off
+        x of the flights less x of the free motion, shape (n,).
     """
 
     layout: ImpactLayout
@@ -47,6 +49,7 @@ class FlightFit:
     response: FloatArray = field(repr=False)
     jacobian: FloatArray = field(repr=False)
     normal: FloatArray = field(repr=False)
+    off: FloatArray = field(repr=False)
 
     @property
     def g_m_s2(self) -> float:
@@ -133,6 +136,15 @@ class FlightFit:
         return np.asarray(
             (s * self.information.solve(s)).sum(axis=0) - (along * _solve(self.normal, along)).sum(axis=0)
         )
+
+    def bend_over_u(self, time_s: FloatArray, u_position_m: FloatArray) -> float:
+        """Return how far the free motion is off its flights over u (3, n) at the same times, both root mean square."""
+        free, size = self.information.free, self.information.size
+        inside = (time_s > free.edge_s[0]) & (time_s < free.edge_s[self.layout.n_impacts + 1])
+        coefficients = np.zeros_like(free.motion.coefficients)
+        coefficients[:size] = self.off[: 3 * size].reshape(-1, 3)
+        off = free.motion.spline.offset(time_s[inside], coefficients)
+        return float(np.sqrt((off**2).mean() / (u_position_m[:, inside] ** 2).mean()))
 
     def excess(self, explained: FloatArray) -> float:
         """Return by how many standard deviations chi-square is above what noise and some changes of inputs explain.
@@ -227,6 +239,7 @@ def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> Flig
         -(slopes.x @ inverse).T,
         slopes.x,
         normal,
+        motion.x - information.x0,
     )
 
 

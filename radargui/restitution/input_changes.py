@@ -78,15 +78,18 @@ def joint_changes(
             # true times are (1 + c) as long: velocities change alike, accelerations twice
             none = np.zeros(len(bounces.impacts))
             out.append(InputChange(CLOCK, "calibration", nothing, none, -2e-6 * one.u * fit.g_m_s2))
-    return tuple(out), FlightTest() if fit is None else _tested(fit, responses, [key for key, _ in asked])
+    return tuple(out), FlightTest() if fit is None else _tested(fit, responses, [key for key, _ in asked], estimate)
 
 
-def _tested(fit: FlightFit, responses: Sequence[InputResponse], keys: list[str]) -> FlightTest:
+def _tested(fit: FlightFit, responses: Sequence[InputResponse], keys: list[str], estimate: JointEstimate) -> FlightTest:
     """Return what is told about flights that bend, where neither noise nor inputs of the setup explain it."""
     bends = fit.bends(responses)
     # of the possible spheres only one is there: their mean counts as one input
     each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])
-    if fit.excess(each) < FLIGHTS.told_excess:
+    if fit.excess(each) < FLIGHTS.told_excess or estimate.u_position_m is None:
+        return FlightTest()
+    # what bends by less than u is known to: alternatives have said so
+    if fit.bend_over_u(estimate.time_s, estimate.u_position_m) < FLIGHTS.told_bend:
         return FlightTest()
     value, expected = fit.misfit
     widening = max(FLIGHTS.least_widening, float(np.sqrt(value / (expected + each.sum()))))

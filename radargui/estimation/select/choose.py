@@ -75,7 +75,7 @@ class ChoiceSettings:
     shortest_length_m: float = 0.09
     other_lengths_m: tuple[float, ...] = (0.14, 0.22)
     few_fringes: float = 6.0
-    temper: float = 2.5
+    temper: float = 5.0
     least_weight: float = 0.01
     first_rounds: int = 4
     last_rounds: int = 6
@@ -296,7 +296,7 @@ class _Selection:
         return misfit > settings.good_misfit or (len(problem.inputs.planes) > 0 and bias > settings.grown_bias)
 
     def _weight(self, gain: float) -> float:
-        """Return the tempered weight of an alternative against the best, exp(gain in ln E / 2.5), at most one."""
+        """Return the tempered weight of an alternative against the best, exp(gain in ln E / 5), at most one."""
         # never above the best: a trial may be better converged than what was kept
         return float(np.exp(min(0.0, gain) / self.settings.temper))
 

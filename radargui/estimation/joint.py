@@ -21,7 +21,7 @@ from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEnd
 from radargui.model.setup import Setup
 
-# Half of the bar: a drop with a floor takes 40 and more; where walls are sought it still moves at the 400th.
+# Half of the bar: a drop with a floor takes 40 and more; where walls are sought it still moves at the 800th.
 _TYPICAL_ROUNDS = 40
 _UNTRUSTED = 9.0  # local chi-square above which a sample is not valid: three times the noise (method 6, Quality)
 

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 
-BIN_ROUNDS = 3.0e5
+BIN_ROUNDS = 1.0e6
 """Rounds times bins that may be spent: a drop of 500 bins beside a floor takes 75 rounds, each wall some 50 more."""
-ROUNDS = (120, 400)
+ROUNDS = (200, 800)
 """Fewest and most rounds whatever the number of bins: the fewest are enough for a long record without walls."""
 
 

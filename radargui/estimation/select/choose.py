@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.adaptive.rounds import Round
 from radargui.estimation.forward.bins import BinnedData
@@ -43,8 +42,6 @@ class ChoiceSettings:
         The same above which the start of the first adaptive round is tried too.
     hopeless_misfit
         The same above which no wall can explain it, and the search ends.
-    rounds_at_large_misfit
-        Spent at the most on a misfit that no estimate stands with: one search for a wall.
     grown_bias
         Deviation of the bias maps, in amplitudes, above which they explain something beside a floor.
     most_walls
@@ -70,7 +67,6 @@ class ChoiceSettings:
     bad_misfit: float = 2.0
     lost_misfit: float = 4.0
     hopeless_misfit: float = 100.0
-    rounds_at_large_misfit: int = 40
     grown_bias: float = 0.002
     most_walls: int = 2
     shortest_length_m: float = 0.09
@@ -154,8 +150,6 @@ def choose_model(
     if typical.max() > settings.hopeless_misfit:
         # walls would only be fitted to what no echo of one body is
         raise NoSingleBodyError(typical)
-    if typical.max() > LIMITS.most_misfit:
-        budget.left = min(budget.left, settings.rounds_at_large_misfit)
     choices = [f"A floor that reflects is {'kept' if gain > 0.0 else 'left out'}: log evidence {gain:+.0f}."]
     if drift.count and not drift.level.any():
         choices.append("The offsets drift on the rest: slow functions of time are fitted.")

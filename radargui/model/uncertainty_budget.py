@@ -20,8 +20,10 @@ class InputChange:
         Which, as in `model.assumed`.
     share
         To which part of the budget it belongs.
+    time_s
+        Instants, shape (n,), the same for all inputs of a run: fewer than samples, for shifts are smooth.
     moved_m
-        Of the position, shape (3, n_samples); NaN where unknown.
+        Of the position then, shape (3, n); NaN where unknown.
     e
         Of each impact's e, shape (n_impacts,); NaN where unknown.
     g_m_s2
@@ -30,6 +32,7 @@ class InputChange:
 
     key: str
     share: Share
+    time_s: FloatArray = field(repr=False)
     moved_m: FloatArray = field(repr=False)
     e: FloatArray
     g_m_s2: float

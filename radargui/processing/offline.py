@@ -150,7 +150,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         if segment.has_rest:
             changes = motion.changes
             if changes is None:
-                changes = changes_of_track(motion.paths, track, bounces, setup, segment)
+                changes = changes_of_track(motion.paths, bounces, setup, segment)
             track, bounces, budget = with_budget(track, bounces, changes, segment, setup)
         else:
             bounces = _unsupported(bounces)

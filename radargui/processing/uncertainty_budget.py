@@ -46,13 +46,18 @@ def with_budget(
     setup
         Says which uncertainties were assumed.
     """
-    squares: dict[str, FloatArray] = {}
+    thin: dict[str, tuple[FloatArray, FloatArray]] = {}
     e_squares: dict[str, FloatArray] = {}
     g_squares: dict[str, float] = {}
     for one in changes:
-        squares[one.share] = squares.get(one.share, np.zeros(track.u_position_m.shape)) + one.moved_m**2
+        before = thin[one.share][1] if one.share in thin else 0.0
+        thin[one.share] = one.time_s, before + one.moved_m**2
         e_squares[one.share] = e_squares.get(one.share, np.zeros(one.e.shape)) + one.e**2
         g_squares[one.share] = g_squares.get(one.share, 0.0) + one.g_m_s2**2
+    squares = {
+        share: np.array([np.interp(track.time_s, time_s, row) for row in square])
+        for share, (time_s, square) in thin.items()
+    }
     combined = np.sqrt(track.u_position_m**2 + sum(squares.values()))
     e_all = sum(e_squares.values()) if e_squares else np.zeros(len(bounces.impacts))
     impacts = tuple(
@@ -87,9 +92,7 @@ def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
     return BudgetLine(*known)
 
 
-def changes_of_track(
-    paths: PathLengths, track: Track, bounces: Bounces, setup: Setup, segment: Segment
-) -> tuple[InputChange, ...]:
+def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment: Segment) -> tuple[InputChange, ...]:
     """Return what a located track changes by with each uncertain input of the setup, to first order.
 
     The same path lengths are located with the input moved (GUM, 5.1.3). That these change with the geometry too,
@@ -98,12 +101,13 @@ def changes_of_track(
 
     Parameters
     ----------
-    paths, track, bounces, segment
+    paths, bounces, segment
         Of the run.
     """
     size = max(1, (segment.last - segment.first) // POINTS)
-    thin = _thinned(paths, size)
-    inner = Segment(segment.first // size, segment.last // size, segment.rest_first // size, segment.rest_last // size)
+    # before and after the motion all shifts stand
+    thin = _thinned(paths, slice(segment.first, segment.last), size)
+    inner = Segment(0, thin.time_s.size, 0, 0)
     base = _located(thin, setup)
     if base is None:
         return ()
@@ -134,9 +138,9 @@ def changes_of_track(
         return ()
     given = "normal" in setup.floor.model_fields_set
     e, g = respond(base, inner, bounces, np.stack(shifts), given, setup.floor.u_tilt_deg)
-    wholes = [np.array([np.interp(track.time_s, thin.time_s, row) for row in np.nan_to_num(own)]) for own in shifts]
-    changes = [InputChange(*key, *own) for key, *own in zip(keys, wholes, e, g.tolist(), strict=True)]
-    return (*changes, *floor_and_clock(base, inner, bounces, setup, track.time_s.size))
+    known = [np.nan_to_num(own) for own in shifts]
+    changes = [InputChange(*key, thin.time_s, *own) for key, *own in zip(keys, known, e, g.tolist(), strict=True)]
+    return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 
 def _moved(base: Track, change_m: FloatArray, other: Setup, setup: Setup) -> FloatArray:
@@ -164,10 +168,11 @@ def _located(paths: PathLengths, setup: Setup) -> Track | None:
     return locate(paths, place_antennas(setup), release, setup.processing.geometry)
 
 
-def _thinned(paths: PathLengths, size: int) -> PathLengths:
+def _thinned(paths: PathLengths, part: slice, size: int) -> PathLengths:
     def mean(x: FloatArray) -> FloatArray:
-        count = x.shape[-1] // size
-        return np.asarray(x[..., : count * size].reshape(*x.shape[:-1], count, size).mean(axis=-1))
+        inside = x[..., part]
+        count = inside.shape[-1] // size
+        return np.asarray(inside[..., : count * size].reshape(*x.shape[:-1], count, size).mean(axis=-1))
 
     valid = mean(paths.valid.astype(np.float64)) == 1.0
     return PathLengths(mean(paths.time_s), mean(paths.phase_rad), mean(paths.change_m), mean(paths.u_m), valid)

@@ -16,6 +16,9 @@ from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.floor_normal import e_by_tilt
 from radargui.restitution.settings import FLIGHTS
 
+INSTANTS = 8000
+"""At which shifts are kept, over the whole record: each is a curve of its own, and there are two dozens."""
+
 
 @dataclass(frozen=True, slots=True)
 class FlightTest:
@@ -56,11 +59,13 @@ def joint_changes(
     ]
     if posterior.is_point:
         asked += [("sphere", other) for other in possible_spheres(setup)]
-    responses = posterior.responses([other for _, other in asked], estimate.time_s)
+    time_s = estimate.time_s[:: max(1, estimate.time_s.size // INSTANTS)]
+    responses = posterior.responses([other for _, other in asked], time_s)
     out = [
         InputChange(
             key,
             "sphere" if key in ("sphere", DIAMETER) else "calibration",
+            time_s,
             response.moved_m,
             _e_changes(estimate, bounces, fit, response),
             _g_change(fit, response),
@@ -70,14 +75,17 @@ def joint_changes(
     # no direction is more likely than another: the mean square over them
     n_bodies = sum(key == "sphere" for key, _ in asked)
     out = [_shared(one, n_bodies) if one.key == "sphere" else one for one in out]
-    nothing = np.zeros((3, estimate.time_s.size))
+    nothing = np.zeros((3, time_s.size))
     for one in inputs:
         if one.key == TILT and "normal" in setup.floor.model_fields_set:
-            out += [InputChange(TILT, "calibration", nothing, e, 0.0) for e in _by_tilt(estimate, bounces, fit, one.u)]
+            out += [
+                InputChange(TILT, "calibration", time_s, nothing, e, 0.0)
+                for e in _by_tilt(estimate, bounces, fit, one.u)
+            ]
         if one.key == CLOCK and fit is not None:
             # true times are (1 + c) as long: velocities change alike, accelerations twice
             none = np.zeros(len(bounces.impacts))
-            out.append(InputChange(CLOCK, "calibration", nothing, none, -2e-6 * one.u * fit.g_m_s2))
+            out.append(InputChange(CLOCK, "calibration", time_s, nothing, none, -2e-6 * one.u * fit.g_m_s2))
     return tuple(out), FlightTest() if fit is None else _tested(fit, responses, [key for key, _ in asked], estimate)
 
 

@@ -75,19 +75,15 @@ def respond(
     return e, g
 
 
-def floor_and_clock(
-    track: Track, segment: Segment, bounces: Bounces, setup: Setup, n_samples: int
-) -> list[InputChange]:
+def floor_and_clock(track: Track, segment: Segment, bounces: Bounces, setup: Setup) -> list[InputChange]:
     """Return what e changes by with a given normal's tilt and g with the clock; the track moves with neither.
 
     Parameters
     ----------
     track, segment, bounces, setup
         As for `respond`.
-    n_samples
-        Of the track whose budget it is.
     """
-    nothing, none, out = np.zeros((3, n_samples)), np.zeros(len(bounces.impacts)), []
+    nothing, none, out = np.zeros_like(track.position_m), np.zeros(len(bounces.impacts)), []
     u = {one.key: one.u for one in uncertain_inputs(setup)}
     if "normal" in setup.floor.model_fields_set and u[TILT] and bounces.impacts:
         part = slice(segment.first, segment.last)
@@ -95,11 +91,11 @@ def floor_and_clock(
         impact_s = np.array([one.time_s for one in bounces.impacts])
         at = impact_velocities(track.time_s[part][known], track.position_m[:, part][:, known], impact_s)
         changes = e_by_tilt(at.before_m_s, at.after_m_s, np.asarray(setup.floor.normal), u[TILT])
-        out += [InputChange(TILT, "calibration", nothing, e, 0.0) for e in changes]
+        out += [InputChange(TILT, "calibration", track.time_s, nothing, e, 0.0) for e in changes]
     if bounces.free_fall is not None:
         # true times are (1 + c) as long: velocities change alike, accelerations twice
         g = -2e-6 * u[CLOCK] * bounces.free_fall.g_m_s2
-        out.append(InputChange(CLOCK, "calibration", nothing, none, g))
+        out.append(InputChange(CLOCK, "calibration", track.time_s, nothing, none, g))
     return out
 
 

@@ -104,10 +104,15 @@ class Conditioned:
     def valid(self) -> BoolArray:
         """Where both channels of a receiver can be used and its echo is there, shape (n_receivers, n_samples)."""
         out = np.asarray(self.usable[0::2] & self.usable[1::2])
+        # the slow beginning after a rest is not led: there the path itself is judged
+        if self.segment.has_rest:
+            return out
         for row, echo in zip(out, self.echoes, strict=True):
-            # the slow beginning after a rest is not led: there the path itself is judged
-            if echo is not None and not self.segment.has_rest:
+            if echo is not None:
                 row &= echo.leads
+            elif self.n_receivers < 3:
+                # no line was ever clear: before and after what shook the voltages a target may move below the noise
+                row[: self.segment.first] = row[self.segment.last :] = False
         return out
 
     @property

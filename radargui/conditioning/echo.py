@@ -56,7 +56,7 @@ class EchoSettings:
     """
 
     most_drift: float = 0.3
-    most_wander: float = 1.0
+    most_wander: float = 1.4
     least_known: float = 0.2
     slow: float = 0.5
     most_slow: float = 0.06

@@ -34,6 +34,8 @@ class LineSettings:
     mains_coherence
         The same of a line at the mains' own frequency, where nothing else is asked: a target at that very speed
         throughout is refused with it. Hums added to the real recordings had 0.98 and more (`bench altered`).
+    mains_steady
+        Least power of its weak pieces over that of the median one.
     stands_out
         Power over the median of its neighbourhood, and over white noise.
     neighbourhood_hz
@@ -53,6 +55,7 @@ class LineSettings:
     least_share: float = 0.85
     least_coherence: float = 0.7
     mains_coherence: float = 0.95
+    mains_steady: float = 0.25
     stands_out: float = 25.0
     neighbourhood_hz: float = 60.0
     most_lines: int = 12
@@ -137,8 +140,10 @@ def find_standing_lines(
     certain, bin_hz = hz[(tall & standing & top).any(axis=0) & in_band], sample_rate_hz / size
     standing |= tall & _of_mains([_refined(volts, sample_rate_hz, float(f), bin_hz) for f in certain[:20]], hz)
     # what keeps to the mains' own frequency throughout is hum, also where its phases in I and Q turn it one way
-    power = np.quantile(np.maximum(ahead, back), 1.0 - settings.least_share, axis=1)
+    power, usual = np.quantile(np.maximum(ahead, back), [1.0 - settings.least_share, 0.5], axis=1)
     coherent = _peaks(power) & (power > settings.stands_out * white) & (_coherence(spectrum) > settings.mains_coherence)
+    # a bouncing sphere passes there now and then: hum is there all the time, and as strong
+    coherent &= power > settings.mains_steady * usual
     near = [mains for mains in MAINS_HZ if coherent[:, np.abs(hz - mains) <= bin_hz].any()]
     mains_hz = [_refined(volts, sample_rate_hz, mains, bin_hz) for mains in near]
     mains_hz = [one for one, mains in zip(mains_hz, near, strict=True) if abs(one - mains) < MAINS_WITHIN_HZ]

@@ -137,13 +137,13 @@ def rested(one: Altered, rng: np.random.Generator) -> Altered:
 ALTERATIONS: tuple[Callable[[Altered, np.random.Generator], Altered], ...] = (
     cut,
     backwards,
+    rested,  # before what is there at rest too
     slower,
     noisier,
     drifting,
     humming,
     mixed,
     coarser,
-    rested,
 )
 
 

@@ -167,9 +167,9 @@ def test_while_results_are_computed_nothing_is_said_of_now(
     window.actions_.record.trigger()
     wait_for(lambda: window.control.state is AppState.PROCESSING and window.control.progress > 0.0)
     wait_for(lambda: window.health.texts()["rate"] == "Rate –")
-    for plot in (window.scopes.scopes[-1], window.track.height_plot):
-        assert axis_words(plot) == "time before the last sample shown [s]"
-    assert all(level._peak_v is None for level in window.scopes.levels)
+    plots, words = (window.scopes.scopes[-1], window.track.height_plot), "time before the last sample shown [s]"
+    wait_for(lambda: [axis_words(plot) for plot in plots] == [words, words])
+    wait_for(lambda: all(level._peak_v is None for level in window.scopes.levels))
     assert window.scopes.scopes[0].points > 0, "the last picture stays"
     go.set()
     wait_for(lambda: window.control.state is AppState.DONE)

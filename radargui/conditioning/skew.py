@@ -18,7 +18,7 @@ def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray) -
 
     A channel is sampled at n / rate + delay; its value at n / rate is wanted. Without this the skew is a quadrature
     error that grows with speed, 2 pi f_doppler skew. The spline through evenly spaced samples, taken at one distance
-    from each, is a weighted sum of its neighbours (Unser 1999): ten times as fast as the spline itself.
+    from each, is a weighted sum of its neighbours (Unser 1999): eight times as fast as the spline itself.
 
     Parameters
     ----------

@@ -7,14 +7,13 @@ from datetime import datetime
 from functools import partial
 
 from radargui.acquisition.health import Health, health_record, snapshot
-from radargui.acquisition.live_track import LiveTrack
 from radargui.acquisition.recorder import Recorder
-from radargui.acquisition.ring import Ring
+from radargui.acquisition.ring import LiveTrack, Ring
 from radargui.acquisition.run_output import RunOutput
 from radargui.acquisition.run_plan import AcquisitionState, Ending
-from radargui.acquisition.stream import MakeProcessor, Stream, make_stream
-from radargui.model.digitisation import Digitisation
+from radargui.acquisition.stream import MakeProcessor, Stream
 from radargui.model.errors import RadarGuiError, SourceError, attempt
+from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveProcessor
 from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
@@ -77,7 +76,7 @@ class Acquisition:
         self._source = source
         self.recorder = recorder
         self._make_stream = partial(
-            make_stream,
+            Stream,
             setup=setup,
             ring_s=ring_s,
             records=recorder is not None,

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass, replace
 
-from radargui.acquisition.disk import LOW_S
-from radargui.acquisition.level import Level
 from radargui.acquisition.recorder import Recorder
+from radargui.acquisition.run_output import LOW_S, Level
 from radargui.acquisition.run_plan import AcquisitionState, RecorderState
 from radargui.acquisition.stream import Peaks, Stream
 from radargui.model.errors import RadarGuiError

@@ -5,19 +5,19 @@ from dataclasses import KW_ONLY, dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from radargui.acquisition.disk import MINIMUM_FREE_BYTES, free_bytes, low_disk_error, want_writable
+from radargui.acquisition import run_output
 from radargui.acquisition.run_output import FinishedRun, History, OpenRun, RunOutput, TruthOf
 from radargui.acquisition.run_plan import Ending, FixedPlan, MotionPlan, RecorderState, RunPlan
 from radargui.conditioning.fall import FallTest
-from radargui.model.block import Block
 from radargui.model.daq import RecordingLimits
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, FileLostError, RadarGuiError
+from radargui.model.recording import Block, Digitisation
 
 _DISK_CHECK_S = 0.5
 """Between two looks at the disk: a source of 6 x 200 kS/s fills 1.2 MB meanwhile, of 200 MB that stay free."""
 _SLICE_S = 0.01
-"""Blocks are taken in slices, so that a run that ends within a block leaves its rest to the next run."""
+"""Blocks are taken in slices: a run that ends within a block leaves its rest to the next run, and no short motion is
+missed by the trigger of a plan, which tells its latest news only."""
 
 
 @dataclass(eq=False)
@@ -77,7 +77,7 @@ class Recorder:
     seconds: float | None = None
     n_runs: int = 1
     make_judge: Callable[[Digitisation], FallTest] | None = None
-    minimum_free_bytes: int = MINIMUM_FREE_BYTES
+    minimum_free_bytes: int = run_output.MINIMUM_FREE_BYTES
     on_change: Callable[[RecorderState], None] | None = None
     on_run: Callable[[FinishedRun], None] | None = None
 
@@ -143,7 +143,7 @@ class Recorder:
         self._slice = max(1, round(_SLICE_S * digitisation.sample_rate_hz))
         self._history = History(self._plan.history)
         if self.folder is not None:
-            want_writable(self.folder)
+            run_output.want_writable(self.folder)
         self._check_disk()
         self._enter(RecorderState.ARMED)
 
@@ -336,6 +336,6 @@ class Recorder:
             raise
 
     def _check_disk(self) -> None:
-        free = self.disk_free_bytes = None if self.folder is None else free_bytes(self.folder)
+        free = self.disk_free_bytes = None if self.folder is None else run_output.free_bytes(self.folder)
         if self.folder is not None and free is not None and free < self.minimum_free_bytes:
-            raise low_disk_error(self.folder, free, self.minimum_free_bytes)
+            raise run_output.low_disk_error(self.folder, free, self.minimum_free_bytes)

@@ -1,6 +1,8 @@
-"""One run on its way into its file: the blocks kept before its trigger, its samples, gaps and truth, how it ended."""
+"""One run on its way to the disk: the room there, the levels of its channels, the blocks before it, its file."""
 
 import logging
+import shutil
+import tempfile
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,13 +11,146 @@ from typing import TypeAlias
 
 import numpy as np
 
-from radargui.acquisition.level import RunTally
 from radargui.acquisition.run_plan import Ending
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block, Gap
-from radargui.model.digitisation import Digitisation
-from radargui.model.errors import RadarGuiError
-from radargui.model.truth import Truth
+from radargui.model.arrays import FloatArray, IntArray, RawArray
+from radargui.model.errors import FileError, RadarGuiError
+from radargui.model.recording import Block, Digitisation, Gap, Truth, at_rail
+
+MINIMUM_FREE_BYTES = 200_000_000
+"""Stays free for closing the run and storing its results; chosen by hand."""
+LOW_S = 600.0
+"""Recording time left at which the operator is warned: enough to end a series in order; chosen by hand."""
+
+
+def free_bytes(folder: Path) -> int | None:
+    """Return the free bytes of the disk that holds `folder`; None where nobody knows."""
+    try:
+        return shutil.disk_usage(folder).free
+    except OSError:
+        return None
+
+
+def want_writable(folder: Path) -> None:
+    """Make sure that files can be made in a folder, before anything is recorded.
+
+    Raises
+    ------
+    FileError
+        None can be made there.
+    """
+    try:
+        with tempfile.TemporaryFile(dir=folder, prefix=".writable-") as probe:
+            probe.write(b"0")
+    except OSError as error:
+        raise FileError(
+            f"Nothing can be written to {folder}: {error.strerror or error}",
+            reasons=("the folder is not there any more", "it belongs to somebody else", "the disk is full"),
+            remedy="Choose another folder for the sessions.",
+        ) from None
+
+
+def low_disk_error(folder: Path, free: int, minimum: int) -> FileError:
+    """Return the error that ends a recording while its file can still be closed."""
+    return FileError(
+        f"The disk of {folder} has only {free / 1e6:.0f} MB left, {minimum / 1e6:.0f} MB must stay free",
+        remedy="Free some space or choose another folder for the sessions.",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """Level of one channel over recent samples.
+
+    Attributes
+    ----------
+    name
+        Channel.
+    lowest_v, highest_v
+        Extremes in volts.
+    full_scale_v
+        Largest voltage a code can stand for; None where samples are volts.
+    clipped
+        Whether a sample sat at the end of the range.
+    """
+
+    name: str
+    lowest_v: float
+    highest_v: float
+    full_scale_v: float | None
+    clipped: bool
+
+    @property
+    def peak_v(self) -> float:
+        """Largest absolute voltage."""
+        return max(abs(self.lowest_v), abs(self.highest_v))
+
+
+def levels(samples: RawArray, digitisation: Digitisation) -> tuple[Level, ...]:
+    """Return the level of each channel of raw samples, shape (n_channels, n); none where n is 0."""
+    if samples.shape[1] == 0:
+        return ()
+    extremes = _extremes(samples)
+    # a negative slope of the scaling turns lowest and highest round
+    volts = np.sort(digitisation.volts(extremes), axis=1).tolist()
+    full_scale = digitisation.full_scale_v()
+    largest = [None] * len(volts) if full_scale is None else np.abs(full_scale).max(axis=1).tolist()
+    return tuple(
+        Level(name, low, high, most, bool(at_end.any()))
+        for name, (low, high), most, at_end in zip(
+            digitisation.channel_names, volts, largest, at_rail(extremes), strict=True
+        )
+    )
+
+
+def _extremes(samples: RawArray) -> RawArray:
+    """Return the lowest and the highest sample of each channel, shape (n_channels, 2)."""
+    ends: RawArray = np.stack([np.fmin.reduce(samples, axis=1), np.fmax.reduce(samples, axis=1)], axis=1)
+    return ends
+
+
+class RunTally:
+    """Counts of each channel since it was made.
+
+    Parameters
+    ----------
+    digitisation
+        Names and scale of the channels.
+    """
+
+    def __init__(self, digitisation: Digitisation) -> None:
+        n = digitisation.n_channels
+        self._digitisation = digitisation
+        self._ends: FloatArray = np.tile([np.inf, -np.inf], (n, 1))
+        self._at_rail: IntArray = np.zeros(n, dtype=np.intp)
+        self._unknown: IntArray = np.zeros(n, dtype=np.intp)
+
+    def push(self, samples: RawArray) -> None:
+        """Count samples, shape (n_channels, n)."""
+        if samples.shape[1] == 0:
+            return
+        ends = _extremes(samples)
+        # only channels that reach the rail are counted sample by sample
+        for channel in np.flatnonzero(at_rail(ends).any(axis=1)):
+            self._at_rail[channel] += int(at_rail(samples[channel]).sum())
+        if samples.dtype != np.int16:
+            self._unknown += (~np.isfinite(samples)).sum(axis=1)
+        self._ends = np.stack([np.fmin(self._ends[:, 0], ends[:, 0]), np.fmax(self._ends[:, 1], ends[:, 1])], axis=1)
+
+    def channels(self) -> list[dict[str, object]]:
+        """Return one plain table a channel: name, lowest_v, highest_v, at_rail, not_a_number."""
+        known = np.asarray(np.isfinite(self._ends).all(axis=1))
+        volts = np.sort(self._digitisation.volts(np.where(known[:, None], self._ends, 0.0)), axis=1)
+        return [
+            {
+                "name": name,
+                "lowest_v": float(volts[channel, 0]) if known[channel] else None,
+                "highest_v": float(volts[channel, 1]) if known[channel] else None,
+                "at_rail": int(self._at_rail[channel]),
+                "not_a_number": int(self._unknown[channel]),
+            }
+            for channel, name in enumerate(self._digitisation.channel_names)
+        ]
 
 
 class History:

@@ -7,9 +7,8 @@ from enum import Enum
 from operator import itemgetter
 
 from radargui.conditioning.trigger import MotionTrigger, TriggerState
-from radargui.model.block import Block
 from radargui.model.daq import RecordingLimits
-from radargui.model.digitisation import Digitisation
+from radargui.model.recording import Block, Digitisation
 
 
 class AcquisitionState(Enum):
@@ -91,7 +90,7 @@ class RunPlan(ABC):
 
     @abstractmethod
     def push(self, block: Block) -> None:
-        """Take the next block."""
+        """Take the next block, a short one: what happened within it is told as of its end."""
 
     @abstractmethod
     def rest(self, block: Block) -> bool:
@@ -134,8 +133,6 @@ class MotionPlan(RunPlan):
     """How much later than it began a slow motion may be found with its pre-trigger history still there."""
     _RELEARN_S = 10.0
     """What has moved for so long after a run, and for as long as the longest run, is the new quiet."""
-    _SLICE_S = 0.01
-    """The trigger tells its latest news only: it gets long blocks in slices, so that no short motion is missed."""
 
     def __init__(
         self, digitisation: Digitisation, limits: RecordingLimits, trigger: MotionTrigger | None = None
@@ -147,7 +144,6 @@ class MotionPlan(RunPlan):
         self._maximum = round(limits.maximum_s * rate)
         self._wait = round(limits.wait_s * rate)
         self._relearn = round(self._RELEARN_S * rate)
-        self._slice = max(1, round(self._SLICE_S * rate))
         self._index = IndexMap()
         self._armed = 0
         self._restless = 0
@@ -161,11 +157,7 @@ class MotionPlan(RunPlan):
             self._start(block.trigger_index)
             # what the device kept from before its edge is the history, however long
             self.first_index = block.first_index
-        for first in range(0, block.count, self._slice):
-            if self.ending in (Ending.QUIET, Ending.WAITED):
-                return
-            part = block.samples[:, first : first + self._slice]
-            self._judge(self._trigger.push(part), block.first_index + first + part.shape[1])
+        self._judge(self._trigger.push(block.samples), block.end_index)
 
     def rest(self, block: Block) -> bool:
         """Take the next block between two runs; return whether it has been quiet for `quiet_s`.
@@ -173,9 +165,7 @@ class MotionPlan(RunPlan):
         What does not end is the new quiet: a lamp was switched on, a fan.
         """
         self._index.push(block.first_index, block.count)
-        for first in range(0, block.count, self._slice):
-            state = self._trigger.push(block.samples[:, first : first + self._slice])
-        if self._is_quiet(state, block.end_index):
+        if self._is_quiet(self._trigger.push(block.samples), block.end_index):
             self._restless = 0
             return True
         # a hand may stay long, but not longer than the longest run

@@ -4,16 +4,14 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.acquisition.level import Level, levels
-from radargui.acquisition.live_track import LONGEST_LAG_S, LiveTrack, LiveWorker
-from radargui.acquisition.ring import Ring
-from radargui.model.block import Block, Gap
-from radargui.model.digitisation import Digitisation
+from radargui.acquisition.ring import LONGEST_LAG_S, LiveTrack, LiveWorker, Ring
+from radargui.acquisition.run_output import Level, levels
 from radargui.model.errors import SourceError
+from radargui.model.recording import Block, Digitisation, Gap
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveProcessor
 from radargui.processing.live_samples import LIVE_RATE_HZ
@@ -46,8 +44,8 @@ class BlockQueue:
         self._changed = threading.Condition()
         self.depth = 0
         self.dropped = 0
-        self._dropped_gap: Gap | None = None
-        self._dropped_last: Block | None = None
+        # of no samples: where the queue goes on, with the gap before it
+        self._after_drop: Block | None = None
         self._closed = False
 
     def put(self, block: Block, *, wait: bool = False) -> bool:
@@ -68,12 +66,12 @@ class BlockQueue:
             if not self._has_room(block):
                 self.dropped += block.count
                 # lost here is lost like in the driver: a gap in the file, no samples moved together
-                self._dropped_gap = _joined(self._dropped_gap, block, with_samples=True)
-                self._dropped_last = Block(block.samples[:, :0].copy(), block.end_index)
+                gap = _joined(self._after_drop, block, block.end_index)
+                self._after_drop = Block(block.samples[:, :0].copy(), block.end_index, gap)
                 return False
-            if self._dropped_gap is not None:
-                block = replace(block, gap=_joined(self._dropped_gap, block, with_samples=False))
-                self._dropped_gap = None
+            if self._after_drop is not None:
+                block = replace(block, gap=_joined(self._after_drop, block, block.first_index))
+                self._after_drop = None
             self._blocks.append(block)
             self.depth += block.count
             self._changed.notify_all()
@@ -93,10 +91,8 @@ class BlockQueue:
     def close(self) -> None:
         """Let no more in; what waits can still be taken, at last an empty block that tells what was dropped."""
         with self._changed:
-            if not self._closed and self._dropped_gap is not None and self._dropped_last is not None:
-                self._blocks.append(
-                    Block(self._dropped_last.samples, self._dropped_last.first_index, self._dropped_gap)
-                )
+            if not self._closed and self._after_drop is not None:
+                self._blocks.append(self._after_drop)
             self._closed = True
             self._changed.notify_all()
 
@@ -111,16 +107,13 @@ class BlockQueue:
         return self.depth == 0 or self.depth + block.count <= self.capacity
 
 
-def _joined(gap: Gap | None, block: Block, *, with_samples: bool) -> Gap:
-    """Return one gap over `gap`, the block's own gap and, where dropped, the block itself."""
-    first = gap.first_index if gap else (block.gap.first_index if block.gap else block.first_index)
-    end = block.end_index if with_samples else block.first_index
-    reasons = [TOO_SLOW]
-    if gap is not None:
-        reasons = gap.reason.split("; ")
-    if block.gap is not None and block.gap.reason and block.gap.reason not in reasons:
-        reasons.append(block.gap.reason)
-    return Gap(first, end - first, "; ".join(reasons))
+def _joined(before: Block | None, block: Block, end_index: int) -> Gap:
+    """Return what is lost up to `end_index`, with the reasons of what was lost before."""
+    lost = [gap for gap in (before.gap if before else None, block.gap) if gap is not None]
+    first = lost[0].first_index if lost else block.first_index
+    # the writer's own reason first, each once
+    reasons = dict.fromkeys([TOO_SLOW, *(reason for gap in lost for reason in gap.reason.split("; ") if reason)])
+    return Gap(first, end_index - first, "; ".join(reasons))
 
 
 _BLOCKS_TIMED = 128
@@ -159,9 +152,7 @@ class Reading:
                 f"The source promised {self._digitisation.n_channels} channels and gave a block of shape {shape}"
             )
         if block.first_index < self._next:
-            raise SourceError(
-                f"The source gave sample {block.first_index} again after sample {self._next - 1}",
-            )
+            raise SourceError(f"The source gave sample {block.first_index} again after sample {self._next - 1}")
         lost = block.first_index - self._next
         if lost:
             self.samples_lost += lost
@@ -230,14 +221,28 @@ class Peaks:
         self.backlog_samples = self.writer_queue_samples = self.live_lag_samples = 0
 
 
-@dataclass(frozen=True, slots=True)
 class Stream:
-    """Where the samples of one acquisition go.
+    """Where the samples of one acquisition go; all memory it will need is allocated when it is made.
+
+    Parameters
+    ----------
+    digitisation
+        As the source that is open returned it.
+    setup
+        For the live processor and the length of the queue (`daq.buffer_s`).
+    ring_s
+        Seconds that ring and live track hold.
+    records
+        Whether there is a recorder.
+    make_processor
+        Makes the live processor; None: no live track.
+    clock
+        For the rate at which samples come.
+    patient
+        Whether the reader waits for the recorder where that is too slow.
 
     Attributes
     ----------
-    digitisation
-        As the source returned it.
     reading
         Counts, and checks of the source.
     ring
@@ -246,20 +251,36 @@ class Stream:
         To the recorder; None where nothing is recorded.
     track, worker
         The live track and what fills it; None without.
-    patient
-        Whether the reader waits for the recorder where that is too slow.
     peaks
         How far they fell behind at worst.
     """
 
-    digitisation: Digitisation
-    reading: Reading
-    ring: Ring
-    queue: BlockQueue | None
-    track: LiveTrack | None
-    worker: LiveWorker | None
-    patient: bool
-    peaks: Peaks = field(default_factory=Peaks)
+    def __init__(
+        self,
+        digitisation: Digitisation,
+        setup: Setup,
+        *,
+        ring_s: float,
+        records: bool,
+        make_processor: MakeProcessor | None,
+        clock: Clock,
+        patient: bool,
+    ) -> None:
+        rate_hz, self.digitisation, self._patient = digitisation.sample_rate_hz, digitisation, patient
+        self.reading, self.peaks = Reading(digitisation, clock), Peaks()
+        dtype = np.float64 if digitisation.scaling is None else np.int16
+        self.ring = Ring(digitisation.n_channels, math.ceil(ring_s * rate_hz), dtype, digitisation)
+        self.queue = BlockQueue(math.ceil(setup.daq.buffer_s * rate_hz)) if records else None
+        self.track: LiveTrack | None = None
+        self.worker: LiveWorker | None = None
+        if make_processor is not None:
+            limits = setup.recording
+            # a whole run, so that it can be compared with its result
+            live_s = max(ring_s, limits.pretrigger_s + limits.maximum_s + LIVE_MARGIN_S)
+            density_hz = min(rate_hz, LIVE_DENSITY * LIVE_RATE_HZ)
+            self.track = LiveTrack(digitisation.n_receivers, rate_hz, live_s, density_hz)
+            longest_lag = math.ceil(max(LONGEST_LAG_S, 3.0 * setup.daq.read_interval_s) * rate_hz)
+            self.worker = LiveWorker(self.ring, make_processor(setup, digitisation), self.track, longest_lag)
 
     def take(self, block: Block) -> None:
         """Hand a block on; the reader's thread only.
@@ -273,7 +294,7 @@ class Stream:
         self.ring.append(block)
         if self.queue is not None:
             # never waits for the disk on a device: its own buffer would overflow, and lose more
-            self.queue.put(block, wait=self.patient)
+            self.queue.put(block, wait=self._patient)
         if self.worker is not None:
             self.worker.wake()
         self.peaks.note(
@@ -301,54 +322,3 @@ class Stream:
         """Return how fast a file of raw samples grows, not counting its compression."""
         n_bytes = 8 if self.digitisation.scaling is None else 2
         return self.digitisation.n_channels * self.digitisation.sample_rate_hz * n_bytes
-
-
-def make_stream(
-    digitisation: Digitisation,
-    setup: Setup,
-    *,
-    ring_s: float,
-    records: bool,
-    make_processor: MakeProcessor | None,
-    clock: Clock,
-    patient: bool,
-) -> Stream:
-    """Return the stream of a source that is open; all memory it will need is allocated here.
-
-    Parameters
-    ----------
-    digitisation
-        As the source returned it.
-    setup
-        For the live processor and the length of the queue (`daq.buffer_s`).
-    ring_s
-        Seconds that ring and live track hold.
-    records
-        Whether there is a recorder.
-    make_processor
-        Makes the live processor; None: no live track.
-    clock
-        For the rate at which samples come.
-    patient
-        Whether the reader waits for the recorder.
-    """
-    rate_hz = digitisation.sample_rate_hz
-    dtype = np.float64 if digitisation.scaling is None else np.int16
-    ring = Ring(digitisation.n_channels, math.ceil(ring_s * rate_hz), dtype, digitisation)
-    track = worker = None
-    if make_processor is not None:
-        limits = setup.recording
-        # a whole run, so that it can be compared with its result
-        live_s = max(ring_s, limits.pretrigger_s + limits.maximum_s + LIVE_MARGIN_S)
-        track = LiveTrack(digitisation.n_receivers, rate_hz, live_s, min(rate_hz, LIVE_DENSITY * LIVE_RATE_HZ))
-        longest_lag_s = max(LONGEST_LAG_S, 3.0 * setup.daq.read_interval_s)
-        worker = LiveWorker(ring, make_processor(setup, digitisation), track, math.ceil(longest_lag_s * rate_hz))
-    return Stream(
-        digitisation=digitisation,
-        reading=Reading(digitisation, clock),
-        ring=ring,
-        queue=BlockQueue(math.ceil(setup.daq.buffer_s * rate_hz)) if records else None,
-        track=track,
-        worker=worker,
-        patient=patient,
-    )

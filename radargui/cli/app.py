@@ -2,12 +2,14 @@
 
 import multiprocessing
 import os
+import re
 import sys
+from copy import copy
 from dataclasses import dataclass
 from importlib import import_module
-from inspect import signature
+from inspect import Parameter, cleandoc, signature
 from pathlib import Path
-from typing import Annotated, Any, Literal, dataclass_transform
+from typing import Annotated, Any, Literal, dataclass_transform, get_args, get_origin
 
 import typer
 from typer import Argument, Option
@@ -88,7 +90,7 @@ def window(
 
 @dataclass_transform(frozen_default=True)
 class Command:
-    """A command: the fields of a class are its options, and what it says of itself is the help.
+    """A command: the fields of a class are its options, and what it says of itself and of them is the help.
 
     `does` is the module below `radargui.cli`, loaded when it is called, and the function in it that takes the options
     and returns the exit status.
@@ -101,180 +103,288 @@ class Command:
         def run(**options: Any) -> int:
             return int(getattr(import_module(f"radargui.cli.{module}"), function)(options_of(**options)))
 
+        text, _, fields = cleandoc(cls.__doc__ or "").partition("\n\nAttributes\n----------\n")
+        said = {name: (shown, " ".join(words.split())) for name, shown, words in _FIELD.findall(fields)}
+        declared = signature(options_of)
+        parameters = [_with_help(one, *said.get(one.name, ("", ""))) for one in declared.parameters.values()]
         # the library reads what it parses from the signature
-        vars(run)["__signature__"] = signature(options_of)
-        app.command(cls.__name__.lower(), help=cls.__doc__)(run)
+        vars(run)["__signature__"] = declared.replace(parameters=parameters)
+        app.command(cls.__name__.lower(), help=text)(run)
+
+
+_FIELD = re.compile(r"^(\w+)(?: : (.+))?\n((?: {4}.+\n?)+)", re.MULTILINE)
+
+
+def _with_help(field: Parameter, shown: str, words: str) -> Parameter:
+    """Return a field as the library reads it, with its help and what stands for its value; a flag has no --no-."""
+    kind, *given = get_args(field.annotation) if get_origin(field.annotation) is Annotated else (field.annotation,)
+    option = copy(given[0]) if given else Option(f"--{field.name.replace('_', '-')}")
+    option.help, option.metavar = words or option.help, shown or option.metavar
+    annotated: Any = Annotated
+    return field.replace(annotation=annotated[kind, option])
 
 
 class Record(Command, does="record.record_session"):
-    """Record drops, process them and save them as a session."""
+    """Record drops, process them and save them as a session.
 
-    source: Annotated[Literal["simulated", "ni", "replay"], Option(help="Where samples come from.")] = "simulated"
-    file: Annotated[Path | None, Option(metavar="FILE", help="Recording that `--source replay` plays.")] = None
+    Attributes
+    ----------
+    source
+        Where samples come from.
+    file : FILE
+        Recording that `--source replay` plays.
+    runs
+        How many drops to record.
+    seconds
+        Record this long without waiting for motion, instead of one drop a run.
+    release : X,Y,Z
+        Where the sphere's centre hangs before it falls, in m.
+    seed
+        Seed of the simulated source.
+    fast
+        Do not keep real time (simulated, replay).
+    hands_free
+        Go on from drop to drop without a pause, as with a device (simulated, replay).
+    operator : NAME
+        Who records.
+    sample : TEXT
+        What is measured: material, make, surface.
+    target : TEXT
+        What it falls on, or moves in.
+    notes : TEXT
+        What else is worth knowing.
+    like : SESSION
+        Set up as in this session: setup, operator, sample, target.
+    """
+
+    source: Literal["simulated", "ni", "replay"] = "simulated"
+    file: Path | None = None
     setup: SetupFile = None
-    runs: Annotated[int, Option(min=1, help="How many drops to record.")] = 1
-    seconds: Annotated[
-        float | None, Option(help="Record this long without waiting for motion, instead of one drop a run.")
-    ] = None
-    release: Annotated[
-        str | None, Option(metavar="X,Y,Z", help="Where the sphere's centre hangs before it falls, in m.")
-    ] = None
+    runs: Annotated[int, Option(min=1)] = 1
+    seconds: float | None = None
+    release: str | None = None
     output: Output = None
-    seed: Annotated[int | None, Option(help="Seed of the simulated source.")] = None
-    fast: Annotated[bool, Option("--fast", help="Do not keep real time (simulated, replay).")] = False
-    hands_free: Annotated[
-        bool,
-        Option("--hands-free", help="Go on from drop to drop without a pause, as with a device (simulated, replay)."),
-    ] = False
-    operator: Annotated[str, Option(metavar="NAME", help="Who records.")] = ""
-    sample: Annotated[str, Option(metavar="TEXT", help="What is measured: material, make, surface.")] = ""
-    target: Annotated[str, Option(metavar="TEXT", help="What it falls on, or moves in.")] = ""
-    notes: Annotated[str, Option(metavar="TEXT", help="What else is worth knowing.")] = ""
-    like: Annotated[
-        Path | None, Option(metavar="SESSION", help="Set up as in this session: setup, operator, sample, target.")
-    ] = None
+    seed: int | None = None
+    fast: bool = False
+    hands_free: bool = False
+    operator: str = ""
+    sample: str = ""
+    target: str = ""
+    notes: str = ""
+    like: Path | None = None
 
 
 class Process(Command, does="process.process_files"):
-    """Turn recordings into tables of track and bounces."""
+    """Turn recordings into tables of track and bounces.
 
-    files: Annotated[
-        list[Path] | None, Argument(metavar="[FILE...]", help="RadarGUI runs, CSV, MATLAB, TDMS, SigMF; plain binary.")
-    ] = None
-    channels: Annotated[
-        str | None,
-        Option(
-            metavar="I1=PATH:VAR,Q1=...", help="Which column or variable is which channel; PATH where files differ."
-        ),
-    ] = None
+    Attributes
+    ----------
+    files : [FILE...]
+        RadarGUI runs, CSV, MATLAB, TDMS, SigMF; plain binary.
+    channels : I1=PATH:VAR,Q1=...
+        Which column or variable is which channel; PATH where files differ.
+    name : NAME
+        Name of the result folder.
+    force
+        Write over results that are there.
+    """
+
+    files: Annotated[list[Path] | None, Argument()] = None
+    channels: str | None = None
     rate_hz: Rate = None
-    name: Annotated[str | None, Option(metavar="NAME", help="Name of the result folder.")] = None
+    name: str | None = None
     setup: SetupFile = None
     output: Output = None
     correction: Correction = None
     geometry: Geometry = None
-    force: Annotated[bool, Option("--force", help="Write over results that are there.")] = False
+    force: bool = False
     raw: Layout = None
 
 
 class Report(Command, does="written.report_sessions"):
-    """Write PDF, HTML, CSV and JSON of sessions."""
+    """Write PDF, HTML, CSV and JSON of sessions.
 
-    sessions: Annotated[list[Path], Argument(metavar="SESSION...", help="Session folders.")]
+    Attributes
+    ----------
+    sessions : SESSION...
+        Session folders.
+    """
+
+    sessions: Annotated[list[Path], Argument()]
     output: Output = None
 
 
 class Export(Command, does="written.export_runs"):
-    """Write runs as CSV, MATLAB, NI TDMS or SigMF, with settings and units."""
+    """Write runs as CSV, MATLAB, NI TDMS or SigMF, with settings and units.
 
-    path: Annotated[Path, Argument(metavar="SESSION|RUN", help="Session folder or run file.")]
-    format_name: Annotated[
-        Literal["csv", "mat", "tdms", "sigmf"], Option("--format", help="What to write.", show_default=False)
-    ]
+    Attributes
+    ----------
+    path : SESSION|RUN
+        Session folder or run file.
+    format_name
+        What to write.
+    force
+        Write over files that are there.
+    """
+
+    path: Annotated[Path, Argument()]
+    format_name: Annotated[Literal["csv", "mat", "tdms", "sigmf"], Option("--format", show_default=False)]
     output: Output = None
-    force: Annotated[bool, Option("--force", help="Write over files that are there.")] = False
+    force: bool = False
 
 
 class Import(Command, does="importing.import_files"):
-    """Take recordings of other programs as a new session."""
+    """Take recordings of other programs as a new session.
 
-    files: Annotated[
-        list[Path] | None,
-        Argument(metavar="[FILE...]", help="CSV, MATLAB, TDMS, SigMF, plain binary: each becomes a run."),
-    ] = None
-    channels: Annotated[
-        str | None,
-        Option(
-            metavar="I1=VAR,Q1=...",
-            help="Which column or variable is which channel; remembered for files with the same names.",
-        ),
-    ] = None
+    Attributes
+    ----------
+    files : [FILE...]
+        CSV, MATLAB, TDMS, SigMF, plain binary: each becomes a run.
+    channels : I1=VAR,Q1=...
+        Which column or variable is which channel; remembered for files with the same names.
+    operator : NAME
+        Who recorded it.
+    notes : TEXT
+        What is worth knowing.
+    """
+
+    files: Annotated[list[Path] | None, Argument()] = None
+    channels: str | None = None
     rate_hz: Rate = None
     setup: SetupFile = None
     output: Output = None
-    operator: Annotated[str, Option(metavar="NAME", help="Who recorded it.")] = ""
-    notes: Annotated[str, Option(metavar="TEXT", help="What is worth knowing.")] = ""
+    operator: str = ""
+    notes: str = ""
     raw: Layout = None
 
 
 class Batch(Command, does="batch.run_batch"):
-    """Process many runs again, on all cores or on a cluster; goes on where it was interrupted."""
+    """Process many runs again, on all cores or on a cluster; goes on where it was interrupted.
+
+    Attributes
+    ----------
+    workers
+        Processes; left out: one a core.
+    scheduler : tcp://HOST:PORT
+        Work on this Dask cluster instead.
+    output
+        Write tables below this folder; the runs themselves are left as they are.
+    force
+        Also runs whose results are up to date.
+    """
 
     paths: Paths
-    workers: Annotated[int | None, Option(min=1, help="Processes; left out: one a core.")] = None
-    scheduler: Annotated[str | None, Option(metavar="tcp://HOST:PORT", help="Work on this Dask cluster instead.")] = (
-        None
-    )
+    workers: Annotated[int | None, Option(min=1)] = None
+    scheduler: str | None = None
     setup: SetupFile = None
     correction: Correction = None
     geometry: Geometry = None
-    output: Annotated[
-        Path | None,
-        Option(metavar="DIR", help="Write tables below this folder; the runs themselves are left as they are."),
-    ] = None
-    force: Annotated[bool, Option("--force", help="Also runs whose results are up to date.")] = False
+    output: Output = None
+    force: bool = False
 
 
-class Compare(Command, does="compare.compare_runs"):
-    """Show old and new results side by side: with other settings, else those stored before the present ones."""
+class Compare(Command, does="batch.compare_runs"):
+    """Show old and new results side by side: with other settings, else those stored before the present ones.
+
+    Attributes
+    ----------
+    keep
+        Store the new results; the old figures stay beside.
+    """
 
     paths: Paths
     setup: SetupFile = None
     correction: Correction = None
     geometry: Geometry = None
-    keep: Annotated[bool, Option("--keep", help="Store the new results; the old figures stay beside.")] = False
+    keep: bool = False
 
 
 class Sessions(Command, does="sessions.list_sessions"):
-    """Find sessions by day, operator, sample, setup, coefficient and words."""
+    """Find sessions by day, operator, sample, setup, coefficient and words.
 
-    folder: Annotated[
-        Path | None, Argument(metavar="[FOLDER]", help="Sessions below it; left out: your data folder.")
-    ] = None
-    since: Annotated[str | None, Option(metavar="DAY", help="First day, like 2026-11-20.")] = None
-    until: Annotated[str | None, Option(metavar="DAY", help="Last day.")] = None
-    operator: Annotated[str, Option(metavar="NAME", help="A part of the name.")] = ""
-    sample: Annotated[str, Option(metavar="TEXT", help="A part of what sample or target say.")] = ""
-    setup: Annotated[
-        str, Option(metavar="NAME|FILE", help="A part of the setup's name, or a setup file with the same antennas.")
-    ] = ""
-    e: Annotated[str | None, Option("--e", metavar="LOW:HIGH", help="A first bounce with e in this range.")] = None
-    text: Annotated[str, Option(metavar="WORDS", help="Words in notes, journal and markers.")] = ""
-    runs: Annotated[bool, Option("--runs", help="Show each run.")] = False
+    Attributes
+    ----------
+    folder : [FOLDER]
+        Sessions below it; left out: your data folder.
+    since : DAY
+        First day, like 2026-11-20.
+    until : DAY
+        Last day.
+    operator : NAME
+        A part of the name.
+    sample : TEXT
+        A part of what sample or target say.
+    setup : NAME|FILE
+        A part of the setup's name, or a setup file with the same antennas.
+    e : LOW:HIGH
+        A first bounce with e in this range.
+    text : WORDS
+        Words in notes, journal and markers.
+    runs
+        Show each run.
+    """
+
+    folder: Annotated[Path | None, Argument()] = None
+    since: str | None = None
+    until: str | None = None
+    operator: str = ""
+    sample: str = ""
+    setup: str = ""
+    e: str | None = None
+    text: str = ""
+    runs: bool = False
 
 
 class Recover(Command, does="sessions.recover_runs"):
-    """Finish and process runs that a crash left unfinished."""
+    """Finish and process runs that a crash left unfinished.
 
-    path: Annotated[
-        Path | None, Argument(metavar="[PATH]", help="Folder, session or run; left out: your data folder.")
-    ] = None
-    only_list: Annotated[bool, Option("--list", help="Show them, change nothing.")] = False
+    Attributes
+    ----------
+    path : [PATH]
+        Folder, session or run; left out: your data folder.
+    only_list
+        Show them, change nothing.
+    """
+
+    path: Annotated[Path | None, Argument()] = None
+    only_list: Annotated[bool, Option("--list")] = False
 
 
 class Devices(Command, does="devices.list_devices"):
-    """List the NI devices that can be reached."""
+    """List the NI devices that can be reached.
 
-    remote: Annotated[
-        str | None, Option(metavar="HOST:PORT", help="NI gRPC device server instead of this computer.")
-    ] = None
-    certificate: Annotated[
-        str | None, Option(metavar="FILE", help="Certificate (PEM) of a device server with encryption (TLS).")
-    ] = None
-    setup: Annotated[
-        Path | None, Option(metavar="FILE", help="Try this setup on its device and show what it does.")
-    ] = None
+    Attributes
+    ----------
+    remote : HOST:PORT
+        NI gRPC device server instead of this computer.
+    certificate : FILE
+        Certificate (PEM) of a device server with encryption (TLS).
+    setup
+        Try this setup on its device and show what it does.
+    """
+
+    remote: str | None = None
+    certificate: str | None = None
+    setup: SetupFile = None
 
 
 class Wiring(Command, does="wiring.check_wiring"):
-    """Find swapped channels, inverted Q and dead inputs in a guided half minute at the antennas."""
+    """Find swapped channels, inverted Q and dead inputs in a guided half minute at the antennas.
 
-    source: Annotated[
-        Literal["ni", "simulated"], Option(help="The device, or a simulated operator to see how it goes.")
-    ] = "ni"
+    Attributes
+    ----------
+    source
+        The device, or a simulated operator to see how it goes.
+    output : FILE
+        Write the setup with the proposed settings.
+    fast
+        Do not keep real time (simulated).
+    """
+
+    source: Literal["ni", "simulated"] = "ni"
     setup: SetupFile = None
-    output: Annotated[Path | None, Option(metavar="FILE", help="Write the setup with the proposed settings.")] = None
-    fast: Annotated[bool, Option("--fast", help="Do not keep real time (simulated).")] = False
+    output: Path | None = None
+    fast: bool = False
 
 
 class Info(Command, does="info.show_info"):

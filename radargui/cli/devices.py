@@ -5,8 +5,7 @@ import typer
 from radargui.cli.app import Devices
 from radargui.cli.bar import show_table
 from radargui.model.errors import UsageError
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Setup, read_setup
 from radargui.sources.ni.discovery import NiDevice, find_devices
 from radargui.sources.ni.source import check_setup
 

@@ -1,5 +1,6 @@
-"""`radargui import`: recordings of other programs as a session."""
+"""The command import: recordings of any format as a new session."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -7,13 +8,13 @@ import typer
 from radargui.cli.app import Import
 from radargui.cli.bar import progress_bar
 from radargui.cli.console import FAILED, fail
-from radargui.cli.setup_choice import positive
+from radargui.cli.process import layout_and_map, sources_of
 from radargui.experiment.importing import ImportOrder, first_own_setup, guess_of, import_recordings, remember_map
-from radargui.files.raw_file import RawLayout, parse_raw_layout
-from radargui.files.reading import ChannelMap, parse_channel_map
+from radargui.files.raw_file import RawLayout
+from radargui.files.reading import ChannelMap
 from radargui.model.errors import RadarGuiError, UsageError
-from radargui.model.setup_file import read_setup
-from radargui.session.folder import default_data_folder
+from radargui.model.setup import read_setup
+from radargui.session.info import default_data_folder
 from radargui.session.transfer import ImportInput
 
 
@@ -29,9 +30,8 @@ def import_files(options: Import) -> int:
     SessionError
         The session cannot be made.
     """
-    positive("--rate-hz", options.rate_hz)
-    raw = None if options.raw is None else parse_raw_layout(options.raw)
-    status, inputs = _inputs(options, raw)
+    raw, chosen = layout_and_map(options)
+    status, inputs = _imports(options, raw, chosen)
     if not inputs:
         return status
     setup = read_setup(options.setup) if options.setup else first_own_setup([one.files[0] for one in inputs])
@@ -53,21 +53,16 @@ def import_files(options: Import) -> int:
     return status
 
 
-def _inputs(options: Import, raw: RawLayout | None) -> tuple[int, list[ImportInput]]:
-    files = options.files or ()
-    chosen = parse_channel_map(options.channels, numbered=raw is not None) if options.channels else None
+def _imports(options: Import, raw: RawLayout | None, chosen: ChannelMap | None) -> tuple[int, list[ImportInput]]:
+    sources = sources_of(options, raw, chosen)
     if chosen is not None and chosen.has_paths:
-        if files:
-            raise UsageError("--channels names files of its own: give no FILE with it")
-        return 0, [ImportInput(chosen.paths, chosen, options.rate_hz, raw)]
-    if not files:
-        raise UsageError("nothing to import, allowed: FILE..., or --channels with paths")
+        return 0, sources
     status, inputs = 0, []
-    for file in files:
+    for one in sources:
         try:
-            inputs.append(ImportInput((file,), _map_of(file, chosen, raw), options.rate_hz, raw))
+            inputs.append(replace(one, channel_map=_map_of(one.files[0], chosen, raw)))
         except RadarGuiError as error:
-            status = fail(error, str(file)) and FAILED
+            status = fail(error, one.label) and FAILED
     return status, inputs
 
 

@@ -15,7 +15,7 @@ from radargui.cli.app import Info
 from radargui.cli.console import log_path
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
-from radargui.session.folder import default_data_folder
+from radargui.session.info import default_data_folder
 
 PACKAGES = ("numpy", "scipy", "h5py", "matplotlib", "nidaqmx", "PySide6-Essentials", "pyqtgraph", "PyOpenGL")
 _GL_NAMES = {"win32": ("opengl32",), "darwin": ("OpenGL",)}

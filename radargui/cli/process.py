@@ -1,53 +1,56 @@
-"""`radargui process`: recordings to tables, one folder an input."""
+"""The command process: tables of the results of files of any format."""
 
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import typer
 
-from radargui.cli.app import Process
+from radargui.cli.app import Import, Process
 from radargui.cli.bar import progress_bar, show_table
 from radargui.cli.console import fail, fail_unexpected, one_line
 from radargui.cli.setup_choice import COMMAND_LINE, own_setup, positive, processing_changes
 from radargui.files.formats import format_of
 from radargui.files.raw_file import RawLayout, parse_raw_layout
-from radargui.files.reading import ChannelMap, parse_channel_map, read_mapped, read_recording
+from radargui.files.reading import ChannelMap, parse_channel_map
 from radargui.files.run_layout import SUFFIX
 from radargui.model.errors import RadarGuiError, SetupError, UsageError
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.model.rounding import UNKNOWN, quantity
-from radargui.model.setup import Setup
-from radargui.model.setup_change import changed
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Setup, changed, read_setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 from radargui.report.tables import write_tables
+from radargui.session.transfer import ImportInput
 
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """One input: what it is called, how it is read, where its results go.
+    """One input: what it is called, what it is read from, where its results go.
 
     Attributes
     ----------
     name
         Of the result folder.
-    read
-        Gives the recording.
-    own_file
-        The file that may bring its own setup.
+    source
+        What it is read from; the first of its files may bring its own setup.
     folder
         Where the tables go.
     """
 
     name: str
-    read: Callable[[], Recording]
-    own_file: Path
+    source: ImportInput
     folder: Path
+
+    def read(self) -> Recording:
+        """Return the recording."""
+        source = self.source
+        is_plain = source.channel_map is None and source.rate_hz is None and source.raw is None
+        if is_plain and source.files[0].suffix.lower() == SUFFIX:
+            # of an hour only the part with the motion is read
+            return read_for_processing(source.files[0])
+        return source.read()
 
 
 def process_files(options: Process) -> int:
@@ -62,8 +65,8 @@ def process_files(options: Process) -> int:
     SetupError
         The setup or an option instead of it is not allowed.
     """
-    raw = None if options.raw is None else parse_raw_layout(options.raw)
-    inputs = _inputs(options, raw)
+    raw, channels = layout_and_map(options)
+    inputs = _inputs(options, raw, channels)
     _refuse_collisions(inputs, force=options.force)
     setups = [_setup_of(one, options, raw) for one in inputs]
     rows, status = [], 0
@@ -90,41 +93,45 @@ def _process(one: Input, setup: Setup | RadarGuiError) -> RunResult:
     return result
 
 
-def _inputs(options: Process, raw: RawLayout | None) -> list[Input]:
+def layout_and_map(options: Process | Import) -> tuple[RawLayout | None, ChannelMap | None]:
+    """Return what the options say of a plain binary file and of the channels, checked; None where they say nothing."""
+    """Return how plain binary is laid out and which columns are which channel, as the command line says."""
     positive("--rate-hz", options.rate_hz)
-    channels = None if options.channels is None else parse_channel_map(options.channels, numbered=raw is not None)
-    if channels is not None and channels.has_paths and not options.files:
-        if options.name is None:
-            raise UsageError("--channels with paths forms one input: it needs --name NAME")
-        read = partial(read_mapped, channels, rate_hz=options.rate_hz, name=options.name, raw=raw)
-        return [_input(options, options.name, read, channels.paths[0])]
+    raw = None if options.raw is None else parse_raw_layout(options.raw)
+    return raw, None if options.channels is None else parse_channel_map(options.channels, numbered=raw is not None)
+
+
+def sources_of(options: Process | Import, raw: RawLayout | None, channels: ChannelMap | None) -> list[ImportInput]:
+    """Return the inputs of a command: one from several files, or one from each; raises UsageError where none is."""
+    if channels is not None and channels.has_paths:
+        if options.files:
+            raise UsageError("--channels names files of its own: give no FILE with it")
+        return [ImportInput(channels.paths, channels, options.rate_hz, raw)]
     if not options.files:
-        raise UsageError("nothing to process, allowed: FILE..., or --channels with paths")
-    if options.name is not None and len(options.files) > 1:
-        raise UsageError(f"--name = {options.name!r}, allowed: with one input only; there are {len(options.files)}")
-    return [_file_input(options, file, channels, raw) for file in options.files]
+        what = type(options).__name__.lower()
+        raise UsageError(f"nothing to {what}, allowed: FILE..., or --channels with paths")
+    return [ImportInput((file,), channels, options.rate_hz, raw) for file in options.files]
 
 
-def _file_input(options: Process, file: Path, channels: ChannelMap | None, raw: RawLayout | None) -> Input:
-    read: Callable[[], Recording]
-    if file.suffix.lower() == SUFFIX and channels is None and options.rate_hz is None and raw is None:
-        # of an hour only the part with the motion is read
-        read = partial(read_for_processing, file)
-    else:
-        read = partial(read_recording, file, channels=channels, rate_hz=options.rate_hz, raw=raw)
-    return _input(options, file.stem if options.name is None else options.name, read, file)
+def _inputs(options: Process, raw: RawLayout | None, channels: ChannelMap | None) -> list[Input]:
+    sources, name = sources_of(options, raw, channels), options.name
+    if channels is not None and channels.has_paths and name is None:
+        raise UsageError("--channels with paths forms one input: it needs --name NAME")
+    if name is not None and len(sources) > 1:
+        raise UsageError(f"--name = {name!r}, allowed: with one input only; there are {len(sources)}")
+    return [_input(options, one.files[0].stem if name is None else name, one) for one in sources]
 
 
-def _input(options: Process, name: str, read: Callable[[], Recording], file: Path) -> Input:
+def _input(options: Process, name: str, source: ImportInput) -> Input:
     if Path(name).name != name or name in ("", ".", "..") or any(sign in name for sign in '\\:*?"<>|'):
         raise UsageError(f"{name!r} cannot be the name of a folder", remedy="Give another with --name.")
-    return Input(name, read, file, (options.output or file.parent) / name)
+    return Input(name, replace(source, name=name), (options.output or source.files[0].parent) / name)
 
 
 def _refuse_collisions(inputs: list[Input], *, force: bool) -> None:
     # a system that takes upper and lower case for the same would write one over the other
     count = Counter(one.name.casefold() for one in inputs)
-    equal = [str(one.own_file) for one in inputs if count[one.name.casefold()] > 1]
+    equal = [str(one.source.files[0]) for one in inputs if count[one.name.casefold()] > 1]
     if equal:
         raise UsageError(f"Inputs of equal name: {', '.join(equal)}", remedy="Process them one by one, with --name.")
     there = [str(one.folder) for one in inputs if one.folder.exists()]
@@ -142,15 +149,16 @@ def _setup_of(one: Input, options: Process, raw: RawLayout | None) -> Setup | Ra
     SetupError
         It is not valid.
     """
+    file = one.source.files[0]
     try:
-        format_of(one.own_file, raw)
-        setup = read_setup(options.setup) if options.setup else own_setup(one.own_file)
+        format_of(file, raw)
+        setup = read_setup(options.setup) if options.setup else own_setup(file)
     except RadarGuiError as error:
         if isinstance(error, SetupError | UsageError):
             raise
         return error
     if setup is None:
-        raise UsageError(f"{one.own_file} brings no setup", remedy="Give --setup FILE.")
+        raise UsageError(f"{file} brings no setup", remedy="Give --setup FILE.")
     return changed(setup, processing_changes(options.correction, options.geometry), COMMAND_LINE)
 
 

@@ -15,13 +15,13 @@ from radargui.files.run_card import origin_attributes, summarise
 from radargui.model.drop import figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError, SourceError, UsageError
 from radargui.model.rounding import UNKNOWN, plain
-from radargui.model.setup import Setup
-from radargui.model.setup_change import changed
-from radargui.session.folder import default_data_folder
-from radargui.session.info import Calibration, SessionInfo, calibration_of_file
+from radargui.model.setup import Setup, changed
+from radargui.session.info import About, Calibration, SessionInfo, about_setup_file, default_data_folder
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 from radargui.sources.factory import make_source
+
+_LIKE = ("operator", "sample", "target")
 
 
 def record_session(options: Record) -> int:
@@ -43,12 +43,7 @@ def record_session(options: Record) -> int:
     session = Session.create(
         options.output or default_data_folder(),
         setup,
-        operator=options.operator or (like.operator if like else ""),
-        sample=options.sample or (like.sample if like else ""),
-        target=options.target or (like.target if like else ""),
-        notes=options.notes,
-        calibration=_calibration(options, like),
-        setup_name=options.setup.stem if options.setup else like.setup_name if like else "",
+        **_about(options, like),
         now=datetime.now().astimezone(),
     )
     typer.echo(f"Session: {session.path}")
@@ -100,11 +95,15 @@ def _record(experiment: Experiment, n_runs: int, rows: list[tuple[str, ...]]) ->
     return None, status
 
 
-def _calibration(options: Record, like: SessionInfo | None) -> Calibration:
-    """Return where the antennas of the setup come from."""
+def _about(options: Record, like: SessionInfo | None) -> About:
+    """Return what is known of the session: as the options say it, else as of the one that it is like."""
+    operator, sample, target = (getattr(options, key) or getattr(like, key, "") for key in _LIKE)
+    about: About = {"operator": operator, "sample": sample, "target": target, "notes": options.notes}
     if options.setup is not None:
-        return calibration_of_file(options.setup)
-    return like.calibration if like else Calibration(origin="shipped default setup")
+        return {**about, **about_setup_file(options.setup)}
+    if like is not None:
+        return {**about, "calibration": like.calibration, "setup_name": like.setup_name}
+    return {**about, "calibration": Calibration(origin="shipped default setup")}
 
 
 def _setup(options: Record, like: SessionInfo | None) -> Setup:

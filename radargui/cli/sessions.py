@@ -13,10 +13,10 @@ from radargui.files.run_card import summarise
 from radargui.model.drop import restitution_words
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.rounding import UNKNOWN
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import read_setup
 from radargui.restitution.series import series_of
 from radargui.session.catalogue import Catalogue, Query, RunLine, SessionSummary
-from radargui.session.folder import default_data_folder
+from radargui.session.info import default_data_folder
 from radargui.session.recovery import unfinished_runs
 
 NOTES_WIDTH = 40

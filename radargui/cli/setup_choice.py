@@ -5,9 +5,7 @@ from pathlib import Path
 
 from radargui.model.errors import UsageError
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
-from radargui.model.setup_change import changed
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Setup, changed, read_setup
 
 RUN_SUFFIXES = (".h5", ".hdf5")
 COMMAND_LINE = "command line"

@@ -7,8 +7,7 @@ from radargui.cli.console import fail
 from radargui.cli.setup_choice import named_or_default
 from radargui.experiment.wiring import WiringGuide
 from radargui.model.errors import RadarGuiError, UsageError
-from radargui.model.setup import Setup
-from radargui.model.setup_file import write_setup
+from radargui.model.setup import Setup, write_setup
 from radargui.processing.wiring import WiringReport
 from radargui.sources.contract import Source
 from radargui.sources.factory import make_source
@@ -82,7 +81,7 @@ def _announce(guide: WiringGuide, announced: int) -> int:
 
 def _source(options: Wiring, setup: Setup) -> Source:
     if options.source == "simulated":
-        from radargui.sources.simulated.wiring_scene import WiringScene
+        from radargui.sources.simulated.model import WiringScene
 
         return WiringScene(setup, realtime=not options.fast)
     at_once = setup.daq.model_copy(update={"start": "now", "start_source": None, "start_pretrigger": False})

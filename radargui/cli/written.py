@@ -5,7 +5,7 @@ import typer
 from radargui.cli.app import Export, Report
 from radargui.cli.bar import Bar, progress_bar
 from radargui.cli.console import FAILED, fail
-from radargui.files.export import EXPORT_FORMATS
+from radargui.files.formats import EXPORT_FORMATS
 from radargui.model.errors import RadarGuiError
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
@@ -55,6 +55,6 @@ def export_runs(options: Export) -> int:
         for run in plan.carry_out(lambda share: bar.update(bar.shown, completed=share)):
             if run.error is not None:
                 status = fail(run.error, run.run.name) and FAILED
-            for made in run.paths:
+            for made in run.value or ():
                 bar.say(str(made))
     return status

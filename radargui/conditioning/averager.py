@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.digitisation import Digitisation
+from radargui.model.recording import Digitisation
 
 
 class Averager:
@@ -55,7 +55,7 @@ class Averager:
             return np.empty((samples.shape[0], 0))
         blocks = whole[:, : count * self._size].reshape(samples.shape[0], count, self._size)
         if blocks.dtype == np.int16:
-            means = self._digitisation.volts(np.asarray(_code_means(blocks)))
+            means = self._digitisation.volts(np.asarray(code_means(blocks)))
         else:
             means = self._known_means(np.asarray(blocks, dtype=np.float64))
         # a block without a number shall not look like a motion to zero
@@ -75,7 +75,8 @@ class Averager:
         return means
 
 
-def _code_means(blocks: RawArray) -> FloatArray:
+def code_means(blocks: RawArray) -> FloatArray:
+    """Return the means of codes over the last axis of (n_channels, n_blocks, size)."""
     size = blocks.shape[2]
     if size == 1:
         return np.asarray(blocks[:, :, 0], dtype=np.float64)

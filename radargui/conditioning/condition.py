@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from radargui.conditioning.band import BandSignals, band_signals, band_times_s, blocks_with
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import ALONE, Doppler, measure_doppler
-from radargui.conditioning.echo import Echo, follow_echo
-from radargui.conditioning.hum import SETTINGS as HUM
-from radargui.conditioning.hum import Hum, find_hum
+from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
-from radargui.conditioning.noise import LEAST_SAMPLES, white_noise_v
+from radargui.conditioning.noise import LEAST_SAMPLES, block_means, white_noise_v
 from radargui.conditioning.onset import find_onset
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
-from radargui.conditioning.segment import Motion, find_motion, held
+from radargui.conditioning.segment import Motion, find_motion
 from radargui.conditioning.skew import remove_skew
-from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.digitisation import channel_skew
-from radargui.model.recording import Recording
-from radargui.model.segment import Segment
+from radargui.model.arrays import BoolArray, FloatArray, RawArray
+from radargui.model.recording import Recording, channel_skew, stored_starts
+from radargui.model.result import Segment
 from radargui.model.setup import Setup
+
+if TYPE_CHECKING:
+    from radargui.conditioning.echo import Echo
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,10 @@ PILED, LEAST_PILED = 5, 20
 """Samples at an end over those at the value beside it, and in number, that no crest has."""
 CLIPPED_U = 0.25
 """Uncertainty of ln gain that filled samples leave, times their share (`bench robust`, kind clipped)."""
+LOOKED_HZ, LOOKED_PER_FRINGE = 2000.0, 16.0
+"""Least rate, and least samples of the fastest wave, of the means whose spectra tell three receivers' lines."""
+SEEN_ON_S = 0.025
+"""After the latest onset that counts: it is one where the next block is away too."""
 LEAST_LED = 0.12
 """Share of a record that an echo under the noise must lead in to be a motion: as in `LEAST_KNOWN` of the path."""
 FILLED_SHARE, FILL_ROUNDS = 0.003, 4
@@ -73,8 +79,7 @@ class _Stretch:
     """Samples between two gaps with their motion."""
 
     samples: slice
-    volts: FloatArray
-    usable: BoolArray
+    signals: BandSignals
     noise_v: FloatArray
     motion: Motion
 
@@ -100,35 +105,38 @@ def condition(recording: Recording, setup: Setup, settings: RestSettings = SETTI
         NoMotion where the voltages do not move more than their noise.
     """
     rate_hz = recording.digitisation.sample_rate_hz
-    moving = [found for samples in stretches(recording) if (found := _motion_in(recording, samples)) is not None]
+    found = [_motion_in(recording, samples, setup) for samples in stretches(recording)]
+    moving = [one for one in found if one is not None]
     if not moving:
         return NoMotion("the voltages do not move more than their noise")
-    least = settings.before_onset_s * rate_hz
-    best = max(moving, key=lambda one: (one.motion.first > least, one.motion.last - one.motion.first))
+
+    def worth(one: _Stretch) -> tuple[bool, int]:
+        size, motion = one.signals.size, one.motion
+        return motion.first * size > settings.before_onset_s * rate_hz, (motion.last - motion.first) * size
+
+    best = max(moving, key=worth)
     return _conditioned(recording, best, setup, settings)
 
 
 def stretches(recording: Recording) -> tuple[slice, ...]:
     """Return the runs of stored samples between which nothing was lost."""
-    breaks = np.flatnonzero(np.diff(recording.index()) > 1) + 1
-    edges = [0, *breaks.tolist(), recording.n_samples]
+    edges = [*(stored for stored, _ in stored_starts(recording.gaps, recording.n_samples)), recording.n_samples]
     return tuple(slice(begin, end) for begin, end in itertools.pairwise(edges) if end > begin)
 
 
-def _motion_in(recording: Recording, samples: slice) -> _Stretch | None:
+def _motion_in(recording: Recording, samples: slice, setup: Setup) -> _Stretch | None:
     if samples.stop - samples.start < LEAST_SAMPLES:
         return None
-    volts = recording.digitisation.volts(recording.raw[:, samples])
-    usable = np.isfinite(volts) & ~recording.clipped()[:, samples]
-    volts = held(volts)
-    noise_v, rate_hz = white_noise_v(volts), recording.digitisation.sample_rate_hz
+    signals = band_signals(recording, samples, setup)
+    volts, rate_hz = signals.volts, recording.digitisation.sample_rate_hz / signals.size
+    noise_v = white_noise_v(volts)
     motion = find_motion(volts, rate_hz, noise_v)
     if motion is None:
         # a target below a hum or a tone
         clean, lines = without_standing_lines(volts, rate_hz, noise_v)
         motion = find_motion(clean, rate_hz, noise_v) if lines else None
-        motion = motion or _steady_motion(clean, usable, rate_hz, noise_v, lines)
-    return None if motion is None else _Stretch(samples, volts, usable, noise_v, motion)
+        motion = motion or _steady_motion(clean, signals.usable, rate_hz, noise_v, lines)
+    return None if motion is None else _Stretch(samples, signals, noise_v, motion)
 
 
 def _steady_motion(
@@ -148,8 +156,10 @@ def _steady_motion(
 def _conditioned(
     recording: Recording, stretch: _Stretch, setup: Setup, settings: RestSettings
 ) -> Conditioned | NoMotion:
-    rate_hz, time_s = recording.digitisation.sample_rate_hz, recording.time_s()[stretch.samples]
-    volts, motion, noise_v = stretch.volts, stretch.motion, stretch.noise_v
+    samples, size, volts = stretch.samples, stretch.signals.size, stretch.signals.volts
+    rate_hz = recording.digitisation.sample_rate_hz / size
+    time_s = band_times_s(recording, samples, size)
+    motion, noise_v = stretch.motion, stretch.noise_v
     # on the rest alone: in the motion a target at 50 Hz is a target
     hum = _hum_at_rest(volts, time_s, rate_hz, motion, noise_v, settings)
     if hum is not None:
@@ -173,7 +183,11 @@ def _conditioned(
     n_channels, moving = volts.shape[0], slice(motion.first, motion.last)
     delay_s = channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64)
     # after the hum: its slow swing would hide that a channel stands at its end
-    usable = stretch.usable & ~_plateaus(volts, moving)
+    usable = stretch.signals.usable & ~_plateaus(volts, moving)
+    if size > 1:
+        # a mean that reaches beyond a plateau does not stand at its height
+        raw = recording.raw[:, samples]
+        usable &= ~blocks_with(_plateaus(raw, slice(motion.first * size, motion.last * size)), size)
     pairs = [slice(first, first + 2) for first in range(0, n_channels, 2)]
     doppler: tuple[Doppler, ...]
     echoes: tuple[Echo | None, ...] = (None,) * len(pairs)
@@ -183,8 +197,12 @@ def _conditioned(
         alone = [_followed(at_one_time[pair], usable[pair], rate_hz, noise_v[pair], found_hz) for pair in pairs]
         doppler, echoes = tuple(one for one, _ in alone), tuple(echo for _, echo in alone)
     else:
+        # what holds a path has more samples than its spectra need
+        look = max(1, int(rate_hz / max(LOOKED_HZ, LOOKED_PER_FRINGE * stretch.signals.highest_hz)))
+        means, noise = block_means(volts[:, moving], look), noise_v / np.sqrt(look)
         doppler = tuple(
-            measure_doppler(volts[pair, moving], rate_hz, noise_v[pair]).counted_from(-moving.start) for pair in pairs
+            measure_doppler(means[pair], rate_hz / look, noise[pair]).of_samples(look).counted_from(-moving.start)
+            for pair in pairs
         )
     motion = _widened(motion, doppler, echoes)
     rest, moving = _rest_before(volts, time_s, motion, settings), slice(motion.first, motion.last)
@@ -194,7 +212,8 @@ def _conditioned(
             f"{_only_tones(lines)} moves it" if only else own for only, own in zip(toned, faults, strict=True)
         )
     return Conditioned(
-        stretch.samples,
+        samples,
+        size,
         time_s,
         volts,
         usable,
@@ -226,6 +245,9 @@ def _followed(
     pair_v: FloatArray, usable: BoolArray, rate_hz: float, noise_v: FloatArray, lines_hz: tuple[float, ...]
 ) -> tuple[Doppler, Echo | None]:
     """Return the lines and the echo of one receiver; clipped samples are filled with what the echo shows there."""
+    # half a second to load, and only one or two receivers need it
+    from radargui.conditioning.echo import follow_echo
+
     doppler = measure_doppler(pair_v, rate_hz, noise_v, ALONE).without_mains(lines_hz)
     echo = follow_echo(pair_v, usable, noise_v, doppler)
     share = float((~usable).mean())
@@ -252,7 +274,7 @@ def _widened(motion: Motion, doppler: tuple[Doppler, ...], echoes: tuple[Echo | 
     return Motion(first, last, motion.window_s)
 
 
-def _plateaus(volts: FloatArray, moving: slice) -> BoolArray:
+def _plateaus(volts: RawArray, moving: slice) -> BoolArray:
     """Return where a channel lies at its highest or lowest value, if it does so for longer than a wave's crest.
 
     More than a share of the motion, or many times as often as at the value next to it: the two last codes of a sine
@@ -262,11 +284,11 @@ def _plateaus(volts: FloatArray, moving: slice) -> BoolArray:
     for row, channel in zip(out, volts, strict=True):
         inside = channel[moving]
         for end, inner in ((inside.max(), -np.inf), (inside.min(), np.inf)):
-            others = inside[inside != end]
-            if others.size == 0:
+            at_end = inside == end
+            count = int(np.count_nonzero(at_end))
+            if count == inside.size or count <= min(CLIPPED_SHARE * inside.size, LEAST_PILED):
                 continue
-            beside = others.max() if inner < 0 else others.min()
-            count = int((inside == end).sum())
+            beside = inside[~at_end].max() if inner < 0 else inside[~at_end].min()
             if count > CLIPPED_SHARE * inside.size or count > max(PILED * int((inside == beside).sum()), LEAST_PILED):
                 row |= channel == end
     return out
@@ -338,9 +360,11 @@ def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion, settings
     begin, seen = float(time_s[0]), float(time_s[motion.first])
     if motion.first == 0:
         return _Rest(float("-inf"), begin)
-    pairs = volts.reshape(volts.shape[0] // 2, 2, -1)
-    scale = np.maximum(np.sqrt(2.0) * np.median(pairs.std(axis=2), axis=1), 1e-300)
-    onset = find_onset(time_s, (pairs / scale[:, None, None]).reshape(volts.shape))
+    spread = volts.std(axis=1)
+    scale = np.maximum(np.sqrt(2.0) * np.median(spread.reshape(-1, 2), axis=1), 1e-300).repeat(2)
+    # what comes after the voltages are seen to shake is no onset
+    part = slice(0, int(np.searchsorted(time_s, seen + motion.window_s + SEEN_ON_S)))
+    onset = find_onset(time_s[part], volts[:, part] / scale[:, None], spread / scale)
     onset = seen if onset is None or onset > seen + motion.window_s else onset
     if not onset > begin:
         return _Rest(float("-inf"), begin)

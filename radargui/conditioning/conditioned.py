@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radargui.conditioning.doppler import Doppler
-from radargui.conditioning.echo import Echo
 from radargui.conditioning.hum import Hum
 from radargui.conditioning.skew import remove_skew
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.segment import Segment
+from radargui.model.result import Segment
+
+if TYPE_CHECKING:
+    # loads what only one or two receivers need
+    from radargui.conditioning.echo import Echo
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +30,8 @@ class Conditioned:
     ----------
     samples
         Stored samples of the recording that these are.
+    size
+        How many of those each sample here is the mean of (`conditioning/band.py`).
     time_s
         Of channel 0, shape (n_samples,).
     volts
@@ -61,6 +67,7 @@ class Conditioned:
     """
 
     samples: slice
+    size: int
     time_s: FloatArray = field(repr=False)
     volts: FloatArray = field(repr=False)
     usable: BoolArray = field(repr=False)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray, even_transform_size
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +26,8 @@ class DopplerSettings:
         Share of the most steady lines that any length shows.
     few
         Share of steady lines below which the clear ones are compared.
+    fewer
+        Share of the most steady lines below which longer frames are not tried.
     strong
         Power of a line over white noise: 15 dB, false once in some 10^12 frequencies.
     alone
@@ -38,6 +40,7 @@ class DopplerSettings:
     frames: float = 6.0
     about: float = 0.9
     few: float = 0.1
+    fewer: float = 0.3
     strong: float = 30.0
     alone: float = 0.6
     lowest_bin: int = 2
@@ -108,6 +111,11 @@ class Doppler:
         """Return the same with samples counted from `start` on."""
         return replace(self, centre=self.centre - start)
 
+    def of_samples(self, size: int) -> Doppler:
+        """Return the same counted in samples, of which each here is the mean of `size`."""
+        centre = self.centre * size + (size - 1) // 2
+        return replace(self, centre=centre, size=self.size * size, sample_rate_hz=self.sample_rate_hz * size)
+
     def between(self, first: int, last: int) -> Doppler:
         """Return the frames whose middle lies in samples first:last."""
         inside = (self.centre >= first) & (self.centre < last)
@@ -153,30 +161,74 @@ def measure_doppler(
     """
     longest_s = max(pair_v.shape[1] / sample_rate_hz / settings.frames, settings.lengths_s[0])
     lengths_s = [length_s for length_s in settings.lengths_s if length_s <= longest_s]
-    tried = [_lines_in_frames(pair_v, sample_rate_hz, noise_v, length_s, settings) for length_s in lengths_s]
     # a long frame resolves slow motion, a short one follows a chirp: the longest that shows about as many steady lines
-    steady = [float(one.steady.mean()) for one in tried]
+    tried, steady = [], []
+    for length_s in lengths_s:
+        tried.append(_Frames.of(pair_v, sample_rate_hz, noise_v, length_s, settings))
+        steady.append(float((tried[-1].clear & (tried[-1].share > STEADY)).mean()))
+        # where they are already too long to follow it, longer ones are too
+        if max(steady) > max(settings.few, settings.fewer) and steady[-1] < settings.fewer * max(steady):
+            break
     shown = steady if max(steady) > settings.few else [float(one.clear.mean()) for one in tried]
     good = [one for one, much in zip(tried, shown, strict=True) if much >= settings.about * max(shown)]
-    return good[-1]
+    return good[-1].doppler(sample_rate_hz, noise_v)
 
 
-def _lines_in_frames(
+@dataclass(frozen=True, slots=True)
+class _Frames:
+    """Spectra of overlapping frames and their strongest lines; fields as in `Doppler`."""
+
+    starts: IntArray
+    size: int
+    spectrum: ComplexArray
+    squares: FloatArray
+    power: FloatArray
+    place: IntArray
+    share: FloatArray
+    clear: BoolArray
+    mixed: BoolArray
+
+    @staticmethod
+    def of(
+        pair_v: FloatArray, sample_rate_hz: float, noise_v: FloatArray, length_s: float, settings: DopplerSettings
+    ) -> _Frames:
+        return _frames(pair_v, sample_rate_hz, noise_v, length_s, settings)
+
+    def doppler(self, sample_rate_hz: float, noise_v: FloatArray) -> Doppler:
+        """Return what is told of the lines."""
+        rows, window = np.arange(self.starts.size), np.square(np.hanning(self.size)).sum()
+        return Doppler(
+            self.starts + self.size // 2,
+            self.size,
+            sample_rate_hz,
+            _interpolated(self.power, self.place) * sample_rate_hz / self.size,
+            self.power[rows, self.place] / float(window * (noise_v**2).sum()),
+            self.share,
+            self.clear,
+            self.mixed,
+            self.spectrum[0][rows, self.place].astype(np.complex128),
+            self.spectrum[1][rows, self.place].astype(np.complex128),
+            _moments(self.spectrum, self.squares, self.place, float(window) * noise_v**2),
+        )
+
+
+def _frames(
     pair_v: FloatArray, sample_rate_hz: float, noise_v: FloatArray, length_s: float, settings: DopplerSettings
-) -> Doppler:
+) -> _Frames:
     n = pair_v.shape[1]
-    size = max(16, min(2 * round(0.5 * length_s * sample_rate_hz), 2 * (n // 2)))
+    size = max(16, min(even_transform_size(length_s * sample_rate_hz), 2 * (n // 2)))
     starts = np.arange(0, n - size + 1, max(1, size // 2))
     frames = np.lib.stride_tricks.sliding_window_view(pair_v, size, axis=1)[:, starts]
-    along = np.linspace(-1.0, 1.0, size)
     # drift and offset would leak from bin 0 over the slow lines
-    frames = frames - frames.mean(axis=2, keepdims=True)
-    frames = frames - (frames @ along)[..., None] / (along @ along) * along
+    trend = np.stack([np.ones(size), np.linspace(-1.0, 1.0, size)])
+    frames = frames - (frames @ (trend / np.square(trend).sum(axis=1, keepdims=True)).T) @ trend
     # sidelobes of a rectangle, 13 dB down, would be taken for a second line
     window = np.hanning(size)
-    spectrum = np.fft.rfft(frames * window, axis=2)
+    # single precision, to 1e-7 of the strongest line: twice as fast
+    spectrum = np.fft.rfft((frames * window).astype(np.float32), axis=2)
     # |I|^2 + |Q|^2: the sum of the powers at +f and -f, whatever the mixer
-    power = (np.abs(spectrum) ** 2).sum(axis=0)
+    squares = spectrum.real**2 + spectrum.imag**2
+    power = squares[0] + squares[1]
     noise = float((window**2).sum() * (noise_v**2).sum())
     power[:, : settings.lowest_bin] = 0.0
     # next to half of the rate lies what folds back from beyond it
@@ -186,43 +238,39 @@ def _lines_in_frames(
     strong = power[rows, place] > settings.strong * noise
     # I and Q together are above three times their mean noise in one bin of sixty
     above = np.maximum(power - 3.0 * noise, 0.0)
-    total = np.concatenate([np.zeros((starts.size, 1)), np.cumsum(above, axis=1)], axis=1)
-    first = np.maximum(place - _HALF_LINE, 0)
-    last = np.minimum(place + _HALF_LINE + 1, above.shape[1])
-    own = total[rows, last] - total[rows, first]
+    bins, inside = _line_bins(place, above.shape[1])
+    own = np.where(inside, above[rows[:, None], bins], 0.0).sum(axis=1)
     # the lowest bin looked at may be the flank of what lies below
     strong &= place > settings.lowest_bin
-    share = own / np.maximum(total[:, -1], 1e-300)
+    share = own / np.maximum(above.sum(axis=1, dtype=np.float64), 1e-300)
     alone = share > settings.alone
-    return Doppler(
-        starts + size // 2,
-        size,
-        sample_rate_hz,
-        _interpolated(power, place) * sample_rate_hz / size,
-        power[rows, place] / noise,
-        share,
-        np.asarray(strong & alone),
-        np.asarray(strong & ~alone),
-        spectrum[0][rows, place],
-        spectrum[1][rows, place],
-        _moments(spectrum, first, last, float((window**2).sum()) * noise_v**2),
-    )
+    clear, mixed = strong & alone, strong & ~alone
+    return _Frames(starts, size, spectrum, squares, power, place, np.asarray(share, dtype=np.float64), clear, mixed)
 
 
-def _moments(spectrum: ComplexArray, first: IntArray, last: IntArray, noise: FloatArray) -> FloatArray:
-    """Return |I|^2, |Q|^2 and Re(Q I*) summed over bins first:last of each frame, less noise, shape (3, n)."""
-    i, q = spectrum
-    products = np.stack([np.abs(i) ** 2 - noise[0], np.abs(q) ** 2 - noise[1], (q * i.conj()).real])
-    total = np.concatenate([np.zeros((3, i.shape[0], 1)), np.cumsum(products, axis=2)], axis=2)
-    rows = np.arange(first.size)
-    return np.asarray(total[:, rows, last] - total[:, rows, first])
+def _line_bins(place: IntArray, count: int) -> tuple[IntArray, BoolArray]:
+    """Return the bins of a line around each place, (n, 2 _HALF_LINE + 1), and which are among as many as there are."""
+    bins = place[:, None] + np.arange(-_HALF_LINE, _HALF_LINE + 1)
+    inside = (bins >= 0) & (bins < count)
+    return np.clip(bins, 0, count - 1), inside
+
+
+def _moments(spectrum: ComplexArray, squares: FloatArray, place: IntArray, noise: FloatArray) -> FloatArray:
+    """Return |I|^2, |Q|^2 and Re(Q I*) summed over the bins of each frame's line, less noise, shape (3, n)."""
+    bins, inside = _line_bins(place, squares.shape[2])
+    rows = np.arange(place.size)[:, None]
+    i, q = spectrum[:, rows, bins]
+    of_i, of_q = squares[:, rows, bins] - noise[:, None, None]
+    products = np.stack([of_i, of_q, i.real * q.real + i.imag * q.imag])
+    return np.asarray(np.where(inside, products, 0.0).sum(axis=2))
 
 
 def _interpolated(power: FloatArray, place: IntArray) -> FloatArray:
     """Return the place of each peak between the bins, by a parabola through the logarithms of three."""
     rows = np.arange(place.size)
     inner = np.clip(place, 1, power.shape[1] - 2)
-    left, middle, right = (np.log(np.maximum(power[rows, inner + k], 1e-300)) for k in (-1, 0, 1))
+    around = power[rows, inner + np.array([[-1], [0], [1]])].astype(np.float64)
+    left, middle, right = np.log(np.maximum(around, 1e-300))
     bend = left - 2.0 * middle + right
     shift = np.where(np.abs(bend) > 1e-12, 0.5 * (left - right) / np.where(bend == 0.0, 1.0, bend), 0.0)
     return np.asarray(place + np.clip(shift, -0.5, 0.5))

@@ -8,14 +8,12 @@ import numpy as np
 from scipy.fft import fft, fftfreq, ifft, next_fast_len
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from radargui.conditioning.doppler import SETTINGS as LINES
-from radargui.conditioning.doppler import Doppler
+from radargui.conditioning.doppler import SETTINGS as LINES, Doppler
 from radargui.conditioning.follows import FollowSettings, missed_frames
 from radargui.conditioning.offset_curve import offset_curve
 from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
-from radargui.model.front_end import FrontEnd
-from radargui.model.front_end_equations import channels_of, point_of
+from radargui.model.front_end import FrontEnd, channels_of, point_of
 
 
 @dataclass(frozen=True, slots=True)

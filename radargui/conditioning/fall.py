@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from radargui.conditioning.averager import Averager
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.path_length import path_gradient
+from radargui.geometry.path_length import path_gradient, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray, RawArray
-from radargui.model.digitisation import Digitisation
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 
 RATE_HZ = 2000.0

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from radargui.conditioning.noise import block_means
 from radargui.model.arrays import FloatArray, pieces
@@ -48,6 +47,12 @@ class HumSettings:
 
 
 SETTINGS = HumSettings()
+LEAST_SHOWN = 0.75
+"""Share of what a line must bring that a spectrum shows of it at the least."""
+LEAST_SHOWING_S = 0.5
+"""Of a rest whose spectrum tells lines apart: its bins are 2 Hz wide."""
+SHORTLIST = 8
+"""Frequencies with the strongest lines among which least squares choose: in a short rest lines leak into each other."""
 _Rest = tuple[FloatArray, FloatArray]
 """Times and block means of a rest, shapes (n,) and (n_channels, n)."""
 
@@ -123,16 +128,15 @@ def find_hum(
     if sum(part.stop - part.start for part in rests) < settings.least_rest_s * sample_rate_hz:
         return None
     size = max(1, round(sample_rate_hz / settings.pooled_hz))
-    pooled = [_pooled(volts[:, part], part.start, size, sample_rate_hz) for part in rests]
-    sigma = noise_v / np.sqrt(size)
-
-    def misfit(frequency_hz: float, orders: Sequence[int]) -> float:
-        return float((_residual_squares(pooled, frequency_hz, orders) / sigma**2).sum())
+    means = tuple(_pooled(volts[:, part], part.start, size, sample_rate_hz) for part in rests)
+    pooled = _Rests(means, noise_v**2 / size)
 
     def misfit_with_prior(frequency_hz: float, orders: Sequence[int]) -> float:
         away = min(abs(frequency_hz - nominal) for nominal in MAINS_HZ)
-        return misfit(frequency_hz, orders) + (away / settings.frequency_sd_hz) ** 2
+        return pooled.misfit(frequency_hz, orders) + (away / settings.frequency_sd_hz) ** 2
 
+    if pooled.shows_none(settings):
+        return None
     # two rests far apart make many minima side by side: all frequencies are looked at
     span_s = (rests[-1].stop - rests[0].start) / sample_rate_hz
     step = min(0.1, 0.15 / span_s)
@@ -140,20 +144,29 @@ def find_hum(
     grid = np.concatenate([nominal + around for nominal in MAINS_HZ])
     if grid.max() > 0.4 * sample_rate_hz / size:
         return None
-    frequency = float(min(grid, key=lambda f: misfit_with_prior(f, (1,))))
+    # a least-squares solution for each would be half of the work of a whole recording
+    shown = np.concatenate([pooled.shown(nominal, around) for nominal in MAINS_HZ])
+    shown -= (np.tile(around, len(MAINS_HZ)) / settings.frequency_sd_hz) ** 2
+    frequency = float(min(grid[np.argsort(shown)[-SHORTLIST:]], key=lambda f: misfit_with_prior(f, (1,))))
     orders: tuple[int, ...] = ()
-    flat = least = misfit(frequency, orders)
+    flat = least = pooled.misfit(frequency, orders)
     for order in range(1, HARMONICS + 1):
         if order * frequency > 0.4 * sample_rate_hz / size:
             break
-        other = misfit(frequency, (*orders, order))
-        beside = [misfit(order * frequency + away, (1,)) for away in settings.beside_hz]
+        other = pooled.misfit(frequency, (*orders, order))
+        enough = settings.convincing + 2.0 * volts.shape[0]
+        if least - other <= enough:
+            continue
+        beside = [pooled.misfit(order * frequency + away, (1,)) for away in settings.beside_hz]
         # 1/f noise fits lines beside the mains as well
         usual = max(0.0, flat - float(np.mean(beside)))
-        if least - other > settings.convincing + 2.0 * volts.shape[0] + settings.stands_out * usual:
+        if least - other > enough + settings.stands_out * usual:
             orders, least = (*orders, order), other
     if not orders:
         return None
+    # a quarter of a second to load, for the few records that hum
+    from scipy.optimize import minimize_scalar
+
     refined = minimize_scalar(
         lambda f: misfit_with_prior(f, orders),
         bounds=(frequency - step, frequency + step),
@@ -161,7 +174,7 @@ def find_hum(
         options={"xatol": 1e-6},
     )
     frequency = float(refined.x)
-    amplitudes = _solve(pooled, frequency, orders)[0][: 2 * len(orders)]
+    amplitudes = _solve(pooled.rests, frequency, orders)[0][: 2 * len(orders)]
     # a mean over `size` samples makes an oscillation smaller by its Dirichlet kernel
     angle = np.pi * np.array(orders) * frequency / sample_rate_hz
     shrunk = np.sin(size * angle) / (size * np.sin(angle))
@@ -222,8 +235,54 @@ def _solve(rests: Sequence[_Rest], frequency_hz: float, orders: Sequence[int]) -
     return np.asarray(np.linalg.solve(normal, pull), dtype=np.float64), pull
 
 
-def _residual_squares(rests: Sequence[_Rest], frequency_hz: float, orders: Sequence[int]) -> FloatArray:
-    """Return the sum of squared residuals of each channel, shape (n_channels,)."""
-    solution, pull = _solve(rests, frequency_hz, orders)
-    total = sum((means**2).sum(axis=1) for _, means in rests)
-    return np.asarray(total - (solution * pull).sum(axis=0))
+class _Rests:
+    """Block means of all rests, and how badly waves fit them."""
+
+    def __init__(self, rests: tuple[_Rest, ...], variance_v2: FloatArray) -> None:
+        self.rests, self._variance = rests, variance_v2
+        self._total = np.sum([(means**2).sum(axis=1) for _, means in rests], axis=0)
+
+    def misfit(self, frequency_hz: float, orders: Sequence[int]) -> float:
+        """Return the sum of squared residuals over the noise's variance, all channels together."""
+        solution, pull = _solve(self.rests, frequency_hz, orders)
+        return float(((self._total - (solution * pull).sum(axis=0)) / self._variance).sum())
+
+    def shows_none(self, settings: HumSettings) -> bool:
+        """Whether no multiple of the mains can bring what convinces.
+
+        Waves through all rests bring at most what each rest by itself does (Cauchy and Schwarz).
+        """
+        longest = max(time_s.size for time_s, _ in self.rests)
+        spacing_s = self.rests[0][0][1] - self.rests[0][0][0]
+        if longest * spacing_s < LEAST_SHOWING_S:
+            return False
+        # padded: a line between two bins leaves the nearer one 0.8 of what it brings
+        size = 1 << (2 * longest - 1).bit_length()
+        brought = np.zeros(size // 2 + 1)
+        for time_s, means in self.rests:
+            along = time_s - time_s.mean()
+            level = means - (means @ along / (along @ along))[:, None] * along
+            spectrum = np.fft.rfft(level, size, axis=1)
+            brought += (2.0 / time_s.size / self._variance) @ (spectrum.real**2 + spectrum.imag**2)
+        hz = np.arange(brought.size) / (size * spacing_s)
+        near = np.zeros(hz.size, dtype=np.bool_)
+        for order in range(1, HARMONICS + 1):
+            for nominal in MAINS_HZ:
+                near |= np.abs(hz - order * nominal) < order * settings.search_hz + hz[1]
+        enough = settings.convincing + 2.0 * self._variance.size
+        return bool(brought[near].max(initial=0.0) < LEAST_SHOWN * enough)
+
+    def shown(self, nominal_hz: float, around_hz: FloatArray) -> FloatArray:
+        """Return about what a line at each distance from a frequency takes off the misfit, shape (n,).
+
+        Brought down to zero frequency, sums over a period hold all that is near it.
+        """
+        amplitude, count = np.zeros((around_hz.size, self._variance.size), dtype=np.complex128), 0
+        for time_s, means in self.rests:
+            along = time_s - time_s.mean()
+            level = means - (means @ along / (along @ along))[:, None] * along
+            first = np.flatnonzero(np.diff(np.floor(time_s * nominal_hz), prepend=-1.0))
+            periods = np.add.reduceat(level * np.exp(-2j * np.pi * nominal_hz * time_s), first, axis=1)
+            amplitude += np.exp(-2j * np.pi * np.outer(around_hz, time_s[first] + 0.5 / nominal_hz)) @ periods.T
+            count += time_s.size
+        return np.asarray((2.0 / count * np.abs(amplitude) ** 2 / self._variance).sum(axis=1))

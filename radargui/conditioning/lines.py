@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import oaconvolve
 
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, even_transform_size
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +112,7 @@ def find_standing_lines(
     """Return the frequencies of standing lines in Hz, the strongest first; parameters as above."""
     duration_s = volts.shape[1] / sample_rate_hz
     frame_s = max(0.1, min(settings.frame_s, duration_s / settings.frames))
-    size = round(frame_s * sample_rate_hz)
+    size = even_transform_size(frame_s * sample_rate_hz)
     count = volts.shape[1] // size if size else 0
     if count < settings.least_frames:
         return ()
@@ -122,10 +121,20 @@ def find_standing_lines(
     frames = (frames - frames.mean(axis=2, keepdims=True)) * window
     # both channels scaled by their noise: a weak channel's line counts as much as a strong one's
     spectrum = np.fft.rfft(frames / noise_v[:, None, None], axis=2)
-    i, q = spectrum[0::2], spectrum[1::2]
-    ahead, back = np.abs(i + 1j * q) ** 2, np.abs(i - 1j * q) ** 2
+    # |I + jQ|^2 and |I - jQ|^2
+    squares = spectrum.real**2 + spectrum.imag**2
+    i, q, both = spectrum[0::2], spectrum[1::2], squares[0::2] + squares[1::2]
+    turning = 2.0 * (i.imag * q.real - i.real * q.imag)
+    ahead, back = both + turning, both - turning
     white = 2.0 * float((window**2).sum())
     power = np.minimum(ahead, back)
+    # most records hold none: nothing that stands out in so many pieces, of both directions or at the mains, either way
+    at_mains = (
+        np.abs(np.arange(both.shape[2]) * sample_rate_hz / size - np.array(MAINS_HZ)[:, None]) <= 2.0 / frame_s
+    ).any(axis=0)
+    shown = np.where(at_mains, np.maximum(ahead, back), power) > settings.stands_out * white
+    if not (shown.sum(axis=1) >= settings.least_share * (count - 1)).any():
+        return ()
     image = power / np.maximum(np.maximum(ahead, back), 1e-300)
     width = max(4, round(settings.neighbourhood_hz * frame_s))
     # in nearly all pieces: a target stays at one frequency in some of them only
@@ -216,6 +225,9 @@ def _refined(volts: FloatArray, rate_hz: float, near_hz: float, width_hz: float)
 
 def _take_off(volts: FloatArray, rate_hz: float, frequency_hz: float, window_s: float) -> None:
     """Subtract from each channel, in place, the part that keeps to a frequency over the window's length."""
+    # half a second to load, for the few records that hold a line
+    from scipy.signal import oaconvolve
+
     size = min(2 * round(0.5 * window_s * rate_hz) + 1, volts.shape[1])
     weight = np.hanning(size + 2)[1:-1]
     time = np.arange(volts.shape[1]) / rate_hz

@@ -9,8 +9,7 @@ import numpy as np
 
 from radargui.conditioning.activity import activity, block_size
 from radargui.conditioning.noise import white_noise_v
-from radargui.conditioning.segment import SETTINGS as MOTION
-from radargui.conditioning.segment import held, without_blips
+from radargui.conditioning.segment import SETTINGS as MOTION, held, without_blips
 from radargui.model.arrays import BoolArray, FloatArray
 
 PAUSE_S = 2.0

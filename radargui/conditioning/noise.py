@@ -62,4 +62,5 @@ def sixth_differences(values: FloatArray) -> FloatArray:
 def block_means(volts: FloatArray, size: int) -> FloatArray:
     """Return the means of consecutive blocks of `size` samples, shape (n_channels, n_samples // size)."""
     count = volts.shape[1] // size
-    return np.asarray(volts[:, : count * size].reshape(volts.shape[0], count, size).mean(axis=2))
+    # a product is several times as fast as `mean` over so few
+    return np.asarray(volts[:, : count * size].reshape(volts.shape[0], count, size) @ np.full(size, 1.0 / size))

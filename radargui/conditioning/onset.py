@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -43,7 +44,9 @@ class OnsetSettings:
 SETTINGS = OnsetSettings()
 
 
-def find_onset(time_s: FloatArray, value: FloatArray, settings: OnsetSettings = SETTINGS) -> float | None:
+def find_onset(
+    time_s: FloatArray, value: FloatArray, spread: FloatArray | None = None, settings: OnsetSettings = SETTINGS
+) -> float | None:
     """Return the time of the last block that still looks like the rest, None where none departs from it.
 
     Means over 5 ms are compared with what the 0.3 s that end 15 ms before them foretell: a parabola, so that offsets
@@ -60,6 +63,8 @@ def find_onset(time_s: FloatArray, value: FloatArray, settings: OnsetSettings = 
         Shape (n_samples,).
     value
         I1, Q1, I2, ... of about equal size, shape (n_channels, n_samples).
+    spread
+        Standard deviation of each channel in the whole record, where these are its first samples only.
     settings
         How it is sought.
 
@@ -78,7 +83,8 @@ def find_onset(time_s: FloatArray, value: FloatArray, settings: OnsetSettings = 
     early = np.diff(value[:, : first[2 * fewest - 1]], axis=1)
     # differences of neighbours: a drift adds hardly anything to them
     white = np.median(np.abs(early), axis=1) / 0.95 / np.sqrt(count[0]) + 1e-12
-    size = np.stack([white, np.maximum(white, settings.most_wander * np.median(value.std(axis=1)))])
+    spread = value.std(axis=1) if spread is None else spread
+    size = np.stack([white, np.maximum(white, settings.most_wander * np.median(spread))])
     if _wanders(mean[:, :fewest], size, settings):
         return float("-inf")
     away = _departures(mean, size, settings) > settings.threshold
@@ -89,7 +95,7 @@ def find_onset(time_s: FloatArray, value: FloatArray, settings: OnsetSettings = 
 
 def _wanders(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> bool:
     """Return whether blocks (n_channels, n) differ from a straight line by more than a rest may."""
-    apart = mean - mean @ _Foresight(mean.shape[1], 1, settings).smooth
+    apart = mean - mean @ _foresight(mean.shape[1], 1, settings).smooth
     return bool(np.sqrt(((apart / size[1][:, None]) ** 2).mean(axis=0)).max() > settings.threshold)
 
 
@@ -123,16 +129,20 @@ class _Foresight:
         return np.asarray(np.sqrt((((now - before @ self.ahead) / deviation) ** 2).mean(axis=0)))
 
 
+_foresight = lru_cache(maxsize=256)(_Foresight)
+"""They depend on nothing that was recorded."""
+
+
 def _departures(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> FloatArray:
     """Return the departure of each block from the first that can be foretold on."""
     n, window, ahead = mean.shape[1], settings.window, settings.ahead
     out = [
-        _Foresight(count, 2 if count >= settings.long_enough else 1, settings).departure(
+        _foresight(count, 2 if count >= settings.long_enough else 1, settings).departure(
             mean[:, None, :count], mean[:, [count + ahead]], size
         )
         for count in range(settings.fewest, min(window, n - ahead))
     ]
     if n > window + ahead:
         windows = sliding_window_view(mean, window, axis=1)[:, : n - window - ahead]
-        out.append(_Foresight(window, 2, settings).departure(windows, mean[:, window + ahead :], size))
+        out.append(_foresight(window, 2, settings).departure(windows, mean[:, window + ahead :], size))
     return np.concatenate(out)

@@ -1,16 +1,16 @@
 """Multiplexer skew: all channels brought to the time of channel 0."""
 
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
-from scipy.ndimage import correlate1d
 
 from radargui.model.arrays import FloatArray
 
 DEGREE = 5
 REACH = 24
 """Samples on each side that a spline's value depends on by more than 1e-8: its influence falls by 0.43 a sample."""
+LEAST_WEIGHT = 1e-7
+"""Of the samples beyond those that count, all together: a sixteenth of the last step of a converter of 20 bits."""
 
 
 def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray) -> FloatArray:
@@ -41,25 +41,66 @@ def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray) -
     for channel in np.flatnonzero(delay_s):
         back = float(delay_s[channel] * sample_rate_hz)
         if n_samples > 4 * REACH:
-            correlate1d(volts[channel], _weights(back), output=out[channel])
+            middle, ends = _weights(back), _end_weights(back)
+            reach, values = middle.size // 2, volts[channel]
+            total = out[channel, reach : n_samples - reach]
+            # few weights of a delay that is a small part of a sample are worth a product
+            np.multiply(values[reach : n_samples - reach], middle[reach], out=total)
+            for k in range(2 * reach + 1):
+                if k != reach:
+                    total += middle[k] * values[k : k + total.size]
             # at the ends the spline ends too
-            out[channel, :REACH] = _interpolated(volts[channel, : 3 * REACH], back)[:REACH]
-            out[channel, -REACH:] = _interpolated(volts[channel, -3 * REACH :], back)[-REACH:]
+            out[channel, :REACH] = ends[:REACH] @ values[: 3 * REACH]
+            out[channel, -REACH:] = ends[-REACH:] @ values[-3 * REACH :]
         else:
             out[channel] = _interpolated(volts[channel], back)
     return out
 
 
 def _interpolated(values: FloatArray, back: float) -> FloatArray:
-    """Return values so many samples earlier, shape (n,)."""
-    # quintic: its error grows with the sixth power of the frequency, a cubic's with the fourth
-    index = np.arange(values.size, dtype=np.float64)
-    return np.asarray(make_interp_spline(index, values, DEGREE)(index - back))
+    """Return values (n, ...) so many samples earlier, same shape."""
+    n = values.shape[0]
+    index = np.arange(n, dtype=np.float64)
+    # quintic: its error grows with the sixth power of the frequency, a cubic's with the fourth. Not-a-knot: the three
+    # samples beside each end are no knots (de Boor 1978, ch. XIII)
+    half = (DEGREE + 1) // 2
+    knots = np.concatenate([np.zeros(DEGREE + 1), index[half:-half], np.full(DEGREE + 1, n - 1.0)])
+    coefficients = np.linalg.solve(_basis(index, knots), values.reshape(n, -1))
+    return np.asarray((_basis(index - back, knots) @ coefficients).reshape(values.shape))
 
 
-@cache
+def _basis(at: FloatArray, knots: FloatArray) -> FloatArray:
+    """Return all B-splines at places (n,), those of the outermost pieces beyond them, shape (n, n_splines)."""
+    n_splines = knots.size - DEGREE - 1
+    span = np.clip(np.searchsorted(knots, at, side="right") - 1, DEGREE, n_splines - 1)
+    # those that are not zero there, degree by degree (Cox 1972, de Boor 1972)
+    values = [np.ones_like(at)]
+    for degree in range(1, DEGREE + 1):
+        saved, raised = np.zeros_like(at), []
+        for k, lower in enumerate(values):
+            right, left = knots[span + k + 1], knots[span + k + 1 - degree]
+            share = lower / (right - left)
+            raised.append(saved + (right - at) * share)
+            saved = (at - left) * share
+        values = [*raised, saved]
+    out = np.zeros((at.size, n_splines))
+    for k, value in enumerate(values):
+        out[np.arange(at.size), span - DEGREE + k] = value
+    return out
+
+
+@lru_cache(maxsize=32)
 def _weights(back: float) -> FloatArray:
-    """Return the weights of the samples -REACH ... REACH around the wanted one, of a long spline's middle."""
-    impulses = np.eye(6 * REACH + 1)[:, 2 * REACH : 4 * REACH + 1]
-    index = np.arange(6 * REACH + 1, dtype=np.float64)
-    return np.asarray(make_interp_spline(index, impulses, DEGREE)(3.0 * REACH - back))
+    """Return the weights of the samples around the wanted one, of a long spline's middle, an odd number of them."""
+    row = _interpolated(np.eye(6 * REACH + 1), back)[3 * REACH, 2 * REACH : 4 * REACH + 1]
+    # those without which no sample changes by more than 1e-7 of the largest
+    away = np.abs(row[:REACH][::-1]) + np.abs(row[REACH + 1 :])
+    left_out = np.append(np.cumsum(away[::-1])[::-1], 0.0)
+    reach = int(np.argmax(left_out < LEAST_WEIGHT))
+    return row[REACH - reach : REACH + reach + 1]
+
+
+@lru_cache(maxsize=32)
+def _end_weights(back: float) -> FloatArray:
+    """Return the weights of as many samples at an end that each of them is made of, shape (3 REACH, 3 REACH)."""
+    return _interpolated(np.eye(3 * REACH), back)

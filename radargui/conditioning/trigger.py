@@ -12,7 +12,7 @@ from radargui.conditioning.averager import Averager
 from radargui.conditioning.noise import white_noise_v
 from radargui.conditioning.segment import held
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.digitisation import Digitisation
+from radargui.model.recording import Digitisation
 
 LEARNING_S = 0.1
 """Quiet needed before the trigger can tell motion from rest."""

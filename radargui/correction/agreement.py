@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.conditioning.echo import Echo
 from radargui.model.arrays import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    # loads what only one or two receivers need
+    from radargui.conditioning.echo import Echo
 
 
 @dataclass(frozen=True, slots=True)

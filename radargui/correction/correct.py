@@ -12,10 +12,8 @@ from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import PublishedSteps, correct_published
 from radargui.correction.quality import assess, circularity
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
-from radargui.model.quality import ChannelQuality
-from radargui.model.segment import Segment
+from radargui.model.result import ChannelQuality, CorrectedIQ, Segment
 
 Steps = PublishedSteps | Ellipse | None
 LEAST_U_PHASE_RAD = 1e-12
@@ -83,7 +81,7 @@ def _correct_one(conditioned: Conditioned, number: int, pair_v: FloatArray, meth
     segment = conditioned.segment
     if method == "published":
         highest_hz = conditioned.doppler[number].highest_hz
-        return correct_published(pair_v, conditioned.sample_rate_hz, segment, highest_hz)
+        return correct_published(pair_v, conditioned.sample_rate_hz, segment, highest_hz, int(conditioned.size > 1))
     if method == "ellipse":
         return correct_ellipse(pair_v, segment, conditioned.valid[number])
     return correct_none(pair_v, segment), None

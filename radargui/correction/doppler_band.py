@@ -9,7 +9,7 @@ import numpy as np
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.quality import assess
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.quality import ChannelQuality
+from radargui.model.result import ChannelQuality
 
 
 @dataclass(frozen=True, slots=True)

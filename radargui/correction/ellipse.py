@@ -8,8 +8,8 @@ import numpy as np
 
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
-from radargui.model.front_end_equations import point_of
-from radargui.model.segment import Segment
+from radargui.model.front_end import point_of
+from radargui.model.result import Segment
 
 LEAST_ARC_RAD = np.pi
 

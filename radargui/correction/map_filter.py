@@ -8,7 +8,7 @@ from radargui.correction.ellipse import Ellipse, fit_ellipse
 from radargui.correction.smooth_map import SmoothMap
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import ProcessingError
-from radargui.model.front_end_equations import point_of
+from radargui.model.front_end import point_of
 
 START_FRINGES = 1.5
 LEAST_ARC_RAD = 2.0 * np.pi * START_FRINGES

@@ -25,5 +25,17 @@ def unwrap(phase_rad: FloatArray, threshold_rad: float = np.pi) -> FloatArray:
     out = phase_rad.copy()
     for row in out:
         known = np.isfinite(row)
-        row[known] = np.unwrap(row[known], discont=threshold_rad)
+        if known.all():
+            _unwrap(row, threshold_rad)
+        else:
+            row[known] = _unwrap(row[known], threshold_rad)
     return out
+
+
+def _unwrap(phase_rad: FloatArray, threshold_rad: float) -> FloatArray:
+    """Unwrap phases (n,) in place: numpy's `unwrap` looks at every sample several times, wraps are few."""
+    step = np.diff(phase_rad)
+    wrap = np.flatnonzero(np.abs(step) > threshold_rad)
+    turns = np.cumsum(np.rint(step[wrap] / (2.0 * np.pi)))
+    phase_rad[1:] -= 2.0 * np.pi * np.repeat(np.append(0.0, turns), np.diff(wrap, prepend=0, append=step.size))
+    return phase_rad

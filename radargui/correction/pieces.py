@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise, zip_longest
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.conditioning.echo import Echo
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    # loads what only one or two receivers need
+    from radargui.conditioning.echo import Echo
 
 
 @dataclass(frozen=True, slots=True)

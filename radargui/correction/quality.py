@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.correction.smooth import savitzky_golay
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.quality import ChannelQuality
+from radargui.model.result import ChannelQuality
 
 
 @dataclass(frozen=True, slots=True)

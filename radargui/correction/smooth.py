@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
-from numpy.polynomial import polynomial
-from scipy.signal import oaconvolve, savgol_coeffs, savgol_filter
+from numpy.polynomial import legendre
 
 from radargui.model.arrays import FloatArray
 
 SMOOTHING_S = 0.001
-_WIDE = 256
+_WIDE, _FEW = 256, 24
+"""Samples of a window from which Fourier transforms pay, and from which a convolution does."""
 
 
 def smooth(
@@ -38,7 +40,9 @@ def smooth(
 
 
 def savitzky_golay(x: FloatArray, window: int, order: int, *, derivative: int = 0, spacing: float = 1.0) -> FloatArray:
-    """Return scipy's `savgol_filter` along the last axis; a wide window goes by Fourier transforms.
+    """Return a least-squares polynomial around each sample along the last axis (Savitzky & Golay 1964).
+
+    At the ends that of the first or the last window.
 
     Parameters
     ----------
@@ -51,17 +55,47 @@ def savitzky_golay(x: FloatArray, window: int, order: int, *, derivative: int = 
     derivative, spacing
         Which derivative to give, and the distance of the samples for it.
     """
-    if window < _WIDE or not np.isfinite(x).all():
-        return np.asarray(savgol_filter(x, window, order, deriv=derivative, delta=spacing, axis=-1), dtype=np.float64)
     half = window // 2
-    weights = savgol_coeffs(window, order, deriv=derivative, delta=spacing)
-    middle = oaconvolve(x, weights.reshape((1,) * (x.ndim - 1) + (window,)), mode="valid", axes=-1)
-    place = (np.arange(window) - half) / half
+    weights = _weights(window, order, derivative) / spacing**derivative
+    if window < _WIDE:
+        middle = _weighed(x, weights)
+    else:
+        # half a second to load, and only long stretches at a high rate need it
+        from scipy.signal import oaconvolve
 
-    def edge(part: FloatArray, at: slice) -> FloatArray:
-        fit = polynomial.polyfit(place, part.reshape(-1, window).T, order)
-        fit = polynomial.polyder(fit, derivative, scl=1.0 / (half * spacing))
-        return np.asarray(polynomial.polyval(place[at], fit), np.float64).reshape(*part.shape[:-1], half)
+        kernel = weights[::-1].reshape((1,) * (x.ndim - 1) + (window,))
+        middle = oaconvolve(x, kernel, mode="valid", axes=-1)
+    fit, values = _polynomials(window, order, derivative)
+    begin, end = x[..., :window] @ fit.T @ values[:half].T, x[..., -window:] @ fit.T @ values[half + 1 :].T
+    unit = spacing**derivative
+    return np.asarray(np.concatenate([begin / unit, middle, end / unit], axis=-1), dtype=np.float64)
 
-    begin, end = edge(x[..., :window], slice(0, half)), edge(x[..., -window:], slice(-half, None))
-    return np.asarray(np.concatenate([begin, middle, end], axis=-1), dtype=np.float64)
+
+def _weighed(x: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the weighed sums of as many samples in turn, shape (..., n_samples - window + 1)."""
+    count = x.shape[-1] - weights.size + 1
+    if weights.size > _FEW:
+        rows = x.reshape(-1, x.shape[-1])
+        out = np.array([np.convolve(row, weights[::-1], "valid") for row in rows])
+        return out.reshape(*x.shape[:-1], count)
+    total = weights[0] * x[..., :count]
+    for k in range(1, weights.size):
+        total += weights[k] * x[..., k : k + count]
+    return np.asarray(total)
+
+
+@lru_cache(maxsize=8)
+def _polynomials(window: int, order: int, derivative: int) -> tuple[FloatArray, FloatArray]:
+    """Return what fits a polynomial to a window's samples, (order + 1, window), and its derivative at each of them."""
+    half = max(window // 2, 1)
+    place = np.arange(-half, half + 1) / half
+    # Legendre's: powers of the place would be nearly alike
+    columns = legendre.legvander(place, order)
+    slopes = [legendre.legder(unit, derivative) for unit in np.eye(order + 1)]
+    values = np.stack([legendre.legval(place, slope) for slope in slopes], axis=1) / half**derivative
+    return np.asarray(np.linalg.pinv(columns), dtype=np.float64), np.asarray(values, dtype=np.float64)
+
+
+def _weights(window: int, order: int, derivative: int) -> FloatArray:
+    fit, values = _polynomials(window, order, derivative)
+    return np.asarray(values[window // 2] @ fit)

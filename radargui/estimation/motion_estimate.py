@@ -10,7 +10,7 @@ from radargui.correction.quality import LIMITS, assess
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.front_end import FrontEnd
-from radargui.model.quality import ChannelQuality
+from radargui.model.result import ChannelQuality
 
 
 @dataclass(frozen=True, slots=True)

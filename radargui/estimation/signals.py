@@ -11,8 +11,7 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
-from radargui.model.front_end import FrontEnd
-from radargui.model.front_end_equations import point_of
+from radargui.model.front_end import FrontEnd, point_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +49,8 @@ class ScaledSignals:
         Until here the tracer rests for sure; the first sample's time where it begins in motion.
     onset_s
         Last time at which it still looks at rest; the first sample's time where it begins in motion.
+    spread_s
+        Standard deviation of the times that each sample is the mean of; 0 where it is none.
     """
 
     time_s: FloatArray
@@ -65,6 +66,7 @@ class ScaledSignals:
     rate_hz: float
     rest_end_s: float
     onset_s: float
+    spread_s: float = 0.0
 
     @property
     def n_receivers(self) -> int:
@@ -88,11 +90,14 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
     n_receivers = conditioned.n_receivers
     mixers = tuple(_mixer(front_end_of(own)) for own in conditioned.doppler)
     volts, noise_v, delay_s = conditioned.volts.copy(), conditioned.noise_v.copy(), conditioned.delay_s.copy()
+    usable = (conditioned.usable if n_receivers > 2 else conditioned.valid).all(axis=0)
     for k, mixer in enumerate(mixers):
         if mixer is not None:
             pair = slice(2 * k, 2 * k + 2)
             gain, eps = mixer.gain_ratio, float(np.radians(mixer.quadrature_error_deg))
             i, q = conditioned.at_one_time()[pair]
+            # before a channel's first sample there is nothing to interpolate: extrapolated, it was 48 deviations off
+            usable &= conditioned.time_s >= conditioned.time_s[0] + delay_s[pair].max()
             volts[pair], delay_s[pair] = point_of(i, q, gain, eps), 0.0
             noise_v[2 * k + 1] = np.hypot(noise_v[2 * k + 1] / gain, noise_v[2 * k] * np.sin(eps)) / np.cos(eps)
     pairs = volts.reshape(n_receivers, 2, -1)
@@ -104,7 +109,7 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
     return ScaledSignals(
         conditioned.time_s,
         np.asarray((pairs / scale[:, None, None]).reshape(2 * n_receivers, -1)),
-        np.asarray((conditioned.usable if n_receivers > 2 else conditioned.valid).all(axis=0)),
+        np.asarray(usable),
         conditioned.valid,
         conditioned.unusable_share,
         np.asarray(noise_v / np.repeat(scale, 2)),
@@ -115,6 +120,7 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
         conditioned.sample_rate_hz,
         conditioned.rest_end_s,
         max(conditioned.onset_s, float(conditioned.time_s[0])),
+        float(np.sqrt((1.0 - 1.0 / conditioned.size**2) / 12.0)) / conditioned.sample_rate_hz,
     )
 
 

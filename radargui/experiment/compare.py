@@ -1,20 +1,17 @@
 """Two results of a run side by side: what was set differently, and what came of it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from radargui.experiment.reprocess import Outcome, computed, each_run, own_setup, process_run
-from radargui.files.progress import Progress, silent
+from radargui.experiment.reprocess import computed, own_setup, process_run
+from radargui.files.access import Progress
 from radargui.files.run_card import summarise
 from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.drop import figure_in
-from radargui.model.errors import SetupError
 from radargui.model.result import RunResult
-from radargui.model.setup import Setup
-from radargui.model.setup_change import changed
-from radargui.model.setup_file import parse_setup
+from radargui.model.setup import Setup, changed
 
 FIGURES = (
     ("e", "u_e", ""),
@@ -139,11 +136,11 @@ def compare_stored(run: Path) -> Comparison | None:
 
 def compare_with(
     run: Path,
+    progress: Progress | None = None,
+    *,
     setup: Setup | None = None,
     changes: Mapping[str, Any] | None = None,
-    *,
     keep: bool = False,
-    progress: Progress | None = None,
 ) -> Comparison:
     """Process a run with other settings and return the result beside the one that is stored; the samples stay.
 
@@ -151,14 +148,14 @@ def compare_with(
     ----------
     run
         Run file.
+    progress
+        Called with the share done.
     setup
         Antennas, calibration, processing; None: what the run was recorded with.
     changes
         Keys of it with another value, such as `processing.correction`.
     keep
         Whether the new result takes the place of the stored one, whose figures are kept beside it.
-    progress
-        Called with the share done.
 
     Raises
     ------
@@ -176,32 +173,6 @@ def compare_with(
     before = _side(stored[-1]) if stored and stored[-1].is_present else Side.of(computed(run, own_setup(run)))
     after = process_run(run, other, progress=progress) if keep else computed(run, other, progress)
     return Comparison(run, before, Side.of(after))
-
-
-def reprocess_runs(
-    runs: Sequence[Path],
-    setup: Setup | None,
-    changes: Mapping[str, Any],
-    *,
-    keep: bool = False,
-    progress: Progress = silent,
-) -> Iterator[Outcome[Comparison]]:
-    """Process runs with other settings and yield each new result beside the stored one; the samples stay.
-
-    Parameters
-    ----------
-    runs
-        Run files.
-    setup
-        None: what each run was recorded with.
-    changes
-        Keys of the setup with another value, such as `processing.correction`.
-    keep
-        Whether the new results take the place of the stored ones, whose figures are kept beside them.
-    progress
-        Called with the share done.
-    """
-    return each_run(runs, lambda run, report: compare_with(run, setup, changes, keep=keep, progress=report), progress)
 
 
 def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
@@ -223,8 +194,4 @@ def _flat(value: object, place: str = "") -> Iterator[tuple[str, object]]:
 
 
 def _side(stored: StoredResult) -> Side:
-    try:
-        setup = parse_setup(stored.setup_toml, "setup in the results")
-    except SetupError:
-        setup = None
-    return Side(stored.summary, setup, stored.processed_at)
+    return Side(stored.summary, stored.setup, stored.processed_at)

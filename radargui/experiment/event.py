@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import FinishedRun
@@ -11,6 +12,7 @@ from radargui.acquisition.run_plan import Ending
 from radargui.experiment.finished import LiveAgreement
 from radargui.model.errors import RadarGuiError
 from radargui.model.result import RunResult
+from radargui.model.rounding import quantity
 
 
 class ExperimentState(Enum):
@@ -65,6 +67,36 @@ class RecordedRun:
     def health_line(self) -> str:
         """How the recording went, as one line; empty where nobody knows."""
         return str(self.health.get("line", ""))
+
+
+def unprocessed(run: FinishedRun) -> RecordedRun:
+    """Return what came of a run that is kept as it is."""
+    said = f"set aside, {run.set_aside}" if run.set_aside else "recorded, not processed."
+    message = f"{run.path.name}: {said}"
+    return RecordedRun(run.number, run.path, None, run.ending, message, set_aside=run.set_aside, health=run.health)
+
+
+def recorded(run: FinishedRun, result: RunResult, agreement: LiveAgreement | None) -> RecordedRun:
+    """Return what came of a run that was processed."""
+    message = f"{run.path.name}: {_said(result, agreement)}"
+    return RecordedRun(run.number, run.path, result, run.ending, message, agreement=agreement, health=run.health)
+
+
+def with_place(error: RadarGuiError, path: Path | None) -> RadarGuiError:
+    """Return the error, which says also where the recording is kept."""
+    place = f"What was recorded is kept in {path}."
+    if path is not None and path.exists() and place not in error.remedy:
+        error.remedy = f"{error.remedy} {place}".strip()
+    return error
+
+
+def _said(result: RunResult, agreement: LiveAgreement | None) -> str:
+    if result.status != "ok":
+        return f"{result.status.replace('_', ' ')}, {result.reason}".rstrip(", ")
+    bounce = next((bounce for bounce in result.bounces.impacts if bounce.valid), None)
+    said = "processed, no bounce" if bounce is None else f"e = {quantity(bounce.e, bounce.u_stated)}"
+    said = f"{said}, preliminary" if result.preliminary else said
+    return said if agreement is None else f"{said}, live within {1e3 * agreement.rms_m:.2f} mm"
 
 
 class EventKind(Enum):
@@ -158,6 +190,16 @@ def _samples(count: int) -> str:
 Listener = Callable[[Event], None]
 
 
+class EventFacts(TypedDict, total=False):
+    """What an event may hold beside its message, see `Event`."""
+
+    fraction: float | None
+    health: Health | None
+    run: RecordedRun | None
+    error: RadarGuiError | None
+    topic: str
+
+
 class Publisher:
     """Reports events, in the thread of whoever calls.
 
@@ -185,20 +227,10 @@ class Publisher:
         self.report(EventKind.STATE, message, error=error)
 
     def report(
-        self,
-        kind: EventKind,
-        message: str = "",
-        *,
-        number: int | None = None,
-        fraction: float | None = None,
-        health: Health | None = None,
-        run: RecordedRun | None = None,
-        error: RadarGuiError | None = None,
-        topic: str = "",
+        self, kind: EventKind, message: str = "", *, number: int | None = None, **facts: Unpack[EventFacts]
     ) -> None:
         """Report what happened, see `Event`; `number` is that of the run, of the present one where left out."""
-        if run is not None:
+        if (run := facts.get("run")) is not None:
             number, message = run.number, run.message
         if self._listener is not None:
-            number = self.number if number is None else number
-            self._listener(Event(kind, self.state, number, message, fraction, health, run, error, topic))
+            self._listener(Event(kind, self.state, self.number if number is None else number, message, **facts))

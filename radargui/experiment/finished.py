@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from radargui.acquisition.live_track import LiveSpan
+from radargui.acquisition.ring import LiveSpan
 from radargui.files.run_results import write_results
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import CancelledError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import cut_short, process
+from radargui.processing.offline import OnPreliminary, cut_short, process
 from radargui.session.front_ends import known_front_ends
 
 
@@ -164,7 +164,7 @@ def preliminary_result(job: FinishedJob) -> RunResult | None:
 
 
 def process_finished(
-    job: FinishedJob, progress: Callable[[float], None], on_preliminary: Callable[[RunResult], None]
+    job: FinishedJob, progress: Callable[[float], None], on_preliminary: OnPreliminary
 ) -> tuple[RunResult, LiveAgreement | None]:
     """Process a run, keep results and agreement in its file, and return both.
 

@@ -5,15 +5,14 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
-from radargui.experiment.reprocess import each_run, process_run
-from radargui.files.channel_guess import Basis, ChannelGuess
+from radargui.experiment.reprocess import process_run
+from radargui.files.access import Progress, each_run, silent
 from radargui.files.formats import RUN, format_of, list_channels, own_setup_of
-from radargui.files.progress import Progress, silent
 from radargui.files.raw_file import RawLayout
-from radargui.files.reading import ChannelEntry, ChannelMap
+from radargui.files.reading import Basis, ChannelEntry, ChannelGuess, ChannelMap
 from radargui.files.signals import ChannelInfo
-from radargui.model.digitisation import iq_names
 from radargui.model.errors import RadarGuiError, UsageError
+from radargui.model.recording import iq_names
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.session.info import About, about_setup_file

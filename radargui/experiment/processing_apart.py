@@ -19,6 +19,7 @@ from radargui.experiment.finished import FinishedJob, LiveAgreement, preliminary
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
 from radargui.model.result import RunResult
 from radargui.processing.long_recording import read_again
+from radargui.processing.offline import OnPreliminary
 
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 
@@ -44,7 +45,6 @@ def workers_ignoring_interrupts() -> Iterator[None]:
 _logger = logging.getLogger(__name__)
 _STOP, _SOON = "stop", "soon"
 """Beside a job: end the one that is done now; look at one that waits meanwhile."""
-OnPreliminary = Callable[[RunResult], None]
 _CLOSE_S = 5.0
 """Given to a process that was asked to end; one that still computes is ended. Chosen by hand."""
 _BELOW_NORMAL_PRIORITY = 0x4000

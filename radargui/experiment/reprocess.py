@@ -1,35 +1,22 @@
 """Processing of stored runs: results are kept beside the samples; one that fails does not stop the others."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Generic, TypeVar
 
 from radargui.experiment.finished import FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
-from radargui.files.progress import Progress, silent
+from radargui.files.access import Outcome, Progress, each_run
 from radargui.files.run_file import read_run_setup
 from radargui.files.run_results import write_results
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
-from radargui.processing.offline import process
+from radargui.processing.offline import OnPreliminary, process
 from radargui.session.front_ends import known_front_ends
 from radargui.session.recovery import recover
-
-Made = TypeVar("Made")
-Made_co = TypeVar("Made_co", covariant=True)
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome(Generic[Made_co]):
-    """What came of one run: a value, or why not."""
-
-    run: Path
-    value: Made_co | None = None
-    error: RadarGuiError | None = None
 
 
 def process_run(
@@ -37,7 +24,7 @@ def process_run(
     setup: Setup | None = None,
     *,
     progress: Progress | None = None,
-    on_preliminary: Callable[[RunResult], None] | None = None,
+    on_preliminary: OnPreliminary | None = None,
 ) -> RunResult:
     """Process a run file and store the results in it, in place of older ones; its samples are not touched.
 
@@ -71,10 +58,7 @@ def process_run(
 
 
 def computed(
-    path: Path,
-    setup: Setup,
-    progress: Progress | None = None,
-    on_preliminary: Callable[[RunResult], None] | None = None,
+    path: Path, setup: Setup, progress: Progress | None = None, on_preliminary: OnPreliminary | None = None
 ) -> RunResult:
     """Return what a run gives with a setup, with what earlier runs of its session say as prior; nothing is stored.
 
@@ -96,32 +80,6 @@ def own_setup(path: Path) -> Setup:
     if setup is None:
         raise UsageError(f"{path} holds no setup", remedy="Name a setup file with --setup.")
     return setup
-
-
-def each_run(
-    runs: Sequence[Path], work: Callable[[Path, Progress], Made], progress: Progress = silent
-) -> Iterator[Outcome[Made]]:
-    """Yield what `work` makes of each run, in order.
-
-    Parameters
-    ----------
-    runs
-        Run files.
-    work
-        Called with a run and what takes the share of it that is done.
-    progress
-        Called with the share of all that is done; what it raises ends the work.
-    """
-    for done, run in enumerate(runs):
-
-        def share_of_all(share: float, done: int = done) -> None:
-            progress((done + share) / len(runs))
-
-        share_of_all(0.0)
-        try:
-            yield Outcome(run, work(run, share_of_all))
-        except RadarGuiError as error:
-            yield Outcome(run, error=error)
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +104,7 @@ class RecoveredRun:
     error: RadarGuiError | None = None
 
 
-def recover_run(run: Path, *, now: datetime, process: bool = True, progress: Progress | None = None) -> RecoveredRun:
+def recover_run(run: Path, *, now: datetime, progress: Progress | None = None) -> RecoveredRun:
     """Finish an unfinished run, mark it as recovered, process it, and keep the results beside its samples.
 
     Parameters
@@ -155,8 +113,6 @@ def recover_run(run: Path, *, now: datetime, process: bool = True, progress: Pro
         Run file, see `session.recovery.unfinished_runs`.
     now
         Date and time with offset from UTC.
-    process
-        Whether to process it.
     progress
         Called with the share of the processing done.
 
@@ -168,7 +124,7 @@ def recover_run(run: Path, *, now: datetime, process: bool = True, progress: Pro
         The run cannot be read, or was closed in order; it is as it was.
     """
     count = recover(run, now=now)
-    if not process or count == 0:
+    if count == 0:
         return RecoveredRun(run, count)
     try:
         return RecoveredRun(run, count, process_run(run, progress=progress))

@@ -1,25 +1,40 @@
 """A series: runs of one acquisition or several, each processed while the next one is armed."""
 
 import queue
-from collections.abc import Callable, Iterator
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import KW_ONLY, dataclass
+from contextlib import suppress
+from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending, RecorderState
+from radargui.conditioning.fall import FallTest
 from radargui.experiment.event import (
     EventKind,
     ExperimentState,
+    Listener,
     Publisher,
     RecordedRun,
     RunningWarnings,
     losses,
+    recorded,
     signal_warnings,
+    unprocessed,
+    with_place,
 )
-from radargui.model.errors import RadarGuiError
+from radargui.experiment.finished import FinishedJob, LiveAgreement, process_finished
+from radargui.experiment.processing_apart import ProcessingApart
+from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, attempt
+from radargui.model.result import RunResult
+from radargui.model.setup import Setup
+from radargui.processing.live import LiveMemory, LiveProcessor
+from radargui.session.session import Session
+from radargui.sources.contract import Source
 
 HEALTH_S = 0.25
 """Between two reports of the health. Chosen by hand."""
@@ -33,35 +48,105 @@ _ENTERED = {
 
 Message = RecorderState | FinishedRun | RecordedRun | Callable[[], None] | None
 """What the recorder or the processing says; a report to make; None: the acquisition has ended."""
-Messages = queue.SimpleQueue[Message]
 
 
 @dataclass(eq=False)
-class AcquisitionSeries:
-    """Follows acquisitions that record runs; reports what happens and hands out runs in order.
+class RunOrder:
+    """What shall be recorded into one session, how, and whether that is still wanted.
 
     Parameters
     ----------
-    acquire
-        Makes the next acquisition and its recorder, not started; both put into `messages`.
-    n_left
-        How many there are at most: none follows one that failed, was stopped, or in which nothing moved.
-    messages
-        Changes of the recorder, finished runs, the end of the acquisition; processing adds its own.
-    publisher
-        Its `number` is that of the run before the first.
+    setup
+        Geometry, limits of a recording, processing.
+    source_factory
+        Makes the source of a run from its number, counted from 0.
+    session
+        Where the runs are kept.
+    seconds
+        Length of runs that start at once; None: each run waits for motion and lasts until it is quiet again.
     process
-        Processes a run of an acquisition, in another thread; never raises. None: runs are not processed.
-    announce
-        Called with a run that waits for its processing; must not take long.
-    set_aside
-        Rejects a run in the session.
+        Whether to process each run after it was recorded.
+    listener
+        Called with each event.
+    live
+        Whether to make a live track.
+    patient
+        Whether the source loses nothing when it has to wait: a simulation or replay that is as fast as asked.
+    continuous
+        Whether the source goes on after a run: `record` then opens one source and arms again after each run without
+        losing a sample; else it opens one after the other. Runs without a fall are set aside, where
+        `recording.falls_only` is true: rejected in the session, not counted, not processed.
+    attributes
+        Further facts to keep with each run file.
+    memory
+        What the live corrections of earlier runs of the session have learned.
+
+    Attributes
+    ----------
+    acquisition
+        The present acquisition, or the last one, to pull samples, live track and health from.
     is_cancelled
-        Whether the operator wants nothing more.
-    cancel
-        Makes it so: of the run that is being processed the preliminary result is kept.
-    waits_for_motion
-        Whether the recorder waits while it is armed.
+        Whether `cancel` was called: nothing more will be recorded.
+    leaves
+        Whether `leave` was: nothing more will be processed either.
+    publisher
+        Of the events.
+    lock
+        Held while the present acquisition is set or cancelled.
+    """
+
+    setup: Setup
+    source_factory: Callable[[int], Source]
+    session: Session
+    _: KW_ONLY
+    seconds: float | None = None
+    process: bool = True
+    listener: Listener | None = None
+    live: bool = True
+    patient: bool = False
+    continuous: bool = False
+    attributes: Mapping[str, str | float | int] = field(default_factory=dict)
+    memory: LiveMemory = field(default_factory=LiveMemory)
+
+    def __post_init__(self) -> None:
+        self.publisher = Publisher(self.listener)
+        self.lock = threading.Lock()
+        self.leaves = False
+        self.is_cancelled = False
+        self.acquisition: Acquisition | None = None
+
+    def finish(self) -> None:
+        """End the recording that is under way; it is kept and processed."""
+        acquisition = self.acquisition
+        if acquisition is not None:
+            acquisition.request_stop()
+
+    def cancel(self) -> None:
+        """End everything soon: what was recorded is kept, nothing more is recorded or processed.
+
+        Of a run that is being processed the preliminary result is kept, where it has one already.
+        """
+        with self.lock:
+            self.is_cancelled = True
+        self.finish()
+
+    def leave(self) -> None:
+        """End everything now, as `cancel` does; runs that wait for their results are left without, for later."""
+        self.leaves = True
+        self.cancel()
+
+
+class AcquisitionSeries:
+    """Follows acquisitions that record runs; reports what happens, has runs processed and hands them out in order.
+
+    Parameters
+    ----------
+    order
+        What is recorded; the number of its publisher is that of the run before the first.
+    n_acquisitions
+        How many there are at most: none follows one that failed, was stopped, or in which nothing moved.
+    n_runs
+        To record from each.
 
     Attributes
     ----------
@@ -69,22 +154,16 @@ class AcquisitionSeries:
         What ended the last acquisition, or kept the next one from being made, and the file that was being written.
     """
 
-    acquire: Callable[[], tuple[Acquisition, Recorder]]
-    n_left: int
-    messages: Messages
-    publisher: Publisher
-    _: KW_ONLY
-    process: Callable[[Acquisition, FinishedRun, int], RecordedRun] | None
-    announce: Callable[[Acquisition, FinishedRun, int], None]
-    set_aside: Callable[[FinishedRun], None]
-    is_cancelled: Callable[[], bool]
-    cancel: Callable[[], None]
-    waits_for_motion: bool
-
-    def __post_init__(self) -> None:
+    def __init__(self, order: RunOrder, n_acquisitions: int, n_runs: int) -> None:
+        self._order, self._n_left, self._n_runs = order, n_acquisitions, n_runs
+        self._waits_for_motion = order.seconds is None
+        self._messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
+        self._apart = ProcessingApart()
+        # one thread: runs are processed one after the other
+        self._jobs = ThreadPoolExecutor(1, "experiment-processing")
         self._warnings = RunningWarnings()
         self._n_processing = 0
-        self._next_number = self.publisher.number + 1
+        self._next_number = order.publisher.number + 1
         self._outcomes: dict[int, RecordedRun] = {}
         self.failure: RadarGuiError | None = None
         self.failed_file: Path | None = None
@@ -92,36 +171,70 @@ class AcquisitionSeries:
 
     def _begin(self) -> None:
         """Make the next acquisition."""
-        self.publisher.number += 1
-        self._base = self.publisher.number - 1
+        publisher = self._order.publisher
+        publisher.number += 1
+        self._base = publisher.number - 1
         self._held: FinishedRun | None = None
         self._last_number: int | None = None
         self._ended = False
-        self.n_left -= 1
-        self._acquisition, self._recorder = self.acquire()
+        self._n_left -= 1
+        self._acquisition, self._recorder = self._acquire()
+
+    def _acquire(self) -> tuple[Acquisition, Recorder]:
+        """Make the next acquisition and its recorder, not started."""
+        order, messages = self._order, self._messages
+        sets_aside = order.continuous and self._waits_for_motion and order.setup.recording.falls_only
+        recorder = Recorder(
+            partial(order.session.new_run, attributes=order.attributes),
+            order.setup.recording,
+            folder=order.session.path,
+            seconds=order.seconds,
+            n_runs=self._n_runs,
+            make_judge=partial(FallTest, order.setup) if sets_aside else None,
+            on_change=messages.put,
+            on_run=messages.put,
+        )
+        acquisition = Acquisition(
+            order.source_factory(order.publisher.number - 1),
+            order.setup,
+            recorder=recorder,
+            live=order.live,
+            patient=order.patient,
+            on_end=lambda: messages.put(None),
+            make_processor=lambda setup, digitisation: LiveProcessor(setup, digitisation, order.memory),
+        )
+        with order.lock:
+            order.acquisition = acquisition
+            if order.is_cancelled:
+                acquisition.request_stop()
+        return acquisition, recorder
 
     def runs(self) -> Iterator[RecordedRun]:
         """Start, and yield runs until the last acquisition has ended and all are processed."""
-        self._acquisition.start()
         try:
-            # one thread: runs are processed one after the other
-            with ThreadPoolExecutor(1, "experiment-processing") as jobs:
+            if self._order.process and not self._order.patient:
+                # what fails here is reported when there is something to process
+                with suppress(ProcessingError):
+                    self._apart.start()
+            self._acquisition.start()
+            with self._jobs:
                 try:
                     while not self._ended or self._n_processing:
-                        self._take(self._next(), jobs)
+                        self._take(self._next())
                         yield from self._in_order()
                 except BaseException:
                     # Ctrl-C, or whoever asked for the runs has left: nobody waits for what is being computed
-                    self.cancel()
+                    self._order.cancel()
                     raise
         finally:
             self._acquisition.stop()
+            self._apart.close()
 
     def _next(self) -> Message:
         """Return the next message; report the health while there is none."""
         while True:
             try:
-                return self.messages.get(timeout=HEALTH_S)
+                return self._messages.get(timeout=HEALTH_S)
             except queue.Empty:
                 if self._ended:
                     continue
@@ -129,23 +242,23 @@ class AcquisitionSeries:
                     # stopped before it had begun: then nobody reports it
                     return None
                 health = self._acquisition.health
-                self.publisher.report(EventKind.HEALTH, health.line(), health=health)
+                self._order.publisher.report(EventKind.HEALTH, health.line(), health=health)
                 for warning in self._warnings.of(health):
-                    self.publisher.report(EventKind.WARNING, warning)
-                if self.is_cancelled():
+                    self._order.publisher.report(EventKind.WARNING, warning)
+                if self._order.is_cancelled:
                     self._acquisition.stop()
 
-    def _take(self, message: Message, jobs: ThreadPoolExecutor) -> None:
+    def _take(self, message: Message) -> None:
         match message:
             case RecorderState():
                 self._enter_as(message)
             case FinishedRun():
-                self._finished(message, jobs)
+                self._finished(replace(message, number=self._base + message.number))
             case RecordedRun():
                 self._n_processing -= 1
                 self._outcomes[message.number] = message
             case None:
-                self._end(jobs)
+                self._end()
             case report:
                 report()
 
@@ -159,53 +272,52 @@ class AcquisitionSeries:
             yield self._published(run, is_last=self._ended and not self._n_processing and not self._outcomes)
 
     def _enter_as(self, state: RecorderState) -> None:
-        if state in _ENTERED and (self.waits_for_motion or state is not RecorderState.ARMED):
-            self.publisher.enter(*_ENTERED[state])
+        if state in _ENTERED and (self._waits_for_motion or state is not RecorderState.ARMED):
+            self._order.publisher.enter(*_ENTERED[state])
 
-    def _finished(self, run: FinishedRun, jobs: ThreadPoolExecutor) -> None:
-        number = self._base + run.number
+    def _finished(self, run: FinishedRun) -> None:
+        publisher = self._order.publisher
         if run.is_last:
-            self._last_number = number
+            self._last_number = run.number
         else:
-            self.publisher.number = number + 1
+            publisher.number = run.number + 1
         if run.ending is Ending.FAILED:
             return
         for warning in signal_warnings(run):
-            self.publisher.report(EventKind.WARNING, warning, number=number, topic="signal")
+            publisher.report(EventKind.WARNING, warning, number=run.number, topic="signal")
         if run.set_aside:
-            self.set_aside(run)
-        self.publisher.report(EventKind.RECORDED, run=unprocessed(run, number))
-        if run.set_aside or self.process is None or self.is_cancelled():
-            self._outcomes[number] = unprocessed(run, number)
+            self._order.session.reject(run.path, run.set_aside)
+        publisher.report(EventKind.RECORDED, run=unprocessed(run))
+        if run.set_aside or not self._order.process or self._order.is_cancelled:
+            self._outcomes[run.number] = unprocessed(run)
         elif run.is_last:
             # the processing of the last one can wait until all else is done
             self._held = run
         else:
-            self._submit(self._acquisition, run, number, jobs)
+            self._submit(self._acquisition, run)
 
-    def _end(self, jobs: ThreadPoolExecutor) -> None:
+    def _end(self) -> None:
         """See to the end of an acquisition: the next one begins, or this was the last."""
         self._acquisition.stop()
         self._warn()
         self._ended = True
         self.failure, self.failed_file = self._acquisition.error, self._recorder.path
-        held, base = self._held, self._base
-        last = self._acquisition
+        held, last = self._held, self._acquisition
         if self._is_followed():
             self._follow()
         if self._ended and (held is not None or self._n_processing):
-            self.publisher.enter(ExperimentState.PROCESSING, "processing")
+            self._order.publisher.enter(ExperimentState.PROCESSING, "processing")
         if held is not None:
-            self._submit(last, held, base + held.number, jobs)
+            self._submit(last, held)
         if self._ended and self._last_number is None and self.failure is None:
             ending = self._recorder.ending or Ending.STOPPED
             message = f"No run was recorded: {ending.value}."
-            number = self.publisher.number
+            number = self._order.publisher.number
             self._outcomes[number] = RecordedRun(number, None, None, ending, message)
 
     def _is_followed(self) -> bool:
         """Return whether another acquisition comes after the one that has ended."""
-        if self.n_left == 0 or self.is_cancelled():
+        if self._n_left == 0 or self._order.is_cancelled:
             return False
         recorded = self._last_number is not None and self.failure is None
         return recorded and self._recorder.ending is not Ending.STOPPED
@@ -220,38 +332,61 @@ class AcquisitionSeries:
         else:
             self._acquisition.start()
 
-    def _submit(self, acquisition: Acquisition, run: FinishedRun, number: int, jobs: ThreadPoolExecutor) -> None:
-        if self._n_processing:
-            self.announce(acquisition, run, number)
+    def _submit(self, acquisition: Acquisition, run: FinishedRun) -> None:
+        if self._n_processing and not self._order.patient:
+            # its preliminary result shall be there soon, although it waits
+            job = FinishedJob(run.path, self._order.setup, run.first_index, None)
+            self._apart.announce(job, self._preliminary(run))
         self._n_processing += 1
-        jobs.submit(self._work, acquisition, run, number)
+        self._jobs.submit(lambda: self._messages.put(self._processed(acquisition, run)))
 
-    def _work(self, acquisition: Acquisition, run: FinishedRun, number: int) -> None:
-        if self.process is not None:
-            self.messages.put(self.process(acquisition, run, number))
+    def _processed(self, acquisition: Acquisition, run: FinishedRun) -> RecordedRun:
+        """Process a run and return what came of it; in the thread of the jobs."""
+        order = self._order
+        if order.leaves:
+            return unprocessed(run)
+        live = None if acquisition.live is None else acquisition.live.since(run.first_index)
+        job = FinishedJob(run.path, order.setup, run.first_index, live)
+        found: list[tuple[RunResult, LiveAgreement | None]] = []
+
+        def progress(fraction: float) -> None:
+            if order.is_cancelled:
+                raise CancelledError
+            report = partial(order.publisher.report, EventKind.PROGRESS, number=run.number, fraction=fraction)
+            self._messages.put(report)
+
+        def work() -> None:
+            do = process_finished if order.patient else self._apart.process
+            with suppress(CancelledError):
+                found.append(do(job, progress, self._preliminary(run)))
+
+        error = attempt(work, "Processing")
+        if error is not None:
+            error = with_place(error, run.path)
+            message = f"{run.path.name}: {error}"
+            return RecordedRun(run.number, run.path, None, run.ending, message, error, health=run.health)
+        return recorded(run, *found[0]) if found else unprocessed(run)
+
+    def _preliminary(self, run: FinishedRun) -> Callable[[RunResult], None]:
+        """Return what reports the preliminary result of a run."""
+        report = partial(self._order.publisher.report, EventKind.PRELIMINARY)
+        return lambda result: self._messages.put(partial(report, run=recorded(run, result, None)))
 
     def _published(self, run: RecordedRun, *, is_last: bool) -> RecordedRun:
         if run.result is not None:
             for warning in run.result.warnings:
-                self.publisher.report(EventKind.WARNING, warning, number=run.number)
+                self._order.publisher.report(EventKind.WARNING, warning, number=run.number)
         if is_last and run.error is not None:
-            self.publisher.enter(ExperimentState.FAILED, run.message, error=run.error)
+            self._order.publisher.enter(ExperimentState.FAILED, run.message, error=run.error)
         elif is_last:
-            self.publisher.enter(ExperimentState.DONE if run.path else ExperimentState.IDLE, run.message)
-        self.publisher.report(EventKind.RUN, run=run)
+            self._order.publisher.enter(ExperimentState.DONE if run.path else ExperimentState.IDLE, run.message)
+        self._order.publisher.report(EventKind.RUN, run=run)
         return run
 
     def _warn(self) -> None:
         health = self._acquisition.health
         for warning in (*self._warnings.of(health), *losses(health)):
-            self.publisher.report(EventKind.WARNING, warning)
+            self._order.publisher.report(EventKind.WARNING, warning)
         if health.live_error is not None:
-            self.publisher.report(EventKind.WARNING, str(health.live_error), error=health.live_error)
-        self.publisher.report(EventKind.HEALTH, health.line(), health=health)
-
-
-def unprocessed(run: FinishedRun, number: int) -> RecordedRun:
-    """Return what came of a run that is kept as it is."""
-    said = f"set aside, {run.set_aside}" if run.set_aside else "recorded, not processed."
-    message = f"{run.path.name}: {said}"
-    return RecordedRun(number, run.path, None, run.ending, message, set_aside=run.set_aside, health=run.health)
+            self._order.publisher.report(EventKind.WARNING, str(health.live_error), error=health.live_error)
+        self._order.publisher.report(EventKind.HEALTH, health.line(), health=health)

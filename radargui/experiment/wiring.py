@@ -6,8 +6,7 @@ import numpy as np
 
 from radargui.acquisition.ring import Ring
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.block import Block
-from radargui.model.digitisation import Digitisation
+from radargui.model.recording import Block, Digitisation
 from radargui.model.setup import Setup
 from radargui.model.wiring import WiringStep, wiring_steps
 from radargui.processing.wiring import WiringReport, WiringSamples, check_wiring

@@ -6,16 +6,14 @@ from typing import BinaryIO, TextIO
 
 import numpy as np
 
+from radargui.files.access import Progress, reading, resolved
 from radargui.files.csv_layout import BLANKS, LONGEST_LINE, CsvColumn, CsvLayout, bad_cell, is_blank, read_layout, shown
-from radargui.files.export_facts import FORMAT, LARGEST_TEXT, ExportFacts, commented, facts_of_text, uncommented
 from radargui.files.fixed_point import ByteArray, digits
-from radargui.files.progress import Progress
-from radargui.files.refusal import reading, resolved
-from radargui.files.run_file import RunStream
+from radargui.files.run_file import FORMAT, LARGEST_TEXT, ExportFacts, RunStream, commented, facts_of_text, uncommented
 from radargui.files.signals import TIME_NAME, ChannelInfo, Signal, Signals, uniform
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.block import absolute_index
 from radargui.model.errors import FileError
+from radargui.model.recording import absolute_index
 
 WHAT = "CSV"
 _COMMA_HINT = (
@@ -204,7 +202,7 @@ def _write_rows(run: RunStream, file: BinaryIO, report: Progress) -> None:
             times_ns = index * (_NS / facts.digitisation.sample_rate_hz)
             if times_ns[-1] > _LARGEST_NS:
                 raise FileError(f"{run.path}: its gap records tell of more time than a table can hold.")
-            times = digits(np.rint(times_ns).astype(np.int64), 3)
+            times = np.stack(digits(np.rint(times_ns).astype(np.int64), 3), axis=1).view(np.uint8)
             if tables is None:
                 file.writelines(_rows_of_values(times, part))
             else:

@@ -9,27 +9,28 @@ from numpy.typing import NDArray
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 ByteArray = NDArray[np.uint8]
+WordArray = NDArray[np.uint32]
+"""Four characters each, zero bytes where fewer are meant."""
 _ROWS = 1 << 13
 _LARGEST = 9.0e18
-_NOTHING = 0
-_MINUS, _POINT, _COMMA, _NEWLINE = b"-.,\n"
-_NAN = np.frombuffer(b"nan", dtype=np.uint8)
+_HALF_LENGTH = 1 << 32
 
+
+def _words(*characters: bytes) -> WordArray:
+    return np.frombuffer(b"".join(one.rjust(4, b"\0") for one in characters), dtype=np.uint32)
+
+
+_MINUS, _COMMA, _NEWLINE, _COMMA_MINUS, _NAN = _words(b"-", b",", b"\n", b",-", b"nan")
 _GROUP = 1000
-_BLANK, _UNIT = _GROUP, 2 * _GROUP
-
-
-def _groups() -> ByteArray:
-    """Return the characters of 0 to 999 in full, then without leading zeros, then the same with 0 kept."""
-    full = [b"%03d" % value for value in range(_GROUP)]
-    short = [b"%3d" % value for value in range(_GROUP)]
-    blank = [b"   ", *short[1:]]
-    characters = np.frombuffer(b"".join(full + blank + short), dtype=np.uint8).reshape(-1, 3).copy()
-    characters[characters == b" "[0]] = _NOTHING
-    return characters
-
-
-_CHARACTERS = _groups()
+_BLANK, _UNIT, _POINT = _GROUP, 2 * _GROUP, 3 * _GROUP
+_CHARACTERS = _words(
+    *(b"%03d" % value for value in range(_GROUP)),
+    # without leading zeros; then the same with 0 kept
+    b"",
+    *(b"%d" % value for value in range(1, _GROUP)),
+    *(b"%d" % value for value in range(_GROUP)),
+    *(b".%03d" % value for value in range(_GROUP)),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,57 +58,72 @@ def lines(columns: Sequence[Column]) -> Iterator[bytes]:
     `numpy.savetxt` formats number by number in Python. Here each number becomes a whole count of its last decimal,
     whose digits are looked up three by three, a column at a time; bytes that a row does not need are dropped at the
     end.
+
+    Raises
+    ------
+    ValueError
+        Columns of different lengths.
     """
     count = len(columns[0].values)
+    if any(len(column.values) != count for column in columns):
+        raise ValueError("the columns of a table have different dimensions")
     for first in range(0, count, _ROWS):
-        parts: list[ByteArray] = []
-        for column in columns:
-            part = _text(np.asarray(column.values[first : first + _ROWS], np.float64), column.decimals, column.upwards)
-            parts += [part, np.full((len(part), 1), _COMMA, dtype=np.uint8)]
-        parts[-1][:] = _NEWLINE
-        table = np.concatenate(parts, axis=1)
+        parts = [
+            _text(np.asarray(column.values[first : first + _ROWS], np.float64), column, follows=number > 0)
+            for number, column in enumerate(columns)
+        ]
+        table = np.empty((min(_ROWS, count - first), sum(len(part) for part in parts) + 1), dtype=np.uint32)
+        for place, word in enumerate(word for part in parts for word in part):
+            table[:, place] = word
+        table[:, -1] = _NEWLINE
         yield table.tobytes().translate(None, b"\0")
 
 
-def _text(values: FloatArray, decimals: int, upwards: bool) -> ByteArray:
-    """Return each value's characters, shape (n, width), with zero bytes where a value needs fewer."""
+def _text(values: FloatArray, column: Column, *, follows: bool) -> list[WordArray]:
+    """Return the words of each value, its comma first where it follows another; of length n each, or 1 for all."""
+    # a flag, a number of pieces, one uncertainty for all: what stays the same is written once
+    if values.size > 1 and ((values == values[0]).all() or np.isnan(values).all()):
+        values = values[:1]
     known = np.isfinite(values)
-    size = np.abs(np.where(known, values, 0.0))
-    if size.max(initial=0.0) > _LARGEST / 10.0**decimals:
-        return _large_text(values, decimals)
-    size *= 10.0**decimals
-    whole = (np.ceil(size) if upwards else np.rint(size)).astype(np.int64)
-    text = digits(whole, decimals // 3)
-    text[:, 0] = np.where((values < 0.0) & (whole > 0), _MINUS, _NOTHING)
+    size = np.abs(values if known.all() else np.where(known, values, 0.0))
+    comma = _COMMA if follows else _words(b"")[0]
+    if size.max(initial=0.0) > _LARGEST / 10.0**column.decimals:
+        return [np.full(values.size, comma), *_large_text(values, column.decimals)]
+    size *= 10.0**column.decimals
+    whole = (np.ceil(size) if column.upwards else np.rint(size)).astype(np.int64)
+    minus = _COMMA_MINUS if follows else _MINUS
+    words = [np.where((values < 0.0) & (whole > 0), minus, comma), *digits(whole, column.decimals // 3)]
     if not known.all():
-        text[~known] = _NOTHING
-        text[~known, : len(_NAN)] = _NAN
-    return text
+        for word, instead in zip(words, (comma, _NAN, *[0] * len(words)), strict=False):
+            word[~known] = instead
+    return words
 
 
-def digits(whole: NDArray[np.int64], groups_after: int) -> ByteArray:
-    """Return the characters of whole numbers from 0 up, shape (n, width), with zero bytes where one needs fewer.
+def digits(whole: NDArray[np.int64], groups_after: int) -> list[WordArray]:
+    """Return the characters of whole numbers from 0 up, three in a word, those of length n each.
 
-    A place for the sign, the digits, and the point before the last `groups_after` groups of three.
+    The point stands before the last `groups_after` groups of three.
     """
-    groups: list[ByteArray] = []
+    groups: list[WordArray] = []
     largest = int(whole.max(initial=0))
+    # divided three times as fast
+    rest: NDArray[np.uint64] | NDArray[np.uint32]
+    rest = whole.astype(np.uint32) if largest < _HALF_LENGTH else whole.astype(np.uint64)
     while len(groups) <= groups_after or largest > 0:
-        higher = whole // _GROUP
-        code = whole - higher * _GROUP
+        higher = rest // _GROUP
+        code = (rest - higher * _GROUP).astype(np.intp)
         if len(groups) >= groups_after:
             code += np.where(higher == 0, _UNIT if len(groups) == groups_after else _BLANK, 0)
-        groups.append(_CHARACTERS.take(code, axis=0))
-        whole, largest = higher, largest // _GROUP
-    sign = np.zeros((len(whole), 1), dtype=np.uint8)
-    before = [sign, *groups[: groups_after - 1 if groups_after else None : -1]]
-    if not groups_after:
-        return np.concatenate(before, axis=1)
-    point = np.full((len(whole), 1), _POINT, dtype=np.uint8)
-    return np.concatenate([*before, point, *groups[groups_after - 1 :: -1]], axis=1)
+        elif len(groups) == groups_after - 1:
+            code += _POINT
+        groups.append(_CHARACTERS.take(code))
+        rest, largest = higher, largest // _GROUP
+    return groups[::-1]
 
 
-def _large_text(values: FloatArray, decimals: int) -> ByteArray:
-    """Return the characters of values too large for 64 bits, one at a time."""
-    texts = np.array([f"{value:.{decimals}f}".encode() if np.isfinite(value) else b"nan" for value in values])
-    return texts.view(np.uint8).reshape(len(texts), -1)
+def _large_text(values: FloatArray, decimals: int) -> list[WordArray]:
+    """Return the words of values too large for 64 bits, made one at a time."""
+    texts = [f"{value:.{decimals}f}".encode() if np.isfinite(value) else b"nan" for value in values]
+    width = 4 * -(-max(len(text) for text in texts) // 4)
+    words = np.frombuffer(b"".join(text.ljust(width, b"\0") for text in texts), dtype=np.uint32)
+    return list(words.reshape(len(texts), -1).T)

@@ -1,7 +1,7 @@
-"""The formats that are read, by suffix; a run, and a file that we exported, with all that the format cannot say."""
+"""Every format that recordings are read from or runs are written in."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -9,21 +9,26 @@ from pathlib import Path
 
 import numpy as np
 
-from radargui.files.csv_file import csv_facts, list_csv, read_csv
-from radargui.files.export_facts import ExportFacts
-from radargui.files.mat_file import list_mat, mat_codes, mat_facts, mat_program, read_mat
+from radargui.files.access import Progress, fresh_files, make_folder, resolved, silent, want_file
+from radargui.files.csv_file import csv_facts, list_csv, read_csv, write_csv
+from radargui.files.mat_file import list_mat, mat_codes, mat_facts, mat_program, read_mat, write_mat
 from radargui.files.raw_file import EXAMPLE, WHAT, RawLayout, list_raw, read_raw
-from radargui.files.refusal import resolved, want_file
-from radargui.files.run_file import read_run, read_run_setup
-from radargui.files.sigmf_file import DATA_SUFFIX, SIGMF_SUFFIXES, list_sigmf, read_sigmf, sigmf_facts, sigmf_program
+from radargui.files.run_file import ExportFacts, read_run, read_run_setup, run_stream
+from radargui.files.sigmf_file import (
+    DATA_SUFFIX,
+    SIGMF_SUFFIXES,
+    list_sigmf,
+    read_sigmf,
+    sigmf_facts,
+    sigmf_program,
+    write_sigmf,
+)
 from radargui.files.signals import ChannelInfo, Signal, Signals
-from radargui.files.tdms_file import list_tdms, read_tdms, tdms_facts
+from radargui.files.tdms_file import list_tdms, read_tdms, tdms_facts, write_tdms
 from radargui.model.arrays import RawArray
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, UsageError
-from radargui.model.recording import Recording
-from radargui.model.setup import Setup
-from radargui.model.setup_file import parse_setup
+from radargui.model.recording import Digitisation, Recording
+from radargui.model.setup import Setup, parse_setup
 
 
 def list_run(path: Path) -> tuple[ChannelInfo, ...]:
@@ -34,11 +39,9 @@ def list_run(path: Path) -> tuple[ChannelInfo, ...]:
     FileError
         Unreadable or no run file.
     """
-    recording = read_run(path)
-    known = recording.digitisation
-    return tuple(
-        ChannelInfo(name, recording.n_samples, known.sample_rate_hz, known.unit) for name in known.channel_names
-    )
+    with run_stream(path) as run:
+        known, count = run.facts.digitisation, run.facts.n_samples
+    return tuple(ChannelInfo(name, count, known.sample_rate_hz, known.unit) for name in known.channel_names)
 
 
 def read_run_signals(path: Path, names: Sequence[str]) -> Signals:
@@ -51,12 +54,9 @@ def read_run_signals(path: Path, names: Sequence[str]) -> Signals:
     """
     recording = read_run(path)
     known = recording.digitisation
-    signals, rows = [], []
-    for name in resolved(path, names, known.channel_names):
-        row = known.channel_names.index(name)
-        scaling = None if known.scaling is None else known.scaling[row]
-        rows.append(row)
-        signals.append(Signal(name, recording.raw[row], scaling, known.unit))
+    rows = [known.channel_names.index(name) for name in resolved(path, names, known.channel_names)]
+    scaling = known.scaling or (None,) * known.n_channels
+    signals = [Signal(known.channel_names[row], recording.raw[row], scaling[row], known.unit) for row in rows]
     return _of_rows(signals, rows, recording, path)
 
 
@@ -259,3 +259,79 @@ def source_program(path: Path) -> str:
 
 def _by_suffix(path: Path) -> Format | None:
     return next((one for one in FORMATS if path.suffix.lower() in one.suffixes), None)
+
+
+@dataclass(frozen=True, slots=True)
+class ExportFormat:
+    """A format that runs are exported to.
+
+    Attributes
+    ----------
+    name
+        As the command line names it.
+    title
+        For people.
+    suffixes
+        Of the files that one run becomes.
+    write
+        Takes the run, one path a suffix, and what takes the share done.
+    """
+
+    name: str
+    title: str
+    suffixes: tuple[str, ...]
+    write: Callable[..., None]
+
+    def paths(self, folder: Path, stem: str) -> tuple[Path, ...]:
+        """Return the files that a run becomes in a folder."""
+        return tuple(folder / (stem + suffix) for suffix in self.suffixes)
+
+
+EXPORT_FORMATS: Mapping[str, ExportFormat] = {
+    one.name: one
+    for one in (
+        ExportFormat("csv", "CSV", (".csv",), write_csv),
+        ExportFormat("mat", "MATLAB", (".mat",), write_mat),
+        ExportFormat("tdms", "NI TDMS", (".tdms",), write_tdms),
+        ExportFormat("sigmf", "SigMF", (".sigmf-meta", ".sigmf-data"), write_sigmf),
+    )
+}
+
+
+def export_run(
+    path: Path,
+    kind: ExportFormat,
+    folder: Path,
+    *,
+    session: Mapping[str, str] | None = None,
+    force: bool = False,
+    report: Progress = silent,
+) -> tuple[Path, ...]:
+    """Write a run file in another format and return the files made; the run itself is only read.
+
+    Parameters
+    ----------
+    path
+        Run file.
+    kind
+        One of `EXPORT_FORMATS`.
+    folder
+        Where the files go, made where it is not there; they are named as the run.
+    session
+        Facts of its session that shall travel with it.
+    force
+        Whether files that are there are replaced.
+    report
+        Called with the share done.
+
+    Raises
+    ------
+    FileError
+        The run cannot be read, the files cannot be written, or one is there already.
+    """
+    paths = kind.paths(folder, path.stem)
+    with run_stream(path, session) as run:
+        make_folder(folder)
+        with fresh_files(paths, force=force) as partial:
+            kind.write(run, *partial, report)
+    return paths

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from radargui.files.refusal import reading
+from radargui.files.access import reading
 from radargui.model.arrays import RawArray
 from radargui.model.errors import FileError
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import loadmat
 
 HEADER_BYTES = 128
 _INT8, _INT32, _UINT32, _MATRIX, _COMPRESSED = 1, 5, 6, 14, 15
@@ -35,6 +34,9 @@ def read_values(path: Path, only: str | None = None) -> dict[str, Any]:
     Objects, functions and sparse matrices are left out: they are no samples.
     """
     names = [name for name in sound_variables(path) if only in (None, name)]
+    # a quarter of a second to load, for those who read such a file
+    from scipy.io import loadmat
+
     content = loadmat(str(path), variable_names=names, simplify_cells=True) if names else {}
     return dict(_leaves("", {name: content[name] for name in names if name in content}))
 

@@ -10,15 +10,11 @@ from typing import Any, cast
 
 import h5py
 import numpy as np
-from scipy.io import savemat
 
-from radargui.files import hdf5
-from radargui.files import run_layout as layout
-from radargui.files.export_facts import LARGEST_TEXT, ExportFacts, facts_of_text
+from radargui.files import hdf5, run_layout as layout
+from radargui.files.access import Progress, listed, reading, resolved
 from radargui.files.mat5 import read_values
-from radargui.files.progress import Progress
-from radargui.files.refusal import listed, reading, resolved
-from radargui.files.run_file import RunStream
+from radargui.files.run_file import LARGEST_TEXT, ExportFacts, RunStream, facts_of_text
 from radargui.files.signals import TIME_NAME, ChannelInfo, Signal, Signals
 from radargui.model.arrays import FloatArray, RawArray
 from radargui.model.errors import FileError
@@ -303,6 +299,9 @@ def write_mat(run: RunStream, path: Path, report: Progress) -> None:
         content[CODES] = raw.T
         content[SCALING] = layout.padded(facts.digitisation.scaling)
     report(0.5)
+    # a quarter of a second to load, for those who write such a file
+    from scipy.io import savemat
+
     savemat(path, content, do_compression=True, appendmat=False, long_field_names=True)
     report(1.0)
 
@@ -366,10 +365,4 @@ def _small_variables(facts: ExportFacts) -> dict[str, Any]:
     known = facts.digitisation
     # left out, not NaN, where it is not known: a script that asks for it shall fail, not compute with nothing
     skew = {} if known.channel_skew_s is None else {"channel_skew_s": known.channel_skew_s}
-    return {
-        "Fs": known.sample_rate_hz,
-        "unit": known.unit,
-        **skew,
-        "started_at": facts.started_at,
-        FACTS: facts.text(),
-    }
+    return {"Fs": known.sample_rate_hz, "unit": known.unit, **skew, "started_at": facts.started_at, FACTS: facts.text()}

@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from radargui.files import hdf5
-from radargui.files import run_layout as layout
-from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.decimation import lowest_and_highest
+from radargui.files import hdf5, run_layout as layout
+from radargui.model.arrays import FloatArray, RawArray, lowest_and_highest
 
 FINEST_BIN = 64
 """Samples in a bin of the finest level of a short run: lowest and highest then take 3 % of the room of the samples."""
@@ -19,7 +18,6 @@ STEP = 16
 """Bins of one level that make one of the next: all levels above the finest add 1/15 to it."""
 FEWEST_BINS = 2048
 """A level with fewer bins has none above it: as many as a wide picture has pixels."""
-_PIECE = 1 << 18
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,27 +70,24 @@ class OverviewMaker:
                 self._coarser()
                 continue
             take = min(count, MOST_BINS - self._n_bins)
-            self._put(*lowest_and_highest(samples[:, done : done + take * self._bin], self._bin))
+            ends = lowest_and_highest(samples[:, done : done + take * self._bin], self._bin)
+            self._room[:, :, self._n_bins : self._n_bins + take] = ends
+            self._n_bins += take
             done += take * self._bin
         self._left = samples[:, done:].copy()
 
-    def level(self) -> tuple[RawArray, RawArray, int]:
-        """Return lowest and highest, shape (n_channels, n_bins), and the samples in a bin; the last may hold fewer."""
-        lowest, highest = (part[:, : self._n_bins] for part in self._room)
-        low, high = lowest_and_highest(self._left, self._bin)
-        return np.concatenate([lowest, low], axis=1), np.concatenate([highest, high], axis=1), self._bin
-
-    def _put(self, lowest: RawArray, highest: RawArray) -> None:
-        end = self._n_bins + lowest.shape[1]
-        self._room[0, :, self._n_bins : end] = lowest
-        self._room[1, :, self._n_bins : end] = highest
-        self._n_bins = end
+    def level(self) -> tuple[NDArray[Any], int]:
+        """Return lowest and highest, shape (2, n_channels, n_bins), and samples a bin; the last one may hold fewer."""
+        left = lowest_and_highest(self._left, self._bin)
+        return np.concatenate([self._room[:, :, : self._n_bins], left], axis=2), self._bin
 
     def _coarser(self) -> None:
-        half = self._n_bins // 2
-        self._room[0, :, :half] = lowest_and_highest(self._room[0], 2)[0]
-        self._room[1, :, :half] = lowest_and_highest(self._room[1], 2)[1]
-        self._n_bins, self._bin = half, 2 * self._bin
+        self._n_bins, self._bin = self._n_bins // 2, 2 * self._bin
+        self._room[:, :, : self._n_bins] = _coarsened(self._room, 2)
+
+
+def _coarsened(ends: NDArray[Any], step: int) -> NDArray[Any]:
+    return np.stack([lowest_and_highest(ends[0], step)[0], lowest_and_highest(ends[1], step)[1]])
 
 
 def write_overview(file: Any, maker: OverviewMaker, unit: str) -> None:
@@ -100,17 +95,15 @@ def write_overview(file: Any, maker: OverviewMaker, unit: str) -> None:
     if layout.OVERVIEW in file:
         del file[layout.OVERVIEW]
     group = file.create_group(layout.OVERVIEW)
-    lowest, highest, size = maker.level()
-    number = 0
-    while lowest.shape[1]:
-        level = group.create_group(f"level_{number}")
+    ends, size = maker.level()
+    while ends.shape[2]:
+        level = group.create_group(f"level_{len(group)}")
         level.attrs["bin_samples"] = size
-        for name, values in (("lowest", lowest), ("highest", highest)):
+        for name, values in zip(("lowest", "highest"), ends, strict=True):
             hdf5.store(level, name, values, layout.LARGEST_CHUNK, unit=unit)
-        if lowest.shape[1] < FEWEST_BINS:
+        if ends.shape[2] < FEWEST_BINS:
             return
-        lowest, highest = lowest_and_highest(lowest, STEP)[0], lowest_and_highest(highest, STEP)[1]
-        size, number = size * STEP, number + 1
+        ends, size = _coarsened(ends, STEP), size * STEP
 
 
 def read_overview(path: Path, least_bins: int = 2000) -> Overview:
@@ -131,25 +124,17 @@ def read_overview(path: Path, least_bins: int = 2000) -> Overview:
     with hdf5.opened(path, "a run file", layout.is_run) as file:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
         digitisation = layout.read_digitisation(raw, path)
-        found = _stored(file, path, least_bins)
-        count = int(raw.shape[1])
+        found, count = _stored(file, path, least_bins), int(raw.shape[1])
         if found is None:
             count = layout.whole_samples(raw)
             found = _computed(raw, count)
-        lowest, highest, size = found
-        ends = digitisation.volts(lowest), digitisation.volts(highest)
-        return Overview(
-            # a negative factor in the scaling turns them round
-            np.fmin(*ends),
-            np.fmax(*ends),
-            size,
-            count,
-            digitisation.sample_rate_hz,
-            digitisation.channel_names,
-        )
+        (lowest, highest), size = found
+        # a negative factor in the scaling turns them round
+        low, high = np.sort([digitisation.volts(lowest), digitisation.volts(highest)], axis=0)
+        return Overview(low, high, size, count, digitisation.sample_rate_hz, digitisation.channel_names)
 
 
-def _stored(file: Any, path: Path, least_bins: int) -> tuple[RawArray, RawArray, int] | None:
+def _stored(file: Any, path: Path, least_bins: int) -> tuple[Any, int] | None:
     n_channels, count = file[layout.RAW].shape
     levels = []
     for level in file[layout.OVERVIEW].values() if layout.OVERVIEW in file else ():
@@ -161,12 +146,11 @@ def _stored(file: Any, path: Path, least_bins: int) -> tuple[RawArray, RawArray,
         return None
     levels.sort(key=lambda level: level[2], reverse=True)
     best = next((level for level in levels if level[0].shape[1] >= least_bins), levels[-1])
-    return best[0][:], best[1][:], best[2]
+    return (best[0][:], best[1][:]), best[2]
 
 
-def _computed(raw: Any, count: int) -> tuple[RawArray, RawArray, int]:
+def _computed(raw: Any, count: int) -> tuple[Any, int]:
     maker = OverviewMaker(raw.shape[0], raw.dtype)
-    length = max(_PIECE // raw.chunks[1], 1) * raw.chunks[1] if raw.chunks else _PIECE
-    for first in range(0, count, length):
-        maker.add(raw[:, first : min(first + length, count)])
+    for place in layout.stored_pieces(raw, count):
+        maker.add(raw[:, place])
     return maker.level()

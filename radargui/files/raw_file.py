@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from radargui.files.refusal import reading, resolved
-from radargui.files.signals import ChannelInfo, Signal, Signals
+from radargui.files.access import reading, resolved
+from radargui.files.signals import ChannelInfo, Signals, scaled_signal
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError, UsageError
 
@@ -122,7 +122,8 @@ def read_raw(path: Path, names: Sequence[str], layout: RawLayout) -> Signals:
         present = [str(place) for place in range(layout.channels)]
         own = resolved(path, names, present)
         table = _table(path, layout, count)
-        signals = tuple(_signal(name, table[:, int(name)], layout) for name in own)
+        scale = 1.0 if layout.scale_v is None else layout.scale_v
+        signals = tuple(scaled_signal(name, table[:, int(name)], scale, layout.offset_v, _unit(layout)) for name in own)
     return Signals(signals, sample_rate_hz=layout.rate_hz)
 
 
@@ -179,21 +180,6 @@ def _table(path: Path, layout: RawLayout, count: int) -> Any:
     dtype = layout.numpy_dtype
     start = layout.header_bytes + layout.skip * layout.channels * dtype.itemsize
     return np.memmap(path, dtype=dtype, mode="r", offset=start, shape=(count, layout.channels))
-
-
-def _signal(name: str, column: Any, layout: RawLayout) -> Signal:
-    unit = _unit(layout)
-    scale, offset = 1.0 if layout.scale_v is None else layout.scale_v, layout.offset_v
-    kind, size = layout.numpy_dtype.kind, layout.numpy_dtype.itemsize
-    if kind == "f" or size > 2:
-        # a damaged or wrongly laid out file may hold signalling NaN: told where samples are looked at
-        with np.errstate(over="ignore", invalid="ignore"):
-            return Signal(name, np.ascontiguousarray(column, dtype=np.float64) * scale + offset, unit=unit)
-    if kind == "u" and size == 2:
-        # offset binary: the same 16 bits with the highest one turned over
-        codes = (np.ascontiguousarray(column, dtype=np.uint16) ^ np.uint16(0x8000)).view(np.int16)
-        return Signal(name, codes, (offset + 32768.0 * scale, scale), unit)
-    return Signal(name, np.ascontiguousarray(column, dtype=np.int16), (offset, scale), unit)
 
 
 def _unit(layout: RawLayout) -> str:

@@ -13,10 +13,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from radargui.files import hdf5
-from radargui.files import run_layout as layout
+from radargui.files import hdf5, run_layout as layout
+from radargui.files.access import why
 from radargui.files.overview import OverviewMaker, write_overview
-from radargui.files.refusal import why
 from radargui.files.staged_file import StagedFile
 from radargui.model.errors import FileError
 
@@ -90,7 +89,6 @@ def _refused(path: Path, said: str, error: Exception) -> FileError:
 
 ASIDE = ".unfinished"
 """Added to the name of a file that holds more than could be taken over; it is kept."""
-_PIECE = 1 << 18
 _MADE_ANEW = (layout.RAW, layout.OVERVIEW)
 
 
@@ -116,7 +114,7 @@ def finish_run(path: Path, *, now: str) -> int:
         if hdf5.number(source.attrs, "complete") != 0.0:
             raise FileError(f"{path} was closed in order: there is nothing to recover.")
         raw = hdf5.dataset(source, layout.RAW, path, (2,))
-        count = int(raw.shape[1]) if "crc32" in source.attrs else layout.whole_samples(raw)
+        count = layout.sample_count(source)
         hdf5.copy_attributes(source, target)
         for name in source:
             if name not in _MADE_ANEW:
@@ -143,11 +141,10 @@ def _copy_samples(raw: Any, target: Any, count: int, path: Path) -> None:
     hdf5.copy_attributes(raw, copy)
     hdf5.seal(copy.attrs)
     overview, crcs, copied = OverviewMaker(n_channels, raw.dtype), [0] * n_channels, [0] * n_channels
-    for first in range(0, count, _PIECE):
-        piece = raw[:, first : min(first + _PIECE, count)]
-        copy[:, first : first + piece.shape[1]] = piece
+    for place in layout.stored_pieces(raw, count):
+        piece = copy[:, place] = raw[:, place]
         crcs = hdf5.rows_crc(piece, crcs)
-        copied = hdf5.rows_crc(np.asarray(copy[:, first : first + piece.shape[1]]), copied)
+        copied = hdf5.rows_crc(np.asarray(copy[:, place]), copied)
         overview.add(piece)
     if crcs != copied:
         raise FileError(f"{path} cannot be finished: the copy differs from the original, which is as it was.")

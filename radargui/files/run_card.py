@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 
 from radargui import __version__
-from radargui.files import hdf5
-from radargui.files import run_layout as layout
+from radargui.files import hdf5, run_layout as layout
 from radargui.files.run_file import markers_in
-from radargui.model.arrays import FloatArray
-from radargui.model.decimation import lowest_and_highest
+from radargui.model.arrays import FloatArray, lowest_and_highest
 from radargui.model.drop import RunOrigin
 from radargui.model.result import RunResult
 
@@ -94,6 +92,12 @@ def summarise(result: RunResult) -> dict[str, object]:
         "preliminary": result.preliminary,
         "from_rest": result.segment is not None and result.segment.has_rest,
     }
+
+
+def sound_results(file: Any) -> Any:
+    """Return the group of results in an open run file; None where there is none, or a damaged one."""
+    results = file.get(layout.RESULTS)
+    return results if results is not None and hdf5.is_sound(results.attrs) else None
 
 
 def summary_in(results: Any) -> dict[str, object]:
@@ -222,14 +226,14 @@ def read_run_card(path: Path) -> RunCard:
         raw = hdf5.dataset(file, layout.RAW, path, (2,))
         finished = hdf5.number(file.attrs, "complete") != 0.0
         # the header's own checksum is left to those who read samples: it would double the time
-        is_processed = layout.RESULTS in file and hdf5.is_sound(file[layout.RESULTS].attrs)
+        results = sound_results(file)
         return RunCard(
             started_at=hdf5.text(raw.attrs, "started_at"),
             finished=finished,
             recovered_at=hdf5.text(file.attrs, "recovered_at"),
             n_samples=int(raw.shape[1]),
             sample_rate_hz=hdf5.number(raw.attrs, "sample_rate_hz") or 0.0,
-            summary=summary_in(file[layout.RESULTS]) if is_processed else {},
+            summary={} if results is None else summary_in(results),
             markers=tuple(marker.text for marker in markers_in(file, path)),
             origin=_origin(file),
         )
@@ -238,18 +242,6 @@ def read_run_card(path: Path) -> RunCard:
 def origin_attributes(source: str, file: Path | None) -> dict[str, str]:
     """Return what a run file says of its source, see `RunOrigin`; `file`: what is replayed."""
     return {"source": source, **({"replay_of": str(file.resolve())} if file is not None else {})}
-
-
-def read_run_origin(path: Path) -> RunOrigin:
-    """Return where the samples of a run come from.
-
-    Raises
-    ------
-    FileError
-        Unreadable, or no run file.
-    """
-    with hdf5.opened(path, "a run file", layout.is_run) as file:
-        return _origin(file)
 
 
 def _origin(file: Any) -> RunOrigin:

@@ -1,22 +1,147 @@
-"""The run file read, whole or piece by piece: samples, setup, markers."""
+"""Run files read back: as a recording, or piece by piece with the one table of facts that exports carry."""
 
-from collections.abc import Iterator, Mapping
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomlkit
+from pydantic import TypeAdapter
 
-from radargui.files import hdf5
-from radargui.files import run_layout as layout
-from radargui.files.export_facts import ExportFacts
-from radargui.files.progress import Progress, silent
+from radargui import __version__
+from radargui.files import hdf5, run_layout as layout
+from radargui.files.access import Progress, silent
 from radargui.model.arrays import RawArray
-from radargui.model.block import Gap, Marker, are_possible
 from radargui.model.errors import FileError
-from radargui.model.recording import Recording
-from radargui.model.setup import Setup
-from radargui.model.setup_file import parse_setup
+from radargui.model.recording import LARGEST_INDEX, Digitisation, Gap, Marker, Recording, are_possible
+from radargui.model.setup import Setup, load_toml, parse_setup
+
+FORMAT = "radargui-export"
+FORMAT_VERSION = 1
+LARGEST_TEXT = 2_000_000
+"""Longest table that is read, in characters."""
+_MOST_COEFFICIENTS = 16
+"""Of a scaling polynomial: NI's have 4 at most, and what is far longer is damage."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExportFacts:
+    """All that is known of a run but its samples.
+
+    Attributes
+    ----------
+    name
+        Stem of the run file.
+    digitisation
+        Channels, rate, scale, skew, unit, device.
+    n_samples
+        Stored samples of each channel, lost ones not counted.
+    gaps, trigger_index, started_at
+        As in `Recording`.
+    markers
+        The operator's notes at samples.
+    setup_toml
+        The setup as TOML text; empty where the run holds none.
+    session
+        Facts of the session by name (name, operator, notes, ...); empty for a run alone.
+    """
+
+    name: str
+    digitisation: Digitisation
+    n_samples: int
+    gaps: tuple[Gap, ...] = ()
+    trigger_index: int | None = None
+    started_at: str = ""
+    markers: tuple[Marker, ...] = ()
+    setup_toml: str = field(default="", repr=False)
+    session: Mapping[str, str] = field(default_factory=dict)
+
+    def started_utc(self) -> datetime | None:
+        """Return when the first sample was taken, in UTC without a zone as formats want it; None where unknown."""
+        try:
+            return datetime.fromisoformat(self.started_at).astimezone(UTC).replace(tzinfo=None)
+        except ValueError:
+            return None
+
+    def table(self) -> dict[str, Any]:
+        """Return the facts as plain values that TOML and JSON can hold; what is not known is left out."""
+        # value = sum c_k code^k with the rows of `scaling`
+        table: dict[str, Any] = {
+            "format": FORMAT,
+            "format_version": FORMAT_VERSION,
+            "radargui_version": __version__,
+            "name": self.name,
+            **asdict(self.digitisation),
+            "n_samples": self.n_samples,
+            "started_at": self.started_at,
+            "trigger_index": self.trigger_index,
+            # The long text goes last, but before the tables: in TOML a key behind a table would belong to it.
+            "setup": self.setup_toml or None,
+            "gaps": [asdict(gap) for gap in self.gaps],
+            "markers": [asdict(marker) for marker in self.markers],
+            "session": dict(self.session) or None,
+        }
+        return {key: value for key, value in table.items() if value is not None}
+
+    def text(self) -> str:
+        """Return the facts as a TOML text."""
+        table = {key: value for key, value in self.table().items() if value != []}
+        if self.setup_toml:
+            table["setup"] = tomlkit.string(self.setup_toml, multiline=True)
+        return tomlkit.dumps(table)
+
+
+def facts_of_text(text: str) -> ExportFacts | None:
+    """Return the facts that a TOML text tells; None where it is none of ours or damaged."""
+    if len(text) > LARGEST_TEXT or FORMAT not in text:
+        return None
+    try:
+        table = load_toml(text)
+    except ValueError:
+        return None
+    return facts_of_table(table)
+
+
+_FACTS = TypeAdapter(ExportFacts)
+
+
+def facts_of_table(table: Any) -> ExportFacts | None:
+    """Return the facts that plain values tell; None where they are none of ours or contradict themselves."""
+    if not isinstance(table, dict) or table.get("format") != FORMAT or table.get("format_version") != FORMAT_VERSION:
+        return None
+    try:
+        # As JSON: there a strict check takes a list for a tuple and a table for a dataclass, but no text for a number.
+        text = json.dumps({**table, "digitisation": table, "setup_toml": table.get("setup", "")}, allow_nan=False)
+        facts = _FACTS.validate_json(text, strict=True)
+    except (TypeError, ValueError, RecursionError):
+        return None
+    known = facts.digitisation
+    scaling = known.scaling or ((0.0,),) * known.n_channels
+    indices = [facts.n_samples, facts.trigger_index or 0, *(marker.index for marker in facts.markers)]
+    is_sound = (
+        0 < known.n_channels == len(set(known.channel_names)) == len(scaling)
+        and all(1 <= len(row) <= _MOST_COEFFICIENTS for row in scaling)
+        and known.sample_rate_hz > 0.0
+        and all(0 <= index < LARGEST_INDEX for index in indices)
+        and are_possible(facts.gaps)
+    )
+    # cut: what stands in the header of a run and in lists must not be a book
+    known = replace(known, unit=known.unit[:32])
+    return replace(facts, digitisation=known, started_at=facts.started_at[:64]) if is_sound else None
+
+
+def commented(text: str) -> str:
+    """Return a text with `# ` before each line, as a CSV file carries it."""
+    return "".join(f"# {line}\n" if line else "#\n" for line in text.split("\n"))
+
+
+def uncommented(lines: Sequence[str]) -> str:
+    """Return the text that `commented` was given."""
+    return "\n".join(line.rstrip("\r\n").removeprefix("#").removeprefix(" ") for line in lines)
 
 
 def read_run(path: Path) -> Recording:
@@ -27,19 +152,10 @@ def read_run(path: Path) -> Recording:
     FileError
         Unreadable, damaged, or no run file.
     """
-    with opened_run(path) as file:
-        raw = hdf5.dataset(file, layout.RAW, path, (2,))
-        digitisation = layout.read_digitisation(raw, path)
-        samples = raw[:] if "crc32" in file.attrs else raw[:, : layout.whole_samples(raw)]
-        _want_untouched(file.attrs, samples, path)
-        return Recording(
-            name=path.stem,
-            raw=samples,
-            digitisation=digitisation,
-            gaps=read_gaps(file, path),
-            trigger_index=layout.read_trigger(raw.attrs),
-            started_at=hdf5.text(raw.attrs, "started_at"),
-        )
+    with run_stream(path) as run:
+        recording = run.recording(0, run.facts.n_samples)
+        run.want_untouched(hdf5.rows_crc(recording.raw, [0] * len(recording.raw)))
+        return recording
 
 
 def run_is_complete(path: Path) -> bool:
@@ -93,14 +209,6 @@ def opened_run(path: Path) -> Iterator[Any]:
         yield file
 
 
-def _want_untouched(attributes: Any, samples: RawArray, path: Path) -> None:
-    if "crc32" not in attributes:
-        return
-    crcs = hdf5.rows_crc(samples, [0] * samples.shape[0])
-    if hdf5.number(attributes, "n_samples") != samples.shape[1] or crcs != np.ravel(attributes["crc32"]).tolist():
-        raise FileError(f"{path}: its samples are damaged.", remedy="Take the file from a backup.")
-
-
 def _complete(file: Any) -> bool:
     return bool(hdf5.number(file.attrs, "complete"))
 
@@ -120,10 +228,6 @@ def read_gaps(file: Any, path: Path) -> tuple[Gap, ...]:
     if not are_possible(gaps):
         raise FileError(f"{path}: its gap records are damaged.")
     return gaps
-
-
-PIECE = 1 << 18
-"""Samples of each channel that are in memory at a time."""
 
 
 class RunStream:
@@ -147,18 +251,33 @@ class RunStream:
         FileError
             A piece cannot be read, or the whole does not have the checksum that was stored with it.
         """
-        raw = self._file[layout.RAW]
+        raw, count = self._file[layout.RAW], self.facts.n_samples
         crcs = [0] * raw.shape[0]
-        # Whole chunks of the file: each is inflated once only.
-        length = max(PIECE // raw.chunks[1], 1) * raw.chunks[1] if raw.chunks else PIECE
-        for first in range(0, self.facts.n_samples, length):
-            piece = self.part(first, min(first + length, self.facts.n_samples))
+        for place in layout.stored_pieces(raw, count):
+            piece = self.part(place.start, place.stop)
             crcs = hdf5.rows_crc(piece, crcs)
             yield piece
-            report((first + piece.shape[1]) / self.facts.n_samples)
-        attributes = self._file.attrs
-        if "crc32" in attributes and crcs != np.ravel(attributes["crc32"]).tolist():
+            report(place.stop / count)
+        self.want_untouched(crcs)
+
+    def want_untouched(self, crcs: list[int]) -> None:
+        """Refuse, with a FileError, samples that do not have the checksums that were stored with them."""
+        known, count = self._file.attrs, self.facts.n_samples
+        stored = (hdf5.number(known, "n_samples"), np.ravel(known.get("crc32", ())).tolist())
+        if "crc32" in known and stored != (count, crcs):
             raise FileError(f"{self.path}: its samples are damaged.", remedy="Take the file from a backup.")
+
+    def recording(self, first: int, last: int) -> Recording:
+        """Return the stored samples first:last as a recording, with the gaps and the trigger of the whole.
+
+        Raises
+        ------
+        FileError
+            They cannot be read.
+        """
+        known, raw = self.facts, self.part(first, last)
+        start = known.started_at
+        return Recording(known.name, raw, known.digitisation, known.gaps, None, known.trigger_index, start)
 
     def part(self, first: int, last: int) -> RawArray:
         """Return the stored samples first:last, untouched.
@@ -195,7 +314,7 @@ def run_stream(path: Path, session: Mapping[str, str] | None = None) -> Iterator
         facts = ExportFacts(
             name=path.stem,
             digitisation=layout.read_digitisation(raw, path),
-            n_samples=int(raw.shape[1]) if "crc32" in file.attrs else layout.whole_samples(raw),
+            n_samples=layout.sample_count(file),
             gaps=read_gaps(file, path),
             trigger_index=layout.read_trigger(raw.attrs),
             started_at=hdf5.text(raw.attrs, "started_at"),

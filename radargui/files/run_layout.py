@@ -1,19 +1,19 @@
 """The layout of a run file: names and types that writer and reader share, and the header, written before any sample."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, Required, TypedDict
 
 import h5py
 import numpy as np
 
 from radargui import __version__
 from radargui.files import hdf5
-from radargui.model.arrays import FloatArray
-from radargui.model.digitisation import Digitisation
+from radargui.model.arrays import FloatArray, pieces
 from radargui.model.errors import FileError
+from radargui.model.recording import Digitisation
 
 FORMAT = "radargui-run"
 FORMAT_VERSION = 1
@@ -34,11 +34,11 @@ CHUNK_S = 0.5
 """What a crash may cost, and how often the disk is written to."""
 LARGEST_CHUNK = 1 << 18
 """Samples of one channel: 0.5 to 2 MB, in memory once a channel while they are compressed. Chosen by hand."""
+PIECE = 1 << 18
+"""Samples of each channel that are read at a time."""
 
 REASON_BYTES = 80
-GAP_TYPE = np.dtype(
-    [("first_index", "<i8"), ("count", "<i8"), ("reason", h5py.string_dtype("utf-8", REASON_BYTES))],
-)
+GAP_TYPE = np.dtype([("first_index", "<i8"), ("count", "<i8"), ("reason", h5py.string_dtype("utf-8", REASON_BYTES))])
 MARKER_BYTES = 1000
 MARKER_TYPE = np.dtype([("index", "<i8"), ("text", h5py.string_dtype("utf-8", MARKER_BYTES))])
 
@@ -56,16 +56,30 @@ def fitted(text: str, n_bytes: int) -> bytes:
 Attribute = str | float | int
 
 
-def write_header(
-    file: Any,
-    digitisation: Digitisation,
-    *,
-    started_at: str,
-    setup_toml: str,
-    attributes: Mapping[str, Attribute],
-) -> None:
+class Header(TypedDict, total=False):
+    """What is known of a run when its file is made.
+
+    Attributes
+    ----------
+    started_at
+        ISO 8601 date and time of the first sample.
+    trigger_index
+        Index of the trigger, counted from the first sample written, lost samples included; None where there is none.
+    setup_toml
+        The setup as TOML text.
+    attributes
+        Further facts kept with the file (seed, source, ...).
+    """
+
+    started_at: Required[str]
+    trigger_index: int | None
+    setup_toml: str
+    attributes: Mapping[str, Attribute]
+
+
+def write_header(file: Any, digitisation: Digitisation, header: Header) -> None:
     """Make the empty datasets and all attributes of a new run file."""
-    n_channels = digitisation.n_channels
+    n_channels, trigger_index = digitisation.n_channels, header.get("trigger_index")
     raw = file.create_dataset(
         RAW,
         shape=(n_channels, 0),
@@ -80,8 +94,9 @@ def write_header(
     ):
         table = file.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(16,), dtype=kind, **hdf5.COMPRESSION)
         hdf5.put_all(table.attrs, {"units": units})
-    own = {"format": FORMAT, "format_version": FORMAT_VERSION, "version": __version__, "setup": setup_toml}
-    hdf5.put_all(file.attrs, {**attributes, **own, "complete": False})
+    own: dict[str, Any] = {"format": FORMAT, "format_version": FORMAT_VERSION, "version": __version__}
+    own |= {"setup": header.get("setup_toml", ""), "complete": False}
+    hdf5.put_all(file.attrs, {**header.get("attributes", {}), **own})
     described = {
         "sample_rate_hz": float(digitisation.sample_rate_hz),
         "unit": digitisation.unit,
@@ -89,26 +104,20 @@ def write_header(
         "channel_names": digitisation.channel_names,
         "channel_skew_s": digitisation.channel_skew_s,
         "device": digitisation.device,
-        "started_at": started_at,
+        "started_at": header["started_at"],
+        "trigger_index": NO_TRIGGER if trigger_index is None else int(trigger_index),
+        "trigger_time_s": math.nan if trigger_index is None else trigger_index / digitisation.sample_rate_hz,
         "scaling": None if digitisation.scaling is None else padded(digitisation.scaling),
     }
     # On the samples and on the file: whoever looks at either finds them.
     for place in (file, raw):
         hdf5.put_all(place.attrs, described)
-    write_trigger(file, None, digitisation.sample_rate_hz)
+        hdf5.seal(place.attrs)
 
 
 def stored_unit(digitisation: Digitisation) -> str:
     """Return the unit of the samples as they are stored."""
     return digitisation.unit if digitisation.scaling is None else "code"
-
-
-def write_trigger(file: Any, index: int | None, sample_rate_hz: float) -> None:
-    """Set the trigger in a header."""
-    for place in (file, file[RAW]):
-        place.attrs["trigger_index"] = NO_TRIGGER if index is None else int(index)
-        place.attrs["trigger_time_s"] = math.nan if index is None else index / sample_rate_hz
-        hdf5.seal(place.attrs)
 
 
 def write_end(file: Any, count: int, crcs: list[int], *, complete: bool) -> None:
@@ -186,6 +195,16 @@ def whole_samples(raw: Any) -> int:
             if raw.id.get_chunk_info_by_coord((channel, first)).byte_offset is None:
                 return first
     return int(count)
+
+
+def sample_count(file: Any) -> int:
+    """Return how many samples of each channel an open run file holds, also where a crash stopped it."""
+    return int(file[RAW].shape[1]) if "crc32" in file.attrs else whole_samples(file[RAW])
+
+
+def stored_pieces(raw: Any, count: int) -> Iterator[slice]:
+    """Yield slices that cover the first `count` samples in whole chunks of the file: each is inflated once only."""
+    return pieces(count, max(PIECE // raw.chunks[1], 1) * raw.chunks[1] if raw.chunks else PIECE)
 
 
 def is_run(file: Any) -> bool:

@@ -12,18 +12,22 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from radargui import __version__
-from radargui.files import hdf5
-from radargui.files import run_layout as layout
+from radargui.files import hdf5, run_layout as layout
 from radargui.files.rewriting import rewritten
-from radargui.files.run_card import health_in, put_health, put_thumbnail, summarise, summary_in
-from radargui.model.bounce import Bounce, Bounces, FreeFall
+from radargui.files.run_card import health_in, put_health, put_thumbnail, sound_results, summarise, summary_in
 from radargui.model.errors import FileError
-from radargui.model.result import RunResult
-from radargui.model.setup import Setup
-from radargui.model.setup_file import dump_setup
+from radargui.model.result import Bounce, Bounces, FreeFall, RunResult
+from radargui.model.setup import Setup, dump_setup
 
 PRIOR = "front_end_prior"
 _UNITS = {"rad": "rad", "m": "m", "s": "s"}
+ARRAYS: Mapping[str, Mapping[str, DTypeLike]] = {
+    # for display, as the phase, which the path lengths give in full
+    "corrected": {"i": np.float32, "q": np.float32},
+    "paths": {"phase_rad": np.float32, "change_m": float, "u_m": float, "valid": bool, "piece": np.int32},
+    "track": {"time_s": float, "position_m": float, "u_position_m": float, "valid": bool, "u_combined_m": float},
+}
+"""What is stored of the parts of a result, by field, and as what; a field that is None is left out."""
 _KEPT_PARTS = ("bounces", layout.THUMBNAIL)
 """Of earlier results the figures are kept; track and paths can be computed again from the setup beside them."""
 
@@ -70,9 +74,9 @@ def keep_earlier(source: Any, target: Any, same_as: tuple[str, str]) -> None:
     same_as
         Version and setup of the results that come in their place: those of the same are replaced, not kept.
     """
-    if layout.RESULTS not in source or not hdf5.is_sound(source[layout.RESULTS].attrs):
+    old = sound_results(source)
+    if old is None:
         return
-    old = source[layout.RESULTS]
     known = [made_by(group) for group in target.get(layout.EARLIER, {}).values()]
     if made_by(old) == same_as or made_by(old) in known:
         return
@@ -109,9 +113,8 @@ def results_are_current(path: Path, setup: Setup) -> bool:
         Unreadable, or no run file.
     """
     with hdf5.opened(path, "a run file", layout.is_run) as file:
-        if layout.RESULTS not in file or not hdf5.is_sound(file[layout.RESULTS].attrs):
-            return False
-        summary = summary_in(file[layout.RESULTS])
+        results = sound_results(file)
+        summary = {} if results is None else summary_in(results)
         return bool(summary) and not summary.get("preliminary") and are_made_of(file, setup)
 
 
@@ -148,31 +151,19 @@ def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
         group.attrs["segment"] = astuple(result.segment)
     hdf5.seal(group.attrs)
     put_bounces(group, result.bounces)
-    _write_values(group, result, layout.chunk_length(result.recording.digitisation.sample_rate_hz))
+    _write_arrays(group, result, layout.chunk_length(result.recording.digitisation.sample_rate_hz))
     put_thumbnail(group, result)
 
 
-def _write_values(group: Any, result: RunResult, chunk: int) -> None:
-    if result.corrected is not None:
-        # for display, as the phase, which the path lengths give in full
-        _write_columns(group.require_group("corrected"), result.corrected, ("i", "q"), chunk, np.float32)
-    if result.paths is not None:
-        paths = group.require_group("paths")
-        _write_columns(paths, result.paths, ("phase_rad",), chunk, np.float32)
-        _write_columns(paths, result.paths, ("change_m", "u_m", "valid"), chunk)
-        if result.paths.piece is not None:
-            _write_columns(paths, result.paths, ("piece",), chunk, np.int32)
-    if result.track is not None:
-        track = group.require_group("track")
-        _write_columns(track, result.track, ("time_s", "position_m", "u_position_m", "valid"), chunk)
-        if result.track.u_combined_m is not None:
-            _write_columns(track, result.track, ("u_combined_m",), chunk)
-
-
-def _write_columns(group: Any, values: Any, names: tuple[str, ...], chunk: int, dtype: DTypeLike | None = None) -> None:
-    for name in names:
-        unit = _UNITS.get(name.rpartition("_")[2], "1")
-        hdf5.store(group, name, np.asarray(getattr(values, name), dtype), chunk, unit=unit)
+def _write_arrays(group: Any, result: RunResult, chunk: int) -> None:
+    for part, kinds in ARRAYS.items():
+        if (values := getattr(result, part)) is None:
+            continue
+        below = group.require_group(part)
+        for name, kind in kinds.items():
+            if (array := getattr(values, name)) is not None:
+                unit = _UNITS.get(name.rpartition("_")[2], "1")
+                hdf5.store(below, name, np.asarray(array, kind), chunk, unit=unit)
 
 
 _NAME = "bounces"

@@ -8,23 +8,19 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Any
+from typing import Any, Unpack
 
 import h5py
 import numpy as np
 
-from radargui.files import hdf5
-from radargui.files import run_layout as layout
+from radargui.files import hdf5, run_layout as layout
+from radargui.files.access import why
 from radargui.files.overview import OverviewMaker, write_overview
-from radargui.files.refusal import why
 from radargui.files.run_card import put_health
 from radargui.files.staged_file import StagedFile, TakenAwayError
 from radargui.model.arrays import RawArray
-from radargui.model.block import Block
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, FileLostError
-from radargui.model.truth import Truth
+from radargui.model.recording import Block, Digitisation, Truth
 
 RESERVE_BYTES = 4_000_000
 """A recording ends when less than this is free on the disk, so that the file can still be closed. Chosen by hand."""
@@ -46,14 +42,8 @@ class RunWriter:
         File to make; its folder is there already.
     digitisation
         Channels, rate, scale; int16 codes are stored where it has a scaling, else float64 volts.
-    started_at
-        ISO 8601 date and time of the first sample.
-    trigger_index
-        Index of the trigger, counted from the first sample written, lost samples included; None where there is none.
-    setup_toml
-        The setup as TOML text.
-    attributes
-        Further facts kept with the file (seed, source, ...).
+    header
+        See `run_layout.Header`.
 
     Attributes
     ----------
@@ -68,16 +58,7 @@ class RunWriter:
         The file cannot be made.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        digitisation: Digitisation,
-        *,
-        started_at: str,
-        trigger_index: int | None = None,
-        setup_toml: str = "",
-        attributes: Mapping[str, layout.Attribute] | None = None,
-    ) -> None:
+    def __init__(self, path: Path, digitisation: Digitisation, **header: Unpack[layout.Header]) -> None:
         self.path = path
         self.digitisation = digitisation
         self._lock = threading.RLock()
@@ -95,10 +76,7 @@ class RunWriter:
         try:
             self._file: Any = h5py.File(self._staged, "w")
             with self._guarded() as file:
-                layout.write_header(
-                    file, digitisation, started_at=started_at, setup_toml=setup_toml, attributes=attributes or {}
-                )
-                layout.write_trigger(file, trigger_index, digitisation.sample_rate_hz)
+                layout.write_header(file, digitisation, header)
             self._want_room()
         except FileError:
             path.unlink(missing_ok=True)
@@ -183,7 +161,7 @@ class RunWriter:
     def __enter__(self) -> RunWriter:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         if error is None:
             self.close()
             return

@@ -14,14 +14,11 @@ from typing import Any
 import numpy as np
 
 from radargui import __version__
-from radargui.files.export_facts import ExportFacts, facts_of_table
-from radargui.files.progress import Progress
-from radargui.files.refusal import reading, resolved
-from radargui.files.run_file import RunStream
-from radargui.files.signals import ChannelInfo, Signal, Signals
-from radargui.model.block import Gap, stored_starts
-from radargui.model.digitisation import iq_names
+from radargui.files.access import Progress, reading, resolved
+from radargui.files.run_file import ExportFacts, RunStream, facts_of_table
+from radargui.files.signals import ChannelInfo, Signal, Signals, scaled_signal
 from radargui.model.errors import FileError
+from radargui.model.recording import Gap, iq_names, stored_starts
 
 WHAT = "a SigMF recording"
 SIGMF_SUFFIXES = META_SUFFIX, DATA_SUFFIX, ARCHIVE_SUFFIX = ".sigmf-meta", ".sigmf-data", ".sigmf"
@@ -82,15 +79,9 @@ def _numbered(count: int) -> dict[str, int]:
 
 def _signal(name: str, component: Any) -> Signal:
     kind, size = component.dtype.kind, component.dtype.itemsize
-    if kind == "f":
-        return Signal(name, np.ascontiguousarray(component, dtype=np.float64), unit=FULL_SCALE)
-    half = 2.0 ** (8 * size - 1)
-    if kind == "i" and size <= 2:
-        return Signal(name, np.ascontiguousarray(component, dtype=np.int16), (0.0, 1.0 / half), FULL_SCALE)
     # SigMF: unsigned codes have their zero in the middle of the range
-    zero = half if kind == "u" else 0.0
-    values = (np.ascontiguousarray(component, dtype=np.float64) - zero) / half
-    return Signal(name, values, unit=FULL_SCALE)
+    scale, offset = 1.0 if kind == "f" else 2.0 ** (1 - 8 * size), -1.0 if kind == "u" else 0.0
+    return scaled_signal(name, component, scale, offset, FULL_SCALE)
 
 
 def _load(path: Path) -> _Samples:

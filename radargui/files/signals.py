@@ -4,14 +4,13 @@ import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.block import Gap, are_possible
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, UsageError
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Gap, Recording, are_possible
 
 TIME_NAME = "time_s"
 """A column or variable of this name is the file's own time of each sample."""
@@ -93,6 +92,20 @@ class Signals:
     started_at: str = ""
     device: str = ""
     trigger_index: int | None = None
+
+
+def scaled_signal(name: str, column: Any, scale: float, offset: float, unit: str) -> Signal:
+    """Return values = offset + scale x number of a column of any type; numbers of up to 16 bits stay codes."""
+    kind, size = column.dtype.kind, column.dtype.itemsize
+    if kind == "f" or size > 2:
+        # a damaged or wrongly laid out file may hold signalling NaN: told where samples are looked at
+        with np.errstate(over="ignore", invalid="ignore"):
+            return Signal(name, np.ascontiguousarray(column, dtype=np.float64) * scale + offset, unit=unit)
+    if kind == "u" and size == 2:
+        # offset binary: the same 16 bits with the highest one turned over
+        codes = (np.ascontiguousarray(column, dtype=np.uint16) ^ np.uint16(0x8000)).view(np.int16)
+        return Signal(name, codes, (offset + 32768.0 * scale, scale), unit)
+    return Signal(name, np.ascontiguousarray(column, dtype=np.int16), (offset, scale), unit)
 
 
 LARGEST_DEPARTURE = 0.6

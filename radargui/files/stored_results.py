@@ -2,35 +2,30 @@
 
 import json
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
 from pydantic import TypeAdapter
 
-from radargui.files import hdf5
-from radargui.files import run_layout as layout
-from radargui.files.run_card import Thumbnail, summary_in, thumbnail_in
-from radargui.files.run_results import PRIOR, are_made_of, bounces_in, made_by
-from radargui.model.corrected import CorrectedIQ
-from radargui.model.errors import FileError
+from radargui.files import hdf5, run_layout as layout
+from radargui.files.run_card import Thumbnail, sound_results, summary_in, thumbnail_in
+from radargui.files.run_results import ARRAYS, PRIOR, are_made_of, bounces_in, made_by
+from radargui.model.errors import FileError, SetupError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
-from radargui.model.path import PathLengths
-from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Excerpt, Recording
-from radargui.model.result import RunResult, Status
-from radargui.model.segment import Segment
-from radargui.model.setup import Setup
-from radargui.model.setup_file import dump_setup, parse_setup
-from radargui.model.track import Track
+from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths, RunResult, Segment, Status, Track
+from radargui.model.setup import Setup, dump_setup, parse_setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
 
 _EXCERPT = TypeAdapter[Excerpt | None](Excerpt | None)
 _CHANNELS = TypeAdapter(tuple[ChannelQuality, ...])
 _BUDGET = TypeAdapter[UncertaintyBudget | None](UncertaintyBudget | None)
 _PRIOR = TypeAdapter[FrontEndPrior | None](FrontEndPrior | None)
+_LEFT_OUT = ("piece", "u_combined_m")
+"""Arrays that not every result has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,15 +56,11 @@ class StoredResult:
     thumbnail: Thumbnail | None = field(default=None, repr=False)
 
     @property
-    def setup(self) -> Setup:
-        """The setup it was made with.
-
-        Raises
-        ------
-        SetupError
-            It is not valid for this version.
-        """
-        return parse_setup(self.setup_toml, "setup in the results")
+    def setup(self) -> Setup | None:
+        """The setup it was made with; None where it is not valid for this version."""
+        with suppress(SetupError):
+            return parse_setup(self.setup_toml, "setup in the results")
+        return None
 
 
 def read_stored_results(path: Path) -> tuple[StoredResult, ...]:
@@ -109,31 +100,33 @@ class StoredFrontEnds:
     ----------
     run
         Name of the run.
-    setup_toml
-        The setup it was made with.
+    setup
+        What it was made with.
     front_ends
         One a receiver.
-    had_prior
-        Whether they rest on other runs too.
     """
 
     run: str
-    setup_toml: str = field(repr=False)
+    setup: Setup = field(repr=False)
     front_ends: tuple[FrontEnd, ...]
-    had_prior: bool
 
 
 def read_front_ends(path: Path) -> StoredFrontEnds | None:
-    """Return the front ends of a run's present result; None where it is no sound joint one with good receivers."""
+    """Return the front ends of a run's present result.
+
+    None where it is no sound joint one with good receivers, or rests on other runs too.
+    """
     try:
         attributes = _attributes(path)
         channels = _CHANNELS.validate_json(hdf5.text(attributes, "channels"))
         made = hdf5.text(attributes, "status"), hdf5.text(attributes, "correction")
         if made != ("ok", "joint") or not channels or any(channel.verdict != "good" for channel in channels):
             return None
-        front_ends, prior = tuple(map(_front_end, channels)), _prior_in(attributes)
-        return StoredFrontEnds(path.stem, hdf5.text(attributes, "setup"), front_ends, prior is not None and prior.used)
-    except (FileError, ValueError, LookupError, TypeError):
+        if (prior := _prior_in(attributes)) is not None and prior.used:
+            return None
+        setup = parse_setup(hdf5.text(attributes, "setup"), "setup in the results")
+        return StoredFrontEnds(path.stem, setup, tuple(map(_front_end, channels)))
+    except (FileError, SetupError, ValueError, LookupError, TypeError):
         return None
 
 
@@ -153,10 +146,9 @@ def read_prior(path: Path, setup: Setup | None = None) -> FrontEndPrior | None:
 def _attributes(path: Path) -> Mapping[str, Any]:
     """Return the attributes of a run's present result; LookupError where it holds none, or a damaged one."""
     with hdf5.opened(path, "a run file", layout.is_run) as file:
-        attributes = file[layout.RESULTS].attrs
-        if not hdf5.is_sound(attributes):
+        if (results := sound_results(file)) is None:
             raise LookupError(path)
-        return dict(attributes)
+        return dict(results.attrs)
 
 
 def _prior_in(attributes: Any) -> FrontEndPrior | None:
@@ -243,44 +235,27 @@ class _Stored:
     def _paths(self, recording: Recording, setup: Setup) -> PathLengths | None:
         if "paths" not in self._group:
             return None
-        group, shape = self._group["paths"], (recording.n_receivers, recording.n_samples)
-        change_m = self._values(group, "change_m", shape)
-        return PathLengths(
-            recording.time_s(),
-            change_m / _per_rad(setup),
-            change_m,
-            self._values(group, "u_m", shape),
-            self._values(group, "valid", shape, np.bool_),
-            self._values(group, "piece", shape[1:], np.intp) if "piece" in group else None,
-        )
+        found = self._arrays("paths", recording.n_receivers, recording.n_samples)
+        return PathLengths(recording.time_s(), phase_rad=found["change_m"] / _per_rad(setup), **found)
 
     def _corrected(self, paths: PathLengths, setup: Setup) -> CorrectedIQ:
-        group, shape = self._group["corrected"], paths.change_m.shape
         channels = _CHANNELS.validate_json(self._text("channels"))
-        if len(channels) != shape[0]:
+        if len(channels) != len(paths.change_m):
             raise ValueError("channels")
         return CorrectedIQ(
             paths.time_s,
-            self._values(group, "i", shape),
-            self._values(group, "q", shape),
-            paths.valid,
-            paths.u_m / _per_rad(setup),
-            self._text("correction"),
-            channels,
+            **self._arrays("corrected", *paths.change_m.shape),
+            valid=paths.valid,
+            u_phase_rad=paths.u_m / _per_rad(setup),
+            method=self._text("correction"),
+            channels=channels,
         )
 
     def _track(self, recording: Recording) -> Track | None:
         if "track" not in self._group:
             return None
-        group, count = self._group["track"], recording.n_samples
-        return Track(
-            recording.time_s(),
-            self._values(group, "position_m", (3, count)),
-            self._values(group, "u_position_m", (3, count)),
-            self._values(group, "valid", (count,), np.bool_),
-            self._text("geometry"),
-            self._values(group, "u_combined_m", (3, count)) if "u_combined_m" in group else None,
-        )
+        found = self._arrays("track", 3, recording.n_samples)
+        return Track(recording.time_s(), geometry=self._text("geometry"), **found)
 
     def _segment(self, count: int) -> Segment | None:
         if "segment" not in self._group.attrs:
@@ -290,11 +265,20 @@ class _Stored:
             raise ValueError("segment")
         return found
 
-    def _values(self, group: Any, name: str, shape: tuple[int, ...], dtype: DTypeLike = np.float64) -> NDArray[Any]:
-        found = hdf5.dataset(group, name, self._path, (len(shape),))
-        if found.shape != shape:
-            raise ValueError(name)
-        return np.asarray(found[...], dtype)
+    def _arrays(self, part: str, n_rows: int, n_samples: int) -> dict[str, Any]:
+        group = self._group[part]
+        found: dict[str, Any] = {}
+        # times and phases follow from the samples and the lengths
+        for name in ARRAYS[part].keys() - {"time_s", "phase_rad"}:
+            if name in _LEFT_OUT and name not in group:
+                continue
+            is_row = name == "piece" or (part, name) == ("track", "valid")
+            shape = (n_samples,) if is_row else (n_rows, n_samples)
+            stored = hdf5.dataset(group, name, self._path, (len(shape),))
+            if stored.shape != shape:
+                raise ValueError(name)
+            found[name] = np.asarray(stored[...], {"valid": np.bool_, "piece": np.intp}.get(name, np.float64))
+        return found
 
     def _text(self, key: str) -> str:
         return hdf5.text(self._group.attrs, key)

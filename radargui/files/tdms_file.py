@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from radargui.files.export_facts import ExportFacts, facts_of_text
-from radargui.files.progress import Progress
-from radargui.files.refusal import listed, reading, resolved
-from radargui.files.run_file import RunStream
+from radargui.files.access import Progress, listed, reading, resolved
+from radargui.files.run_file import ExportFacts, RunStream, facts_of_text
 from radargui.files.signals import ChannelInfo, Signal, Signals, rate_of_step
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError
@@ -25,7 +23,7 @@ _HIGHEST_DEGREE = 12
 _MOST_SCALES = 64
 """A chain of that many is damage; each costs a step. Chosen by hand."""
 _KINDS = frozenset(
-    ["Linear", "Polynomial", "RTD", "Strain", "Table", "Thermistor", "Thermocouple", "Add", "Subtract", "AdvancedAPI"],
+    ["Linear", "Polynomial", "RTD", "Strain", "Table", "Thermistor", "Thermocouple", "Add", "Subtract", "AdvancedAPI"]
 )
 _LINEAR, _POLYNOMIAL = "Linear", "Polynomial"
 

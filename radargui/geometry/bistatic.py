@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.geometry.antennas import Antennas
-from radargui.geometry.path_length import path_gradient, path_lengths
-from radargui.geometry.plane_wave import locate_plane
+from radargui.geometry.path_length import Antennas, distance, locate_plane, path_gradient, path_lengths
 from radargui.model.arrays import FloatArray, pieces
 
 _MAXIMUM_STEPS = 40
 _TOLERANCE_M = 1e-8  # the next step would be its square over the distance of the antennas
 _SINGULAR = 1e-9
+_PIECE = 1 << 13
+"""Samples at a time: some twenty rows of them stay in the processor's cache."""
+_MOST_CONDITION = 1e4
+"""Of the antennas' places seen from the transmitter, for places to be known to 1e-12 of their distance at once."""
 
 
 def locate_exact(
@@ -20,7 +22,10 @@ def locate_exact(
     release_position_m: FloatArray,
     start_m: FloatArray | None = None,
 ) -> FloatArray:
-    """Solve |p - tx| + |p - rx_i| = L_i(release) + dL_i for p by Gauss-Newton, all samples at once.
+    """Solve |p - tx| + |p - rx_i| = L_i(release) + dL_i for p, all samples at once.
+
+    Three receivers that do not lie in one plane with the transmitter have a closed solution; others are solved by
+    Gauss-Newton.
 
     Parameters
     ----------
@@ -31,19 +36,49 @@ def locate_exact(
     release_position_m
         Place at rest, shape (3,): fixes the constant of L, of which only changes are observable.
     start_m
-        First guess, shape (3, n_samples); the plane-wave solution where left out.
+        First guess, shape (3, n_samples); the plane-wave solution where left out. Of two places with these path
+        lengths it decides.
 
     Returns
     -------
     FloatArray
         Metres, shape (3, n_samples); NaN where no real position has these path lengths.
     """
-    position = locate_plane(change_m, antennas, release_position_m) if start_m is None else start_m
-    target = path_lengths(release_position_m[:, None], antennas) + change_m
-    out = np.full((3, change_m.shape[1]), np.nan)
-    for part in pieces(change_m.shape[1]):
-        out[:, part] = _located(target[:, part], antennas, position[:, part])
+    from_transmitter = antennas.receivers_m - antennas.transmitter_m
+    closed = antennas.n_receivers == 3 and np.linalg.cond(from_transmitter) < _MOST_CONDITION
+    at_rest = path_lengths(release_position_m[:, None], antennas)
+    out = np.empty((3, change_m.shape[1]))
+    for part in pieces(change_m.shape[1], _PIECE):
+        change = change_m[:, part]
+        start = locate_plane(change, antennas, release_position_m) if start_m is None else start_m[:, part]
+        solve = _intersected if closed else _located
+        out[:, part] = solve(at_rest + change, antennas, start)
     return out
+
+
+def _intersected(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) -> FloatArray:
+    """Return the intersection of three ellipsoids that share the transmitter as a focus.
+
+    With q = p - tx, R = |q| and b_i = rx_i - tx, |q - b_i| = L_i - R squared is 2 b_i . q = |b_i|^2 - L_i^2 + 2 L_i R:
+    q is a line in R, and |q|^2 = R^2 a quadratic equation.
+    """
+    receivers = antennas.receivers_m - antennas.transmitter_m
+    inverse = 0.5 * np.linalg.inv(receivers)
+    level = inverse @ ((receivers**2).sum(axis=1)[:, None] - target_m**2)
+    along = inverse @ (2.0 * target_m)
+    square, half, rest = _dot(along, along) - 1.0, _dot(level, along), _dot(level, level)
+    shortest = target_m.min(axis=0)
+    best, nearest = np.full(start_m.shape, np.nan), np.full(target_m.shape[1], np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # without the difference of nearly equal numbers; where there is no real root it is none in what follows either
+        sum_of_two = -(half + np.copysign(np.sqrt(half**2 - square * rest), half))
+        for root in (sum_of_two / square, rest / sum_of_two):
+            place = antennas.transmitter_m[:, None] + level + along * root
+            away = distance(place - start_m)
+            # of two places the nearer to the guess; neither way may be shorter than nothing
+            better = (root >= 0.0) & (root <= shortest) & (away < nearest)
+            best[:, better], nearest[better] = place[:, better], away[better]
+    return best
 
 
 def _located(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) -> FloatArray:
@@ -80,7 +115,7 @@ def solve_gradient(gradient: FloatArray, residual_m: FloatArray) -> FloatArray:
         right = np.einsum("ran,rn->an", gradient, residual_m)
     # Cramer's rule on whole rows: ten times as fast as a solver called for each sample
     products = [_cross(rows[1], rows[2]), _cross(rows[2], rows[0]), _cross(rows[0], rows[1])]
-    determinant = (rows[0] * products[0]).sum(axis=0)
+    determinant = _dot(rows[0], products[0])
     determinant[np.abs(determinant) < _SINGULAR] = np.nan
     return np.asarray((right[0] * products[0] + right[1] * products[1] + right[2] * products[2]) / determinant)
 
@@ -105,23 +140,41 @@ def position_uncertainty(position_m: FloatArray, u_path_m: FloatArray, antennas:
         u of x, y, z in metres, shape (3, n_samples); NaN where the position or u is unknown, or J is singular.
     """
     out = np.full(position_m.shape, np.nan)
-    for part in pieces(position_m.shape[1]):
+    for part in pieces(position_m.shape[1], _PIECE):
         out[:, part] = _uncertain(position_m[:, part], u_path_m[:, part], antennas)
     return out
 
 
 def _uncertain(position_m: FloatArray, u_path_m: FloatArray, antennas: Antennas) -> FloatArray:
-    """Return the roots of the diagonal of a symmetric matrix's inverse: cofactors over the determinant."""
+    """Return the roots of the diagonal of (J^T W J)^-1."""
     gradient = path_gradient(position_m, antennas)
+    if antennas.n_receivers == 3:
+        # J^-1 U J^-T: its rows are cross products of those of J over the determinant
+        columns = [_cross(gradient[1], gradient[2]), _cross(gradient[2], gradient[0]), _cross(gradient[0], gradient[1])]
+        square = (columns[0] * u_path_m[0]) ** 2
+        for column, u in zip(columns[1:], u_path_m[1:], strict=True):
+            square += (column * u) ** 2
+        determinant = np.abs(_dot(gradient[0], columns[0]))
+        determinant[determinant < _SINGULAR] = np.nan
+        return np.asarray(np.sqrt(square) / determinant)
     xx, yy, zz, xy, yz, zx = (
         (gradient[:, a] * gradient[:, b] / np.maximum(u_path_m, 1e-15) ** 2).sum(axis=0)
         for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
     )
+    # cofactors over the determinant
     cofactors = np.stack([yy * zz - yz**2, zz * xx - zx**2, xx * yy - xy**2])
     determinant = xx * cofactors[0] + xy * (yz * zx - xy * zz) + zx * (xy * yz - yy * zx)
     determinant[determinant <= 0.0] = np.nan
     return np.asarray(np.sqrt(np.maximum(cofactors, 0.0) / determinant))
 
 
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    out = np.empty_like(a)
+    for row, (k, m) in enumerate(((1, 2), (2, 0), (0, 1))):
+        np.multiply(a[k], b[m], out=out[row])
+        out[row] -= a[m] * b[k]
+    return out

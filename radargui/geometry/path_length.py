@@ -1,11 +1,47 @@
-"""Path lengths Tx - tracer - Rx, their directions and what they allow to observe."""
+"""Where antennas and mirrors stand, how long the ways over the tracer are, and the plane wave far from them."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from radargui.geometry.antennas import Antennas
 from radargui.model.arrays import FloatArray
+from radargui.model.setup import Setup
+
+
+@dataclass(frozen=True, slots=True)
+class Antennas:
+    """Places of the antennas in the frame of the field of view.
+
+    Attributes
+    ----------
+    transmitter_m
+        Shape (3,).
+    receivers_m
+        Shape (n_receivers, 3).
+    """
+
+    transmitter_m: FloatArray
+    receivers_m: FloatArray
+
+    @property
+    def n_receivers(self) -> int:
+        """Number of receivers."""
+        return int(self.receivers_m.shape[0])
+
+
+def place_antennas(setup: Setup) -> Antennas:
+    """Return the antennas of a setup.
+
+    Receiver i stands at distance (sin tilt cos azimuth, sin tilt sin azimuth, cos tilt), the transmitter on +z
+    (Rech & Huang 2019, fig. 1) or where `position_m` says.
+    """
+    tilt = np.radians([receiver.tilt_deg for receiver in setup.receiver])
+    azimuth = np.radians([receiver.azimuth_deg for receiver in setup.receiver])
+    distance = np.array([receiver.distance_m for receiver in setup.receiver])
+    direction = np.stack([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)], axis=1)
+    return Antennas(np.array(setup.transmitter.place_m), distance[:, None] * direction)
 
 
 def path_lengths(position_m: FloatArray, antennas: Antennas) -> FloatArray:
@@ -23,8 +59,8 @@ def path_lengths(position_m: FloatArray, antennas: Antennas) -> FloatArray:
     FloatArray
         Metres, shape (n_receivers, n_samples).
     """
-    to_transmitter = _distance(position_m - antennas.transmitter_m[:, None])
-    return np.stack([to_transmitter + _distance(position_m - own[:, None]) for own in antennas.receivers_m])
+    to_transmitter = distance(position_m - antennas.transmitter_m[:, None])
+    return np.stack([to_transmitter + distance(position_m - own[:, None]) for own in antennas.receivers_m])
 
 
 def path_gradient(position_m: FloatArray, antennas: Antennas) -> FloatArray:
@@ -42,10 +78,14 @@ def path_gradient(position_m: FloatArray, antennas: Antennas) -> FloatArray:
     FloatArray
         No unit, shape (n_receivers, 3, n_samples).
     """
-    from_transmitter = position_m - antennas.transmitter_m[:, None]
-    unit_transmitter = from_transmitter / _distance(from_transmitter)
-    from_receivers = [position_m - own[:, None] for own in antennas.receivers_m]
-    return np.stack([unit_transmitter + away / _distance(away) for away in from_receivers])
+    unit_transmitter = position_m - antennas.transmitter_m[:, None]
+    unit_transmitter /= distance(unit_transmitter)
+    out = np.empty((antennas.n_receivers, *position_m.shape))
+    for row, own in zip(out, antennas.receivers_m, strict=True):
+        np.subtract(position_m, own[:, None], out=row)
+        row /= distance(row)
+        row += unit_transmitter
+    return out
 
 
 def range_factor(position_m: FloatArray, antennas: Antennas, release_m: FloatArray) -> FloatArray:
@@ -75,6 +115,62 @@ def range_factor(position_m: FloatArray, antennas: Antennas, release_m: FloatArr
     return np.asarray(product(release_m[:, None]) / product(position_m))
 
 
-def _distance(away_m: FloatArray) -> FloatArray:
+def distance(away_m: FloatArray) -> FloatArray:
+    """Return the lengths of vectors (3, n), shape (n,)."""
     x, y, z = away_m
     return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+
+def t_matrix(antennas: Antennas) -> FloatArray:
+    """Return T with rows [sin t cos a, sin t sin a, 1 + cos t] (Rech & Huang 2019, eq. 2).
+
+    Returns
+    -------
+    FloatArray
+        No unit, shape (n_receivers, 3).
+    """
+    to_receiver = antennas.receivers_m / np.linalg.norm(antennas.receivers_m, axis=1, keepdims=True)
+    to_transmitter = antennas.transmitter_m / np.linalg.norm(antennas.transmitter_m)
+    return np.asarray(to_receiver + to_transmitter)
+
+
+def condition_number(antennas: Antennas) -> float:
+    """Return the condition number of T: how much an error of L can grow in the position."""
+    return float(np.linalg.cond(t_matrix(antennas)))
+
+
+def locate_plane(change_m: FloatArray, antennas: Antennas, release_position_m: FloatArray) -> FloatArray:
+    """Return p = p_release - T^-1 dL (Rech & Huang 2019, eq. 3); least squares with more than three receivers.
+
+    Parameters
+    ----------
+    change_m
+        Change of path length from the rest, shape (n_receivers, n_samples); NaN gives NaN.
+    antennas
+        At least three receivers.
+    release_position_m
+        Place at rest, shape (3,).
+
+    Returns
+    -------
+    FloatArray
+        Metres, shape (3, n_samples).
+    """
+    inverse = np.linalg.pinv(t_matrix(antennas))
+    return np.asarray(release_position_m[:, None] - inverse @ change_m)
+
+
+def mirror(point_m: FloatArray, normal: FloatArray, distance_m: float) -> FloatArray:
+    """Return a' = a - 2 (n.a - d) n, the image of points in the plane n.x = d.
+
+    Parameters
+    ----------
+    point_m
+        Shape (..., 3).
+    normal
+        Unit vector, shape (3,).
+    distance_m
+        d of the plane.
+    """
+    height = np.asarray(point_m) @ normal - distance_m
+    return np.asarray(point_m - 2.0 * height[..., None] * normal)

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import map_coordinates, spline_filter
 
-from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import FloatArray
-from radargui.model.polarization import received_direction, transmitted_direction
-from radargui.model.scattering import conducting_sphere, scattered_field
+from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG
+from radargui.model.scattering import (
+    conducting_sphere,
+    received_direction,
+    scattered_field,
+    strongest_polarization_deg,
+    transmitted_direction,
+    transverse_axes,
+)
 from radargui.model.setup import Setup
 
 HALF_WIDTH_M, NEAREST = 0.3, 0.6
@@ -44,6 +50,44 @@ def scattering_delay_m(position_m: FloatArray, setup: Setup) -> FloatArray:
     return out
 
 
+def supposed_delays_m(position_m: FloatArray, setup: Setup) -> FloatArray:
+    """Return `scattering_delay_m` for the polarisations that are supposed where a setup does not tell them.
+
+    The field is linear in the transmitted one: two directions of it stand for all.
+
+    Parameters
+    ----------
+    position_m
+        Shape (3, n_samples).
+    setup
+        Antennas and sphere.
+
+    Returns
+    -------
+    FloatArray
+        Metres, shape (n_angles n_turns, n_receivers, n_samples), the turns running faster.
+    """
+    antennas = place_antennas(setup)
+    release = np.array(setup.tracer.release_position_m)[:, None]
+    places = np.concatenate([np.zeros((3, 1)), release, position_m], axis=1)
+    both = np.stack([transmitted_direction(angle) for angle in (0.0, 90.0)])
+    sphere = conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m)
+    out = np.empty(
+        (len(SUPPOSED_POLARIZATIONS_DEG), len(SUPPOSED_TURNS_DEG), antennas.n_receivers, position_m.shape[1])
+    )
+    for row, (rx, receiver) in enumerate(zip(antennas.receivers_m, setup.receiver, strict=True)):
+        along_x, along_y = scattered_field(sphere, places, antennas.transmitter_m, both, rx)
+        horizontal, vertical = transverse_axes(rx / np.linalg.norm(rx), receiver.azimuth_deg)
+        for which, angle in enumerate(SUPPOSED_POLARIZATIONS_DEG):
+            x, y, _ = transmitted_direction(angle)
+            field = x * along_x + y * along_y
+            best = strongest_polarization_deg(field[:, 0], horizontal, vertical)
+            for number, turn in enumerate(SUPPOSED_TURNS_DEG):
+                got = received_direction(best + turn, horizontal, vertical) @ field
+                out[which, number, row] = np.angle(got[2:] / got[1])
+    return setup.radar.wavelength_m / (2.0 * np.pi) * out.reshape(-1, *out.shape[2:])
+
+
 class SphereDelay:
     """`scattering_delay_m` looked up.
 
@@ -60,6 +104,8 @@ class SphereDelay:
         antennas = place_antennas(setup)
         nearest_m = min(float(np.linalg.norm(place)) for place in (antennas.transmitter_m, *antennas.receivers_m))
         self._half_m = min(HALF_WIDTH_M, NEAREST * nearest_m)
+        from scipy.ndimage import spline_filter
+
         axis = np.linspace(-self._half_m, self._half_m, POINTS)
         grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"))
         delay_m = scattering_delay_m(grid.reshape(3, -1), setup)
@@ -67,6 +113,8 @@ class SphereDelay:
 
     def at(self, position_m: FloatArray) -> FloatArray:
         """Return the excess of the path length in metres, shape (n_receivers, n), at places (3, n); NaN for NaN."""
+        from scipy.ndimage import map_coordinates
+
         node = (position_m + self._half_m) * ((POINTS - 1) / (2.0 * self._half_m))
         known = np.isfinite(node).all(axis=0)
         out = np.full((len(self._tables), position_m.shape[1]), np.nan)

@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-from radargui.gui.opengl_probe import CHECK_VARIABLE, OpenGLProbe
+from radargui.gui.opengl_probe import CHECK_VARIABLE, OpenGLProbe, check_here
 from radargui.sources.factory import SourceKind
 
 _log = logging.getLogger(__name__)
@@ -25,9 +25,7 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
         Source that is chosen at first.
     """
     if os.environ.get(CHECK_VARIABLE) and getattr(sys, "frozen", False):
-        from radargui.gui.opengl_check import main
-
-        return main()
+        return check_here()
 
     import signal
 

@@ -1,11 +1,16 @@
-"""Work off the window's thread, a report, a search for devices, the loading of a run; and the way back to it."""
+"""Work off the window's thread and the way back to it; long work with a bar and a button that cancels it."""
 
 import queue
 import threading
+import weakref
 from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
+
+from radargui.gui.layout import button, fill, take_out
+from radargui.model.errors import CancelledError
 
 Work = Callable[[], Any]
 Then = Callable[[Any], None]
@@ -73,8 +78,12 @@ class Jobs(QObject):
         work: Work,
         then: Then = lambda _result: None,
         otherwise: Callable[[BaseException], None] | None = None,
+        wanted: Callable[[], bool] = lambda: True,
     ) -> None:
-        """Run `work`; afterwards `then(result)` or `otherwise(error)`, where left out it is shown to the operator."""
+        """Run `work`; afterwards `then(result)` or `otherwise(error)`, where left out it is shown to the operator.
+
+        What is not `wanted` any more when the work has ended, because something else was chosen, is dropped.
+        """
 
         def run() -> None:
             callback: Callable[[Any], None] = then
@@ -82,7 +91,7 @@ class Jobs(QObject):
                 value: Any = work()
             except Exception as error:  # noqa: BLE001 - led to the operator by `otherwise`
                 callback, value = otherwise or self.show_error, error
-            self._mailbox.post(self._deliver, thread, callback, value)
+            self._mailbox.post(self._deliver, thread, lambda: callback(value) if wanted() else None)
 
         thread = threading.Thread(target=run, name=f"gui {what}", daemon=True)
         self._threads[thread] = what
@@ -92,7 +101,122 @@ class Jobs(QObject):
         """Let `call(value)` be made in the window's thread, ahead of the end of the work that reports it."""
         self._mailbox.post(call, value)
 
-    def _deliver(self, thread: threading.Thread, callback: Callable[[Any], None], value: Any) -> None:
+    def _deliver(self, thread: threading.Thread, answer: Callable[[], None]) -> None:
         thread.join()
         self._threads.pop(thread, None)
-        callback(value)
+        answer()
+
+
+_LOOK_MS = 100
+_STEPS = 1000
+
+
+class Task:
+    """What the work and the window know of each other; `report` is called by the work, in its thread."""
+
+    def __init__(self) -> None:
+        self.share: float | None = None
+        self._cancelled = threading.Event()
+
+    def report(self, share: float) -> None:
+        """Take the share done, 0 to 1.
+
+        Raises
+        ------
+        CancelledError
+            The work shall end.
+        """
+        if self._cancelled.is_set():
+            raise CancelledError
+        self.share = share
+
+    def cancel(self) -> None:
+        """Let the work end the next time it reports."""
+        self._cancelled.set()
+
+
+class WorkStrip(QWidget):
+    """One line for each piece of work; takes no room where there is none."""
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__()
+        self._jobs = jobs
+        self._rows: dict[Task, _Row] = {}
+        self._quiet: weakref.WeakSet[Task] = weakref.WeakSet()
+        self._column = fill(QVBoxLayout(self), spacing=1)
+        self.hide()
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is worked on."""
+        return bool(self._rows)
+
+    def start(
+        self,
+        what: str,
+        work: Callable[[Task], Any],
+        then: Callable[[Any], None],
+        otherwise: Callable[[BaseException], None] | None = None,
+        cancelled: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Run `work`; afterwards `then(result)`, `otherwise(error)` or `cancelled()`, in the window's thread."""
+        task = Task()
+        row = _Row(what, task)
+        self._rows[task] = row
+        self._column.addWidget(row)
+        self.show()
+
+        def ended(value: Any) -> None:
+            self._remove(task)
+            then(value)
+
+        def failed(error: BaseException) -> None:
+            self._remove(task)
+            cancelled() if isinstance(error, CancelledError) else (otherwise or self._jobs.show_error)(error)
+
+        self._jobs.start(what, lambda: work(task), ended, failed)
+
+    def quiet(self) -> Task:
+        """Return a task without a line of its own, which ends with the others."""
+        task = Task()
+        self._quiet.add(task)
+        return task
+
+    def cancel(self) -> None:
+        """Cancel all work, without waiting."""
+        for task in (*self._rows, *self._quiet):
+            task.cancel()
+
+    def _remove(self, task: Task) -> None:
+        take_out(self._column, self._rows.pop(task))
+        self.setVisible(self.busy)
+
+
+class _Row(QWidget):
+    """Words, bar, button."""
+
+    def __init__(self, what: str, task: Task) -> None:
+        super().__init__()
+        self._task = task
+        self._bar = QProgressBar()
+        self._bar.setRange(0, 0)
+        self._bar.setMaximumWidth(320)
+        self._cancel = button("Cancel", self._cancelled)
+        self._cancel.setAccessibleName(f"Cancel: {what}")
+        words = QLabel(f"{what[:1].upper()}{what[1:]} …")
+        fill(QHBoxLayout(self), words, (self._bar, 1), self._cancel, 1, margins=(8, 2, 4, 2), spacing=6)
+        timer = QTimer(self, interval=_LOOK_MS)
+        timer.timeout.connect(self._look)
+        timer.start()
+
+    def _look(self) -> None:
+        """Show how far it is."""
+        share = self._task.share
+        if share is not None:
+            self._bar.setRange(0, _STEPS)
+            self._bar.setValue(round(_STEPS * min(max(share, 0.0), 1.0)))
+
+    def _cancelled(self) -> None:
+        self._cancel.setEnabled(False)
+        self._cancel.setText("Cancelling …")
+        self._task.cancel()

@@ -1,34 +1,26 @@
 """How panels, forms and dialogs are laid out: boxes, buttons, wrapped words, titled groups of labelled fields."""
 
 from collections.abc import Callable, Iterable
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import Any, Literal, TypeVar
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import QSize, Qt, SignalInstance
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import (
-    QBoxLayout,
-    QComboBox,
-    QDialog,
-    QFormLayout,
-    QFrame,
-    QGroupBox,
-    QHBoxLayout,
-    QLabel,
-    QLayout,
-    QPushButton,
-    QScrollArea,
-    QSizePolicy,
-    QVBoxLayout,
-    QWidget,
-)
-
-from radargui.gui.theme import Theme
 
 Margins = tuple[int, int, int, int]
-Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int]
+Part = QtWidgets.QWidget | QtWidgets.QLayout | int | tuple[QtWidgets.QWidget | QtWidgets.QLayout, int]
 _FRAME = QSize(16, 40)
 """What the system draws around a window: edges and title (chosen by hand, the largest of usual systems)."""
-_Box = TypeVar("_Box", bound=QBoxLayout)
+_FOCUS_ROOM = (3, 3, 3, 3)
+"""For the frame around what has the keys: it is drawn within the box."""
+ALARM = "color: palette(bright-text); font-weight: bold;"
+"""Style of words that say what is wrong."""
+FRAMED = "QLineEdit { border: 2px solid palette(bright-text); }"
+"""Style of a line whose text is wrong."""
+Edge = Literal["bright-text", "link-visited", "link"]
+"""Of a strip: an alarm, something to look at, something that is being done."""
+_Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
 
 
 def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int = 2) -> _Box:
@@ -48,11 +40,11 @@ def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int 
             box.addStretch(part)
             continue
         what, share = part if isinstance(part, tuple) else (part, 0)
-        box.addLayout(what, share) if isinstance(what, QLayout) else box.addWidget(what, share)
+        box.addLayout(what, share) if isinstance(what, QtWidgets.QLayout) else box.addWidget(what, share)
     return box
 
 
-def take_out(layout: QLayout, *widgets: QWidget) -> None:
+def take_out(layout: QtWidgets.QLayout, *widgets: QtWidgets.QWidget) -> None:
     """Take widgets out of a layout for good; they are gone from the screen at once."""
     for widget in widgets:
         layout.removeWidget(widget)
@@ -62,9 +54,9 @@ def take_out(layout: QLayout, *widgets: QWidget) -> None:
 
 def button(
     words: str, does: Callable[..., Any] | SignalInstance, tip: str = "", *, default: bool = False
-) -> QPushButton:
+) -> QtWidgets.QPushButton:
     """Return a button; in a dialog Enter presses the one that is the `default`."""
-    made = QPushButton(words)
+    made = QtWidgets.QPushButton(words)
     made.setToolTip(tip)
     made.setAutoDefault(default)
     made.setDefault(default)
@@ -72,15 +64,17 @@ def button(
     return made
 
 
-def fit_screen(dialog: QWidget, width: int, height: int) -> None:
+def fit_screen(dialog: QtWidgets.QWidget, width: int, height: int) -> None:
     """Give a dialog a size at first, no larger than the screen has room for."""
     dialog.resize(QSize(width, height).boundedTo(dialog.screen().availableSize() - _FRAME))
 
 
-class Dialog(QDialog):
+class Dialog(QtWidgets.QDialog):
     """A window beside the main one; its size and columns are remembered where it has a name."""
 
-    def __init__(self, title: str, size: tuple[int, int], parent: QWidget | None = None, name: str = "") -> None:
+    def __init__(
+        self, title: str, size: tuple[int, int], parent: QtWidgets.QWidget | None = None, name: str = ""
+    ) -> None:
         super().__init__(parent)
         self.setWindowTitle(title)
         self.setObjectName(name)
@@ -88,7 +82,7 @@ class Dialog(QDialog):
 
     def lay_out(self, *parts: Part, margins: Margins = (9, 9, 9, 9), spacing: int = 6) -> None:
         """Put the parts one beneath the other."""
-        fill(QVBoxLayout(self), *parts, margins=margins, spacing=spacing)
+        fill(QtWidgets.QVBoxLayout(self), *parts, margins=margins, spacing=spacing)
 
     def come_up(self) -> None:
         """Stand before the other windows."""
@@ -97,20 +91,20 @@ class Dialog(QDialog):
         self.activateWindow()
 
 
-class Group(QGroupBox):
+class Group(QtWidgets.QGroupBox):
     """A titled group of labelled fields."""
 
     def __init__(self, title: str = "") -> None:
         super().__init__(title)
-        self.rows = QFormLayout(self)
-        self.rows.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        self.rows = QtWidgets.QFormLayout(self)
+        self.rows.setFieldGrowthPolicy(QtWidgets.QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         self.rows.setLabelAlignment(Qt.AlignmentFlag.AlignLeft)
         self.rows.setVerticalSpacing(4)
         self.rows.setContentsMargins(8, 6, 8, 8)
 
-    def row(self, words: str, field: QWidget, tip: str = "", fault: QWidget | None = None) -> None:
+    def row(self, words: str, field: QtWidgets.QWidget, tip: str = "", fault: QtWidgets.QWidget | None = None) -> None:
         """Add a field; `words` names it with its unit, and what is wrong with it stands beneath."""
-        label = QLabel(words)
+        label = QtWidgets.QLabel(words)
         label.setBuddy(field)
         label.setToolTip(tip)
         field.setToolTip(tip)
@@ -119,12 +113,12 @@ class Group(QGroupBox):
         if fault is not None:
             self.rows.addRow(fault)
 
-    def whole(self, widget: QWidget) -> None:
+    def whole(self, widget: QtWidgets.QWidget) -> None:
         """Add a widget over the whole width."""
         self.rows.addRow(widget)
 
 
-class Choice(QComboBox):
+class Choice(QtWidgets.QComboBox):
     """A list to choose from that the wheel scrolls past, never changes.
 
     Parameters
@@ -143,22 +137,27 @@ class Choice(QComboBox):
         event.ignore()
 
 
-def side_by_side(*widgets: QWidget) -> QWidget:
+def follow(changed: SignalInstance, show: Callable[[], None]) -> None:
+    """Show what there is now, and again with each change."""
+    changed.connect(show)
+    show()
+
+
+def side_by_side(*widgets: QtWidgets.QWidget) -> QtWidgets.QWidget:
     """Return a box that holds widgets beside each other."""
-    box = QWidget()
-    # room for the frame around what has the keys: it is drawn within the box
-    fill(QHBoxLayout(box), *widgets, margins=(3, 3, 3, 3), spacing=4)
+    box = QtWidgets.QWidget()
+    fill(QtWidgets.QHBoxLayout(box), *widgets, margins=_FOCUS_ROOM, spacing=4)
     return box
 
 
-class PlainLabel(QLabel):
+class PlainLabel(QtWidgets.QLabel):
     """Words that wrap and are never taken for markup."""
 
     def __init__(self, text: str = "", *, selectable: bool = True) -> None:
         super().__init__(text)
         self.setTextFormat(Qt.TextFormat.PlainText)
         self.setWordWrap(True)
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Preferred, QtWidgets.QSizePolicy.Policy.Minimum)
         if selectable:
             self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
@@ -179,65 +178,101 @@ class Answer(PlainLabel):
 class FaultText(Answer):
     """What is wrong with a field, beneath it; nothing while it is right."""
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._theme = theme
-        theme.changed.connect(self._paint)
-        self._paint()
-
-    def _paint(self) -> None:
-        self.setStyleSheet(f"color: {self._theme.colours.alarm}; font-weight: bold;")
+        self.setStyleSheet(ALARM)
 
 
-class Strip(QFrame):
+class PathField(QtWidgets.QWidget):
+    """A line for a path with a button that lets it be chosen; `fault` is for beneath it.
+
+    Parameters
+    ----------
+    title
+        Of the dialog in which it is chosen.
+    start
+        Path that stands there at first.
+    files
+        Filters of the files that may be chosen; a folder is chosen where left out.
+    """
+
+    def __init__(self, title: str, start: Path | None = None, files: str = "") -> None:
+        super().__init__()
+        self._title, self._files = title, files
+        self.line, self.fault = QtWidgets.QLineEdit(str(start or "")), FaultText()
+        self.line.textChanged.connect(lambda _text: self.fault.say(""))
+        chooses = button("Choose…", self.browse)
+        fill(QtWidgets.QHBoxLayout(self), self.line, chooses, margins=_FOCUS_ROOM, spacing=4)
+        self.setFocusProxy(self.line)
+
+    @property
+    def path(self) -> Path | None:
+        """What was typed or chosen."""
+        text = self.line.text().strip().strip('"')
+        return Path(text).expanduser() if text else None
+
+    def browse(self) -> None:
+        """Let the operator choose."""
+        there = str(self.path or self.line.placeholderText())
+        if self._files:
+            name, _ = QtWidgets.QFileDialog.getOpenFileName(self, self._title, there, self._files)
+        else:
+            name = QtWidgets.QFileDialog.getExistingDirectory(self, self._title, there)
+        if name:
+            self.line.setText(name)
+
+
+class Strip(QtWidgets.QFrame):
     """A line of words with buttons behind, edged in a colour that says what kind it is; hidden until it is needed.
 
     Parameters
     ----------
-    theme
-        Gives the colours.
-    role
-        Colour of the edge.
+    edge
+        Its colour, as a role of the palette.
     """
 
-    def __init__(self, theme: Theme, role: str, *buttons: QWidget) -> None:
+    def __init__(self, edge: Edge, *buttons: QtWidgets.QWidget) -> None:
         super().__init__()
-        self._theme, self._role = theme, role
         self.setObjectName("strip")
+        line = f"border: none; border-left: 6px solid palette({edge});"
+        self.setStyleSheet(f"QFrame#strip {{ background: palette(button); {line} }}")
         self.words = PlainLabel()
         # as high as its words need at the width there is, not at the one that a label would like
-        self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        fill(QHBoxLayout(self), (self.words, 1), *buttons, margins=(8, 2, 4, 2), spacing=6)
-        theme.changed.connect(self._paint)
-        self._paint()
+        self.words.setSizePolicy(QtWidgets.QSizePolicy.Policy.Expanding, QtWidgets.QSizePolicy.Policy.Preferred)
+        fill(QtWidgets.QHBoxLayout(self), (self.words, 1), *buttons, margins=(8, 2, 4, 2), spacing=6)
         self.hide()
 
-    @property
-    def text(self) -> str:
-        """What is said."""
-        return self.words.text()
 
-    def _paint(self) -> None:
-        colours = self._theme.colours
-        edge = f"border: none; border-left: 6px solid {colours.role(self._role)};"
-        self.setStyleSheet(f"QFrame#strip {{ background: {colours.raised}; {edge} }}")
+class Scroll(QtWidgets.QScrollArea):
+    """Scrolls a widget that is as large as the room, and larger where that is too small; no key stops here.
+
+    Parameters
+    ----------
+    content
+        What is scrolled.
+    across
+        Whether from side to side as well.
+    """
+
+    def __init__(self, content: QtWidgets.QWidget, *, across: bool = False) -> None:
+        super().__init__(widgetResizable=True)
+        self.content = content
+        self.setWidget(content)
+        self.setFrameShape(QtWidgets.QFrame.Shape.NoFrame)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        if not across:
+            self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
 
-class FormScroll(QScrollArea):
+class FormScroll(Scroll):
     """Scrolls a column of groups up and down, and is never narrower than it."""
 
-    def __init__(self, *groups: QWidget) -> None:
-        super().__init__()
-        self.content = content = QWidget()
-        fill(QVBoxLayout(content), *groups, 1, margins=(6, 6, 6, 6), spacing=6)
-        content.setObjectName("form")
-        self.setWidget(content)
-        self.setWidgetResizable(True)
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    def __init__(self, *groups: QtWidgets.QWidget) -> None:
+        super().__init__(QtWidgets.QWidget())
+        self.content.setObjectName("form")
+        fill(QtWidgets.QVBoxLayout(self.content), *groups, 1, margins=(6, 6, 6, 6), spacing=6)
         # plots take what room there is, forms only what they need
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
+        self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Preferred, QtWidgets.QSizePolicy.Policy.Expanding)
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return the width of the content beside the scroll bar."""

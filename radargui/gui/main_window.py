@@ -7,20 +7,15 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
-from radargui.gui.background import Jobs
-from radargui.gui.control.app_state import AppState
-from radargui.gui.control.banner import Banner
-from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, MessagePlace
-from radargui.gui.control.feed import Feed
-from radargui.gui.control.health_line import HealthLine
+from radargui.gui.background import Jobs, WorkStrip
+from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, MessagePlace
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.control.run_request import MakeSource, RunRequest
+from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.layout import fill
-from radargui.gui.menus import About, Actions, RunKeys, facts, fill_menus
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
-from radargui.gui.panels import FocusMark, Panels
+from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, facts, fill_menus
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -28,22 +23,18 @@ from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
 from radargui.gui.services import Services
-from radargui.gui.sessions.offers import LaterOffer, RecoveryOffer
-from radargui.gui.sessions.reprocess_dialog import ReprocessController
-from radargui.gui.sessions.session_controller import SessionController
+from radargui.gui.sessions.session_controller import LaterOffer, RecoveryOffer, SessionController
 from radargui.gui.sessions.transfer_controller import TransferController
-from radargui.gui.settings import Settings
+from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
-from radargui.gui.setup.hardware_panel import HardwarePanel
-from radargui.gui.setup.ni_form import FindDevices, find_ni_devices
+from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel, find_ni_devices
 from radargui.gui.setup.session_panel import SessionPanel
-from radargui.gui.setup.setup_file import SetupFileController, first_setup
+from radargui.gui.setup.setup_model import SetupFileController, first_setup
 from radargui.gui.theme import Theme
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.gui.wiring.wiring_controller import WiringController
-from radargui.gui.work_strip import WorkStrip
+from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
-from radargui.session.folder import default_data_folder
+from radargui.session.info import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 
 FRAME_MS = 33
@@ -93,7 +84,6 @@ class MainWindow(QMainWindow):
 
         self.hardware = HardwarePanel(
             self.setup_model,
-            theme,
             self.jobs,
             self.actions_,
             source=source,
@@ -102,7 +92,7 @@ class MainWindow(QMainWindow):
         )
         self.antennas = AntennaPanel(self.setup_model, theme)
         data_folder = settings.path("data_folder") or default_data_folder()
-        self.session_panel = SessionPanel(theme, self.actions_, data_folder, settings.text("operator"))
+        self.session_panel = SessionPanel(self.actions_, data_folder, settings.text("operator"))
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
         self.planes = IQPlanePanel(theme)
         self.track = TrackPanel(theme, self.setup_model.setup)
@@ -113,27 +103,28 @@ class MainWindow(QMainWindow):
         )
         self.bar = ControlBar(theme, self.actions_.start, self.actions_.record, self.actions_.stop)
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
-        self.strip = NoticeStrip(board, theme)
-        self.health = HealthLine(theme)
+        self.strip = NoticeStrip(board)
+        self.health = HealthLine()
         self.work = WorkStrip(self.jobs)
         services = Services(theme, settings, board, self.jobs, self.work, self)
         self.recovery = RecoveryOffer(self.control, self.session_panel, services)
-        self.closing = ClosingStrip(theme, self.unfinished, self.control.leave)
-        self.stopping = StoppingStrip(theme, self.control)
+        self.closing = ClosingStrip(self.unfinished, lambda: self.control.end(Asked.LEAVE))
+        self.stopping = StoppingStrip(self.control)
         self.later = LaterOffer(self.control, self.session_panel, services)
         self._put_together()
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
         control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs
-        self.setup_file = SetupFileController(model, self.actions_, services)
+        does = self.actions_
+        self.setup_file = SetupFileController(model, services)
         self.run_controller = RunController(runs, self.run, self.track, services)
-        self.keeping = RunKeeping(control, runs, self.run_controller, self.health, self.actions_, services)
-        self.banner = Banner(control, self.bar.state, self.stopping, board, self.strip, lambda: self.keeping.words)
-        self.wiring = WiringController(control, model, self.hardware, services)
+        self.keeping = RunKeeping(
+            control, runs, self.run_controller, self.health, self.bar.state, self.stopping, self.strip, does, services
+        )
+        self.wiring = WiringCheck(control, model, self.hardware, services)
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
-        self.transfer = TransferController(control, panel, runs, model, services)
-        self.reprocessing = ReprocessController(control, runs, model, services)
+        self.transfer = TransferController(control, panel, runs, model, self.sessions, services)
         self._connect()
         self.panels.restore_within(self, settings)
         self._show_setup()
@@ -151,14 +142,14 @@ class MainWindow(QMainWindow):
     def start(self) -> None:
         """Show what the source gives, without recording."""
         if self._ready():
-            self._follow_live()
+            self.follow_live()
             self.control.start_live(self.setup_model.setup, self.hardware.kind, self.hardware.replay.path)
 
     def record(self) -> None:
         """Record as many runs as the bar says."""
         if not self._ready() or not self.sessions.may_add(self.setup_model.setup):
             return
-        self._follow_live()
+        self.follow_live()
         self.setup_model.note_run()
         self.control.record(
             RunRequest(
@@ -182,9 +173,10 @@ class MainWindow(QMainWindow):
             self.health.show_health(health)
             if health is not None and health.live_error is not None:
                 self.board.post_once("error", str(health.live_error))
-            self.banner.look()
+            self.keeping.look()
         self.scopes.refresh(health)
-        self.planes.refresh()
+        if not self.scopes.pause.isChecked():
+            self.planes.refresh()
         self.track.refresh()
 
     def _ready(self) -> bool:
@@ -208,7 +200,12 @@ class MainWindow(QMainWindow):
         if self.hardware.kind == "replay" and not isinstance(error, SessionError) and not self.control.had_source:
             self.hardware.replay.fault.say(f"File: {error}")
 
-    def _follow_live(self) -> None:
+    def reprocess(self) -> None:
+        """Process the chosen run again with the setup in the window."""
+        self.run_controller.reprocess(self.setup_model.setup)
+
+    def follow_live(self) -> None:
+        """Show the live track and the scopes."""
         self.track.show_live()
         self.panels.bring_up("scopes")
 
@@ -222,49 +219,29 @@ class MainWindow(QMainWindow):
 
     def _connect(self) -> None:
         does = self.actions_
-        does.start.triggered.connect(self.start)
-        does.record.triggered.connect(self.record)
-        does.stop.triggered.connect(self.control.stop)
-        does.pause.toggled.connect(self.scopes.pause.setChecked)
-        does.show_live.triggered.connect(self._follow_live)
+        does.connect_to(self)
         self.panels.docks["track"].topLevelChanged.connect(
             lambda _floating: QTimer.singleShot(0, self.track.renew_space_view)
         )
-        does.new_session.triggered.connect(lambda: self.control.use_session(None))
-        does.sessions.triggered.connect(self.sessions.browse)
-        does.open_session.triggered.connect(self.sessions.ask_folder)
-        does.import_.triggered.connect(self.transfer.ask_import)
-        does.export_samples.triggered.connect(self.transfer.ask_export)
-        does.compare.triggered.connect(self.reprocessing.ask)
-        does.wiring.triggered.connect(self.wiring.show)
-        does.mark.triggered.connect(self._write_mark)
-        does.report.triggered.connect(self.run_controller.report)
-        does.export.triggered.connect(self.run_controller.ask_export)
-        does.reprocess.triggered.connect(lambda: self.run_controller.reprocess(self.setup_model.setup))
-        does.quit.triggered.connect(self.close)
-        does.reset_layout.triggered.connect(self.panels.reset)
-        does.dismiss.triggered.connect(self.board.clear)
-        does.about.triggered.connect(self._about)
         does.in_space.toggled.connect(self.track.use_space_view)
         does.in_space.triggered.connect(
             lambda wanted: self.settings.put("track_view", "space" if wanted else "projections")
         )
 
-        self.scopes.paused_changed.connect(does.pause.setChecked)
-        self.scopes.paused_changed.connect(self.planes.set_paused)
-        self.scopes.paused_changed.connect(self.track.set_paused)
-        self.session_panel.folder_changed.connect(lambda: self.control.use_session(None))
+        does.pause.toggled.connect(self.scopes.pause.setChecked)
+        self.scopes.pause.toggled.connect(does.pause.setChecked)
+        self.scopes.pause.toggled.connect(self.track.set_paused)
+        self.session_panel.folder_changed.connect(self.sessions.begin_new)
         self.setup_model.changed.connect(self._show_setup)
 
         self.sessions.setup_taken.connect(lambda: self.panels.bring_up("hardware"))
-        self.transfer.imported.connect(self.sessions.open)
-        self.reprocessing.kept.connect(self.sessions.reread)
         self.recovery.recovered.connect(lambda _runs: self.sessions.reread())
         self.closing.over.connect(self.close)
         self.later.computed.connect(self.sessions.reread)
 
         self.control.state_changed.connect(self._show_state)
-        self.control.feed_changed.connect(self._show_feed)
+        for panel in (self.scopes, self.planes, self.track):
+            self.control.feed_changed.connect(panel.show_feed)
         self.control.session_changed.connect(self._show_session)
         self.control.failed.connect(self._say_at_field)
         self.control.warned.connect(lambda text, topic: self.board.post("warning", text, topic=topic))
@@ -286,7 +263,7 @@ class MainWindow(QMainWindow):
         for panel in (self.hardware, self.antennas, self.session_panel):
             panel.set_running(running)
         self._show_actions()
-        self.banner.look()
+        self.keeping.look()
         if not running:
             self.health.show_health(None)
 
@@ -294,10 +271,6 @@ class MainWindow(QMainWindow):
         state = self.control.state
         self.actions_.enable(state, valid=self.setup_model.valid)
         self.bar.runs.setEnabled(not state.running or state is AppState.LIVE)
-
-    def _show_feed(self, feed: Feed | None) -> None:
-        for panel in (self.scopes, self.planes, self.track):
-            panel.show_feed(feed)
 
     def _show_session(self) -> None:
         session = self.control.session
@@ -311,7 +284,8 @@ class MainWindow(QMainWindow):
             self.planes.clear()
         self._write_title()
 
-    def _write_mark(self) -> None:
+    def write_mark(self) -> None:
+        """Let the operator type a note of this moment."""
         self.panels.bring_up("session")
         self.session_panel.write_mark()
 
@@ -322,7 +296,8 @@ class MainWindow(QMainWindow):
         if usable and chosen == "space":
             self.actions_.in_space.setChecked(True)
 
-    def _about(self) -> None:
+    def tell_about(self) -> None:
+        """Show the facts about the program."""
         opengl = self.opengl_answer or "not tested"
         About(facts(opengl, self.session_panel.data_folder, self.setup_model.path), self).exec()
 
@@ -375,8 +350,8 @@ class MainWindow(QMainWindow):
     def _begin_to_close(self) -> None:
         self.sessions.flush()
         self.work.cancel()
-        self.reprocessing.close()
-        self.control.finish()
+        self.transfer.close()
+        self.control.end(Asked.FINISH)
         if self._probe is not None:
             self._probe.close()
         if self.unfinished():
@@ -388,7 +363,7 @@ class MainWindow(QMainWindow):
         """Keep size, layout and what the operator typed."""
         put = self.settings.put
         put("geometry", self.saveGeometry())
-        put("layout", self.panels.keep())
+        put("layout", self.panels.saveState(LAYOUT_VERSION))
         self.settings.keep_sizes(self)
         put("operator", self.session_panel.details.operator)
         put("data_folder", self.session_panel.data_folder)

@@ -16,8 +16,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from radargui.gui.background import Mailbox
-from radargui.gui.layout import Strip, button, fill, take_out
-from radargui.gui.theme import Theme
+from radargui.gui.layout import Edge, Strip, button, fill, follow, take_out
 from radargui.model.errors import RadarGuiError
 
 Level = Literal["error", "warning", "info"]
@@ -183,31 +182,26 @@ class Hooks:
 _SHOWN = 3
 """Messages at a time; their place holds two of one line each, the third is scrolled to (chosen by hand)."""
 _WORDS = {"error": "Error", "warning": "Warning", "info": "Note"}
-_EDGES = {"error": "alarm", "warning": "mark", "info": "busy"}
+_EDGES: dict[Level, Edge] = {"error": "bright-text", "warning": "link-visited", "info": "link"}
 
 
 class NoticeStrip(QWidget):
     """The worst notices, each with a word for its level, its whole text and a way to dismiss it."""
 
-    def __init__(self, board: NoticeBoard, theme: Theme, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, board: NoticeBoard) -> None:
+        super().__init__()
         self._board = board
-        self._theme = theme
         self._rows = fill(QVBoxLayout(self), spacing=1)
-        board.changed.connect(self.refresh)
-        self.refresh()
+        follow(board.changed, self.refresh)
 
     def texts(self) -> tuple[str, ...]:
         """Return what is shown, the worst first."""
-        return tuple(notice.text for notice in self._shown())
-
-    def _shown(self) -> tuple[Notice, ...]:
-        return self._board.notices[:_SHOWN]
+        return tuple(notice.text for notice in self._board.notices[:_SHOWN])
 
     def refresh(self) -> None:
         """Draw the notices anew."""
         take_out(self._rows, *self.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly))
-        for notice in self._shown():
+        for notice in self._board.notices[:_SHOWN]:
             self._rows.addWidget(row := self._row(notice))
             row.show()
         hidden = len(self._board.notices) - _SHOWN
@@ -219,7 +213,7 @@ class NoticeStrip(QWidget):
     def _row(self, notice: Notice) -> Strip:
         whole = "\n".join(filter(None, (notice.text, notice.details)))
         copy = button("Copy", lambda: QGuiApplication.clipboard().setText(whole), "Copy the text with its details")
-        row = Strip(self._theme, _EDGES[notice.level], copy, button("Dismiss", lambda: self._board.dismiss(notice)))
+        row = Strip(_EDGES[notice.level], copy, button("Dismiss", lambda: self._board.dismiss(notice)))
         times = f" ({notice.count} times)" if notice.count > 1 else ""
         row.words.setText(f"{_WORDS[notice.level]}{times}: {notice.text}")
         row.words.setTextInteractionFlags(

@@ -1,24 +1,21 @@
-"""The dockable panels: their names, where they stand at first, and how the layout is kept."""
+"""What the window can do and what it holds: actions with their keys and menus, the dockable panels, what Help tells."""
 
+import platform
 from functools import partial
+from operator import attrgetter
+from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QSize, Qt
-from PySide6.QtGui import QKeySequence, QPainter, QPaintEvent, QPalette
-from PySide6.QtWidgets import (
-    QApplication,
-    QDockWidget,
-    QFocusFrame,
-    QFrame,
-    QMainWindow,
-    QMenu,
-    QScrollArea,
-    QTabBar,
-    QTabWidget,
-    QWidget,
-)
+import pyqtgraph
+from PySide6 import QtWidgets, __version__ as pyside_version
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtGui import QAction, QActionGroup, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPalette
 
-from radargui.gui.layout import fit_screen
+from radargui import __version__
+from radargui.gui.control.state import AppState
+from radargui.gui.layout import Dialog, Scroll, button, fill, fit_screen
 from radargui.gui.settings import LAYOUT_VERSION, Settings
+from radargui.gui.theme import CHOICES, Theme
+from radargui.model.resources import resource_table
 
 TITLES = {
     "hardware": "Hardware setup",
@@ -44,15 +41,15 @@ _FIRST_SIZE = (1440, 900)
 """Of the window at the first start where the screen has room: two plots of 500 pixels beside the forms."""
 
 
-def belongs(widget: QWidget, window: QWidget) -> bool:
+def belongs(widget: QtWidgets.QWidget, window: QtWidgets.QWidget) -> bool:
     """Return whether a widget stands in a window or in a panel that was torn off it."""
-    return widget.window() is window or isinstance(widget.window(), QDockWidget)
+    return widget.window() is window or isinstance(widget.window(), QtWidgets.QDockWidget)
 
 
-class FocusMark(QFocusFrame):
+class FocusMark(QtWidgets.QFocusFrame):
     """Follows the keys through a window, and stays away where they have left it."""
 
-    def __init__(self, window: QWidget, application: QApplication) -> None:
+    def __init__(self, window: QtWidgets.QWidget, application: QtWidgets.QApplication) -> None:
         super().__init__(window)
         self._window = window
         self.hide()
@@ -64,48 +61,43 @@ class FocusMark(QFocusFrame):
         painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Highlight))
         painter.end()
 
-    def _follow(self, _old: QWidget | None, now: QWidget | None) -> None:
+    def _follow(self, _old: QtWidgets.QWidget | None, now: QtWidgets.QWidget | None) -> None:
         self.setWidget(now if now is not None and belongs(now, self._window) else None)  # type: ignore[arg-type]
 
 
-class Room(QScrollArea):
+class Room(Scroll):
     """What a dock holds: scrolls where the screen is too small for it, so that it never makes the window larger."""
 
-    def __init__(self, panel: QWidget) -> None:
-        super().__init__()
-        self._panel = panel
-        self.setWidget(panel)
-        self.setWidgetResizable(True)
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    def __init__(self, panel: QtWidgets.QWidget) -> None:
+        super().__init__(panel, across=True)
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.setSizePolicy(policy)
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return the size below which nothing can be read in it."""
-        return self._panel.minimumSizeHint().boundedTo(_LEAST_ROOM)
+        return self.content.minimumSizeHint().boundedTo(_LEAST_ROOM)
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         """Return what the panel wants."""
-        return self._panel.sizeHint()
+        return self.content.sizeHint()
 
 
-class Panels(QMainWindow):
+class Panels(QtWidgets.QMainWindow):
     """Holds one dock a panel; sits inside the window so that state, messages and health stay where they are.
 
     Qt keeps a dock that stands behind another "visible", away from the screen, where Tab and keys reach its fields:
     what such a dock holds is hidden here, and keeps its room. The panels come in the order of `TITLES`.
     """
 
-    def __init__(self, *widgets: QWidget) -> None:
+    def __init__(self, *widgets: QtWidgets.QWidget) -> None:
         super().__init__(None, Qt.WindowType.Widget)
         self.setDockNestingEnabled(True)
-        self.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QTabWidget.TabPosition.North)
-        self.docks: dict[str, QDockWidget] = {}
+        self.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QtWidgets.QTabWidget.TabPosition.North)
+        self.docks: dict[str, QtWidgets.QDockWidget] = {}
         self._panels = dict(zip(TITLES, widgets, strict=True))
         for name, title in TITLES.items():
-            dock = QDockWidget(title)
+            dock = QtWidgets.QDockWidget(title)
             dock.setObjectName(name)
             dock.setWidget(Room(self._panels[name]))
             dock.visibilityChanged.connect(partial(self._show_content, dock))
@@ -147,7 +139,7 @@ class Panels(QMainWindow):
         low = min(280, 3 * height // 8)
         self.resizeDocks([docks["scopes"], docks["runs"]], [height - low, low], down)
 
-    def fill(self, menu: QMenu) -> None:
+    def fill(self, menu: QtWidgets.QMenu) -> None:
         """Add one action a panel to a menu, which shows it in front whatever it was before."""
         for number, (name, title) in enumerate(TITLES.items(), start=1):
             action = menu.addAction(title)
@@ -161,7 +153,7 @@ class Panels(QMainWindow):
         dock.raise_()
         dock.activateWindow()
         self._show_content(dock, True)
-        fields = (one for one in dock.widget().findChildren(QWidget) if one.isVisible() and one.isEnabled())
+        fields = (one for one in dock.widget().findChildren(QtWidgets.QWidget) if one.isVisible() and one.isEnabled())
         takes_tab = Qt.FocusPolicy.TabFocus
         first = next((one for one in fields if one.focusPolicy() & takes_tab and one.focusProxy() is None), None)
         if first is not None:
@@ -173,17 +165,13 @@ class Panels(QMainWindow):
         if not dock.isHidden() or self.tabifiedDockWidgets(dock):
             dock.raise_()
 
-    def _show_content(self, dock: QDockWidget, visible: bool) -> None:
+    def _show_content(self, dock: QtWidgets.QDockWidget, visible: bool) -> None:
         dock.widget().setVisible(visible)
-        for tabs in self.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+        for tabs in self.findChildren(QtWidgets.QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
             # the panels have keys of their own; Qt keeps bars of former layouts, which Tab would enter unseen
             tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)
 
-    def keep(self) -> QByteArray:
-        """Return the layout to be remembered."""
-        return self.saveState(LAYOUT_VERSION)
-
-    def restore_within(self, window: QMainWindow, settings: Settings) -> None:
+    def restore_within(self, window: QtWidgets.QMainWindow, settings: Settings) -> None:
         """Take size and layout of the last time, where that cannot be used one that fits the screen."""
         geometry, layout = settings.blob("geometry"), settings.blob("layout")
         if geometry.isEmpty() or not window.restoreGeometry(geometry):
@@ -192,3 +180,155 @@ class Panels(QMainWindow):
         if layout.isEmpty() or not self.restoreState(layout, LAYOUT_VERSION):
             self.reset()
         settings.restore_sizes(window)
+
+
+class Actions:
+    """One attribute an action, named as in `resources/window/actions.toml`, which has their words and keys."""
+
+    def __init__(self, window: QtWidgets.QMainWindow) -> None:
+        table = resource_table("window/actions")["actions"]
+        self._calls = {name: one.pop("calls") for name, one in table.items() if "calls" in one}
+        self._made = {name: _action(window, **one) for name, one in table.items()}
+        for action in (self.start, self.record, self.stop):
+            action.setIconText(f"{action.text()}\n{action.shortcut().toString()}")
+            action.setAutoRepeat(False)
+        self.in_space.setEnabled(False)
+
+    def __getattr__(self, name: str) -> QAction:
+        """Return an action by its name."""
+        if name.startswith("_") or name not in self._made:
+            raise AttributeError(f"no action is named {name}")
+        return self._made[name]
+
+    def connect_to(self, window: QtWidgets.QMainWindow) -> None:
+        """Let each action call what the table says, once all parts of the window are there."""
+        for name, slot in self._calls.items():
+            getattr(self, name).triggered.connect(attrgetter(slot)(window))
+
+    def enable(self, state: AppState, *, valid: bool) -> None:
+        """Let be chosen what can be done in a state, with a setup that is `valid` or not."""
+        free = not state.running
+        self.start.setEnabled(free and valid)
+        self.record.setEnabled((free or state is AppState.LIVE) and valid)
+        self.stop.setEnabled(not free)
+        for action in (self.open_setup, self.undo_setup, self.new_session, self.open_session):
+            action.setEnabled(free)
+        self.save_setup.setEnabled(valid)
+        self.save_setup_as.setEnabled(valid)
+
+
+def _action(
+    window: QtWidgets.QMainWindow,
+    words: str,
+    keys: list[str],
+    tip: str = "",
+    *,
+    checkable: bool = False,
+    in_window: bool = False,
+) -> QAction:
+    action = QAction(words, window, checkable=checkable)
+    action.setShortcuts([QKeySequence(key) for key in keys])
+    action.setToolTip(f"{tip or words.rstrip('…')} ({', '.join(keys)})")
+    reach = Qt.ShortcutContext
+    action.setShortcutContext(reach.WindowShortcut if in_window else reach.ApplicationShortcut)
+    window.addAction(action)
+    return action
+
+
+class RunKeys(QObject):
+    """Lets Space, R and Esc do in every panel what stands on the buttons; Enter presses what has the keys instead.
+
+    Only where words are typed Space and R are letters; a number has none, so there they act as well.
+    """
+
+    def __init__(self, window: QtWidgets.QMainWindow, application: QtWidgets.QApplication) -> None:
+        super().__init__(window)
+        self._window = window
+        application.focusChanged.connect(self._follow)
+
+    def eventFilter(self, widget: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
+        """Keep a key from what has the focus."""
+        kind = event.type()
+        if kind not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress) or not isinstance(
+            widget, QtWidgets.QWidget
+        ):
+            return False
+        if not isinstance(event, QKeyEvent) or event.modifiers() != Qt.KeyboardModifier.NoModifier:
+            return False
+        acts = event.key() in (Qt.Key.Key_Space, Qt.Key.Key_R) and not _takes_words(widget)
+        if kind == QEvent.Type.ShortcutOverride:
+            if acts:
+                event.ignore()
+            return acts
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            if isinstance(widget, QtWidgets.QAbstractButton):
+                widget.click()
+            elif isinstance(widget, QtWidgets.QComboBox):
+                widget.showPopup()
+        # while Start or Record cannot be chosen, their keys press nothing else
+        return acts
+
+    def _follow(self, old: QtWidgets.QWidget | None, now: QtWidgets.QWidget | None) -> None:
+        if old is not None:
+            old.removeEventFilter(self)
+        if now is not None and belongs(now, self._window):
+            now.installEventFilter(self)
+
+
+def _takes_words(widget: QtWidgets.QWidget) -> bool:
+    numbers = Qt.InputMethodHint.ImhDigitsOnly | Qt.InputMethodHint.ImhFormattedNumbersOnly
+    typed = widget.testAttribute(Qt.WidgetAttribute.WA_InputMethodEnabled)
+    return typed and not widget.inputMethodHints() & numbers
+
+
+def fill_menus(
+    bar: QtWidgets.QMenuBar, does: Actions, panels: Panels, theme: Theme, settings: Settings
+) -> QActionGroup:
+    """Fill the bar; return the group that chooses the look, each action's data is its choice."""
+    group = QActionGroup(bar)
+
+    def add_looks(view: QtWidgets.QMenu) -> None:
+        menu = view.addMenu("Theme")
+        for choice in CHOICES:
+            action = menu.addAction(choice.capitalize())
+            action.setCheckable(True)
+            action.setData(choice)
+            action.setChecked(choice == theme.choice)
+            group.addAction(action)
+
+    def choose_look(action: QAction) -> None:
+        theme.apply(action.data())
+        settings.put("theme", action.data())
+
+    group.triggered.connect(choose_look)
+    several = {"panels": panels.fill, "looks": add_looks}
+    for title, parts in resource_table("window/actions")["menus"].items():
+        menu = bar.addMenu(title)
+        for part in parts:
+            if menu.actions():
+                menu.addSeparator()
+            for name in part:
+                several[name](menu) if name in several else menu.addAction(getattr(does, name))
+    return group
+
+
+def facts(opengl: str, data_folder: Path, setup_file: Path | None) -> str:
+    """Return the facts as lines of text."""
+    lines = (
+        f"RadarGUI {__version__}",
+        f"Python {platform.python_version()}, PySide6 {pyside_version}, pyqtgraph {pyqtgraph.__version__}",
+        f"System: {platform.platform()}",
+        f"Track in 3D: {opengl}",
+        f"Data folder: {data_folder}",
+        f"Setup file: {setup_file or 'none'}",
+    )
+    return "\n".join(lines)
+
+
+class About(Dialog):
+    """The facts, to be copied."""
+
+    def __init__(self, text: str, parent: QtWidgets.QWidget | None = None) -> None:
+        super().__init__("About RadarGUI", (560, 220), parent)
+        view = QtWidgets.QPlainTextEdit(text, readOnly=True)
+        self.lay_out(view, fill(QtWidgets.QHBoxLayout(), 1, button("Close", self.reject, default=True)))

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 from PySide6.QtWidgets import QWidget
 
-from radargui.gui.background import Jobs
+from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
-from radargui.gui.work_strip import WorkStrip
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,11 +84,10 @@ class Settings:
         for table in root.findChildren(RowTable):
             if table.columns_chosen:
                 self.put(_columns(table), table.horizontalHeader().saveState())
-        for splitter in root.findChildren(QSplitter):
-            self.put(f"sizes/{splitter.objectName()}", splitter.saveState())
-        for dialog in root.findChildren(QDialog):
-            if dialog.objectName():
-                self.put(f"sizes/{dialog.objectName()}", dialog.saveGeometry())
+        for part in (*root.findChildren(QSplitter), *root.findChildren(QDialog)):
+            if part.objectName():
+                state = part.saveState() if isinstance(part, QSplitter) else part.saveGeometry()
+                self.put(f"sizes/{part.objectName()}", state)
 
     def restore_sizes(self, root: QWidget) -> None:
         """Set dialogs, splitters and columns as they were kept."""
@@ -111,6 +110,6 @@ class Settings:
             return None
 
 
-def _columns(table: RowTable) -> str:
+def _columns(table: RowTable[Any]) -> str:
     """Return what the widths are remembered by: not those of a table with other columns."""
     return f"sizes/{table.objectName()}/{table.model().columnCount()}"

@@ -1,9 +1,9 @@
 """Rows under titles, and the list of them to choose one from, whose columns the operator may set."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Generic, TypeVar
 
-from PySide6.QtCore import QAbstractItemModel, QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 Index = QModelIndex | QPersistentModelIndex
@@ -11,22 +11,29 @@ _R = TypeVar("_R")
 
 
 class RowModel(QAbstractTableModel, Generic[_R]):
-    """Rows under fixed titles, as Qt wants them; what stands in a cell is the subclass's to say.
+    """Rows under fixed titles, as Qt wants them.
 
     Parameters
     ----------
-    titles
-        One a column.
+    columns
+        What stands in each column of a row, by the column's title.
+    tip
+        Tool tip of a row.
     """
 
-    def __init__(self, titles: Sequence[str]) -> None:
+    def __init__(
+        self, columns: Mapping[str, Callable[[_R], str]], tip: Callable[[_R], str] = lambda _entry: ""
+    ) -> None:
         super().__init__()
-        self._titles = tuple(titles)
+        self._titles, self._texts, self._tip = tuple(columns), tuple(columns.values()), tip
         self.entries: list[_R] = []
 
     def cell(self, entry: _R, column: int, role: int) -> Any:
-        """Return what Qt asks of a cell; None where there is nothing to say. A row that is texts shows them."""
-        return entry[column] if role == Qt.ItemDataRole.DisplayRole and isinstance(entry, tuple) else None
+        """Return what Qt asks of a cell; None where there is nothing to say."""
+        if role == Qt.ItemDataRole.DisplayRole:
+            return self._texts[column](entry)
+        # a tool tip that looks like markup would be taken for it
+        return self._tip(entry).replace("<", "‹") if role == Qt.ItemDataRole.ToolTipRole else None
 
     def replace_all(self, entries: Iterable[_R]) -> None:
         """Show other rows."""
@@ -55,7 +62,7 @@ class RowModel(QAbstractTableModel, Generic[_R]):
         return self._titles[section].replace(" [", "\n[") if titled else None
 
 
-class RowTable(QTableView):
+class RowTable(QTableView, Generic[_R]):
     """Whole rows, nothing to edit; columns fit their words until the operator sets one of them.
 
     Parameters
@@ -66,8 +73,9 @@ class RowTable(QTableView):
         What the widths are remembered by.
     """
 
-    def __init__(self, model: QAbstractItemModel, name: str) -> None:
+    def __init__(self, model: RowModel[_R], name: str) -> None:
         super().__init__()
+        self._rows = model
         self.setObjectName(name)
         self.columns_chosen = False
         self._fitting = False
@@ -87,6 +95,19 @@ class RowTable(QTableView):
         header.setHighlightSections(False)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.sectionResized.connect(self._resized)
+
+    @property
+    def chosen(self) -> _R | None:
+        """The selected row."""
+        rows = self.selectionModel().selectedRows()
+        return self._rows.entries[rows[0].row()] if rows else None
+
+    def choose(self, wanted: Callable[[_R], bool]) -> bool:
+        """Select the first row that is wanted; return whether there is one."""
+        row = next((number for number, one in enumerate(self._rows.entries) if wanted(one)), None)
+        if row is not None:
+            self.selectRow(row)
+        return row is not None
 
     def fit(self, column: int, width: int) -> None:
         """Set a width, unless the operator has set the columns."""

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QApplication
 
-from radargui.model.resources import window_table
+from radargui.model.resources import resource_table
 
 ThemeChoice = Literal["system", "light", "dark"]
 CHOICES: tuple[ThemeChoice, ...] = ("system", "light", "dark")
@@ -61,7 +61,7 @@ class Colours:
         return str(colour[int(number)] if number else colour)
 
 
-_TABLE = window_table("colours")
+_TABLE = resource_table("window/colours")
 LIGHT, DARK = (Colours(**_TABLE[look]) for look in ("light", "dark"))
 
 
@@ -74,10 +74,9 @@ class Theme(QObject):
         super().__init__()
         self.application = application
         self.choice: ThemeChoice = choice
-        self._applying = False
         # Fusion is the one style that takes any palette on every system
         application.setStyle("Fusion")
-        application.styleHints().colorSchemeChanged.connect(self._system_changed)
+        application.styleHints().colorSchemeChanged.connect(self._refresh)
         self._system_dark = application.palette().color(QPalette.ColorRole.Window).lightness() < 128
         self.colours = LIGHT
         self.apply(choice)
@@ -86,20 +85,13 @@ class Theme(QObject):
         """Show the look `choice`."""
         self.choice = choice
         hints = self.application.styleHints()
-        self._applying = True
-        try:
+        with QSignalBlocker(hints):
             # the title bar follows where the system can; palettes are ours where it cannot
             if choice == "system":
                 hints.unsetColorScheme()
             else:
                 hints.setColorScheme(Qt.ColorScheme.Dark if choice == "dark" else Qt.ColorScheme.Light)
-        finally:
-            self._applying = False
         self._refresh()
-
-    def _system_changed(self, _scheme: Qt.ColorScheme) -> None:
-        if not self._applying:
-            self._refresh()
 
     def _refresh(self) -> None:
         dark = self.choice == "dark"
@@ -108,6 +100,10 @@ class Theme(QObject):
             dark = self._system_dark if scheme == Qt.ColorScheme.Unknown else scheme == Qt.ColorScheme.Dark
         self.colours = DARK if dark else LIGHT
         self.application.setPalette(palette(self.colours))
+        for widget in self.application.allWidgets():
+            if sheet := widget.styleSheet():
+                # Qt looks the colours `palette(...)` of a sheet up only when it reads the sheet
+                widget.setStyleSheet(sheet)
         self.changed.emit()
 
 

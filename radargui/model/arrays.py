@@ -1,7 +1,8 @@
-"""Names for the array types of arguments and results; work on long ones in pieces."""
+"""Names for the array types of arguments and results; long arrays in pieces, and as few points that hide no peak."""
 
 from collections.abc import Iterator
-from typing import TypeAlias
+from functools import lru_cache
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,3 +24,80 @@ def pieces(count: int, size: int = _PIECE) -> Iterator[slice]:
     """Yield slices of at most `size` that cover `count` samples."""
     for first in range(0, count, size):
         yield slice(first, min(first + size, count))
+
+
+@lru_cache(maxsize=64)
+def even_transform_size(wanted: float) -> int:
+    """Return the even number nearest to the one wanted whose Fourier transform is fast: factors 2, 3 and 5 alone."""
+    near = range(2 * int(0.45 * wanted), 2 * int(0.55 * wanted) + 4, 2)
+    return min((size for size in near if size and _is_smooth(size)), key=lambda size: abs(size - wanted))
+
+
+def _is_smooth(size: int) -> bool:
+    for factor in (2, 3, 5):
+        while size % factor == 0:
+            size //= factor
+    return size == 1
+
+
+Samples = TypeVar("Samples", bound=NDArray[Any])
+
+
+def lowest_and_highest(values: Samples, size: int, first_index: int = 0) -> tuple[Samples, Samples]:
+    """Return the lowest and the highest value of each bin of `size` samples.
+
+    Bins begin at multiples of `size` of the absolute index, so that those of a stream stay where they are whatever
+    block its samples come in; the first and the last bin may hold fewer samples.
+
+    Parameters
+    ----------
+    values
+        Shape (..., n_samples); NaN is passed over.
+    size
+        Samples in a bin, at least 1.
+    first_index
+        Absolute index of the first sample.
+
+    Returns
+    -------
+    tuple
+        Lowest and highest, shape (..., n_bins) each; NaN where a bin holds no number.
+    """
+    count = values.shape[-1]
+    if count == 0:
+        return values, values
+    offset = first_index % size
+    # bins of the absolute index: a picture that scrolls does not flicker
+    edges = np.maximum(np.arange(0, offset + count, size) - offset, 0)
+    lowest: Any = np.fmin.reduceat(values, edges, axis=-1)
+    highest: Any = np.fmax.reduceat(values, edges, axis=-1)
+    return lowest, highest
+
+
+def extremes(values: FloatArray, size: int) -> IntArray:
+    """Return the indices of the lowest and the highest sample of each bin, and of both ends, in order.
+
+    Parameters
+    ----------
+    values
+        Shape (n_samples,); of a bin that holds no number, one sample is kept, so that a curve breaks there.
+    size
+        Samples in a bin.
+
+    Returns
+    -------
+    IntArray
+        At most 2 n_bins + 2 indices; all of them where a bin holds two samples at most.
+    """
+    if size <= 2:
+        return np.arange(values.size, dtype=np.intp)
+    if values.size == 0:
+        return np.empty(0, dtype=np.intp)
+    # the first sample of each bin that holds its extreme: where it stands, not only how high
+    bins = np.arange(values.size) // size
+    low, high = lowest_and_highest(values, size)
+    kept = [np.array([0, values.size - 1]), np.flatnonzero(np.isnan(low)) * size]
+    for end in (low, high):
+        at = np.flatnonzero(values == end[bins])
+        kept.append(at[np.diff(bins[at], prepend=-1) > 0])
+    return np.unique(np.concatenate(kept)).astype(np.intp)

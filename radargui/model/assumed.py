@@ -21,6 +21,11 @@ ASSUMED_FREQUENCY = 1e-6
 """The same of the frequency, relative: a synthesiser with a crystal."""
 TILT, CLOCK = "floor.tilt_deg", "daq.clock_ppm"
 """No keys of the setup: what `floor.u_tilt_deg` and `daq.u_clock_ppm` belong to."""
+SUPPOSED_POLARIZATIONS_DEG = (0.0, 45.0, 90.0, 135.0)
+"""Of the transmitter, tried in turn where none is given: the field turns on itself after 180 degrees."""
+SUPPOSED_TURNS_DEG = (-55.0, 55.0)
+"""How far the receivers are turned from the strongest signal then: half of the signal's angles lie beyond 45, and the
+phase changes most with position where a receiver gets little. Turned for the strongest the share was too small by 2."""
 AIR_OVER_VACUUM = 3.2e-4
 """n - 1 of air (ITU-R P.453 at 20 degrees C, 1013 hPa, half humid): what is not known where the setup names no n."""
 

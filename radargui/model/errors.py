@@ -3,6 +3,7 @@
 import logging
 import traceback
 from collections.abc import Callable, Sequence
+from functools import partial
 
 _logger = logging.getLogger(__name__)
 
@@ -38,11 +39,7 @@ class RadarGuiError(Exception):
 
     def __reduce__(self) -> tuple[object, ...]:
         """Keep reasons and remedy when the error goes from process to process."""
-        return (_rebuild, (type(self), self.message, self.reasons, self.remedy))
-
-
-def _rebuild(kind: type[RadarGuiError], message: str, reasons: tuple[str, ...], remedy: str) -> RadarGuiError:
-    return kind(message, reasons=reasons, remedy=remedy)
+        return (partial(type(self), self.message, reasons=self.reasons, remedy=self.remedy), ())
 
 
 class UsageError(RadarGuiError):

@@ -1,10 +1,12 @@
-"""A receiver's front end: the hardware part of its mismatch, constant for a session."""
+"""The analogue front end of a receiver: its two constants, and its equations in both directions."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+
+from radargui.model.arrays import ComplexArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,3 +86,38 @@ class FrontEndPrior:
     runs: tuple[str, ...]
     front_ends: tuple[FrontEnd, ...]
     used: bool = True
+
+
+def channels_of(
+    z_of_i: ComplexArray, z_of_q: ComplexArray, gain_ratio: float, quadrature_error_rad: float
+) -> FloatArray:
+    """Return what the two channels show of Z, without offsets, shape (2, ...).
+
+    Parameters
+    ----------
+    z_of_i, z_of_q
+        Z when I is sampled and when Q is: a multiplexer takes them one after the other. Shape (...).
+    gain_ratio
+        g, amplitude of Q over amplitude of I.
+    quadrature_error_rad
+        eps, departure of Q from 90 degrees after I.
+    """
+    sine, cosine = np.sin(quadrature_error_rad), np.cos(quadrature_error_rad)
+    return np.stack([z_of_i.real, gain_ratio * (sine * z_of_q.real + cosine * z_of_q.imag)])
+
+
+def point_of(i: FloatArray, q: FloatArray, gain_ratio: float, quadrature_error_rad: float) -> FloatArray:
+    """Return X = Re Z and Y = Im Z of channels without offsets, the inverse of `channels_of`, shape (2, ...).
+
+    X = I, Y = (Q / g - X sin eps) / cos eps.
+
+    Parameters
+    ----------
+    i, q
+        Offsets taken off, at the same instant, shape (...).
+    gain_ratio, quadrature_error_rad
+        As in `channels_of`.
+    """
+    # Q leans towards I by eps: its share of X is taken off before it is stretched back
+    y = (q / gain_ratio - i * np.sin(quadrature_error_rad)) / np.cos(quadrature_error_rad)
+    return np.stack([i, y])

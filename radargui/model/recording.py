@@ -1,12 +1,229 @@
-"""A recording: all samples of one run and what is needed to read them."""
+"""A recording: blocks as they arrive, how voltages became samples, and all samples of a run with its truth."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, IntArray, RawArray
-from radargui.model.block import Gap, absolute_index
-from radargui.model.digitisation import Digitisation
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, RawArray, pieces
+from radargui.model.daq import Daq
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """Samples that were lost.
+
+    Attributes
+    ----------
+    first_index
+        Absolute index of the first lost sample (counting lost ones too).
+    count
+        How many samples of each channel were lost.
+    reason
+        Why, in a few words.
+    """
+
+    first_index: int
+    count: int
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Marker:
+    """An operator's note at a sample (counted from the first, lost samples included)."""
+
+    index: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Consecutive samples of all channels.
+
+    Attributes
+    ----------
+    samples
+        Shape (n_channels, n), int16 codes or float64 volts; owned by the block, never reused by its maker.
+    first_index
+        Absolute index of the first sample; time = index / rate.
+    gap
+        Samples lost just before this block, or None.
+    trigger_index
+        Absolute index of the edge at which the device started, told with the first block; may lie after it. None where
+        the device waited for none.
+    """
+
+    samples: RawArray
+    first_index: int
+    gap: Gap | None = None
+    trigger_index: int | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of samples of each channel."""
+        return int(self.samples.shape[1])
+
+    @property
+    def end_index(self) -> int:
+        """Absolute index after the last sample."""
+        return self.first_index + self.count
+
+
+def absolute_index(first: int, count: int, gaps: Sequence[Gap]) -> IntArray:
+    """Return the index, lost samples counted, of the stored samples `first` to `first + count`."""
+    index = np.arange(first, first + count, dtype=np.int64)
+    # in order: where a gap begins counts what earlier ones lost
+    for gap in sorted(gaps, key=lambda gap: gap.first_index):
+        index[index >= gap.first_index] += gap.count
+    return index
+
+
+LARGEST_INDEX = 2**53
+"""No recording is that long: 28 years at 10 MS/s."""
+
+
+def are_possible(gaps: Sequence[Gap]) -> bool:
+    """Return whether gaps can be those of a recording: none negative or empty, none beyond any recording."""
+    return (
+        all(0 <= gap.first_index < LARGEST_INDEX and gap.count >= 1 for gap in gaps)
+        and sum(gap.count for gap in gaps) < LARGEST_INDEX
+    )
+
+
+def stored_starts(gaps: Sequence[Gap], n_samples: int) -> list[tuple[int, int]]:
+    """Return for each gapless stretch the stored number and the absolute index of its first sample."""
+    starts, lost = [(0, 0)], 0
+    for gap in sorted(gaps, key=lambda gap: gap.first_index):
+        # gaps of a damaged file may overlap: the samples stay in order
+        stored = max(gap.first_index - lost, starts[-1][0])
+        lost += gap.count
+        if stored >= n_samples:
+            break
+        # two gaps without a sample between them are one
+        if stored == starts[-1][0]:
+            starts.pop()
+        starts.append((stored, stored + lost))
+    return starts
+
+
+def at_rail(samples: RawArray) -> BoolArray:
+    """Return which samples sat at the end of the converter's range; none of those that are volts."""
+    # volts do not tell where the range of the device ended
+    if samples.dtype == np.int16:
+        return np.asarray((samples <= -32768) | (samples >= 32767))
+    return np.zeros(samples.shape, dtype=np.bool_)
+
+
+SkewFrom = Literal["file", "setup", "assumed 0"]
+
+
+@dataclass(frozen=True, slots=True)
+class Digitisation:
+    """What is needed to read raw samples as volts at known times.
+
+    Attributes
+    ----------
+    channel_names
+        One name a channel in storage order: I1, Q1, I2, Q2, ...
+    sample_rate_hz
+        Samples per second of each channel.
+    scaling
+        Per channel the coefficients c_k of volts = sum c_k code^k; None where samples are volts already.
+    channel_skew_s
+        Channel k is sampled k times this later than channel 0 (0 for simultaneous sampling); None where the samples
+        come without it, as from most files of others: `channel_skew` then asks the setup.
+    unit
+        Unit after scaling.
+    device
+        What digitised, for people: product, serial number or "simulated".
+    """
+
+    channel_names: tuple[str, ...]
+    sample_rate_hz: float
+    scaling: tuple[tuple[float, ...], ...] | None = None
+    channel_skew_s: float | None = None
+    unit: str = "V"
+    device: str = ""
+
+    @property
+    def n_channels(self) -> int:
+        """Number of channels."""
+        return len(self.channel_names)
+
+    @property
+    def n_receivers(self) -> int:
+        """Number of IQ pairs."""
+        return len(self.channel_names) // 2
+
+    def volts(self, samples: RawArray) -> FloatArray:
+        """Return samples (n_channels, n) as volts, volts = sum c_k code^k per channel."""
+        if self.scaling is None:
+            return np.asarray(samples, dtype=np.float64)
+        out = np.empty(samples.shape, dtype=np.float64)
+        # each input of a board is calibrated by itself
+        for channel, coefficients in enumerate(self.scaling):
+            out[channel] = np.polynomial.polynomial.polyval(samples[channel].astype(np.float64), coefficients)
+        return out
+
+    def full_scale_v(self) -> FloatArray | None:
+        """Return lowest and highest voltage a code can stand for, shape (n_channels, 2); None for volts."""
+        if self.scaling is None:
+            return None
+        ends = np.repeat(np.array([[-32768, 32767]], dtype=np.int16), self.n_channels, axis=0)
+        return self.volts(ends)
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelSkew:
+    """The multiplexer's delay that is taken for true, and who tells it.
+
+    Attributes
+    ----------
+    delay_s
+        Delay of channel k against channel k - 1.
+    known_from
+        file: the samples came with it (or the device told it); setup: `daq.channel_skew_s`; assumed 0: neither tells.
+    """
+
+    delay_s: float
+    known_from: SkewFrom
+
+
+def channel_skew(digitisation: Digitisation, daq: Daq) -> ChannelSkew:
+    """Return the delay between neighbouring channels: what came with the samples, else the setup's, else 0."""
+    # what the device said while it sampled goes before what somebody wrote later
+    if digitisation.channel_skew_s is not None:
+        return ChannelSkew(digitisation.channel_skew_s, "file")
+    # a default is no knowledge: only what was written counts
+    if "channel_skew_s" in daq.model_fields_set:
+        return ChannelSkew(daq.channel_skew_s, "setup")
+    return ChannelSkew(0.0, "assumed 0")
+
+
+def iq_names(n_receivers: int) -> tuple[str, ...]:
+    """Return the canonical channel names I1, Q1, ... of `n_receivers` pairs."""
+    return tuple(f"{part}{number}" for number in range(1, n_receivers + 1) for part in "IQ")
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Exact motion of the simulated tracer at the times of channel 0.
+
+    Attributes
+    ----------
+    position_m
+        Shape (3, n_samples).
+    path_m
+        Shape (n_receivers, n_samples).
+    impact_time_s
+        Shape (n_impacts,), from the first sample.
+    """
+
+    position_m: FloatArray
+    path_m: FloatArray
+    impact_time_s: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,13 +312,21 @@ class Recording:
         before = 0 if self.excerpt is None else self.excerpt.first_index
         return tuple(replace(gap, first_index=gap.first_index + before) for gap in self.gaps)
 
+    def blocks(self, length: int) -> Iterator[Block]:
+        """Yield the samples in blocks of at most `length`, each gapless and with the gap before it, where one is."""
+        reasons = {gap.first_index: gap.reason for gap in reversed(self.gaps)}
+        end_index = 0
+        for (first, index), (last, _) in pairwise([*stored_starts(self.gaps, self.n_samples), (self.n_samples, 0)]):
+            gap = Gap(end_index, index - end_index, reasons.get(end_index, "")) if index > end_index else None
+            end_index = index + last - first
+            for part in pieces(last - first, length):
+                yield Block(self.raw[:, first + part.start : first + part.stop], index + part.start, gap)
+                gap = None
+
     def volts(self) -> FloatArray:
         """Return the samples as volts, shape (n_channels, n_samples)."""
         return self.digitisation.volts(self.raw)
 
     def clipped(self) -> BoolArray:
         """Return where a channel sits at the end of its range, shape (n_channels, n_samples)."""
-        # volts do not tell where the range of the device ended
-        if self.raw.dtype == np.int16:
-            return np.asarray((self.raw <= -32768) | (self.raw >= 32767))
-        return np.zeros(self.raw.shape, dtype=np.bool_)
+        return at_rail(self.raw)

@@ -28,6 +28,6 @@ def default_setup_path() -> Path:
     return resources_folder() / "setups" / DEFAULT_SETUP
 
 
-def window_table(name: str) -> dict[str, Any]:
-    """Return a table of the window: its words, colours or actions."""
-    return tomllib.loads((resources_folder() / "window" / f"{name}.toml").read_text(encoding="utf-8"))
+def resource_table(name: str) -> dict[str, Any]:
+    """Return a shipped table: of the window its words, colours or actions, of NI-DAQmx its errors."""
+    return tomllib.loads((resources_folder() / f"{name}.toml").read_text(encoding="utf-8"))

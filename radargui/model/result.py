@@ -1,22 +1,332 @@
-"""The result of one run: everything the tables, the report and the window show."""
+"""What the chain yields, value by value, from the segment to the bounces, and the result that holds them."""
 
-from dataclasses import dataclass, field
-from typing import Literal
+from __future__ import annotations
 
-from radargui.model.bounce import Bounces
-from radargui.model.corrected import CorrectedIQ
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any, Generic, Literal, TypeVar
+
+import numpy as np
+
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.front_end import FrontEndPrior
-from radargui.model.path import PathLengths
 from radargui.model.recording import Recording
-from radargui.model.segment import Segment
 from radargui.model.setup import Setup
-from radargui.model.track import Track
 from radargui.model.uncertainty_budget import UncertaintyBudget
+
+
+@dataclass(frozen=True, slots=True)
+class Bounce:
+    """One impact.
+
+    Attributes
+    ----------
+    time_s
+        Instant of impact.
+    speed_before_m_s, speed_after_m_s
+        Speeds along the floor's normal at the instant of impact, positive.
+    e
+        Coefficient of restitution, after / before.
+    u_e
+        Its standard uncertainty.
+    method
+        How the speeds were found.
+    valid
+        False where the signal cannot support the coefficient.
+    e_flight_time
+        From the time until the next impact, g T / (2 v_before); NaN without a next impact.
+    e_height
+        From the height of the apex that follows, sqrt(2 g h) / v_before; NaN without a next impact.
+    u_e_combined
+        Standard uncertainty of e with what antennas, floor and sphere leave open; NaN where it was not carried.
+    """
+
+    time_s: float
+    speed_before_m_s: float
+    speed_after_m_s: float
+    e: float
+    u_e: float
+    method: str
+    valid: bool
+    e_flight_time: float = float("nan")
+    e_height: float = float("nan")
+    u_e_combined: float = float("nan")
+
+    @property
+    def u_stated(self) -> float:
+        """What people read behind the ±: the combined uncertainty of e where it is known, else the statistical."""
+        return self.u_e_combined if math.isfinite(self.u_e_combined) else self.u_e
+
+
+@dataclass(frozen=True, slots=True)
+class FreeFall:
+    """The first fall checked against the parabola.
+
+    Attributes
+    ----------
+    g_m_s2, u_g_m_s2
+        Acceleration and its standard uncertainty.
+    first_time_s, last_time_s
+        Span of the fit.
+    release_height_m
+        Height at rest before the fall, along the floor's normal.
+    drop_height_m
+        Height at rest above the height of the first impact; NaN where the fall ends without one.
+    parabola
+        Coefficients of the height along the floor's normal, a + b (t - first) + c (t - first)^2 in m, m/s, m/s^2.
+    residual_rms_m
+        Root mean square of the height against the parabola.
+    """
+
+    g_m_s2: float
+    u_g_m_s2: float
+    first_time_s: float
+    last_time_s: float
+    release_height_m: float
+    drop_height_m: float
+    parabola: tuple[float, float, float]
+    residual_rms_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bounces:
+    """All impacts of a run in time order, and the fall before the first.
+
+    Attributes
+    ----------
+    impacts, free_fall
+        What was found.
+    normal
+        Unit vector away from the floor, which speeds and heights are along; None where nothing was found along any.
+    u_tilt_deg
+        Standard uncertainty of its angle from the vertical, where it was found from the impacts with one.
+    """
+
+    impacts: tuple[Bounce, ...] = ()
+    free_fall: FreeFall | None = None
+    normal: tuple[float, float, float] | None = None
+    u_tilt_deg: float | None = None
+
+    def widened(self, factor: float) -> Bounces:
+        """Return them with the uncertainties of every e and of g times a factor."""
+        fall = self.free_fall
+        return replace(
+            self,
+            impacts=tuple(replace(one, u_e=factor * one.u_e) for one in self.impacts),
+            free_fall=None if fall is None else replace(fall, u_g_m_s2=factor * fall.u_g_m_s2),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Sample ranges of the motion and of the rest before it.
+
+    Attributes
+    ----------
+    first, last
+        Samples first:last hold the motion (last excluded).
+    rest_first, rest_last
+        Samples rest_first:rest_last lie at rest before the motion; equal where there is no rest.
+    """
+
+    first: int
+    last: int
+    rest_first: int
+    rest_last: int
+
+    @property
+    def has_rest(self) -> bool:
+        """Whether there is rest before the motion."""
+        return self.rest_last > self.rest_first
+
+    def counted_from(self, start: int) -> Segment:
+        """Return the same segment counted from sample `start` on."""
+        return Segment(self.first - start, self.last - start, self.rest_first - start, self.rest_last - start)
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelQuality:
+    """Quality of one IQ pair; None where the signal cannot support the figure.
+
+    Attributes
+    ----------
+    name
+        Receiver, "1" to "4".
+    snr_db
+        10 log10(A^2 / (2 sigma^2)), sigma the noise of one channel.
+    circularity
+        Root mean square of |z| - 1 after correction, in amplitudes.
+    image_rejection_db
+        20 log10 of the line at +f_doppler over the line at -f_doppler of I + iQ after correction.
+    fringes
+        Turns of the phase used.
+    fraction_valid
+        Share of valid samples in the motion segment.
+    fraction_clipped
+        Share of samples at the end of the range.
+    gain_ratio
+        Amplitude of Q over amplitude of I.
+    quadrature_error_deg
+        Departure of Q from 90 degrees after I.
+    verdict
+        good, usable or rejected.
+    reason
+        Why, when not good.
+    u_gain_ratio, u_quadrature_error_deg
+        Standard uncertainties of gain ratio and quadrature error.
+    prior_runs
+        Runs of the session whose gain ratio and quadrature error were the prior of these; empty where none was used.
+    """
+
+    name: str
+    snr_db: float | None = None
+    circularity: float | None = None
+    image_rejection_db: float | None = None
+    fringes: float | None = None
+    fraction_valid: float | None = None
+    fraction_clipped: float | None = None
+    gain_ratio: float | None = None
+    quadrature_error_deg: float | None = None
+    verdict: str = "good"
+    reason: str = ""
+    u_gain_ratio: float | None = None
+    u_quadrature_error_deg: float | None = None
+    prior_runs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectedIQ:
+    """I and Q without mismatch.
+
+    Attributes
+    ----------
+    time_s
+        Shape (n_samples,).
+    i, q
+        In amplitudes (unit circle), shape (n_receivers, n_samples); NaN where unknown.
+    valid
+        Shape (n_receivers, n_samples).
+    u_phase_rad
+        Standard uncertainty of the phase, shape (n_receivers, n_samples).
+    method
+        Correction used: joint, adaptive, published, ellipse or none
+    channels
+        Quality of each receiver.
+    steps
+        What the correction found on its way, one entry a receiver, for display: PublishedSteps, Ellipse or None.
+    """
+
+    time_s: FloatArray
+    i: FloatArray
+    q: FloatArray
+    valid: BoolArray
+    u_phase_rad: FloatArray
+    method: str
+    channels: tuple[ChannelQuality, ...]
+    steps: tuple[object, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PathLengths:
+    """Change of each receiver's path length.
+
+    Attributes
+    ----------
+    time_s
+        Shape (n_samples,).
+    phase_rad
+        Unwrapped, sign applied, 0 at rest, shape (n_receivers, n_samples); NaN where unknown.
+    change_m
+        wavelength * phase / (2 pi), shape (n_receivers, n_samples); NaN where unknown.
+    u_m
+        Standard uncertainty of `change_m`, same shape.
+    valid
+        Shape (n_receivers, n_samples).
+    piece
+        Number of the piece each sample belongs to, from 0, shape (n_samples,): it changes where a path was lost, and
+        lengths of two pieces have no common zero. None: all is one piece.
+    """
+
+    time_s: FloatArray
+    phase_rad: FloatArray
+    change_m: FloatArray
+    u_m: FloatArray
+    valid: BoolArray
+    piece: IntArray | None = None
+
+    def restarts(self) -> IntArray:
+        """Return the first sample of each piece but the first, shape (n_pieces - 1,)."""
+        if self.piece is None:
+            return np.empty(0, dtype=np.intp)
+        # lengths of two pieces have no common zero: nothing may be differenced across one
+        return np.flatnonzero(np.diff(self.piece)) + 1
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """Position against time.
+
+    Attributes
+    ----------
+    time_s
+        Shape (n_samples,).
+    position_m
+        Centre of the sphere, shape (3, n_samples); NaN where unknown.
+    u_position_m
+        Standard uncertainty, shape (3, n_samples).
+    valid
+        Shape (n_samples,).
+    geometry
+        exact or plane.
+    u_combined_m
+        Standard uncertainty with what antennas, release and sphere leave open, shape (3, n_samples); None where it was
+        not carried.
+    """
+
+    time_s: FloatArray
+    position_m: FloatArray
+    u_position_m: FloatArray
+    valid: BoolArray
+    geometry: str
+    u_combined_m: FloatArray | None = None
+
 
 Status = Literal["ok", "no_motion", "rejected"]
 
 
+_T = TypeVar("_T")
+
+
+class Deferred(Generic[_T]):
+    """A value of a result, or how it is made: once, when it is first asked for.
+
+    A result has one column a stored sample, and few readers want all of them.
+    """
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, result: Any, owner: type) -> _T | None:
+        value = result.__dict__[self._name]
+        if callable(value):
+            value = result.__dict__[self._name] = value()
+        made: _T | None = value
+        return made
+
+    def __set__(self, result: Any, value: _T | Callable[[], _T] | None) -> None:
+        result.__dict__[self._name] = None if value is self else value
+
+
 @dataclass(frozen=True, slots=True)
+class Quality:
+    """Which correction was used, and how good each receiver is by it."""
+
+    method: str
+    channels: tuple[ChannelQuality, ...]
+
+
+@dataclass(frozen=True)
 class RunResult:
     """What one recording gave under one setup.
 
@@ -29,7 +339,8 @@ class RunResult:
     segment
         The motion and the rest before it; None without motion.
     corrected, paths, track
-        The values on the way; None where the flow ended before. `track` is None with fewer than 3 receivers.
+        The values on the way, made when they are first asked for; None where the flow ended before. `track` is None
+        with fewer than 3 receivers.
     bounces
         Impacts and first fall.
     uncertainty_budget
@@ -42,6 +353,8 @@ class RunResult:
     front_end_prior
         What earlier runs of the session said about the front ends, and whether it was used; None where nothing was
         known or asked.
+    told_quality
+        What `quality` says where it is known without making `corrected`.
     """
 
     recording: Recording = field(repr=False)
@@ -49,14 +362,23 @@ class RunResult:
     status: Status
     reason: str = ""
     segment: Segment | None = None
-    corrected: CorrectedIQ | None = field(default=None, repr=False)
-    paths: PathLengths | None = field(default=None, repr=False)
-    track: Track | None = field(default=None, repr=False)
+    corrected: Deferred[CorrectedIQ] = field(default=Deferred[CorrectedIQ](), repr=False)
+    paths: Deferred[PathLengths] = field(default=Deferred[PathLengths](), repr=False)
+    track: Deferred[Track] = field(default=Deferred[Track](), repr=False)
     bounces: Bounces = field(default_factory=Bounces)
     uncertainty_budget: UncertaintyBudget | None = None
     warnings: tuple[str, ...] = ()
     preliminary: bool = False
     front_end_prior: FrontEndPrior | None = None
+    told_quality: Quality | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def quality(self) -> Quality | None:
+        """The correction used and the quality of its receivers; None where the flow ended before."""
+        if self.told_quality is not None:
+            return self.told_quality
+        corrected = self.corrected
+        return None if corrected is None else Quality(corrected.method, corrected.channels)
 
     @property
     def zero(self) -> tuple[float, str]:

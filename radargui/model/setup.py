@@ -1,16 +1,26 @@
-"""The whole setup: what the setup file says, validated."""
+"""The setup: what a file may say; read with every fault named, written so that comments stay, changed by key."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+import os
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, model_validator
+import tomlkit
+from pydantic import ConfigDict, Field, ValidationError, model_validator
+from tomlkit.exceptions import TOMLKitError
 
 from radargui.model.daq import Daq, RecordingLimits
-from radargui.model.digitisation import iq_names
-from radargui.model.polarization import LEAST_SHARE, ReceivedField, received_fields
+from radargui.model.errors import SetupError
 from radargui.model.radar import Floor, Radar, Receiver, Site, Tracer, Transmitter
+from radargui.model.recording import iq_names
+from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
 from radargui.model.section import ExactWhole, Section
+from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
 
 SCHEMA = 1
@@ -115,3 +125,223 @@ class Setup(Section):
         if self.daq.channels is not None:
             return self.daq.channels
         return tuple(f"ai{number}" for number in range(2 * self.n_receivers))
+
+
+MOST_KEY_PARTS = 32
+_PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_ENDLESS_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_KEY_PARTS}}}")
+
+
+def load_toml(text: str) -> dict[str, Any]:
+    """Return the tables of a TOML text.
+
+    Raises
+    ------
+    ValueError
+        Not TOML, or nested or long beyond all use; the text says where.
+    """
+    # The parser's memory grows with the square of the number of parts of a key.
+    if _ENDLESS_KEY.search(text):
+        raise ValueError("a key of too many parts")
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except RecursionError:
+        raise ValueError("tables or lists nested too deep") from None
+    except ValueError:
+        raise ValueError("a number has too many digits") from None
+
+
+MAXIMUM_BYTES = 1_000_000
+
+
+def parse_setup(text: str, name: str = "setup") -> Setup:
+    """Return the setup that a TOML text describes.
+
+    Raises
+    ------
+    SetupError
+        Not TOML, or a key missing, unknown or out of range; one line names key, value and allowed range.
+    """
+    try:
+        document = load_toml(text)
+    except ValueError as error:
+        raise _not_toml(name, str(error)) from None
+    return validate_setup(document, name)
+
+
+def validate_setup(document: dict[str, Any], name: str = "setup") -> Setup:
+    """Return the setup that plain tables describe.
+
+    Raises
+    ------
+    SetupError
+        A key missing, unknown or out of range; one line names key, value and allowed range.
+    """
+    try:
+        return Setup.model_validate(document)
+    except ValidationError as error:
+        raise SetupError(f"{name}: {describe(error, Setup)}") from None
+
+
+def _not_toml(name: str, fault: str) -> SetupError:
+    text = " ".join(fault.split())
+    return SetupError(f"{name} is not TOML: {text}.", remedy="Correct that place or start from a shipped setup.")
+
+
+def read_setup(path: Path) -> Setup:
+    """Return the setup in a file.
+
+    Raises
+    ------
+    SetupError
+        Unreadable, not TOML, or invalid.
+    """
+    try:
+        if path.stat().st_size > MAXIMUM_BYTES:
+            raise SetupError(f"{path} is larger than a setup file can be", remedy="Give the TOML file of a setup.")
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise SetupError(f"{path}: {error.strerror or error}", remedy="Check the path of the setup file.") from None
+    except UnicodeDecodeError:
+        raise SetupError(f"{path} is not TOML: not UTF-8 text", remedy="Give the TOML file of a setup.") from None
+    return parse_setup(text, str(path))
+
+
+def dump_setup(setup: Setup, original: str = "") -> str:
+    """Return the setup as TOML; where `original` is given its comments and order stay."""
+    document = tomlkit.parse(original) if original else tomlkit.document()
+    _update(document, plain(setup))
+    return tomlkit.dumps(document)
+
+
+def plain(setup: Setup) -> dict[str, Any]:
+    """Return the setup as plain tables: what was set or differs from the default, nothing that is None."""
+    whole = setup.model_dump(by_alias=True, exclude_none=True, mode="json")
+    given = setup.model_dump(by_alias=True, exclude_none=True, exclude_defaults=True, mode="json")
+    explicit = setup.model_dump(by_alias=True, exclude_none=True, exclude_unset=True, mode="json")
+    return {
+        key: whole[key] if key in ("schema", "receiver") else {**explicit.get(key, {}), **given.get(key, {})}
+        for key in whole
+        if key in given or key in explicit
+    }
+
+
+def _update(target: Any, source: dict[str, Any]) -> None:
+    for key in [key for key in target if key not in source]:
+        del target[key]
+    for key, value in source.items():
+        old = target.get(key)
+        if isinstance(value, dict) and hasattr(old, "keys"):
+            _update(old, value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            _update_tables(target, key, value)
+        elif old is None or old != value:
+            target[key] = value
+
+
+def _update_tables(target: Any, key: str, rows: list[dict[str, Any]]) -> None:
+    if not isinstance(target.get(key), tomlkit.items.AoT):
+        target[key] = tomlkit.aot()
+    tables = target[key]
+    del tables[len(rows) :]
+    for table, row in zip(tables, rows, strict=False):
+        _update(table, row)
+    for row in rows[len(tables) :]:
+        tables.append(row)
+
+
+def write_setup(setup: Setup, path: Path) -> None:
+    """Write the setup; comments of a file that is there survive, and the file is replaced in one step.
+
+    Raises
+    ------
+    SetupError
+        The folder cannot be written.
+    """
+    try:
+        original = path.read_text(encoding="utf-8-sig") if path.exists() else ""
+        text = dump_setup(setup, original)
+    except (OSError, UnicodeDecodeError, TOMLKitError):
+        text = dump_setup(setup)
+    partial = path.with_name(path.name + ".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with partial.open("w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        raise SetupError(
+            f"{path}: cannot be written: {error.strerror or error}", remedy="Choose another folder."
+        ) from None
+
+
+def changed(setup: Setup, changes: Mapping[str, Any], name: str = "setup") -> Setup:
+    """Return the setup with some keys changed and all of it checked again.
+
+    Parameters
+    ----------
+    setup
+        Where the other keys come from.
+    changes
+        From "table.key" to the new value; None leaves the key as it is.
+    name
+        Whose wish it is, for messages.
+
+    Raises
+    ------
+    SetupError
+        A new value is not allowed.
+    """
+    wanted = {key: value for key, value in changes.items() if value is not None}
+    if not wanted:
+        return setup
+    document = plain(setup)
+    for place, value in wanted.items():
+        table, _, key = place.partition(".")
+        document.setdefault(table, {})[key] = value
+    return validate_setup(document, name)
+
+
+def moved(setup: Setup, key: str, by: float) -> Setup:
+    """Return the setup with one value moved, unchecked: for what results change by when it is a little wrong.
+
+    Parameters
+    ----------
+    setup
+        Where the value comes from; a refractive index or a receiver's polarisation that is not given counts as what
+        is taken for it. A transmitter with `position_m` moves along its direction.
+    key
+        As in `model.assumed`: receiver[2].tilt_deg, tracer.release_position_m[3].
+    by
+        In the value's unit.
+    """
+    place, name = key.split(".")
+    table_name, index = _indexed(place)
+    name, axis = _indexed(name)
+    whole = getattr(setup, table_name)
+    table = whole if index is None else whole[index]
+    value = getattr(table, name)
+    if name == "distance_m" and value is None:
+        # what a tape measures wrongly is the distance, not the direction
+        stretched = 1.0 + by / math.hypot(*table.position_m)
+        name, value = "position_m", tuple(stretched * x for x in table.position_m)
+    elif axis is not None:
+        value = (*value[:axis], value[axis] + by, *value[axis + 1 :])
+    else:
+        if value is None:
+            # of what is not given the value that is taken for it moves
+            value = 1.0 if index is None else setup.received_fields()[index].angle_deg
+        value += by
+    table = table.model_copy(update={name: value})
+    update = table if index is None else (*whole[:index], table, *whole[index + 1 :])
+    return setup.model_copy(update={table_name: update})
+
+
+def _indexed(part: str) -> tuple[str, int | None]:
+    """Split receiver[2] into its name and 1."""
+    found = re.fullmatch(r"(\w+)\[(\d+)\]", part)
+    return (found[1], int(found[2]) - 1) if found else (part, None)

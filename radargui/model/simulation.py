@@ -13,14 +13,7 @@ Relative = Annotated[Real, Field(ge=0.0, le=0.5)]
 WallDistance = Annotated[Real, Field(gt=0.0, le=10.0)]
 WallAzimuth = Annotated[Real, Field(ge=-360.0, le=360.0)]
 MismatchKind = Literal[
-    "dc_offset",
-    "gain_error",
-    "quadrature_error",
-    "bias",
-    "amplitude_variation",
-    "drift",
-    "reflection",
-    "mains",
+    "dc_offset", "gain_error", "quadrature_error", "bias", "amplitude_variation", "drift", "reflection", "mains"
 ]
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
@@ -127,10 +126,14 @@ def find_stops(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray,
     if time_s.size < 2 * limits.least_points:
         return np.zeros(0)
     at = np.arange(time_s[0] + limits.side_s, time_s[-1] - limits.side_s, 0.1 * limits.side_s)
+    at = at[height.may_stop(at)]
     before, after, u_jump = height.speeds(at)
     jump = after - before
     stops = (before < -limits.least_stop_m_s) & (np.abs(after) < limits.stopped_share * np.abs(before))
-    stops &= (jump > limits.sigmas * u_jump) & (jump > limits.waves * height.waves_m_s())
+    stops &= jump > limits.sigmas * u_jump
+    if not stops.any():
+        return np.zeros(0)
+    stops &= jump > limits.waves * height.waves_m_s()
     found: list[float] = []
     for k in np.flatnonzero(stops)[np.argsort(-(jump / u_jump)[stops])]:
         if np.abs(np.append(impact_s, found) - at[k]).min(initial=np.inf) > limits.apart_from_impact_s:
@@ -169,6 +172,9 @@ def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
     A minimum counts where the height, smoothed over 2 ms, rises by more than max(0.15 mm, 6 u) within 8 ms on both
     sides, which takes a curvature of half of gravity. Parameters as in `find_impacts`.
     """
+    # a third of a second to load, and only estimates need it
+    from scipy.ndimage import minimum_filter1d, uniform_filter1d
+
     limits, known = IMPACT_LIMITS, np.isfinite(height_m)
     step = limits.track_step_s
     grid = np.arange(time_s[known][0], time_s[known][-1], step)
@@ -176,13 +182,15 @@ def find_turns(time_s: FloatArray, height_m: FloatArray, u_height_m: FloatArray)
     height = uniform_filter1d(np.interp(grid, time_s[known], height_m[known]), width, mode="nearest")
     reach, near = round(limits.turn_s / step), round(0.6 * limits.turn_s / step)
     least = max(limits.least_dip_m, limits.dip_sigmas * float(np.median(u_height_m)))
-    found: list[float] = []
     lowest = np.flatnonzero(height <= minimum_filter1d(height, 2 * near + 1, mode="nearest"))
-    for k in lowest[(lowest >= near) & (lowest < grid.size - near)]:
-        if found and grid[k] - found[-1] < 0.6 * limits.turn_s:
-            continue
-        left, right = height[max(0, k - reach) : k + 1].max(), height[k : k + reach + 1].max()
-        if min(left, right) - height[k] > least:
+    lowest = lowest[(lowest >= near) & (lowest < grid.size - near)]
+    # highest within the reach before and after each sample
+    padded = np.pad(height, reach, mode="edge")
+    around = lowest[:, None] + np.arange(reach + 1)
+    left, right = padded[around].max(axis=1), padded[around + reach].max(axis=1)
+    found: list[float] = []
+    for k in lowest[np.minimum(left, right) - height[lowest] > least]:
+        if not found or grid[k] - found[-1] >= 0.6 * limits.turn_s:
             found.append(float(grid[k]))
     return np.array(found)
 
@@ -231,10 +239,25 @@ class _Height:
         after, u_after = self._parabolas(at_s + limits.clear_s, at_s + limits.side_s, at_s)
         return before[:, 1], after[:, 1], np.hypot(u_before, u_after)
 
+    def may_stop(self, at_s: FloatArray) -> BoolArray:
+        """Return at which instants a fall may end, by the heights on both sides: slopes of all would cost more."""
+        limits = IMPACT_LIMITS
+        sides_s = at_s + np.array([-1.0, 0.0, 1.0])[:, None] * limits.side_s
+        known = np.isfinite(self.height_m)
+        if not known.any():
+            return np.zeros(at_s.size, dtype=np.bool_)
+        before, after = np.diff(np.interp(sides_s, self.time_s[known], self.height_m[known]), axis=0) / limits.side_s
+        # gravity changes a mean speed, and noise of the two heights makes one
+        slack = NOMINAL_GRAVITY_M_S2 * limits.side_s + limits.sigmas * self.u_m.max() / limits.side_s
+        return np.asarray(
+            (before < slack - limits.least_stop_m_s) & (np.abs(after) < limits.stopped_share * np.abs(before) + slack)
+        )
+
     def waves_m_s(self) -> float:
         """Return the size of the jumps that a mismatch left in the track makes everywhere, not only at impacts."""
         side = IMPACT_LIMITS.side_s
-        before, after, _ = self.speeds(np.arange(self.time_s[0] + side, self.time_s[-1] - side, 0.2 * side))
+        # nearer instants share most of their samples
+        before, after, _ = self.speeds(np.arange(self.time_s[0] + side, self.time_s[-1] - side, 0.5 * side))
         jump = (after - before)[np.isfinite(after - before)]
         return _MEDIAN_TO_SD * float(np.median(np.abs(jump - np.median(jump)))) if jump.size else 0.0
 
@@ -272,14 +295,30 @@ class _Height:
         inside &= known[:, None]
         unit = IMPACT_LIMITS.side_s  # in which the columns are of one size
         t = (self.time_s[index] - at_s[:, None]) / unit
-        weight = np.where(inside, 1.0 / self.u_m[index], 0.0)
-        columns = np.stack([np.ones_like(t), t, t**2], axis=2) * weight[:, :, None]
-        wanted = np.where(inside, self.height_m[index], 0.0) * weight
-        normal = np.where(known[:, None, None], columns.transpose(0, 2, 1) @ columns, np.eye(3))
-        covariance = np.linalg.inv(normal)
-        solution = (covariance @ (columns.transpose(0, 2, 1) @ wanted[:, :, None]))[:, :, 0]
-        square = ((wanted - (columns @ solution[:, :, None])[:, :, 0]) ** 2).sum(axis=1)
-        misfit = square / np.maximum(inside.sum(axis=1) - 3, 1)
-        u_speed = np.sqrt(covariance[:, 1, 1] * np.maximum(misfit, 1.0)) / unit
+        weight = np.where(inside, self.u_m[index] ** -2.0, 0.0)
+        height = np.where(inside, self.height_m[index], 0.0)
+        # weighed sums of t^0 ... t^4 and of height t^0 ... t^2
+        moments, pulls, powers = np.empty((5, at_s.size)), np.empty((3, at_s.size)), weight
+        for degree in range(5):
+            moments[degree] = powers.sum(axis=1)
+            if degree < 3:
+                pulls[degree] = np.einsum("ij,ij->i", powers, height)
+            powers = powers * t
+        # unknown ones get the equations of a parabola through -1, 0 and 1
+        moments[:, ~known] = np.array([3.0, 0.0, 2.0, 0.0, 2.0])[:, None]
+        m0, m1, m2, m3, m4 = moments
+        # adjugate over determinant: a hundred times as fast as a solver called for each
+        adjugate = np.array(
+            [
+                [m2 * m4 - m3 * m3, m2 * m3 - m1 * m4, m1 * m3 - m2 * m2],
+                [m2 * m3 - m1 * m4, m0 * m4 - m2 * m2, m1 * m2 - m0 * m3],
+                [m1 * m3 - m2 * m2, m1 * m2 - m0 * m3, m0 * m2 - m1 * m1],
+            ]
+        )
+        determinant = m0 * adjugate[0, 0] + m1 * adjugate[0, 1] + m2 * adjugate[0, 2]
+        solution = np.einsum("jki,ki->ij", adjugate, pulls) / determinant[:, None]
+        off = height - solution[:, :1] - t * (solution[:, 1:2] + t * solution[:, 2:])
+        misfit = np.einsum("ij,ij,ij->i", weight, off, off) / np.maximum(inside.sum(axis=1) - 3, 1)
+        u_speed = np.sqrt(adjugate[1, 1] / determinant * np.maximum(misfit, 1.0)) / unit
         solution = np.where(known[:, None], solution / unit ** np.arange(3), np.nan)
         return solution, np.where(known, u_speed, np.nan)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.quality import LIMITS
@@ -14,22 +13,23 @@ from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.select.budget import NoSingleBodyError
-from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import BoolArray
-from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
-from radargui.model.path import PathLengths
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.result import CorrectedIQ, PathLengths, Track
 from radargui.model.setup import Setup
-from radargui.model.track import Track
 from radargui.processing.continuity import checked
 from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
 from radargui.processing.measured_motion import MeasuredMotion
 from radargui.processing.whole import as_wired
-from radargui.restitution.input_changes import joint_changes
+from radargui.restitution.input_changes import joint_changes, setup_responses
 from radargui.restitution.joint_bounces import joint_bounces
+from radargui.restitution.settings import TRACKS
 
+_FALL_MARGIN = 0.1  # of the fall left out at both ends
 ENDED_EARLY = (
     "the search for walls was ended before it had looked everywhere: the signals ask for more than the model has, and "
     "what the models before it say counts in full in the uncertainty"
@@ -78,31 +78,29 @@ def measure_by_estimate(
     if method == "joint" and conditioned.n_receivers < LEAST_RECEIVERS:
         method = "adaptive"
         why = "it needs three receivers" if "correction" in setup.processing.model_fields_set else ""
-    # the matrices are many and small: threads of the linear algebra cost four times what they save
-    with threadpool_limits(limits=1, user_api="blas"):
-        if conditioned.n_receivers < LEAST_RECEIVERS:
-            alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
-            return _with_reason(alone, why)
-        rounds = adaptive_rounds(conditioned, setup)
-        # always: it starts the joint estimate, and stands where that does not
-        estimate = estimate_adaptive(rounds)
-        adaptive = _motion_of(estimate, conditioned, setup)
-        # a long search in a signal without an echo ends in a misfit: said at once instead
-        if method == "joint" and _is_hopeless(estimate, adaptive):
-            return adaptive
-        if method == "joint":
-            if on_preliminary is not None:
-                # the operator has a result soon, and the joint one replaces it
-                on_preliminary(adaptive)
-            try:
-                joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
-            except NoSingleBodyError as error:
-                wrong = (error.misfit > LIMITS.most_misfit) & (estimate.chi_square > LIMITS.most_misfit)
-                if wrong.any():
-                    return _without(adaptive, wrong)
-                joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
-            if joint is not None:
-                return _with_prior(_motion_of(joint, conditioned, setup), tried, why)
+    if conditioned.n_receivers < LEAST_RECEIVERS:
+        alone = measure_in_band(conditioned, setup.radar.wavelength_m, lambda own: _by_circles(own, setup))
+        return _with_reason(alone, why)
+    rounds = adaptive_rounds(conditioned, setup)
+    # always: it starts the joint estimate, and stands where that does not
+    estimate = estimate_adaptive(rounds)
+    adaptive = _motion_of(estimate, conditioned, setup)
+    # a long search in a signal without an echo ends in a misfit: said at once instead
+    if method == "joint" and _is_hopeless(estimate, adaptive):
+        return adaptive
+    if method == "joint":
+        if on_preliminary is not None:
+            # the operator has a result soon, and the joint one replaces it
+            on_preliminary(adaptive)
+        try:
+            joint, why, tried = _try_joint_with(prior, conditioned.phase_sign, setup, rounds, progress)
+        except NoSingleBodyError as error:
+            wrong = (error.misfit > LIMITS.most_misfit) & (estimate.chi_square > LIMITS.most_misfit)
+            if wrong.any():
+                return _without(adaptive, wrong)
+            joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
+        if joint is not None:
+            return _with_prior(_motion_of(joint, conditioned, setup), tried, why)
     return _with_reason(adaptive, why)
 
 
@@ -132,12 +130,27 @@ def _is_hopeless(estimate: MotionEstimate, adaptive: MeasuredMotion) -> bool:
     """Whether the joint estimate has nothing to begin with.
 
     It corrects circles that reflections bend, not a lost count of fringes (a path that follows its circle, but not its
-    signal), nor receivers of which most make no sense by themselves.
+    signal), nor receivers of which most make no sense by themselves: but where the places fall as a body does, their
+    phases are right, and only the circles are bent.
     """
     # rejected by its path, not by the fit of its circle
     rejected = np.array([channel.verdict == "rejected" for channel in adaptive.corrected.channels])
     lost = rejected & [channel.verdict != "rejected" for channel in estimate.channels]
-    return bool(lost.any() or 2 * rejected.sum() > rejected.size)
+    return bool(lost.any() or (2 * rejected.sum() > rejected.size and not _falls(estimate)))
+
+
+def _falls(estimate: MotionEstimate) -> bool:
+    """Whether the places before the first impact are those of a free fall."""
+    if estimate.position_m is None or estimate.impact_s.size == 0:
+        return False
+    onset_s, impact_s = estimate.onset_s, float(estimate.impact_s[0])
+    # the release is no clean cut, and the impact's instant is known to a bin
+    time_s, margin_s = estimate.time_s, _FALL_MARGIN * (impact_s - onset_s)
+    falling = (time_s > onset_s + margin_s) & (time_s < impact_s - margin_s)
+    if falling.sum() < TRACKS.least_fall_samples:
+        return False
+    bend = np.polyfit(time_s[falling] - onset_s, estimate.position_m[2, falling], 2)[0]
+    return bool(abs(-2.0 * bend / NOMINAL_GRAVITY_M_S2 - 1.0) < TRACKS.largest_g_error)
 
 
 def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup) -> MeasuredMotion:
@@ -146,11 +159,11 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     # the far field bends the path by millimetres: no flight obeys gravity there, and the track gives the bounces
     if isinstance(estimate, JointEstimate) and setup.processing.geometry == "exact":
         try:
-            bounces, fit = joint_bounces(estimate, setup)
-            changes, test = joint_changes(estimate, bounces, fit, setup)
-            if test.told:
-                warnings = (test.told,)
-                estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
+            responses = setup_responses(estimate, setup)
+            bounces, fit = joint_bounces(estimate, setup, responses.floor_covariance())
+            changes, test = joint_changes(estimate, bounces, fit, setup, responses)
+            warnings = (test.told,) if test.told else ()
+            estimate, bounces = estimate.widened(test.widening), bounces.widened(test.widening)
         except SolveError as error:
             why = error.message.rstrip(".")
             warnings = (f"the flights could not be fitted ({why}): the bounces were taken from the track",)

@@ -1,24 +1,27 @@
 """What a measured path must keep to: it follows its signal, never jumps, and starts anew where it was lost."""
 
+from __future__ import annotations
+
 import itertools
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import Doppler
-from radargui.conditioning.echo import Echo
 from radargui.conditioning.follows import ALONE, TOGETHER, follows, missed_frames
 from radargui.correction.agreement import lasting, strays
 from radargui.correction.pieces import join_pieces
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
-from radargui.model.corrected import CorrectedIQ
 from radargui.model.front_end import FrontEnd
-from radargui.model.quality import ChannelQuality
-from radargui.model.track import Track
+from radargui.model.result import ChannelQuality, CorrectedIQ, Track
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.processing.measured_motion import MeasuredMotion
+
+if TYPE_CHECKING:
+    # loads what only one or two receivers need
+    from radargui.conditioning.echo import Echo
 
 JUMP_S = 0.005
 """Around a jump of a path in which nothing is known: half the block in which the phase's roughness is told."""
@@ -218,6 +221,9 @@ def _is_another(channel: ChannelQuality, front_end: FrontEnd) -> bool:
 
 def _present(corrected: CorrectedIQ, number: int, echo: Echo, moving: slice, rate_hz: float) -> BoolArray:
     """Return where a target may be although no echo leads: on the circle, and not for longer than it may stand."""
+    # a third of a second to load, and only one or two receivers need it
+    from scipy.ndimage import uniform_filter1d
+
     size = max(1, round(PRESENT_S * rate_hz))
     radius = uniform_filter1d(np.nan_to_num(np.hypot(corrected.i[number], corrected.q[number])), size, mode="nearest")
     out = np.asarray((radius > PRESENT[0]) & (radius < PRESENT[1]))

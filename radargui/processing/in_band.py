@@ -6,10 +6,8 @@ import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.doppler_band import correct_in_band
-from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
-from radargui.model.path import PathLengths
-from radargui.model.quality import ChannelQuality
+from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths
 from radargui.processing.continuity import checked
 from radargui.processing.measured_motion import MeasuredMotion
 

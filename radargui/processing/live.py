@@ -9,11 +9,11 @@ from radargui.conditioning.hum import Hum, find_hum
 from radargui.conditioning.noise import white_noise_v
 from radargui.conditioning.trigger import MotionTrigger
 from radargui.correction.map_filter import MapFilter
-from radargui.geometry.antennas import place_antennas
 from radargui.geometry.bistatic import locate_exact
+from radargui.geometry.path_length import place_antennas
 from radargui.geometry.scattering import sphere_delay
 from radargui.model.arrays import FloatArray, IntArray, RawArray
-from radargui.model.digitisation import Digitisation
+from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.processing.live_samples import LiveSamples, Means
 from radargui.processing.locate import LEAST_RECEIVERS

@@ -9,7 +9,7 @@ import numpy as np
 from radargui.conditioning.averager import Averager
 from radargui.model.arrays import FloatArray, IntArray, RawArray
 from radargui.model.daq import Daq
-from radargui.model.digitisation import Digitisation, channel_skew
+from radargui.model.recording import Digitisation, channel_skew
 
 LIVE_RATE_HZ = 4000.0
 """Block means at this rate still follow a Doppler of several hundred Hz."""

@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from radargui.geometry.antennas import Antennas, place_antennas
 from radargui.geometry.bistatic import locate_exact, position_uncertainty
-from radargui.geometry.plane_wave import locate_plane
+from radargui.geometry.path_length import Antennas, locate_plane, place_antennas
 from radargui.geometry.scattering import sphere_delay
 from radargui.model.arrays import FloatArray
-from radargui.model.path import PathLengths
+from radargui.model.result import PathLengths, Track
 from radargui.model.setup import Setup
-from radargui.model.track import Track
 
 LEAST_RECEIVERS = 3
 """Path lengths that a position in space needs."""

@@ -7,9 +7,8 @@ from pathlib import Path
 from radargui.conditioning.long_motion import find_long_motion
 from radargui.files.run_file import RunStream, read_run, run_stream
 from radargui.model.arrays import FloatArray
-from radargui.model.block import Gap
 from radargui.model.errors import FileError
-from radargui.model.recording import Excerpt, Recording
+from radargui.model.recording import Excerpt, Gap, Recording
 
 LONG_SAMPLES = 1 << 22
 """A recording with more samples a channel (126 s at 33.3 kS/s) is long."""
@@ -86,11 +85,7 @@ def shortened(recording: Recording) -> Recording:
 
 
 def _part(stream: RunStream, first: int, last: int, reason: str) -> Recording:
-    facts, raw = stream.facts, stream.part(first, last)
-    part = Recording(
-        facts.name, raw, facts.digitisation, trigger_index=facts.trigger_index, started_at=facts.started_at
-    )
-    return _placed(part, facts.gaps, first, facts.n_samples, reason)
+    return _placed(stream.recording(first, last), stream.facts.gaps, first, stream.facts.n_samples, reason)
 
 
 def _stretch(pieces: Iterable[FloatArray], count: int, rate_hz: float) -> tuple[int, int, str]:

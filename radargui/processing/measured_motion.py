@@ -5,11 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.model.bounce import Bounces
-from radargui.model.corrected import CorrectedIQ
 from radargui.model.front_end import FrontEndPrior
-from radargui.model.path import PathLengths
-from radargui.model.track import Track
+from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Track
 from radargui.model.uncertainty_budget import InputChange
 
 

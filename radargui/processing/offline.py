@@ -2,24 +2,21 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache, partial
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from radargui.conditioning.condition import NoMotion, condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.correct import correct
 from radargui.correction.phase import unwrap, wrapped_phase
-from radargui.model.bounce import Bounces
-from radargui.model.corrected import CorrectedIQ
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.path import PathLengths
 from radargui.model.recording import Recording
-from radargui.model.result import RunResult
-from radargui.model.segment import Segment
+from radargui.model.result import Bounces, CorrectedIQ, PathLengths, Quality, RunResult, Segment, Track
 from radargui.model.setup import Setup
-from radargui.model.track import Track
 from radargui.processing.continuity import checked, is_alone, lay_down
 from radargui.processing.locate import LEAST_RECEIVERS, locate_body
 from radargui.processing.long_recording import shortened
@@ -78,25 +75,33 @@ def process(
     ProcessingError
         The recording does not fit the setup, or holds no samples.
     """
-    _check(recording, setup)
-    # an hour of rest says nothing that its last seconds do not
-    recording = shortened(recording)
-    report = progress or (lambda _: None)
-    warnings = _warnings_before(recording, setup)
-    conditioned = condition(recording, setup)
-    # an answer, not a failure: a plate that hangs still is measured too
-    if isinstance(conditioned, NoMotion):
-        return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
-    report(0.1)
-    # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
-    part = Part.sound(setup, conditioned)
-    motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
-    # one at a time may reject another: without a bad receiver its neighbours are judged anew
-    while faults := _left_out(part, motion):
-        part = part.without(faults)
+    # the matrices are many and small: threads of the linear algebra cost several times what they save
+    with _linear_algebra().limit(limits=1, user_api="blas"):
+        _check(recording, setup)
+        # an hour of rest says nothing that its last seconds do not
+        recording = shortened(recording)
+        report = progress or (lambda _: None)
+        warnings = _warnings_before(recording, setup)
+        conditioned = condition(recording, setup)
+        # an answer, not a failure: a plate that hangs still is measured too
+        if isinstance(conditioned, NoMotion):
+            return RunResult(recording, setup, "no_motion", conditioned.reason, warnings=tuple(warnings))
+        report(0.1)
+        # a dead or doubled channel is no receiver: its neighbours must not be corrected together with it
+        part = Part.sound(setup, conditioned)
         motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
-    report(0.9)
-    return _result(recording, part, motion, warnings)
+        # one at a time may reject another: without a bad receiver its neighbours are judged anew
+        while faults := _left_out(part, motion):
+            part = part.without(faults)
+            motion = _measure_part(recording, part, report, on_preliminary, front_ends, warnings)
+        report(0.9)
+        return _result(recording, part, motion, warnings)
+
+
+@cache
+def _linear_algebra() -> ThreadpoolController:
+    """Return what sets the number of threads of the libraries that are loaded; to find these takes milliseconds."""
+    return ThreadpoolController()
 
 
 def steps_of(result: RunResult) -> tuple[object, ...]:
@@ -109,7 +114,7 @@ def steps_of(result: RunResult) -> tuple[object, ...]:
         return ()
     part = Part.sound(result.setup, conditioned)
     whole = Whole(result.recording, part.conditioned, part.receivers)
-    return whole.corrected(correct(part.conditioned, corrected.method), part.faults).steps
+    return whole.steps(correct(part.conditioned, corrected.method).steps)
 
 
 def cut_short(result: RunResult) -> RunResult:
@@ -122,10 +127,10 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
     setup, conditioned = part.setup, part.conditioned
     rate_hz, segment = conditioned.sample_rate_hz, conditioned.segment
     whole = Whole(recording, conditioned, part.receivers)
-    corrected, paths, track = whole.corrected(motion.corrected, part.faults), whole.paths(motion.paths), motion.track
+    channels, paths, track = whole.channels(motion.corrected, part.faults), motion.paths, motion.track
     warnings = [*before, *motion.warnings]
     # every rejected receiver refuses the run, for the track needs all of them, unless it goes on without
-    reasons = {k: f"receiver {k + 1}: {c.reason}" for k, c in enumerate(corrected.channels) if c.verdict == "rejected"}
+    reasons = {k: f"receiver {k + 1}: {c.reason}" for k, c in enumerate(channels) if c.verdict == "rejected"}
     # what is no receiver first: without it, its neighbours are hard to judge
     left_out = [reasons.pop(number) for number, fault in enumerate(part.faults) if fault]
     if part.goes_on_without:
@@ -157,7 +162,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         warnings += disagreements(bounces)
     warnings += [
         f"receiver {channel.name} is {channel.verdict}: {channel.reason}"
-        for channel in corrected.channels
+        for channel in channels
         if channel.verdict == "usable"
     ]
     return RunResult(
@@ -166,13 +171,14 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         status="rejected" if rejected else "ok",
         reason="; ".join(rejected),
         segment=whole.segment(segment),
-        corrected=corrected,
-        paths=paths,
-        track=None if track is None else whole.track(track),
+        corrected=partial(whole.corrected, motion.corrected, channels),
+        paths=partial(whole.paths, paths),
+        track=None if track is None else partial(whole.track, track),
         bounces=bounces,
         uncertainty_budget=budget,
         warnings=tuple(warnings),
         front_end_prior=motion.front_end_prior,
+        told_quality=Quality(motion.corrected.method, channels),
     )
 
 

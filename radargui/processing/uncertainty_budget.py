@@ -1,33 +1,45 @@
 """The uncertainty budget of a result, and the combined uncertainties of its track and its impacts (method 6)."""
 
-from collections.abc import Iterable
-from dataclasses import replace
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.geometry.antennas import place_antennas
 from radargui.geometry.bistatic import solve_gradient
-from radargui.geometry.path_length import path_gradient, path_lengths
-from radargui.geometry.plane_wave import locate_plane
-from radargui.geometry.scattering import scattering_delay_m
+from radargui.geometry.path_length import (
+    Antennas,
+    distance,
+    locate_plane,
+    path_gradient,
+    path_lengths,
+    place_antennas,
+    t_matrix,
+)
+from radargui.geometry.scattering import scattering_delay_m, supposed_delays_m
 from radargui.model.arrays import FloatArray
-from radargui.model.assumed import CLOCK, TILT, assumed_uncertainties, uncertain_inputs
-from radargui.model.bounce import Bounces
-from radargui.model.path import PathLengths
-from radargui.model.segment import Segment
-from radargui.model.setup import Setup
-from radargui.model.setup_change import moved
-from radargui.model.track import Track
+from radargui.model.assumed import (
+    CLOCK,
+    SUPPOSED_POLARIZATIONS_DEG,
+    SUPPOSED_TURNS_DEG,
+    TILT,
+    assumed_uncertainties,
+    uncertain_inputs,
+)
+from radargui.model.result import Bounces, PathLengths, Segment, Track
+from radargui.model.setup import Setup, moved
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
 from radargui.processing.locate import locate
 from radargui.restitution.track_response import floor_and_clock, respond
 
-POINTS = 2000
-"""Samples of the motion that are located again for each input: how a track bends needs no more, and each is a solve."""
-HYPOTHETICAL_DEG = (0.0, 45.0, 90.0, 135.0)
-"""Of the transmitter's field, where nobody says it: half a turn of directions, the other half is the same."""
-HYPOTHETICAL_TURNS_DEG = (-55.0, 55.0)
-"""Of the receivers from the strongest signal: as for the joint estimate."""
+POINTS, LONGEST_S = 500, 0.002
+"""Means of the motion at which its shifts are told, at the least, and how long one may be: a flight of 12 ms, and the
+30 ms beside an impact, must hold some."""
+FIELD_POINTS, LEAST_OF_FIELD = 200, 1e-6
+"""Places at which a smooth field of place is computed; share of the strongest below which no direction is visited."""
+LEAST_M = 1e-12
+SUPPOSED = len(SUPPOSED_POLARIZATIONS_DEG) * len(SUPPOSED_TURNS_DEG)
 
 
 def with_budget(
@@ -104,19 +116,21 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     paths, bounces, segment
         Of the run.
     """
-    size = max(1, (segment.last - segment.first) // POINTS)
+    spacing_s = float(paths.time_s[1] - paths.time_s[0])
+    size = max(1, min((segment.last - segment.first) // POINTS, round(LONGEST_S / spacing_s)))
     # before and after the motion all shifts stand
     thin = _thinned(paths, slice(segment.first, segment.last), size)
     inner = Segment(0, thin.time_s.size, 0, 0)
     base = _located(thin, setup)
     if base is None:
         return ()
+    shifts = _Shifts.of(base.position_m, thin.change_m, setup)
     keys: list[tuple[str, Share]] = []
-    shifts: list[FloatArray] = []
+    found: list[FloatArray] = []
 
     def add(key: str, share: Share, shift_m: FloatArray) -> None:
         keys.append((key, share))
-        shifts.append(shift_m)
+        found.append(shift_m)
 
     told = setup.transmitter.polarization_deg is not None
     for one in uncertain_inputs(setup):
@@ -126,41 +140,108 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
         if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
             if told:
                 change_m = scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other)
-                add(one.key, "sphere", _moved(base, thin.change_m + change_m, setup, setup))
+                add(one.key, "sphere", shifts.by_paths(change_m))
             continue
-        longer = other.radar.wavelength_m / setup.radar.wavelength_m
-        add(one.key, "calibration", _moved(base, longer * thin.change_m, other, setup))
-    ways = [] if told else [(angle, turn) for angle in HYPOTHETICAL_DEG for turn in HYPOTHETICAL_TURNS_DEG]
-    for angle, turn in ways:
-        delay_m = scattering_delay_m(base.position_m, _polarised(setup, angle, turn))
-        add("sphere", "sphere", _moved(base, thin.change_m - delay_m, setup, setup) / np.sqrt(len(ways)))
-    if not shifts:
+        add(one.key, "calibration", shifts.by_setup(other))
+    if not told:
+        for delay_m in smooth_in_place(base.position_m, lambda place_m: supposed_delays_m(place_m, setup)):
+            add("sphere", "sphere", shifts.by_paths(-delay_m) / np.sqrt(SUPPOSED))
+    if not found:
         return ()
     given = "normal" in setup.floor.model_fields_set
-    e, g = respond(base, inner, bounces, np.stack(shifts), given, setup.floor.u_tilt_deg)
-    known = [np.nan_to_num(own) for own in shifts]
+    e, g = respond(base, inner, bounces, np.stack(found), given, setup.floor.u_tilt_deg)
+    known = [np.nan_to_num(own) for own in found]
     changes = [InputChange(*key, thin.time_s, *own) for key, *own in zip(keys, known, e, g.tolist(), strict=True)]
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 
-def _moved(base: Track, change_m: FloatArray, other: Setup, setup: Setup) -> FloatArray:
-    """Return how far paths with another setup lie from where they did: one Newton step, of a shift far below them."""
-    antennas, release = place_antennas(other), np.array(other.tracer.release_position_m)
-    if setup.processing.geometry == "plane":
-        return locate_plane(change_m, antennas, release) - base.position_m
-    off = path_lengths(release[:, None], antennas) + change_m - path_lengths(base.position_m, antennas)
-    return solve_gradient(path_gradient(base.position_m, antennas), off)
+@dataclass(frozen=True, slots=True)
+class _Shifts:
+    """How places move with paths and with the setup, to first order: one Newton step, of a shift far below them.
+
+    Attributes
+    ----------
+    setup, antennas, release_m
+        That the places were found with.
+    position_m, change_m
+        Places and their changes of path, shapes (3, n) and (n_receivers, n).
+    by_path
+        Move of a place by each path, shape (n_receivers, 3, n).
+    """
+
+    setup: Setup
+    antennas: Antennas
+    release_m: FloatArray
+    position_m: FloatArray
+    change_m: FloatArray
+    by_path: FloatArray
+
+    @staticmethod
+    def of(position_m: FloatArray, change_m: FloatArray, setup: Setup) -> _Shifts:
+        antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
+        if setup.processing.geometry == "plane":
+            columns = -np.linalg.pinv(t_matrix(antennas))
+            by_path = np.broadcast_to(columns.T[:, :, None], (*columns.T.shape, 1))
+        else:
+            # shared by all inputs: each is a change of some paths
+            gradient, units = path_gradient(position_m, antennas), np.eye(antennas.n_receivers)
+            by_path = np.stack([solve_gradient(gradient, unit[:, None]) for unit in units])
+        return _Shifts(setup, antennas, release, position_m, change_m, by_path)
+
+    def by_paths(self, longer_m: FloatArray) -> FloatArray:
+        """Return the moves by paths that are longer, shape (n_receivers, n) or (n_receivers, 1)."""
+        out = np.zeros(self.position_m.shape)
+        for column, longer in zip(self.by_path, longer_m, strict=True):
+            if longer.any():
+                out += column * longer
+        return out
+
+    def by_setup(self, other: Setup) -> FloatArray:
+        """Return the moves where the same phases are located with another setup."""
+        antennas, release = place_antennas(other), np.array(other.tracer.release_position_m)
+        ratio = other.radar.wavelength_m / self.setup.radar.wavelength_m
+        if self.setup.processing.geometry == "plane":
+            return locate_plane(ratio * self.change_m, antennas, release) - self.position_m
+        constant = path_lengths(release[:, None], antennas) - path_lengths(self.release_m[:, None], self.antennas)
+        if ratio != 1.0:
+            return self.by_paths(constant + (ratio - 1.0) * self.change_m)
+        place = self.position_m
+        longer = np.repeat(constant, place.shape[1], axis=1)
+        for row, there, here in zip(longer, antennas.receivers_m, self.antennas.receivers_m, strict=True):
+            if (there != here).any():
+                row -= distance(place - there[:, None]) - distance(place - here[:, None])
+        if (antennas.transmitter_m != self.antennas.transmitter_m).any():
+            there, here = antennas.transmitter_m, self.antennas.transmitter_m
+            longer -= distance(place - there[:, None]) - distance(place - here[:, None])
+        return self.by_paths(longer)
 
 
-def _polarised(setup: Setup, angle_deg: float, turn_deg: float) -> Setup:
-    """Return the setup with a polarised transmitter and the receivers turned from the strongest signal."""
-    sent = setup.transmitter.model_copy(update={"polarization_deg": angle_deg})
-    strongest = setup.model_copy(update={"transmitter": sent}).received_fields()
-    receivers = tuple(
-        own.model_copy(update={"polarization_deg": field.strongest_deg + turn_deg})
-        for own, field in zip(setup.receiver, strongest, strict=True)
+def smooth_in_place(position_m: FloatArray, field: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Return a smooth field of place (..., n) at places (3, n), computed at few of them.
+
+    Between these a polynomial of third degree: the phase of a sphere's echo changes by fractions of a millimetre over
+    the whole motion. NaN where the place is.
+    """
+    known = np.flatnonzero(np.isfinite(position_m).all(axis=0))
+    if known.size <= FIELD_POINTS:
+        return field(position_m)
+    few = position_m[:, known[:: known.size // FIELD_POINTS]]
+    centre = few.mean(axis=1, keepdims=True)
+    unit = np.maximum(np.ptp(few, axis=1, keepdims=True), LEAST_M)
+    there = field(few)
+    columns, *_ = np.linalg.lstsq(
+        _cubic((few - centre) / unit).T, there.reshape(-1, few.shape[1]).T, rcond=LEAST_OF_FIELD
     )
-    return setup.model_copy(update={"transmitter": sent, "receiver": receivers})
+    out = columns.T @ _cubic((position_m - centre) / unit)
+    return np.asarray(out.reshape(*there.shape[:-1], -1))
+
+
+def _cubic(place: FloatArray) -> FloatArray:
+    """Return the twenty products of up to three coordinates of places (3, n), shape (20, n)."""
+    x = np.concatenate([np.ones((1, place.shape[1])), place])
+    return np.stack(
+        [x[a] * x[b] * x[c] for a in range(4) for b in range(a, 4) for c in range(b, 4)],
+    )
 
 
 def _located(paths: PathLengths, setup: Setup) -> Track | None:

@@ -2,21 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.ellipse import Ellipse
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
-from radargui.model.corrected import CorrectedIQ
 from radargui.model.front_end import FrontEnd
-from radargui.model.path import PathLengths
-from radargui.model.quality import ChannelQuality
 from radargui.model.recording import Recording
-from radargui.model.segment import Segment
-from radargui.model.track import Track
+from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths, Segment, Track
 
 _F = TypeVar("_F", FrontEnd, ChannelQuality)
 _Values = TypeVar("_Values", FloatArray, BoolArray, IntArray)
@@ -39,47 +36,64 @@ class Whole:
     """
 
     def __init__(self, recording: Recording, conditioned: Conditioned, receivers: Sequence[int]) -> None:
-        self._time_s = recording.time_s()
-        self._samples = conditioned.samples
-        self._start = int(conditioned.samples.start)
+        self._recording = recording
+        self._samples, self._size = conditioned.samples, conditioned.size
+        self._start, self._n_band = int(conditioned.samples.start), conditioned.n_samples
+        rest = self.segment(conditioned.segment)
+        self._rest = slice(rest.rest_first, rest.rest_last)
         self._sign = conditioned.phase_sign
         self._receivers, self._n_receivers = list(receivers), recording.n_receivers
 
     def segment(self, segment: Segment) -> Segment:
         """Return the segment counted in samples of the recording."""
-        return segment.counted_from(-self._start)
+        stored = [self._stored(edge) for edge in (segment.first, segment.last, segment.rest_first, segment.rest_last)]
+        return Segment(*stored)
 
-    def corrected(self, corrected: CorrectedIQ, faults: Sequence[str]) -> CorrectedIQ:
-        """Return corrected IQ of all samples and receivers; those with a fault are rejected with it."""
+    def channels(self, corrected: CorrectedIQ, faults: Sequence[str]) -> tuple[ChannelQuality, ...]:
+        """Return the quality of all receivers; those with a fault are rejected with it."""
         # all are faulty until the sound ones are laid over them
         channels = [ChannelQuality(str(k + 1), verdict="rejected", reason=why) for k, why in enumerate(faults)]
-        steps: list[object] = [None] * self._n_receivers
         for place, channel in zip(self._receivers, corrected.channels, strict=True):
-            channels[place] = replace(as_wired(channel, self._sign), name=str(place + 1))
-        for place, step in zip(self._receivers, corrected.steps, strict=False):
-            steps[place] = self._steps(step)
+            # of a sample as it was recorded: a mean of several has less noise
+            snr_db = None if channel.snr_db is None else channel.snr_db - 10.0 * float(np.log10(self._size))
+            channels[place] = replace(as_wired(channel, self._sign), name=str(place + 1), snr_db=snr_db)
+        return tuple(channels)
+
+    def corrected(self, corrected: CorrectedIQ, channels: tuple[ChannelQuality, ...]) -> CorrectedIQ:
+        """Return corrected IQ of all samples and receivers, with the quality of all."""
         return replace(
             corrected,
-            time_s=self._time_s,
+            time_s=self._time_s(),
             i=self._all(corrected.i),
             q=self._sign * self._all(corrected.q),
             u_phase_rad=self._all(corrected.u_phase_rad),
             valid=self._all(corrected.valid),
-            channels=tuple(channels),
-            steps=tuple(steps) if corrected.steps else (),
+            channels=channels,
+            steps=self.steps(corrected.steps),
         )
+
+    def steps(self, found: Sequence[object]) -> tuple[object, ...]:
+        """Return what the correction found on its way in samples of the recording, one a receiver; none where none."""
+        steps: list[object] = [None] * self._n_receivers
+        for place, step in zip(self._receivers, found, strict=False):
+            steps[place] = self._steps(step)
+        return tuple(steps) if found else ()
 
     def paths(self, paths: PathLengths) -> PathLengths:
         """Return path lengths of all samples."""
         phase_rad, change_m, u_m = (self._all(rows) for rows in (paths.phase_rad, paths.change_m, paths.u_m))
+        if self._size > 1 and self._rest.stop > self._rest.start:
+            # the lines between means leave the rest before its end does: its mean is the zero in the samples too
+            for rows in (phase_rad, change_m):
+                rows -= np.nan_to_num(rows[:, self._rest].mean(axis=1, keepdims=True))
         piece = None if paths.piece is None else self._spread(paths.piece)
-        return PathLengths(self._time_s, phase_rad, change_m, u_m, self._all(paths.valid), piece)
+        return PathLengths(self._time_s(), phase_rad, change_m, u_m, self._all(paths.valid), piece)
 
     def track(self, track: Track) -> Track:
         """Return the track of all samples."""
         return replace(
             track,
-            time_s=self._time_s,
+            time_s=self._time_s(),
             position_m=self._spread(track.position_m),
             u_position_m=self._spread(track.u_position_m),
             valid=self._spread(track.valid),
@@ -94,8 +108,11 @@ class Whole:
         return step
 
     def _channel(self, steps: ChannelSteps, sign: int) -> ChannelSteps:
-        peaks, valleys = steps.peaks + self._start, steps.valleys + self._start
-        upper, lower = steps.upper, steps.lower
+        middle = self._start + self._size // 2
+        peaks, valleys, crossings = (
+            middle + self._size * place for place in (steps.peaks, steps.valleys, steps.zero_crossings)
+        )
+        upper, lower = (self._in_segment(values, steps.segment) for values in (steps.upper, steps.lower))
         # an inverted Q exchanges peaks and valleys
         if sign < 0:
             peaks, valleys, upper, lower = valleys, peaks, -lower, -upper
@@ -106,7 +123,7 @@ class Whole:
             valleys=valleys,
             upper=upper,
             lower=lower,
-            zero_crossings=steps.zero_crossings + self._start,
+            zero_crossings=crossings,
             bias=sign * self._spread(steps.bias),
             scale=self._spread(steps.scale),
         )
@@ -116,21 +133,64 @@ class Whole:
         rows = self._spread(rows)
         if len(self._receivers) == self._n_receivers:
             return rows
-        out = _unknown((self._n_receivers, rows.shape[1]), rows)
+        out = np.full((self._n_receivers, rows.shape[1]), _unknown(rows), dtype=rows.dtype)
         out[self._receivers] = rows
         return out
 
+    def _in_segment(self, values: FloatArray, segment: Segment) -> FloatArray:
+        whole = np.full(self._n_band, np.nan)
+        whole[segment.first : segment.last] = values
+        first, last = self._stored(segment.first), self._stored(segment.last)
+        return self._spread(whole)[first:last]
+
+    def _stored(self, edge: int) -> int:
+        """Return the stored sample at which a sample of the band begins; the last ends where its stretch does."""
+        return int(self._samples.stop) if edge == self._n_band else self._start + self._size * edge
+
+    def _time_s(self) -> FloatArray:
+        return self._recording.time_s()
+
     def _spread(self, values: _Values) -> _Values:
-        if values.shape[-1] == self._time_s.size:
+        count, inside = self._recording.n_samples, self._samples
+        if values.shape[-1] == count and self._size == 1:
             return values
-        out = _unknown((*values.shape[:-1], self._time_s.size), values)
-        out[..., self._samples] = values
+        out = np.empty((*values.shape[:-1], count), dtype=values.dtype)
+        for outside in (out[..., : inside.start], out[..., inside.stop :]):
+            outside[...] = _unknown(values)
+        interpolate(values, self._size, out[..., inside])
         return out
 
 
-def _unknown(shape: tuple[int, ...], like: _Values) -> _Values:
+def interpolate(values: NDArray[Any], size: int, out: NDArray[Any]) -> None:
+    """Write values (..., n), means of `size` samples each, to the samples, (..., n_samples), along straight lines.
+
+    Between samples of the band a path bends by a t^2 / 8, far below its noise. Beyond the middles of the first and the
+    last mean their line goes on. What is no number counts only where it holds on both sides.
+    """
+    if size == 1 or values.shape[-1] < 2:
+        out[...] = values if size == 1 else values[..., :1]
+        return
+    head, n = size // 2, values.shape[-1]
+    # of the samples from the middle of one mean to that of the next
+    share = (np.arange(size) + head - 0.5 * (size - 1)) / size
+    for row, target in zip(values.reshape(-1, n), out.reshape(-1, out.shape[-1]), strict=True):
+        inner = target[head : head + (n - 1) * size].reshape(n - 1, size)
+        before, after = target[:head], target[head + (n - 1) * size :]
+        if values.dtype.kind == "f":
+            step = np.diff(row)
+            np.multiply(step[:, None], share, out=inner)
+            inner += row[:-1, None]
+            before[:] = row[0] + step[0] * (share[:1] + np.arange(-head, 0) / size)
+            after[:] = row[-1] + step[-1] * (share[0] + np.arange(after.size) / size)
+        else:
+            # both sides have to be valid; a piece begins where its first sample does
+            inner[:] = np.minimum(row[:-1], row[1:])[:, None]
+            before[:], after[:] = row[0], row[-1]
+
+
+def _unknown(like: _Values) -> float:
     """Return NaN, False or piece 0, as the type of `like` has it."""
-    return np.full(shape, np.nan if like.dtype.kind == "f" else 0, dtype=like.dtype)
+    return np.nan if like.dtype.kind == "f" else 0
 
 
 def as_wired(front_end: _F, phase_sign: int) -> _F:

@@ -9,8 +9,7 @@ import numpy as np
 
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import ChannelSteps, PublishedSteps
-from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.decimation import extremes
+from radargui.model.arrays import FloatArray, IntArray, extremes
 from radargui.model.result import RunResult
 from radargui.model.rounding import alone
 
@@ -246,8 +245,11 @@ class _Taker:
     def _receiver(self, row: int) -> ReceiverCurves:
         raw_i, raw_q = self.volts[2 * row], self.volts[2 * row + 1]
         corrected, paths = self.result.corrected, self.result.paths
-        i = self._part(corrected.i if corrected else None, row)
-        q = self._part(corrected.q if corrected else None, row)
+        # in the precision that files keep: a stored result draws what a computed one does, sample by sample
+        i, q = (
+            self._part(values, row).astype(np.float32).astype(np.float64)
+            for values in ((corrected.i, corrected.q) if corrected else (None, None))
+        )
         phase = self._part(paths.phase_rad if paths else None, row)
         sign = self.result.setup.radar.phase_sign
         phase_raw = sign * unwrap(wrapped_phase(raw_i, raw_q)[None])[0]

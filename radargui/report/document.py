@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,6 +42,12 @@ class Grid:
         """Return the table of rows, at least one, each with its cells by the title of their column."""
         found = list(rows)
         return cls(tuple(found[0]), tuple(tuple(row.values()) for row in found), title, left)
+
+    @property
+    def turned(self) -> Grid:
+        """The table with its columns as rows."""
+        header, *rows = zip(self.header, *self.rows, strict=True)
+        return Grid(header, tuple(rows), self.title)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,3 +87,9 @@ class Document:
     title: str
     author: str
     sections: tuple[Chapter, ...]
+
+
+@lru_cache(maxsize=1)
+def templates() -> Environment:
+    """Return the templates of HTML; every text is escaped."""
+    return Environment(loader=PackageLoader("radargui.report"), autoescape=True, undefined=StrictUndefined)

@@ -1,30 +1,25 @@
 """The report of a session: PDF, HTML, CSV and JSON."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
 from radargui import __version__
-from radargui.files.fresh_file import fresh_files, write_whole
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.plane_wave import condition_number, t_matrix
+from radargui.files.access import Progress, fresh_files, write_whole
+from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
 from radargui.model.drop import RunOrigin
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.document import Document
 from radargui.report.rendering import render
-from radargui.report.run_facts import ResultOf, RunFacts, all_simulated, study
-from radargui.report.run_section import run_section
+from radargui.report.run_section import ResultOf, RunFacts, all_simulated, run_section, study
 from radargui.report.session_section import session_section
 from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
 from radargui.restitution.series import Series, Statistics, drop_labels, series_of
-from radargui.session.folder import REPORT_FOLDER, own_subfolder
-from radargui.session.info import SessionInfo
+from radargui.session.info import REPORT_FOLDER, SessionInfo, own_subfolder
 from radargui.session.session import BY_OPERATOR, Session
 
 _READING_SHARE = 0.5
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,15 +7,14 @@ from functools import partial
 from matplotlib.figure import Figure
 
 from radargui import __version__
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.plane_wave import condition_number, t_matrix
+from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.radar import Transmitter
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
-from radargui.report.run_facts import RunFacts, all_simulated
+from radargui.report.run_section import RunFacts, all_simulated
 from radargui.report.sheet import RECEIVER_COLOURS, add_axes, legend, new_page
 from radargui.restitution.series import series_of
 from radargui.session.info import SessionInfo

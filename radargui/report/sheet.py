@@ -63,8 +63,6 @@ LEFT_MM, RIGHT_MM, TOP_MM = 18.0, 12.0, 24.0
 ROOM_MM = WIDTH_MM - LEFT_MM - RIGHT_MM
 MM_PER_INCH = 25.4
 _LABELS_MM = 12.0
-Place = tuple[float, float, float, float]
-"""Left, top, width, height in mm from the upper left corner."""
 
 
 def new_page() -> Figure:
@@ -106,10 +104,19 @@ def _ticks(length_mm: float) -> int:
     return max(3, min(10, round(length_mm / 11.0)))
 
 
-def rows_mm(count: int, top_mm: float, bottom_mm: float, space_mm: float) -> list[tuple[float, float]]:
-    """Return top and height of `count` rows between two heights (from the page's top) with space between."""
-    height = (bottom_mm - top_mm - (count - 1) * space_mm) / count
-    return [(top_mm + number * (height + space_mm), height) for number in range(count)]
+def add_rows(
+    figure: Figure, count: int, top_mm: float, row_mm: float, space_mm: float, *columns: tuple[float, float]
+) -> list[list[Axes]]:
+    """Add rows of axes from `top_mm` on, each with its space `row_mm` high where the page has room, less where not.
+
+    Parameters
+    ----------
+    columns
+        Left and width of each, in mm.
+    """
+    height_mm = (min(HEIGHT_MM - 26.0 - top_mm, count * row_mm) + space_mm) / count - space_mm
+    tops_mm = (top_mm + number * (height_mm + space_mm) for number in range(count))
+    return [[add_axes(figure, left, top, width, height_mm) for left, width in columns] for top in tops_mm]
 
 
 def draw_curve(axes: Axes, curve: Curve, factor: float = 1.0, **looks: Any) -> bool:
@@ -151,8 +158,7 @@ def time_axis(axes: Axes, curves: RunCurves, *, labelled: bool = True) -> None:
 
 
 def draw_panel(
-    figure: Figure,
-    place: Place,
+    axes: Axes,
     curves: RunCurves,
     title: str,
     y_label: str,
@@ -162,13 +168,13 @@ def draw_panel(
     labelled: bool = True,
     from_zero: bool = False,
     first_width: float | None = None,
-) -> tuple[Axes, float]:
+) -> float:
     """Draw curves against the common time, with title, name of the upright axis and legend; say so where none is known.
 
     Parameters
     ----------
-    figure, place
-        Where: left, top, width and height of the frame in mm from the page's upper left corner.
+    axes
+        Where.
     curves
         Of the run: span, gaps, impacts.
     title, y_label
@@ -186,10 +192,9 @@ def draw_panel(
 
     Returns
     -------
-    tuple
-        The axes and the factor that the curves were drawn with.
+    float
+        The factor that the curves were drawn with.
     """
-    axes = add_axes(figure, *place)
     factor, prefixed = scaled(unit, largest([curve for curve, _, _ in lines])) if unit else (1.0, "")
     drawn = False
     for number, (curve, colour, name) in enumerate(lines):
@@ -203,7 +208,7 @@ def draw_panel(
         say_nothing_known(axes)
     elif from_zero:
         axes.set_ylim(bottom=0.0)
-    return axes, factor
+    return factor
 
 
 def largest(curves: Sequence[Curve]) -> float:

@@ -13,12 +13,11 @@ import numpy as np
 from pydantic_core import to_jsonable_python
 
 from radargui import __version__
+from radargui.files.access import write_whole
 from radargui.files.fixed_point import Column, lines
-from radargui.files.fresh_file import write_whole
 from radargui.model.arrays import BoolArray
-from radargui.model.bounce import FreeFall
-from radargui.model.digitisation import channel_skew
-from radargui.model.result import RunResult
+from radargui.model.recording import channel_skew
+from radargui.model.result import FreeFall, RunResult
 from radargui.model.setup import Setup
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
@@ -65,18 +64,18 @@ def _length_names(n_receivers: int) -> tuple[str, ...]:
 
 def result_document(result: RunResult) -> dict[str, object]:
     """Return what result.json says; None where the run cannot support it."""
-    corrected, track = result.corrected, result.track
+    quality, track = result.quality, result.track
     skew = channel_skew(result.recording.digitisation, result.setup.daq)
     return {
         "status": result.status,
         "reason": result.reason or None,
         "version": __version__,
         "setup": result.setup,
-        "correction_used": corrected and corrected.method,
+        "correction_used": quality and quality.method,
         "geometry_used": track and track.geometry,
         "channel_skew_s": skew.delay_s,
         "channel_skew_from": skew.known_from,
-        "channels": corrected and corrected.channels,
+        "channels": quality and quality.channels,
         "free_fall": free_fall_document(result.bounces.free_fall, site_check(result)),
         "uncertainty_budget": result.uncertainty_budget,
         "warnings": result.warnings,

@@ -1,13 +1,16 @@
 """Two other ways to e, from the flight after the impact: its duration and its height."""
 
 import itertools
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.model.bounce import Bounce, Bounces
+from radargui.model.result import Bounces
+from radargui.restitution.parabola import solve_each
 from radargui.restitution.settings import CHECKS
+from radargui.restitution.stretches import Stretches
 
 
 def cross_check(
@@ -31,18 +34,19 @@ def cross_check(
         k, where it is known.
     """
     impacts = list(bounces.impacts)
+    at = np.array([impact.time_s for impact in impacts])
+    rises = _rises_m(at, time_s, height_m)
     for number, (impact, following) in enumerate(itertools.pairwise(impacts)):
         before = impact.speed_before_m_s
         # an impact with no speed before it has no e to compare
         if not before > 0.0:
             continue
-        duration = following.time_s - impact.time_s
-        rise = _apex(impact, following, time_s, height_m)
+        duration, rise = following.time_s - impact.time_s, rises[number]
         impacts[number] = replace(
             impact,
             # T from two instants, h from positions: a wrong slope shows in neither (method 5, Cross-check)
             e_flight_time=0.5 * g_m_s2 * duration * (1.0 + g_m_s2 * drag_1_m * duration**2 / 16.0) / before,
-            e_height=float(np.sqrt(2.0 * g_m_s2 * rise * _drag_factor(drag_1_m * rise))) / before
+            e_height=math.sqrt(2.0 * g_m_s2 * rise * _drag_factor(drag_1_m * rise)) / before
             if rise > 0.0
             else float("nan"),
         )
@@ -52,21 +56,25 @@ def cross_check(
 def _drag_factor(drag_times_rise: float) -> float:
     """Return (exp(2 k h) - 1) / (2 k h)."""
     x = 2.0 * drag_times_rise
-    return float(np.expm1(x) / x) if x else 1.0
+    return math.expm1(x) / x if x else 1.0
 
 
-def _apex(impact: Bounce, following: Bounce, time_s: FloatArray, height_m: FloatArray) -> float:
-    """Return the height of the flight above the impact before it, from a parabola of its own; NaN where unknown."""
-    span = following.time_s - impact.time_s
+def _rises_m(impact_s: FloatArray, time_s: FloatArray, height_m: FloatArray) -> list[float]:
+    """Return the height of each flight between two impacts above the first, from its own parabola; NaN if unknown."""
+    span = np.diff(impact_s)
     # the smoothed corners at the impacts would pull the parabola down
     margin = CHECKS.edge_share * span
-    inside = slice(*np.searchsorted(time_s, [impact.time_s + margin, following.time_s - margin]))
-    time, height = time_s[inside] - impact.time_s, height_m[inside]
-    if time.size < CHECKS.least_samples:
-        return float("nan")
-    # scaled to the span inside, as times of milliseconds squared are ill conditioned
-    _, slope, bend = (float(c) for c in np.polynomial.Polynomial.fit(time, height, 2).convert().coef)
-    return -slope * slope / (4.0 * bend) if bend < 0.0 else float("nan")
+    begin, end = np.searchsorted(time_s, [impact_s[:-1] + margin, impact_s[1:] - margin])
+    known = np.flatnonzero(end - begin >= CHECKS.least_samples)
+    out = np.full(span.size, np.nan)
+    if known.size:
+        flights = Stretches.between(time_s, begin[known], end[known])
+        _, speed, g = solve_each(flights, flights.of(height_m)).T
+        # at the impact: v^2 / 2g above it
+        speed = speed + g * (flights.origin_s - impact_s[known])
+        falls = g > 0.0
+        out[known[falls]] = speed[falls] ** 2 / (2.0 * g[falls])
+    return out.tolist()
 
 
 def disagreements(bounces: Bounces) -> list[str]:

@@ -140,10 +140,13 @@ class FlightFit:
     def bend_over_u(self, time_s: FloatArray, u_position_m: FloatArray) -> float:
         """Return how far the free motion is off its flights over u (3, n) at the same times, both root mean square."""
         free, size = self.information.free, self.information.size
+        spline, breaks = free.motion.spline, self.off[3 * size :]
         inside = (time_s > free.edge_s[0]) & (time_s < free.edge_s[self.layout.n_impacts + 1])
         coefficients = np.zeros_like(free.motion.coefficients)
         coefficients[:size] = self.off[: 3 * size].reshape(-1, 3)
-        off = free.motion.spline.offset(time_s[inside], coefficients)
+        # knots move with the breaks: coefficients alone say nothing of the same instant
+        by_breaks = spline.break_slopes(time_s[inside], free.motion.coefficients)[:, : breaks.size] @ breaks
+        off = spline.offset(time_s[inside], coefficients) + by_breaks.reshape(-1, 3)
         return float(np.sqrt((off**2).mean() / (u_position_m[:, inside] ** 2).mean()))
 
     def excess(self, explained: FloatArray) -> float:

@@ -9,7 +9,7 @@ from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.input_response import DIAMETER, InputResponse, moved_inputs, possible_spheres
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
-from radargui.model.bounce import Bounces
+from radargui.model.result import Bounces
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.flight_fit import FlightFit
@@ -18,6 +18,7 @@ from radargui.restitution.settings import FLIGHTS
 
 INSTANTS = 8000
 """At which shifts are kept, over the whole record: each is a curve of its own, and there are two dozens."""
+SPHERE = "sphere"
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +29,61 @@ class FlightTest:
     widening: float = 1.0
 
 
+@dataclass(frozen=True, slots=True)
+class SetupResponses:
+    """How the estimate follows each uncertain input of the setup.
+
+    Attributes
+    ----------
+    time_s
+        Where shifts are kept.
+    keys, each
+        The inputs, "sphere" for each sphere that is possible where no polarisation is given, and the responses.
+    """
+
+    time_s: FloatArray
+    keys: tuple[str, ...]
+    each: tuple[InputResponse, ...]
+
+    @property
+    def n_spheres(self) -> int:
+        """How many spheres are possible: of them only one is there."""
+        return self.keys.count(SPHERE)
+
+    def floor_covariance(self) -> FloatArray:
+        """Return the covariance that the inputs leave to the slope of the floor that reflects, shape (2, 2)."""
+        out = np.zeros((2, 2))
+        for key, one in zip(self.keys, self.each, strict=True):
+            # no sphere is more likely than another: the mean square over them
+            out += np.outer(one.floor_slope, one.floor_slope) / (self.n_spheres if key == SPHERE else 1)
+        return out
+
+
+def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
+    """Return how the estimate follows the uncertain inputs of the setup it was made with.
+
+    Where no polarisation is given the sphere counts as a point: then the responses to conducting spheres of this
+    diameter are added, over the transmitter's directions.
+    """
+    posterior = estimate.posterior
+    # the motion has polarisations as unknowns, and does not depend on the floor and the clock
+    asked = [
+        (one.key, moved_inputs(setup, one.key, one.u))
+        for one in uncertain_inputs(setup)
+        if one.u > 0.0
+        and one.key not in (TILT, CLOCK)
+        and not one.key.endswith("polarization_deg")
+        and not (one.key == DIAMETER and posterior.is_point)
+    ]
+    if posterior.is_point:
+        asked += [(SPHERE, other) for other in possible_spheres(setup)]
+    time_s = estimate.time_s[:: max(1, estimate.time_s.size // INSTANTS)]
+    each = posterior.responses([other for _, other in asked], time_s)
+    return SetupResponses(time_s, tuple(key for key, _ in asked), each)
+
+
 def joint_changes(
-    estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, setup: Setup
+    estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, setup: Setup, responses: SetupResponses
 ) -> tuple[tuple[InputChange, ...], FlightTest]:
     """Return the change with each uncertain input of the setup, carried by the estimate's own equations (method 6).
 
@@ -37,70 +91,60 @@ def joint_changes(
     has bends the motion and leaves chi-square at one: the maps and the motion explain it. But a body in the air cannot
     bend, and the free motion against its flights is a test that nothing was fitted to.
 
-    Where no polarisation is given the sphere counts as a point: then the estimate's response to a conducting sphere of
-    this diameter is added, root mean square over the transmitter's directions.
-
     Parameters
     ----------
     estimate, bounces, fit
         Of the run; None where no flight was fitted.
-    setup
-        What it was estimated with.
+    setup, responses
+        What it was estimated with, and how it follows that.
     """
-    posterior = estimate.posterior
-    inputs = [one for one in uncertain_inputs(setup) if one.u > 0.0]
-    # the motion has polarisations as unknowns, and does not depend on the floor and the clock
-    asked = [
-        (one.key, moved_inputs(setup, one.key, one.u))
-        for one in inputs
-        if one.key not in (TILT, CLOCK)
-        and not one.key.endswith("polarization_deg")
-        and not (one.key == DIAMETER and posterior.is_point)
-    ]
-    if posterior.is_point:
-        asked += [("sphere", other) for other in possible_spheres(setup)]
-    time_s = estimate.time_s[:: max(1, estimate.time_s.size // INSTANTS)]
-    responses = posterior.responses([other for _, other in asked], time_s)
+    time_s = responses.time_s
     out = [
         InputChange(
             key,
-            "sphere" if key in ("sphere", DIAMETER) else "calibration",
+            "sphere" if key in (SPHERE, DIAMETER) else "calibration",
             time_s,
             response.moved_m,
             _e_changes(estimate, bounces, fit, response),
             _g_change(fit, response),
         )
-        for (key, _), response in zip(asked, responses, strict=True)
+        for key, response in zip(responses.keys, responses.each, strict=True)
     ]
     # no direction is more likely than another: the mean square over them
-    n_bodies = sum(key == "sphere" for key, _ in asked)
-    out = [_shared(one, n_bodies) if one.key == "sphere" else one for one in out]
+    out = [_shared(one, responses.n_spheres) if one.key == SPHERE else one for one in out]
     nothing = np.zeros((3, time_s.size))
-    for one in inputs:
-        if one.key == TILT and "normal" in setup.floor.model_fields_set:
+    for one in uncertain_inputs(setup):
+        if one.u > 0.0 and one.key == TILT and "normal" in setup.floor.model_fields_set:
             out += [
                 InputChange(TILT, "calibration", time_s, nothing, e, 0.0)
                 for e in _by_tilt(estimate, bounces, fit, one.u)
             ]
-        if one.key == CLOCK and fit is not None:
+        if one.u > 0.0 and one.key == CLOCK and fit is not None:
             # true times are (1 + c) as long: velocities change alike, accelerations twice
             none = np.zeros(len(bounces.impacts))
             out.append(InputChange(CLOCK, "calibration", time_s, nothing, none, -2e-6 * one.u * fit.g_m_s2))
-    return tuple(out), FlightTest() if fit is None else _tested(fit, responses, [key for key, _ in asked], estimate)
+    return tuple(out), FlightTest() if fit is None else _tested(fit, responses.each, list(responses.keys), estimate)
 
 
 def _tested(fit: FlightFit, responses: Sequence[InputResponse], keys: list[str], estimate: JointEstimate) -> FlightTest:
-    """Return what is told about flights that bend, where neither noise nor inputs of the setup explain it."""
+    """Return by what flights that bend widen u, and what is told where neither noise nor the setup explains it."""
     bends = fit.bends(responses)
     # of the possible spheres only one is there: their mean counts as one input
     each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])
-    if fit.excess(each) < FLIGHTS.told_excess or estimate.u_position_m is None:
+    if estimate.u_position_m is None:
         return FlightTest()
-    # what bends by less than u is known to: alternatives have said so
-    if fit.bend_over_u(estimate.time_s, estimate.u_position_m) < FLIGHTS.told_bend:
-        return FlightTest()
+    # two motions from the same samples: what parts them belongs to the uncertainty of both
+    bend = fit.bend_over_u(estimate.time_s, estimate.u_position_m)
+    apart = float(np.hypot(1.0, bend))
+    if fit.excess(each) < FLIGHTS.told_excess:
+        return FlightTest(widening=apart)
+    # a misfit that noise does not make belongs to u (Birge), whether it bends the flights or not
     value, expected = fit.misfit
-    widening = max(FLIGHTS.least_widening, float(np.sqrt(value / (expected + each.sum()))))
+    widening = max(apart, float(np.sqrt(value / (expected + each.sum()))))
+    # what bends by less than u is known to: alternatives have said so
+    if bend < FLIGHTS.told_bend:
+        return FlightTest(widening=widening)
+    widening = max(widening, FLIGHTS.least_widening)
     return FlightTest(
         f"the flights bend by more than what is known can make them (chi-square {value:.0f} of {expected}): likely a "
         "reflector that is not in the model, or a setup that is wrong by more than it says; the uncertainties of "

@@ -9,8 +9,8 @@ import numpy as np
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.bounce import Bounce, Bounces, FreeFall
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
 from radargui.restitution.cross_check import cross_check
 from radargui.restitution.flight_fit import FlightFit
@@ -19,7 +19,9 @@ from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.settings import FLIGHTS
 
 
-def joint_bounces(estimate: JointEstimate, setup: Setup) -> tuple[Bounces, FlightFit | None]:
+def joint_bounces(
+    estimate: JointEstimate, setup: Setup, floor_covariance: FloatArray | None = None
+) -> tuple[Bounces, FlightFit | None]:
     """Return the bounces, and the fit of the flights where there is one.
 
     Impacts between fitted flights take the flights' speeds; others the one-sided slopes of the motion. Standard
@@ -31,7 +33,10 @@ def joint_bounces(estimate: JointEstimate, setup: Setup) -> tuple[Bounces, Fligh
     estimate
         From `estimate_joint`.
     setup
-        Its floor's normal is the direction of the speeds; where it gives none, the one the impacts support.
+        Its floor's normal is the direction of the speeds; where it gives none, the one that the impacts and the floor
+        that reflects support.
+    floor_covariance
+        What the setup's uncertainties leave to the slope of the floor that reflects, shape (2, 2); None: nothing.
 
     Raises
     ------
@@ -44,8 +49,9 @@ def joint_bounces(estimate: JointEstimate, setup: Setup) -> tuple[Bounces, Fligh
     fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
     given = "normal" in setup.floor.model_fields_set
     if not given:
+        reflecting = _reflecting_floor(estimate, floor_covariance)
         at = _Impacts.of(posterior, fit, floor.normal)
-        floor = normal_of_impacts(at.before_m_s, at.after_m_s, at.u_side_m_s, setup.floor.u_tilt_deg)
+        floor = normal_of_impacts(at.before_m_s, at.after_m_s, at.u_side_m_s, setup.floor.u_tilt_deg, reflecting)
         # then other breaks may be impacts, and the flights between them other ones
         if floor.tilt_deg > FLIGHTS.near_vertical_deg:
             fit = fit_with_alternatives(posterior, estimate.alternatives, floor.normal)
@@ -55,6 +61,25 @@ def joint_bounces(estimate: JointEstimate, setup: Setup) -> tuple[Bounces, Fligh
     x, y, z = (float(part) for part in floor.normal)
     found = Bounces(bounces, fall, (x, y, z), None if given or not bounces else floor.u_tilt_deg)
     return _checked(found, posterior, fit, floor.normal), fit
+
+
+def _reflecting_floor(estimate: JointEstimate, setup_covariance: FloatArray | None) -> FloorNormal | None:
+    """Return the normal of the floor that reflects, alternatives mixed in as for the flights; None without one."""
+    found = estimate.posterior.floor_slope
+    if found is None:
+        return None
+    total, covariance = 1.0, found.covariance.copy()
+    for alternative in estimate.alternatives:
+        other = alternative.posterior.floor_slope
+        if other is not None:
+            away = other.slope - found.slope
+            covariance += alternative.weight * (other.covariance + np.outer(away, away))
+            total += alternative.weight
+    covariance = FLIGHTS.widened**2 * covariance / total
+    if setup_covariance is not None:
+        covariance = covariance + setup_covariance
+    normal = np.array([*found.slope, 1.0])
+    return FloorNormal(normal / np.linalg.norm(normal), float(np.trace(covariance) / 2.0))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,13 +1,14 @@
 """Parabolas through flights, gravity shared or free, with uncertainties that know of correlated residuals."""
 
-from collections.abc import Sequence
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
-from radargui.motion.impacts import THIRD_DIFFERENCE_GAIN
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.restitution.settings import TRACKS
+from radargui.restitution.stretches import Stretches
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,128 +20,165 @@ class Parabolas:
     origin_s
         t0_k, shape (n_flights,).
     height_m, speed_m_s
-        h0_k and v0_k, shape (n_flights,).
+        h0_k and v0_k, shape (..., n_flights), one set of them for each set of heights.
     g_m_s2
-        Deceleration along the height, shared.
+        Deceleration along the height, shared, shape (...).
+    """
+
+    origin_s: FloatArray
+    height_m: FloatArray
+    speed_m_s: FloatArray
+    g_m_s2: FloatArray
+
+    def height_at(self, flight: int | IntArray, time_s: float | FloatArray) -> FloatArray:
+        """Return the height of flights' parabolas at instants, shape (...) or (..., n) for n of both."""
+        d = time_s - self.origin_s[flight]
+        return np.asarray(self.height_m[..., flight] + self.speed_m_s[..., flight] * d - 0.5 * self._g(flight) * d * d)
+
+    def speed_at(self, flight: int | IntArray, time_s: float | FloatArray) -> FloatArray:
+        """Return the speed of flights' parabolas at instants, shape as for `height_at`."""
+        return np.asarray(self.speed_m_s[..., flight] - self._g(flight) * (time_s - self.origin_s[flight]))
+
+    def chosen(self, which: BoolArray) -> Parabolas:
+        """Return some of the flights."""
+        return Parabolas(self.origin_s[which], self.height_m[..., which], self.speed_m_s[..., which], self.g_m_s2)
+
+    def _g(self, flight: int | IntArray) -> FloatArray:
+        return self.g_m_s2 if np.ndim(flight) == 0 else self.g_m_s2[..., None]
+
+
+@dataclass(frozen=True, slots=True)
+class FittedParabolas:
+    """Parabolas with their uncertainty.
+
+    Attributes
+    ----------
+    parabolas
+        Of one set of heights.
     covariance
         Of (h0_1, v0_1, h0_2, ..., v0_n, g), shape (2 n + 1, 2 n + 1).
     residual_rms_m
         Root mean square of the residuals.
     """
 
-    origin_s: FloatArray
-    height_m: FloatArray
-    speed_m_s: FloatArray
-    g_m_s2: float
+    parabolas: Parabolas
     covariance: FloatArray
     residual_rms_m: float
+
+    @property
+    def g_m_s2(self) -> float:
+        """Deceleration along the height."""
+        return float(self.parabolas.g_m_s2)
 
     @property
     def u_g_m_s2(self) -> float:
         """Standard uncertainty of g."""
         return float(np.sqrt(self.covariance[-1, -1]))
 
-    def height_at(self, flight: int, time_s: float) -> float:
-        """Return the height of a flight's parabola at an instant."""
-        d = time_s - self.origin_s[flight]
-        return float(self.height_m[flight] + self.speed_m_s[flight] * d - 0.5 * self.g_m_s2 * d * d)
 
-    def speed_at(self, flight: int, time_s: float) -> float:
-        """Return the speed of a flight's parabola at an instant."""
-        return float(self.speed_m_s[flight] - self.g_m_s2 * (time_s - self.origin_s[flight]))
-
-    def height_gradient(self, flight: int, time_s: float) -> FloatArray:
-        """Return d height / d parameters, shape (2 n + 1,)."""
-        d = time_s - self.origin_s[flight]
-        out = np.zeros(self.covariance.shape[0])
-        out[2 * flight], out[2 * flight + 1], out[-1] = 1.0, d, -0.5 * d * d
-        return out
-
-    def speed_gradient(self, flight: int, time_s: float) -> FloatArray:
-        """Return d speed / d parameters, shape (2 n + 1,)."""
-        out = np.zeros(self.covariance.shape[0])
-        out[2 * flight + 1], out[-1] = 1.0, -(time_s - self.origin_s[flight])
-        return out
-
-
-def fit_parabolas(stretches: Sequence[tuple[FloatArray, FloatArray]]) -> Parabolas:
+def solve_parabolas(flights: Stretches, height_m: FloatArray) -> Parabolas:
     """Fit one parabola a flight with g shared, by least squares.
 
-    The covariance is that of white residuals of the observed size, times their correlation length in samples and
+    Parameters
+    ----------
+    flights
+        At least four samples each.
+    height_m
+        At their samples, shape (..., n_samples).
+    """
+    inverse = _inverse(_joined(_blocks(flights)))
+    return _solved(flights, height_m, inverse)
+
+
+def fit_parabolas(flights: Stretches, height_m: FloatArray) -> FittedParabolas:
+    """Fit one parabola a flight with g shared, by least squares, with its covariance.
+
+    That is the covariance of white residuals of the observed size, times their correlation length in samples and
     widened where they are not white (each flight its own): residuals of a mismatch are waves, not noise.
 
     Parameters
     ----------
-    stretches
-        Per flight times in s and heights in m, each of shape (n_samples,), at least four samples.
+    flights, height_m
+        As for `solve_parabolas`, heights of shape (n_samples,).
     """
-    n = len(stretches)
-    origin, blocks = parabola_design([time for time, _ in stretches])
-    design = np.concatenate(blocks)
-    heights = np.concatenate([height for _, height in stretches])
-    solution, *_ = np.linalg.lstsq(design, heights, rcond=None)
-    residual = heights - design @ solution
+    n, blocks = flights.size, _blocks(flights)
+    inverse = _inverse(_joined(blocks))
+    solved = _solved(flights, height_m, inverse)
+    own = residuals(flights, height_m, solved)
+    squares = flights.sums(own**2)
+    # two parameters of its own and its share of g
+    freedom = np.maximum(1.0, flights.count - 2.0 - 1.0 / n)
+    # as many independent samples as there are correlation lengths (GUM 4.2.7)
+    variance = squares / freedom * flights.correlation_lengths(own)
+    variance *= flights.misfit_widenings(own, TRACKS.hidden_waves)
     # sandwich A^-1 B A^-1: each flight has residuals of its own size (White 1980)
-    inverse = np.linalg.inv(design.T @ design)
-    meat = np.zeros_like(inverse)
-    begin = 0
-    for block in blocks:
-        own = residual[begin : begin + block.shape[0]]
-        begin += block.shape[0]
-        # two parameters of its own and its share of g
-        freedom = max(1.0, own.size - 2.0 - 1.0 / n)
-        # as many independent samples as there are correlation lengths (GUM 4.2.7)
-        variance = float(own @ own) / freedom * correlation_length(own) * misfit_widening(own)
-        meat += variance * (block.T @ block)
-    covariance = inverse @ meat @ inverse
-    return Parabolas(
-        origin,
-        solution[:-1:2].copy(),
-        solution[1:-1:2].copy(),
-        float(solution[-1]),
-        covariance,
-        float(np.sqrt(np.mean(residual**2))),
-    )
+    meat = _joined(variance[:, None, None] * blocks)
+    rms = float(np.sqrt(squares.sum() / flights.count.sum()))
+    return FittedParabolas(solved, inverse @ meat @ inverse, rms)
 
 
-def parabola_design(times_s: Sequence[FloatArray]) -> tuple[FloatArray, list[FloatArray]]:
-    """Return t0 of each flight, its middle, and d heights / d (h0_1, v0_1, h0_2, ..., v0_n, g) in rows a flight."""
+def solve_each(flights: Stretches, height_m: FloatArray) -> FloatArray:
+    """Return (h0, v0, g) of parabolas of which each has a g of its own, shape (n_flights, 3); arguments as above."""
+    blocks = _blocks(flights)
+    return np.asarray((_inverse(blocks) @ _pulls(flights, height_m)[..., None])[..., 0])
+
+
+def residuals(flights: Stretches, height_m: FloatArray, parabolas: Parabolas) -> FloatArray:
+    """Return heights (n_samples,) less parabolas, same shape."""
+    d = flights.away_s
+    level, slope = flights.spread(parabolas.height_m), flights.spread(parabolas.speed_m_s)
+    return np.asarray(height_m - level - slope * d + 0.5 * parabolas.g_m_s2 * d * d)
+
+
+def misfits_m(flights: Stretches, height_m: FloatArray) -> FloatArray:
+    """Return the root mean square by which each flight misses a parabola of its own, shape (n_flights,)."""
+    level, slope, g = (flights.spread(own) for own in solve_each(flights, height_m).T)
+    d = flights.away_s
+    return np.asarray(np.sqrt(flights.means((height_m - level - slope * d + 0.5 * g * d * d) ** 2)))
+
+
+def _blocks(flights: Stretches) -> FloatArray:
+    """Return each flight's normal matrix of (h0, v0, g), shape (n_flights, 3, 3)."""
     # about the middle of each flight: height and speed are then nearly uncorrelated
-    origin_s, blocks = np.array([float(time.mean()) for time in times_s]), []
-    for k, time in enumerate(times_s):
-        d = time - origin_s[k]
-        block = np.zeros((time.size, 2 * len(times_s) + 1))
-        block[:, 2 * k], block[:, 2 * k + 1], block[:, -1] = 1.0, d, -0.5 * d * d
-        blocks.append(block)
-    return origin_s, blocks
+    d = flights.away_s
+    columns = np.stack([np.ones_like(d), d, -0.5 * d * d])
+    out = np.empty((flights.size, 3, 3))
+    for row in range(3):
+        for column in range(row, 3):
+            out[:, row, column] = out[:, column, row] = flights.sums(columns[row] * columns[column])
+    return out
 
 
-def misfit_widening(residual: FloatArray) -> float:
-    """Return by how much the variance of residuals that are not white must be widened, 1 to 4.
-
-    A parabola follows part of the waves that a mismatch leaves in the track, so that the residuals show less of them
-    than there is (`TrackSettings.hidden_waves`).
-    """
-    if residual.size < 8 or not residual.any():
-        return 1.0
-    # third differences see noise, not waves: what is left of the residuals is no noise
-    white = float(np.mean(np.diff(residual, 3) ** 2)) / THIRD_DIFFERENCE_GAIN
-    share = min(1.0, white / float(np.mean(residual**2)))
-    return share + (1.0 - share) * TRACKS.hidden_waves**2
+def _pulls(flights: Stretches, height_m: FloatArray) -> FloatArray:
+    """Return columns^T heights of each flight, shape (..., n_flights, 3)."""
+    d = flights.away_s
+    return np.stack([flights.sums(height_m), flights.sums(height_m * d), flights.sums(height_m * (-0.5 * d * d))], -1)
 
 
-def correlation_length(residual: FloatArray) -> float:
-    """Return 1 + 2 sum of the autocorrelation up to its first zero, in samples, at least 1."""
-    if residual.size < 8 or not residual.any():
-        return 1.0
-    # padded to twice its length: the correlation must not wrap round
-    size = 1 << int(2 * residual.size - 1).bit_length()
-    spectrum = np.fft.rfft(residual - residual.mean(), size)
-    correlation = np.fft.irfft(np.abs(spectrum) ** 2, size)[: residual.size // 2]
-    if correlation[0] <= 0:
-        return 1.0
-    correlation = correlation / correlation[0]
-    # up to the first zero: beyond it the sum is noise, over all of it exactly zero
-    negative = np.flatnonzero(correlation <= 0)
-    end = int(negative[0]) if negative.size else correlation.size
-    return float(max(1.0, 1.0 + 2.0 * correlation[1:end].sum()))
+def _joined(blocks: FloatArray) -> FloatArray:
+    """Return blocks of (h0, v0, g) as one matrix of (h0_1, v0_1, h0_2, ..., v0_n, g), shape (2 n + 1, 2 n + 1)."""
+    n = blocks.shape[0]
+    out = np.zeros((2 * n + 1, 2 * n + 1))
+    at = 2 * np.arange(n)
+    for row in range(2):
+        for column in range(2):
+            out[at + row, at + column] = blocks[:, row, column]
+        out[at + row, -1] = out[-1, at + row] = blocks[:, row, 2]
+    out[-1, -1] = blocks[:, 2, 2].sum()
+    return out
+
+
+def _inverse(normal: FloatArray) -> FloatArray:
+    """Return the inverse of normal matrices (..., m, m)."""
+    # metres, speeds and g in units of what their columns weigh: the equations are then as good as orthogonal ones
+    size = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
+    unit = size[..., :, None] * size[..., None, :]
+    return np.asarray(np.linalg.inv(normal / unit) / unit)
+
+
+def _solved(flights: Stretches, height_m: FloatArray, inverse: FloatArray) -> Parabolas:
+    pulls = _pulls(flights, height_m)
+    pull = np.empty((*height_m.shape[:-1], inverse.shape[0]))
+    pull[..., :-1:2], pull[..., 1::2], pull[..., -1] = pulls[..., 0], pulls[..., 1], pulls[..., 2].sum(axis=-1)
+    solution = pull @ inverse
+    return Parabolas(flights.origin_s, solution[..., :-1:2], solution[..., 1::2], solution[..., -1])

@@ -3,9 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from radargui.model.bounce import FreeFall
 from radargui.model.gravity import U_NORMAL_GRAVITY_M_S2, normal_gravity_m_s2, share_in_air
-from radargui.model.result import RunResult
+from radargui.model.result import FreeFall, RunResult
 from radargui.model.rounding import plain, quantity
 from radargui.model.setup import Setup
 

@@ -1,19 +1,22 @@
 """What air drag may have done to e and g of parabolas: a part of their uncertainty (method 5, Flights)."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
-from radargui.model.bounce import Bounce, Bounces
+from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.result import Bounce, Bounces
 from radargui.restitution.free_flight import fall_below_apex, speed_below_apex
-from radargui.restitution.parabola import Parabolas, fit_parabolas
+from radargui.restitution.parabola import Parabolas, solve_parabolas
+from radargui.restitution.stretches import Stretches
 from radargui.restitution.track_flights import FittedFlights
 
 
 @dataclass(frozen=True, slots=True)
 class _Bends:
-    """By how much drag bends the flights away from parabolas, and what parabolas make of that.
+    """By how much drag bends flights away from parabolas, and what parabolas make of that.
 
     A fit is linear in heights: that of the bends alone is the error of the fit.
     """
@@ -23,31 +26,33 @@ class _Bends:
     fitted: Parabolas
 
     @staticmethod
-    def of(parabolas: Parabolas, drag_1_m: float, times_s: list[FloatArray]) -> "_Bends":
-        bare = _Bends(parabolas, drag_1_m, parabolas)
-        heights = [bare.height(place, time) for place, time in enumerate(times_s)]
-        return replace(bare, fitted=fit_parabolas(list(zip(times_s, heights, strict=True))))
+    def of(parabolas: Parabolas, drag_1_m: float, samples: Stretches) -> "_Bends":
+        # about its apex: v0 / g after the middle of the flight
+        after_apex = samples.away_s - samples.spread(parabolas.speed_m_s / parabolas.g_m_s2)
+        bend = _bend(after_apex, float(parabolas.g_m_s2), drag_1_m)
+        return _Bends(parabolas, drag_1_m, solve_parabolas(samples, bend))
 
-    def _after_apex(self, place: int, time_s: FloatArray | float) -> FloatArray:
+    def missed_height(self, place: IntArray, time_s: FloatArray) -> FloatArray:
+        """Return true less fitted height of flights at instants, shapes (n,)."""
+        bend = _bend(self._after_apex(place, time_s), float(self.parabolas.g_m_s2), self.drag_1_m)
+        return bend - self.fitted.height_at(place, time_s)
+
+    def missed_speed(self, place: IntArray, time_s: FloatArray) -> FloatArray:
+        """Return true less fitted upward speed of flights at instants, shapes (n,)."""
+        d, g = self._after_apex(place, time_s), float(self.parabolas.g_m_s2)
+        bend = speed_below_apex(d, g, self.drag_1_m) - speed_below_apex(d, g, 0.0)
+        return np.asarray(bend - self.fitted.speed_at(place, time_s))
+
+    def _after_apex(self, place: IntArray, time_s: FloatArray) -> FloatArray:
         own = self.parabolas
         return np.asarray(time_s - own.origin_s[place] - own.speed_m_s[place] / own.g_m_s2)
 
-    def height(self, place: int, time_s: FloatArray | float) -> FloatArray:
-        d, g = self._after_apex(place, time_s), self.parabolas.g_m_s2
-        return fall_below_apex(d, g, 0.0) - fall_below_apex(d, g, self.drag_1_m)
 
-    def missed_height(self, place: int, time_s: float) -> float:
-        """Return true less fitted height."""
-        return float(self.height(place, time_s)) - self.fitted.height_at(place, time_s)
-
-    def missed_speed(self, place: int, time_s: float) -> float:
-        """Return true less fitted upward speed."""
-        d, g = self._after_apex(place, time_s), self.parabolas.g_m_s2
-        bend = float(speed_below_apex(d, g, self.drag_1_m) - speed_below_apex(d, g, 0.0))
-        return bend - self.fitted.speed_at(place, time_s)
+def _bend(after_apex_s: FloatArray, g_m_s2: float, drag_1_m: float) -> FloatArray:
+    return fall_below_apex(after_apex_s, g_m_s2, 0.0) - fall_below_apex(after_apex_s, g_m_s2, drag_1_m)
 
 
-def with_drag(bounces: Bounces, flights: FittedFlights, times_s: list[FloatArray], drag_1_m: float) -> Bounces:
+def with_drag(bounces: Bounces, flights: FittedFlights, drag_1_m: float) -> Bounces:
     """Return bounces whose uncertainties of e and g hold what drag does.
 
     Drag bends a flight by g^2 k D^4 / 12, which a parabola takes for another speed and another g: with k = 0.005 1/m
@@ -58,32 +63,34 @@ def with_drag(bounces: Bounces, flights: FittedFlights, times_s: list[FloatArray
     ----------
     bounces
         Of parabolas with one g.
-    flights, times_s
-        The parabolas, and the times of each, shapes (n_samples,).
+    flights
+        The parabolas.
     drag_1_m
         k of the sphere.
     """
-    bends, place = _Bends.of(flights.parabolas, drag_1_m, times_s), flights.place
-    impacts = tuple(
-        replace(one, u_e=float(np.hypot(one.u_e, _error_of_e(one, bends, place[k], place[k + 1]))))
-        if np.isfinite(one.e)
-        else one
-        for k, one in enumerate(bounces.impacts)
-    )
+    samples, impacts = flights.samples, list(bounces.impacts)
+    bends = _Bends.of(flights.parabolas, drag_1_m, samples)
+    known, before, after = flights.sides(len(impacts))
+    found = [np.isfinite(impacts[k].e) for k in known]
+    known, before, after = known[found], before[found], after[found]
+    error = _error_of_e([impacts[k] for k in known], bends, before, after)
+    for k, own in zip(known, error.tolist(), strict=True):
+        impacts[k] = replace(impacts[k], u_e=math.hypot(impacts[k].u_e, own))
     fall = bounces.free_fall
     if fall is not None and bounces.normal is not None:
-        first = times_s[place[0]]
-        g = fit_parabolas([(first, bends.height(place[0], first))]).g_m_s2 / max(abs(bounces.normal[2]), 1e-9)
-        fall = replace(fall, u_g_m_s2=float(np.hypot(fall.u_g_m_s2, g)))
-    return replace(bounces, impacts=impacts, free_fall=fall)
+        first = np.arange(samples.size) == flights.place[0]
+        g = float(_Bends.of(flights.parabolas.chosen(first), drag_1_m, samples.chosen(first)).fitted.g_m_s2)
+        fall = replace(fall, u_g_m_s2=math.hypot(fall.u_g_m_s2, g / max(abs(bounces.normal[2]), 1e-9)))
+    return replace(bounces, impacts=tuple(impacts), free_fall=fall)
 
 
-def _error_of_e(impact: Bounce, bends: _Bends, before: int, after: int) -> float:
-    """Return by how much e is too small, to first order in k."""
-    instant, arriving, leaving = impact.time_s, impact.speed_before_m_s, impact.speed_after_m_s
+def _error_of_e(impacts: Sequence[Bounce], bends: _Bends, before: IntArray, after: IntArray) -> FloatArray:
+    """Return by how much e is too small, to first order in k, shape (n_impacts,); places of the flights likewise."""
+    rows = np.array([[one.time_s, one.speed_before_m_s, one.speed_after_m_s, one.e] for one in impacts])
+    instant, arriving, leaving, e = rows.reshape(-1, 4).T
     # the flights meet elsewhere too, and both speeds change by g until then
     gap = bends.missed_height(after, instant) - bends.missed_height(before, instant)
     gained = -bends.parabolas.g_m_s2 * gap / (arriving + leaving)
     faster_in = gained - bends.missed_speed(before, instant)
     faster_out = bends.missed_speed(after, instant) - gained
-    return (faster_out - impact.e * faster_in) / arriving
+    return np.asarray((faster_out - e * faster_in) / arriving)

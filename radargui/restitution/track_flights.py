@@ -1,14 +1,14 @@
 """Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.restitution.parabola import Parabolas, correlation_length, fit_parabolas
+from radargui.restitution.parabola import Parabolas, misfits_m, solve_parabolas
 from radargui.restitution.settings import TRACKS
+from radargui.restitution.stretches import Stretches
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,28 +49,35 @@ class FittedFlights:
 
     Attributes
     ----------
+    samples, height_m
+        Of the flights that were fitted.
     parabolas
         One a fitted flight.
     place
         For each flight that was fitted its place among them; flight k ends with impact k.
     """
 
+    samples: Stretches
+    height_m: FloatArray
     parabolas: Parabolas
     place: dict[int, int]
+
+    def sides(self, n_impacts: int) -> tuple[IntArray, IntArray, IntArray]:
+        """Return the impacts with fitted flights on both sides, and the places of those before and after them."""
+        known = [k for k in range(n_impacts) if k in self.place and k + 1 in self.place]
+        before, after = ([self.place[k + side] for k in known] for side in (0, 1))
+        return np.array(known, dtype=np.intp), np.array(before, dtype=np.intp), np.array(after, dtype=np.intp)
 
     def meet(self, impact_s: FloatArray) -> FloatArray:
         """Return where the parabolas before and after each impact meet, nearest to the first estimate."""
         out, fitted = impact_s.copy(), self.parabolas
-        for k, instant in enumerate(impact_s):
-            if k not in self.place or k + 1 not in self.place:
-                continue
-            before, after = self.place[k], self.place[k + 1]
-            # one Newton step: the parabolas are nearly straight within a millisecond
-            gap = fitted.height_at(after, instant) - fitted.height_at(before, instant)
-            closing = fitted.speed_at(before, instant) - fitted.speed_at(after, instant)
-            step = gap / closing if closing != 0.0 else 0.0
-            if abs(step) < TRACKS.largest_shift_s:
-                out[k] = instant + step
+        known, before, after = self.sides(impact_s.size)
+        instant = impact_s[known]
+        # one Newton step: the parabolas are nearly straight within a millisecond
+        gap = fitted.height_at(after, instant) - fitted.height_at(before, instant)
+        closing = fitted.speed_at(before, instant) - fitted.speed_at(after, instant)
+        step = np.where(closing != 0.0, gap / np.where(closing != 0.0, closing, 1.0), 0.0)
+        out[known] += np.where(np.abs(step) < TRACKS.largest_shift_s, step, 0.0)
         return out
 
 
@@ -104,19 +111,20 @@ def fit_track_flights(heights: Heights, flights: tuple[Flight | None, ...]) -> F
 
     A stretch that is no parabola (an impact missed in it, a lost fringe) would spoil the shared g: it is left out.
     """
-    stretches = {
-        k: stretch
-        for k, stretch in ((k, heights.within(flight)) for k, flight in enumerate(flights) if flight)
-        if stretch[0].size >= TRACKS.least_samples
-    }
-    if len(stretches) > 2:
-        alone = {k: fit_parabolas([stretch]).residual_rms_m for k, stretch in stretches.items()}
-        # by the run's own median: noise differs from run to run
-        most = max(TRACKS.largest_residual * float(np.median(list(alone.values()))), TRACKS.least_residual_m)
-        stretches = {k: stretch for k, stretch in stretches.items() if alone[k] <= most}
-    if not stretches:
+    number = np.array([k for k, flight in enumerate(flights) if flight], dtype=np.intp)
+    spans_s = np.array([[flight.begin_s, flight.end_s] for flight in flights if flight]).reshape(-1, 2)
+    begin, end = np.searchsorted(heights.time_s, spans_s.T)
+    enough = end - begin >= TRACKS.least_samples
+    if not enough.any():
         return None
-    return FittedFlights(fit_parabolas(list(stretches.values())), {k: n for n, k in enumerate(stretches)})
+    number, samples = number[enough], Stretches.between(heights.time_s, begin[enough], end[enough])
+    if samples.size > 2:
+        alone = misfits_m(samples, samples.of(heights.height_m))
+        # by the run's own median: noise differs from run to run
+        fits = alone <= max(TRACKS.largest_residual * float(np.median(alone)), TRACKS.least_residual_m)
+        number, samples = number[fits], samples.chosen(fits)
+    height = samples.of(heights.height_m)
+    return FittedFlights(samples, height, solve_parabolas(samples, height), {int(k): n for n, k in enumerate(number)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,24 +154,42 @@ def impact_velocities(time_s: FloatArray, position_m: FloatArray, impact_s: Floa
     impact_s
         Instants of impact, shape (n_impacts,).
     """
+    sides = impact_sides(time_s, impact_s)
     velocity, variance = np.full((2, impact_s.size, 3), np.nan), np.full((2, impact_s.size), np.nan)
-    for number, side, inside in impact_sides(time_s, impact_s):
-        d = time_s[inside] - impact_s[number]
-        straight = position_m[:, inside].copy()
-        straight[2] += 0.5 * NOMINAL_GRAVITY_M_S2 * d * d
-        line = np.polynomial.polynomial.polyfit(d, straight.T, 1)
-        velocity[side, number] = line[1]
-        off = straight[:2] - line[0, :2, None] - line[1, :2, None] * d
-        white = [float(own @ own) / (d.size - 2) * correlation_length(own) for own in off]
-        variance[side, number] = float(np.mean(white)) / float(((d - d.mean()) ** 2).sum())
+    samples = sides.samples
+    straight = samples.of(position_m)
+    d = samples.away_s + samples.spread(samples.origin_s - impact_s[sides.impact])
+    straight[2] += 0.5 * NOMINAL_GRAVITY_M_S2 * d * d
+    level, slope = samples.lines(straight)
+    velocity[sides.side, sides.impact] = slope.T
+    off = straight[:2] - samples.spread(level[:2]) - samples.spread(slope[:2]) * samples.away_s
+    white = samples.sums(off**2) / (samples.count - 2)
+    white *= np.stack([samples.correlation_lengths(own) for own in off])
+    variance[sides.side, sides.impact] = white.mean(axis=0) / samples.sums(samples.away_s**2)
     return ImpactVelocities(velocity[0], velocity[1], np.sqrt(variance.sum(axis=0)))
 
 
-def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> Iterator[tuple[int, int, slice]]:
-    """Yield the impact's number, 0 before it and 1 after, and the samples there, where these are enough for a line."""
-    for number, instant in enumerate(impact_s):
-        for side, sign in enumerate((-1.0, 1.0)):
-            ends = np.sort(instant + sign * np.array([TRACKS.clearance_s, TRACKS.side_s]))
-            inside = slice(*np.searchsorted(time_s, ends))
-            if inside.stop - inside.start >= TRACKS.least_side_samples:
-                yield number, side, inside
+@dataclass(frozen=True, slots=True)
+class ImpactSides:
+    """Samples before and after impacts, where they are enough for a line.
+
+    Attributes
+    ----------
+    impact, side
+        Number of the impact and 0 before it, 1 after, shapes (n_sides,).
+    samples
+        The samples of each.
+    """
+
+    impact: IntArray
+    side: IntArray
+    samples: Stretches
+
+
+def impact_sides(time_s: FloatArray, impact_s: FloatArray) -> ImpactSides:
+    """Return the samples of a curve at times (n,) on both sides of impacts (n_impacts,)."""
+    near, far = TRACKS.clearance_s, TRACKS.side_s
+    begin = np.searchsorted(time_s, np.stack([impact_s - far, impact_s + near]))
+    end = np.searchsorted(time_s, np.stack([impact_s - near, impact_s + far]))
+    side, impact = np.nonzero(end - begin >= TRACKS.least_side_samples)
+    return ImpactSides(impact, side, Stretches.between(time_s, begin[side, impact], end[side, impact]))

@@ -6,16 +6,17 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray
 from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
-from radargui.model.bounce import Bounce, Bounces
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.segment import Segment
+from radargui.model.result import Bounce, Bounces, Segment, Track
 from radargui.model.setup import Setup
-from radargui.model.track import Track
 from radargui.model.uncertainty_budget import InputChange
-from radargui.restitution.floor_normal import e_by_tilt, normal_of_impacts
-from radargui.restitution.parabola import parabola_design
-from radargui.restitution.settings import TRACKS
+from radargui.restitution.floor_normal import e_by_tilt, mean_normals, normal_of_impacts
+from radargui.restitution.parabola import solve_parabolas
+from radargui.restitution.stretches import Stretches
 from radargui.restitution.track_flights import Flight, find_flights, impact_sides, impact_velocities
+
+LEAST_SHIFTS = 4
+"""Of a flight or of what lies beside an impact: shifts have no noise, and a parabola has three coefficients."""
 
 
 def respond(
@@ -56,7 +57,7 @@ def respond(
         track.position_m[:, part][:, known],
         shift_m[:, :, part][..., known],
     )
-    if bounces.normal is None or not bounces.impacts or time.size < TRACKS.least_samples:
+    if bounces.normal is None or not bounces.impacts or time.size < LEAST_SHIFTS:
         return e, g
     normal, impact_s = np.asarray(bounces.normal), np.array([one.time_s for one in bounces.impacts])
     height = np.einsum("a,man->mn", normal, shift)
@@ -106,23 +107,21 @@ def _normal_changes(
     impact_s = np.array([one.time_s for one in bounces.impacts])
     at = impact_velocities(time_s, position_m, impact_s)
     seen = np.isfinite(at.u_side_m_s) & np.array([one.valid for one in bounces.impacts])
-    out = np.zeros((shift_m.shape[0], 3))
     if not seen.any():
-        return out
+        return np.zeros((shift_m.shape[0], 3))
     u, before, after = at.u_side_m_s[seen], at.before_m_s[seen], at.after_m_s[seen]
+    more_before, more_after = _speed_changes(time_s, shift_m, impact_s[seen])
     upright = normal_of_impacts(before, after, u, u_tilt_deg).normal
-    for row, (more_before, more_after) in zip(out, _speed_changes(time_s, shift_m, impact_s[seen]), strict=True):
-        row[:] = normal_of_impacts(before + more_before, after + more_after, u, u_tilt_deg).normal - upright
-    return out
+    return mean_normals(before + more_before, after + more_after, u, u_tilt_deg) - upright
 
 
 def _speed_changes(time_s: FloatArray, shift_m: FloatArray, impact_s: FloatArray) -> FloatArray:
-    """Return the changes of the velocities before and after impacts, shape (n_shifts, 2, n_impacts, 3)."""
-    out = np.zeros((2, impact_s.size, shift_m.shape[0] * 3))
-    flat = shift_m.reshape(out.shape[2], -1)
-    for number, side, inside in impact_sides(time_s, impact_s):
-        out[side, number] = np.polynomial.polynomial.polyfit(time_s[inside] - impact_s[number], flat[:, inside].T, 1)[1]
-    return np.asarray(out.reshape(2, impact_s.size, -1, 3).transpose(2, 0, 1, 3))
+    """Return the changes of the velocities before and after impacts, shape (2, n_shifts, n_impacts, 3)."""
+    sides = impact_sides(time_s, impact_s)
+    out = np.zeros((2, impact_s.size, *shift_m.shape[:2]))
+    slopes = sides.samples.lines(sides.samples.of(shift_m))[1]
+    out[sides.side, sides.impact] = slopes.transpose(2, 0, 1)
+    return np.asarray(out.transpose(0, 2, 1, 3))
 
 
 class _FlightChanges:
@@ -137,26 +136,22 @@ class _FlightChanges:
     """
 
     def __init__(self, time_s: FloatArray, height_m: FloatArray, flights: Sequence[Flight | None]) -> None:
-        parts = {k: slice(*np.searchsorted(time_s, [one.begin_s, one.end_s])) for k, one in enumerate(flights) if one}
-        parts = {k: part for k, part in parts.items() if part.stop - part.start >= TRACKS.least_samples}
-        self.place = {k: n for n, k in enumerate(parts)}
+        number = np.array([k for k, one in enumerate(flights) if one], dtype=np.intp)
+        spans_s = np.array([[one.begin_s, one.end_s] for one in flights if one]).reshape(-1, 2)
+        begin, end = np.searchsorted(time_s, spans_s.T)
+        enough = end - begin >= LEAST_SHIFTS
+        self.place = {int(k): n for n, k in enumerate(number[enough])}
         self.g_m_s2 = np.full(height_m.shape[0], np.nan)
-        if parts:
-            self._origin_s, blocks = parabola_design([time_s[part] for part in parts.values()])
-            heights = np.concatenate([height_m[:, part] for part in parts.values()], axis=1)
-            self._change = np.linalg.lstsq(np.concatenate(blocks), heights.T, rcond=None)[0]
-            self.g_m_s2 = self._change[-1]
+        if enough.any():
+            samples = Stretches.between(time_s, begin[enough], end[enough])
+            self._change = solve_parabolas(samples, samples.of(height_m))
+            self.g_m_s2 = self._change.g_m_s2
 
     def of_e(self, k: int, impact: Bounce, g_m_s2: float) -> FloatArray:
         """Return de of impact k, shape (n_changes,); the instant moves to where the changed parabolas meet."""
-        (fell, falling), (rose, rising) = self._at(k, impact.time_s), self._at(k + 1, impact.time_s)
+        change, one, other, at_s = self._change, self.place[k], self.place[k + 1], impact.time_s
         before, after = impact.speed_before_m_s, impact.speed_after_m_s
-        later_s = (fell - rose) / (before + after)
-        return np.asarray((rising - g_m_s2 * later_s) / before - after / before**2 * (g_m_s2 * later_s - falling))
-
-    def _at(self, k: int, time_s: float) -> tuple[FloatArray, FloatArray]:
-        """Return the changes of height and speed of a flight at an instant."""
-        n = self.place[k]
-        level, slope, g = self._change[2 * n], self._change[2 * n + 1], self._change[-1]
-        d = time_s - self._origin_s[n]
-        return level + slope * d - 0.5 * g * d * d, slope - g * d
+        later_s = (change.height_at(one, at_s) - change.height_at(other, at_s)) / (before + after)
+        faster_out = change.speed_at(other, at_s) - g_m_s2 * later_s
+        faster_in = g_m_s2 * later_s - change.speed_at(one, at_s)
+        return np.asarray(faster_out / before - after / before**2 * faster_in)

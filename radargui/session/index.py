@@ -1,6 +1,7 @@
 """The index of a data folder: a small database in the user's cache folder; the folders are the truth.
 
-Each look compares the dates and sizes of all files with those in the index and reads what has changed. An index that is
+Each look compares the dates and sizes of all files with those in the index and reads what has changed, and once more
+what was written only just before it was read: that may be written again under the same date and size. An index that is
 missing, damaged, or of another version is made anew; where none can be kept, it is made in memory.
 """
 
@@ -10,6 +11,7 @@ import json
 import logging
 import os
 import sqlite3
+import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import astuple, dataclass, field
 from datetime import datetime
@@ -87,6 +89,8 @@ def _stamp(entry: os.DirEntry[str]) -> Stamp:
 _ANTENNAS = ("radar", "transmitter", "receiver")
 SCHEMA = 2
 IN_MEMORY = Path(":memory:")
+_SETTLES_NS = 2_000_000_000
+"""A file of a younger date may change and keep it: disks keep dates in steps, of FAT in two seconds."""
 _WAIT_S = 2.0
 """For another program that writes the index; then it is made in memory instead."""
 _log = logging.getLogger(__name__)
@@ -145,6 +149,7 @@ def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, progress: Cal
         Called with the share done.
     """
     seen = {one.path.relative_to(data_folder).as_posix(): one for one in sessions_below(data_folder)}
+    settled_ns = time.time_ns() - _SETTLES_NS
     known_sessions = dict(index.execute("SELECT folder, stamp FROM sessions"))
     known_runs: dict[str, dict[str, str]] = {}
     for folder, name, stamp in index.execute("SELECT folder, name, stamp FROM runs"):
@@ -165,6 +170,11 @@ def bring_up_to_date(index: sqlite3.Connection, data_folder: Path, progress: Cal
         old_stamp = known_sessions.get(folder)
         with index:
             n_read += _renew(index, folder, seen[folder], old_stamp, known_runs.get(folder, {}))
+            for table in ("sessions", "runs"):
+                index.execute(
+                    f"UPDATE {table} SET stamp = '?' WHERE folder = ? AND CAST(stamp AS INTEGER) > ?",  # noqa: S608
+                    (folder, settled_ns),
+                )
         progress(min(n_read / total, 1.0))
     return n_read
 

@@ -1,21 +1,93 @@
-"""What session.json holds: setup, calibration, operator, sample, target, notes, journal, versions."""
+"""A session folder and the record kept in it (session.json): names, words, settings, versions."""
 
 import json
 import platform
+import re
 from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal, TypedDict
 
+import platformdirs
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from radargui import __version__
-from radargui.files.fresh_file import write_whole
+from radargui.files.access import write_whole
 from radargui.model.errors import SessionError
-from radargui.model.setup import Setup
+from radargui.model.setup import Setup, plain
 from radargui.model.setup_error import describe
-from radargui.model.setup_file import plain
+
+REPORT_FOLDER = "report"
+NAME_FORMAT = "%Y-%m-%dT%H-%M-%S"
+_UNFIT = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
+_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+
+
+class DataFolderError(SessionError):
+    """No session can be made in the folder that was chosen for sessions."""
+
+
+def new_folder(parent: Path, name: str | None, now: datetime) -> Path:
+    """Make a folder that was not there, named after the time where it has no name; -2, -3, ... where that is taken.
+
+    Raises
+    ------
+    DataFolderError
+        It cannot be made.
+    SessionError
+        This cannot be the name of a folder.
+    """
+    name = now.strftime(NAME_FORMAT) if name is None else _fit(name)
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+        for number in range(1, 10_000):
+            folder = parent / (name if number == 1 else f"{name}-{number}")
+            try:
+                folder.mkdir()
+            except FileExistsError:
+                continue
+            return folder
+    except OSError as error:
+        raise DataFolderError(
+            f"No session can be made in {parent}: {error.strerror or error}.",
+            reasons=("the folder cannot be written", "part of the path is a file", "the disk is full"),
+            remedy="Choose another data folder.",
+        ) from None
+    raise DataFolderError(f"{parent} holds too many sessions named {name}.", remedy="Choose another name.")
+
+
+def own_subfolder(session: Path, name: str) -> Path:
+    """Return the folder of a session that results go into; it may not be there yet.
+
+    Raises
+    ------
+    SessionError
+        It leads out of the session: a link in a folder that came from elsewhere shall not decide where files are
+        written.
+    """
+    folder = session / name
+    if not folder.resolve().is_relative_to(session.resolve()):
+        raise SessionError(
+            f"{folder} is a link out of the session, to {folder.resolve()}: nothing is written there.",
+            remedy="Remove the link, or name that folder with --output.",
+        )
+    return folder
+
+
+def _fit(name: str) -> str:
+    """Return a name that every system can have."""
+    if not name or name != name.strip() or name.endswith(".") or _UNFIT.search(name) or _RESERVED.fullmatch(name):
+        raise SessionError(
+            f"{name!r} cannot be the name of a session.", remedy='Use letters, digits, space, "-", "_" and "." inside.'
+        )
+    return name
+
+
+def default_data_folder() -> Path:
+    """Return the folder RadarGUI in the user's documents; it may not be there yet."""
+    return Path(platformdirs.user_documents_dir()) / "RadarGUI"
+
 
 _LIBRARIES = ("numpy", "scipy", "h5py", "nidaqmx")
 

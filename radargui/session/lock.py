@@ -87,12 +87,9 @@ class SessionLock:
             if lock.lock_counter == 1:
                 try:
                     _sign(self._path)
-                except OSError as error:
+                except (OSError, SessionLockedError) as error:
                     lock.release()
-                    raise _unwritable(self._path, error) from None
-                except SessionLockedError:
-                    lock.release()
-                    raise
+                    raise _unwritable(self._path, error) if isinstance(error, OSError) else error from None
             self._lock = lock
 
     def release(self) -> None:

@@ -9,9 +9,8 @@ from typing import Annotated, Literal
 import platformdirs
 from pydantic import AfterValidator, BaseModel, Field
 
-from radargui.files.channel_guess import ChannelGuess, guess_channel_map, guess_of_variables, pattern_of
-from radargui.files.fresh_file import write_whole
-from radargui.files.reading import LARGEST, ChannelMap
+from radargui.files.access import write_whole
+from radargui.files.reading import LARGEST, ChannelGuess, ChannelMap, guess_channel_map, guess_of_variables, pattern_of
 from radargui.files.signals import ChannelInfo
 from radargui.model.errors import FileError
 

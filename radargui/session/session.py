@@ -11,14 +11,21 @@ from datetime import datetime
 from pathlib import Path
 from typing import Unpack
 
-from radargui.files.run_layout import SUFFIX, fitted
+from radargui.files.run_layout import SUFFIX, Header, fitted
 from radargui.files.run_writer import RunExistsError, RunWriter
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError, SessionError
-from radargui.model.setup import Setup
-from radargui.model.setup_file import dump_setup
-from radargui.session.folder import NAME_FORMAT, fit_name, new_folder
-from radargui.session.info import FILE_NAME, About, JournalEntry, SessionInfo, read_info, versions, write_info
+from radargui.model.recording import Digitisation
+from radargui.model.setup import Setup, dump_setup
+from radargui.session.info import (
+    FILE_NAME,
+    About,
+    JournalEntry,
+    SessionInfo,
+    new_folder,
+    read_info,
+    versions,
+    write_info,
+)
 from radargui.session.lock import SessionLock, SessionLockedError, SessionReadOnlyError
 
 BY_OPERATOR = "rejected by the operator"
@@ -51,13 +58,7 @@ class Session:
 
     @classmethod
     def create(
-        cls,
-        parent: Path,
-        setup: Setup,
-        *,
-        name: str | None = None,
-        now: datetime,
-        **about: Unpack[About],
+        cls, parent: Path, setup: Setup, *, name: str | None = None, now: datetime, **about: Unpack[About]
     ) -> Session:
         """Make the folder and write its record, before anything is recorded.
 
@@ -81,8 +82,7 @@ class Session:
         SessionError
             The folder cannot be made or written, or the name cannot be one of a folder.
         """
-        wanted = now.strftime(NAME_FORMAT) if name is None else fit_name(name)
-        folder = new_folder(parent, wanted)
+        folder = new_folder(parent, name, now)
         lock = SessionLock(folder)
         created_at = (now if now.tzinfo else now.astimezone()).isoformat(timespec="seconds")
         info = SessionInfo(name=folder.name, created_at=created_at, versions=versions(), setup=setup)
@@ -212,14 +212,7 @@ class Session:
         name = self._own(run)
         self._change(lambda info: {"rejected": {key: why for key, why in info.rejected.items() if key != name}})
 
-    def new_run(
-        self,
-        digitisation: Digitisation,
-        *,
-        started_at: str,
-        trigger_index: int | None = None,
-        attributes: Mapping[str, str | float | int] | None = None,
-    ) -> RunWriter:
+    def new_run(self, digitisation: Digitisation, **header: Unpack[Header]) -> RunWriter:
         """Return the writer of a new run file with the next free number; a folder that was taken away is made again.
 
         Raises
@@ -233,19 +226,13 @@ class Session:
         if not self.path.is_dir():
             self._make_again()
         numbers = [int(match[1]) for path in run_paths(self.path) if (match := _RUN.fullmatch(path.name))]
+        header["setup_toml"] = dump_setup(self.setup)
+        header["attributes"] = {**self._facts(), **header.get("attributes", {})}
         number = max(numbers, default=0)
-        setup_toml = dump_setup(self.setup)
         while True:
             number += 1
             try:
-                writer = RunWriter(
-                    self.path / f"run-{number:04d}{SUFFIX}",
-                    digitisation,
-                    started_at=started_at,
-                    trigger_index=trigger_index,
-                    setup_toml=setup_toml,
-                    attributes={**self._facts(), **(attributes or {})},
-                )
+                writer = RunWriter(self.path / f"run-{number:04d}{SUFFIX}", digitisation, **header)
             except RunExistsError:
                 # Taken between looking and making, by whoever does not heed the lock.
                 continue

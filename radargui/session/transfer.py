@@ -7,18 +7,14 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Unpack
 
-from radargui.files.export import ExportFormat, export_run
-from radargui.files.formats import format_of, source_program
-from radargui.files.fresh_file import refuse_existing
-from radargui.files.progress import Progress, silent
+from radargui.files.access import Outcome, Progress, each_run, refuse_existing, silent
+from radargui.files.formats import ExportFormat, export_run, format_of, source_program
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import ChannelMap, read_mapped, read_recording
-from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError, RadarGuiError, SessionError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
-from radargui.session.folder import own_subfolder
-from radargui.session.info import FILE_NAME, About, read_info
+from radargui.session.info import FILE_NAME, About, own_subfolder, read_info
 from radargui.session.session import Session, run_paths
 
 PIECE = 1 << 18
@@ -38,12 +34,15 @@ class ImportInput:
         Sample rate, where the file has none.
     raw
         How the files are laid out where they are plain binary.
+    name
+        Of a recording that comes from several files; None: the stem of the first.
     """
 
     files: tuple[Path, ...]
     channel_map: ChannelMap | None = None
     rate_hz: float | None = None
     raw: RawLayout | None = None
+    name: str | None = None
 
     def read(self) -> Recording:
         """Return the recording.
@@ -56,7 +55,8 @@ class ImportInput:
             The map names files of its own beside `files`.
         """
         if self.channel_map is not None and self.channel_map.has_paths:
-            return read_mapped(self.channel_map, rate_hz=self.rate_hz, name=self.files[0].stem, raw=self.raw)
+            name = self.name or self.files[0].stem
+            return read_mapped(self.channel_map, rate_hz=self.rate_hz, name=name, raw=self.raw)
         return read_recording(self.files[0], channels=self.channel_map, rate_hz=self.rate_hz, raw=self.raw)
 
     @property
@@ -144,7 +144,7 @@ class Import:
                 trigger_index=recording.trigger_index,
                 attributes=_origin(one, self.now),
             ) as writer:
-                for block in blocks(recording):
+                for block in recording.blocks(PIECE):
                     writer.write(block)
         except RadarGuiError as error:
             return ImportedRun(one, error=error)
@@ -167,40 +167,7 @@ def _origin(one: ImportInput, now: datetime) -> Mapping[str, str]:
     return origin
 
 
-def blocks(recording: Recording) -> Iterator[Block]:
-    """Yield a recording as blocks, each with the absolute index of its first sample and the gap before it."""
-    first, index = 0, 0
-    before: Gap | None = None
-    for gap in [*sorted(recording.gaps, key=lambda gap: gap.first_index), None]:
-        end = recording.n_samples if gap is None else min(first + gap.first_index - index, recording.n_samples)
-        while first < end:
-            count = min(PIECE, end - first)
-            yield Block(recording.raw[:, first : first + count], index, before)
-            first, index, before = first + count, index + count, None
-        if gap is not None:
-            index, before = gap.first_index + gap.count, gap
-
-
 FOLDER = "export"
-
-
-@dataclass(frozen=True, slots=True)
-class ExportedRun:
-    """What became of one run.
-
-    Attributes
-    ----------
-    run
-        The run file.
-    paths
-        Files made; empty where it failed.
-    error
-        Why it failed, or None.
-    """
-
-    run: Path
-    paths: tuple[Path, ...] = ()
-    error: RadarGuiError | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,25 +180,19 @@ class ExportPlan:
     session: dict[str, str]
     force: bool
 
-    def carry_out(self, progress: Progress = silent) -> Iterator[ExportedRun]:
-        """Export run after run; one that fails does not stop the others.
+    def carry_out(self, progress: Progress = silent) -> Iterator[Outcome[tuple[Path, ...]]]:
+        """Export run after run and yield the files made of each; one that fails does not stop the others.
 
         Parameters
         ----------
         progress
             Called with the share of the whole that is done.
         """
-        for number, run in enumerate(self.runs):
 
-            def whole(share: float, done: int = number) -> None:
-                progress((done + share) / len(self.runs))
+        def export(run: Path, report: Progress) -> tuple[Path, ...]:
+            return export_run(run, self.kind, self.folder, session=self.session, force=self.force, report=report)
 
-            try:
-                paths = export_run(run, self.kind, self.folder, session=self.session, force=self.force, report=whole)
-            except RadarGuiError as error:
-                yield ExportedRun(run, error=error)
-            else:
-                yield ExportedRun(run, paths)
+        return each_run(self.runs, export, progress)
 
 
 def plan_export(path: Path, kind: ExportFormat, output: Path | None = None, *, force: bool = False) -> ExportPlan:

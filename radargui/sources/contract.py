@@ -4,9 +4,7 @@ import threading
 import time
 from typing import Protocol
 
-from radargui.model.block import Block
-from radargui.model.digitisation import Digitisation
-from radargui.model.truth import Truth
+from radargui.model.recording import Block, Digitisation, Truth
 
 
 class Clock:
@@ -73,3 +71,4 @@ class Source(Protocol):
 
     def truth(self, first_index: int, count: int) -> Truth | None:
         """Return what really happened during samples first_index : first_index + count; None but for simulations."""
+        return None

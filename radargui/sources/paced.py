@@ -4,15 +4,12 @@ import threading
 from abc import ABC, abstractmethod
 from dataclasses import replace
 
-from radargui.model.block import Block, Gap
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import SourceError
-from radargui.model.recording import Recording
-from radargui.model.truth import Truth
-from radargui.sources.contract import SYSTEM_CLOCK, Clock
+from radargui.model.recording import Block, Digitisation, Recording
+from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
 
 
-class PacedSource(ABC):
+class PacedSource(Source, ABC):
     """The contract of a source but for `open`, for samples that are there already or made when asked for.
 
     Parameters
@@ -99,11 +96,6 @@ class PacedSource(ABC):
         taken = int((self._clock.now() - self._start_s) * self._rate_hz) - self._lost
         return max((taken if self._n_samples is None else min(taken, self._n_samples)) - self._next, 0)
 
-    def truth(self, first_index: int, count: int) -> Truth | None:
-        """Return None: nobody knows what really happened."""
-        del first_index, count
-        return None
-
     def _end_of_block(self) -> int:
         end = self._next + self._block
         return end if self._n_samples is None else min(end, self._n_samples)
@@ -141,18 +133,11 @@ class ReplaySource(PacedSource):
     """
 
     def __init__(
-        self,
-        recording: Recording,
-        *,
-        realtime: bool = False,
-        clock: Clock = SYSTEM_CLOCK,
-        block_s: float = _BLOCK_S,
+        self, recording: Recording, *, realtime: bool = False, clock: Clock = SYSTEM_CLOCK, block_s: float = _BLOCK_S
     ) -> None:
         rate_hz = recording.digitisation.sample_rate_hz
         super().__init__("The replay", clock, rate_hz, block_s, recording.n_samples, realtime=realtime)
         self._recording = recording
-        self._gaps = _joined(recording.gaps)
-        self._n_gaps = 0
 
     def open(self) -> Digitisation:
         """Return how the recording was digitised.
@@ -177,35 +162,13 @@ class ReplaySource(PacedSource):
             The replay is not open.
         """
         super().start()
-        self._n_gaps = 0
+        self._blocks = self._recording.blocks(self._block)
 
     def _read(self) -> Block | None:
-        gap = self._gap_here()
-        lost = self._lost + (gap.count if gap else 0)
-        upcoming = self._gaps[self._n_gaps + (gap is not None) :]
-        end = self._end_of_block()
-        if upcoming:
-            end = min(end, upcoming[0].first_index - lost)
-        if end <= self._next or not self._wait_for(end + lost):
+        block = next(self._blocks, None)
+        if block is None or not self._wait_for(block.end_index):
             return None
+        self._next += block.count
+        self._lost = block.end_index - self._next
         # a copy: a block owns its samples, the recording stays as it was
-        block = Block(self._recording.raw[:, self._next : end].copy(), self._next + lost, gap)
-        self._lost, self._next = lost, end
-        self._n_gaps += gap is not None
-        return block
-
-    def _gap_here(self) -> Gap | None:
-        upcoming = self._gaps[self._n_gaps : self._n_gaps + 1]
-        return upcoming[0] if upcoming and upcoming[0].first_index <= self._next + self._lost else None
-
-
-def _joined(gaps: tuple[Gap, ...]) -> tuple[Gap, ...]:
-    """Return gaps in order, those without a sample between them as one."""
-    joined: list[Gap] = []
-    for gap in sorted((gap for gap in gaps if gap.count > 0), key=lambda gap: gap.first_index):
-        last = joined[-1] if joined else None
-        if last is not None and gap.first_index <= last.first_index + last.count:
-            joined[-1] = replace(last, count=last.count + gap.count)
-        else:
-            joined.append(gap)
-    return tuple(joined)
+        return replace(block, samples=block.samples.copy())

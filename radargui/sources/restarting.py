@@ -5,10 +5,8 @@ import re
 import threading
 from collections.abc import Callable
 
-from radargui.model.block import Block, Gap
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import SourceError
-from radargui.model.truth import Truth
+from radargui.model.recording import Block, Digitisation, Gap, Truth
 from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
 
 _DRIFT = 200e-6

@@ -19,10 +19,9 @@ from radargui.acquisition.stream import TOO_SLOW
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_writer import RunWriter
 from radargui.model.arrays import RawArray
-from radargui.model.block import Block, Gap
 from radargui.model.daq import RecordingLimits
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import DeviceError, FaultError, FileError
+from radargui.model.recording import Block, Digitisation, Gap
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveEstimate
 

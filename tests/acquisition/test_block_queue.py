@@ -7,7 +7,7 @@ import threading
 import numpy as np
 
 from radargui.acquisition.stream import TOO_SLOW, BlockQueue
-from radargui.model.block import Block, Gap
+from radargui.model.recording import Block, Gap
 
 
 def block(first: int, count: int = 10, gap: Gap | None = None) -> Block:

@@ -7,8 +7,8 @@ from datetime import UTC, datetime
 from support.controlled_source import MemoryRun, codes, digitisation
 
 from radargui.acquisition.recorder import Recorder
-from radargui.model.block import Block
 from radargui.model.daq import RecordingLimits
+from radargui.model.recording import Block
 
 LIMITS = RecordingLimits(pretrigger_s=0.1, maximum_s=0.2, quiet_s=0.1)
 

@@ -10,11 +10,11 @@ from support.controlled_source import digitisation
 from support.fake_clock import FakeClock
 
 from radargui.acquisition.health import Health
-from radargui.acquisition.level import levels
+from radargui.acquisition.run_output import levels
 from radargui.acquisition.run_plan import AcquisitionState
 from radargui.acquisition.stream import Reading
-from radargui.model.block import Block
 from radargui.model.errors import SourceError
+from radargui.model.recording import Block
 
 
 def test_the_level_of_codes_is_in_volts_and_rail_values_clip() -> None:

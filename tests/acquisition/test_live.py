@@ -5,14 +5,12 @@ from __future__ import annotations
 import threading
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from support.simulated_setup import simulated_setup
 
-from radargui.acquisition.live_track import LiveTrack, LiveWorker
-from radargui.acquisition.ring import Ring
+from radargui.acquisition.ring import LiveTrack, LiveWorker, Ring
 from radargui.model.arrays import RawArray
-from radargui.model.block import Block, Gap
+from radargui.model.recording import Block, Gap
 from radargui.processing.live import LiveEstimate, LiveProcessor
 from radargui.sources.simulated import SimulatedSource
 

@@ -9,17 +9,14 @@ import numpy as np
 import pytest
 from support.controlled_source import MemoryRun, codes, digitisation
 
-from radargui.acquisition import disk
-from radargui.acquisition import recorder as recorder_module
+from radargui.acquisition import run_output
 from radargui.acquisition.recorder import Recorder
 from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending, RecorderState
 from radargui.model.arrays import RawArray
-from radargui.model.block import Block, Gap
 from radargui.model.daq import RecordingLimits
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import FileError
-from radargui.model.truth import Truth
+from radargui.model.recording import Block, Digitisation, Gap, Truth
 
 LIMITS = RecordingLimits(pretrigger_s=0.2, quiet_s=0.15, maximum_s=2.0, wait_s=5.0)
 START = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)
@@ -212,7 +209,7 @@ def test_a_recorder_that_was_never_prepared_ends_without_a_run() -> None:
 
 
 def test_an_almost_full_disk_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recorder_module, "free_bytes", lambda _: 1000)
+    monkeypatch.setattr(run_output, "free_bytes", lambda _: 1000)
     recorder = Recorder(MemoryRun(), LIMITS, folder=tmp_path)
     with pytest.raises(FileError, match="MB left"):
         recorder.prepare(digitisation(), START)
@@ -221,8 +218,8 @@ def test_an_almost_full_disk_refuses_to_arm(tmp_path: Path, monkeypatch: pytest.
 def test_a_disk_that_fills_up_stops_the_run_while_the_file_can_be_closed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    free = iter([disk.MINIMUM_FREE_BYTES + 1, disk.MINIMUM_FREE_BYTES - 1])
-    monkeypatch.setattr(recorder_module, "free_bytes", lambda _: next(free))
+    free = iter([run_output.MINIMUM_FREE_BYTES + 1, run_output.MINIMUM_FREE_BYTES - 1])
+    monkeypatch.setattr(run_output, "free_bytes", lambda _: next(free))
     run = MemoryRun()
     recorder = Recorder(run, LIMITS, folder=tmp_path, seconds=10.0)
     recorder.prepare(digitisation(), START)
@@ -236,8 +233,8 @@ def test_a_disk_that_fills_up_stops_the_run_while_the_file_can_be_closed(
 
 
 def test_the_free_space_of_a_folder_that_is_not_there_is_unknown(tmp_path: Path) -> None:
-    assert disk.free_bytes(tmp_path / "nowhere") is None
-    assert (disk.free_bytes(tmp_path) or 0) > 0
+    assert run_output.free_bytes(tmp_path / "nowhere") is None
+    assert (run_output.free_bytes(tmp_path) or 0) > 0
 
 
 class Runs:

@@ -6,7 +6,7 @@ import numpy as np
 from support.controlled_source import VOLTS_PER_CODE, digitisation
 
 from radargui.acquisition.ring import Ring
-from radargui.model.block import Block, Gap
+from radargui.model.recording import Block, Gap
 
 
 def ring(length: int = 10) -> Ring:

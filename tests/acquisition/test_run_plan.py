@@ -9,8 +9,8 @@ from radargui.acquisition.run_output import History, cut
 from radargui.acquisition.run_plan import Ending, FixedPlan, IndexMap, MotionPlan
 from radargui.conditioning.trigger import TriggerState
 from radargui.model.arrays import RawArray
-from radargui.model.block import Block, Gap
 from radargui.model.daq import RecordingLimits
+from radargui.model.recording import Block, Gap
 
 LIMITS = RecordingLimits(pretrigger_s=0.1, quiet_s=0.2, maximum_s=2.0, wait_s=3.0)
 
@@ -50,22 +50,28 @@ def block(first: int, count: int, *, moving: bool = False, gap: Gap | None = Non
     return Block(np.full((2, count), int(moving), dtype=np.int16), first, gap)
 
 
+def push(a_plan: MotionPlan, whole: Block) -> None:
+    """Push a block as the recorder does, in slices of 10 ms."""
+    for first in range(whole.first_index, whole.end_index, 10):
+        a_plan.push(cut(whole, first, first + 10))
+
+
 def test_a_run_starts_the_pretrigger_time_before_the_motion() -> None:
     a_plan = plan()
-    a_plan.push(block(0, 500))
+    push(a_plan, block(0, 500))
     assert a_plan.first_index is None
-    a_plan.push(block(500, 100, moving=True))
+    push(a_plan, block(500, 100, moving=True))
     assert (a_plan.first_index, a_plan.trigger_index, a_plan.last_index) == (400, 500, 2500)
 
 
 def test_a_run_ends_when_it_was_quiet_long_enough_and_not_at_a_short_rest() -> None:
     a_plan = plan()
-    a_plan.push(block(0, 500))
-    a_plan.push(block(500, 100, moving=True))
-    a_plan.push(block(600, 150))
-    a_plan.push(block(750, 50, moving=True))
+    push(a_plan, block(0, 500))
+    push(a_plan, block(500, 100, moving=True))
+    push(a_plan, block(600, 150))
+    push(a_plan, block(750, 50, moving=True))
     assert a_plan.ending is Ending.MAXIMUM
-    a_plan.push(block(800, 500))
+    push(a_plan, block(800, 500))
     assert a_plan.ending is Ending.QUIET
     assert a_plan.last_index == 1000
 
@@ -75,7 +81,7 @@ def test_a_motion_that_is_over_within_one_block_is_found() -> None:
     samples = np.zeros((2, 1000), dtype=np.int16)
     samples[:, 300:320] = 1
     samples[:, 340:360] = 1
-    a_plan.push(Block(samples, 0))
+    push(a_plan, Block(samples, 0))
     assert a_plan.trigger_index == 300
     assert a_plan.ending is Ending.QUIET
     assert a_plan.last_index == 560
@@ -83,17 +89,17 @@ def test_a_motion_that_is_over_within_one_block_is_found() -> None:
 
 def test_the_trigger_is_at_its_absolute_index_after_a_gap() -> None:
     a_plan = plan()
-    a_plan.push(block(0, 300))
-    a_plan.push(block(350, 200, gap=Gap(300, 50)))
-    a_plan.push(block(550, 50, moving=True))
+    push(a_plan, block(0, 300))
+    push(a_plan, block(350, 200, gap=Gap(300, 50)))
+    push(a_plan, block(550, 50, moving=True))
     assert a_plan.trigger_index == 550
 
 
 def test_waiting_ends_after_the_time_allowed() -> None:
     a_plan = plan()
-    a_plan.push(block(0, 2990))
+    push(a_plan, block(0, 2990))
     assert a_plan.ending is None
-    a_plan.push(block(2990, 20))
+    push(a_plan, block(2990, 20))
     assert a_plan.ending is Ending.WAITED
     assert a_plan.first_index is None
 
@@ -130,30 +136,30 @@ def test_indices_count_lost_samples() -> None:
 
 def test_an_armed_plan_waits_for_the_next_motion_and_takes_only_the_quiet_before_it() -> None:
     a_plan = plan()
-    a_plan.push(block(0, 500))
-    a_plan.push(block(500, 100, moving=True))
-    a_plan.push(block(600, 200))
+    push(a_plan, block(0, 500))
+    push(a_plan, block(500, 100, moving=True))
+    push(a_plan, block(600, 200))
     assert (a_plan.ending, a_plan.last_index) == (Ending.QUIET, 800)
     a_plan.arm(800)
     assert (a_plan.first_index, a_plan.ending) == (None, None)
-    a_plan.push(block(800, 10))
+    push(a_plan, block(800, 10))
     assert a_plan.first_index is None
-    a_plan.push(block(810, 20, moving=True))
+    push(a_plan, block(810, 20, moving=True))
     assert (a_plan.first_index, a_plan.trigger_index) == (710, 810)
-    a_plan.push(block(830, 200))
+    push(a_plan, block(830, 200))
     a_plan.arm(1030)
-    a_plan.push(block(1030, 20, moving=True))
+    push(a_plan, block(1030, 20, moving=True))
     assert a_plan.first_index == 930
-    a_plan.push(block(1050, 200))
+    push(a_plan, block(1050, 200))
     a_plan.arm(1250)
-    a_plan.push(block(1250, 50, moving=True))
+    push(a_plan, block(1250, 50, moving=True))
     assert (a_plan.first_index, a_plan.trigger_index) == (1150, 1250)
 
 
 def test_between_two_runs_it_must_be_quiet() -> None:
     a_plan = plan()
-    a_plan.push(block(0, 500))
-    a_plan.push(block(500, 2100, moving=True))
+    push(a_plan, block(0, 500))
+    push(a_plan, block(500, 2100, moving=True))
     assert a_plan.ending is Ending.MAXIMUM
     assert not a_plan.rest(block(2600, 300, moving=True))
     assert not a_plan.rest(block(2900, 150))
@@ -162,8 +168,8 @@ def test_between_two_runs_it_must_be_quiet() -> None:
 
 def test_what_never_ends_is_the_new_quiet() -> None:
     a_plan = plan()
-    a_plan.push(block(0, 500))
-    a_plan.push(block(500, 2100, moving=True))
+    push(a_plan, block(0, 500))
+    push(a_plan, block(500, 2100, moving=True))
     assert not any(a_plan.rest(block(first, 100, moving=True)) for first in range(2600, 12600, 100))
     assert not a_plan.rest(block(12600, 100, moving=True))
     assert not a_plan.rest(block(12700, 100))

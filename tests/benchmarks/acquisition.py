@@ -31,10 +31,9 @@ from radargui.acquisition.acquisition import Acquisition
 from radargui.experiment.experiment import Experiment
 from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run, run_is_complete
-from radargui.model.block import Block
+from radargui.model.recording import Block
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Setup, read_setup
 from radargui.session.session import Session
 from radargui.sources.ni import NiSource
 
@@ -198,11 +197,12 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
     from PySide6.QtCore import QCoreApplication, QEvent, QTimer
     from PySide6.QtWidgets import QApplication
 
+    from radargui.gui.control.state import Asked
     from radargui.gui.main_window import MainWindow
     from radargui.gui.notices import NoticeBoard
     from radargui.gui.settings import Settings
     from radargui.gui.theme import Theme
-    from radargui.model.setup_file import write_setup
+    from radargui.model.setup import write_setup
 
     application = QApplication.instance() or QApplication([])
     keeper = GarbageCollector(interval=0.5)
@@ -234,7 +234,7 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
             began = time.perf_counter()
             refresh()
             spent.append(time.perf_counter() - began)
-            acquisition = shown.control._of_worker.reached.acquisition
+            acquisition = shown.control.reached.acquisition
             if acquisition is not None and acquisition.live is not None:
                 state["acquisition"] = acquisition
                 index = acquisition.live.latest
@@ -248,7 +248,7 @@ def draw(figures: Figures, folder: Path, setup: Setup, seconds: float, *, with_l
         QTimer.singleShot(round(1e3 * seconds), application.quit)
         application.exec()
         watch.tell(figures)
-        shown.control.cancel()
+        shown.control.end(Asked.CANCEL)
         QTimer.singleShot(60_000, application.quit)
         shown.control.state_changed.connect(lambda: None if shown.control.state.running else application.quit())
         application.exec()

@@ -20,14 +20,12 @@ import numpy as np
 from benchmarks.real import CORRECTIONS, scene_of
 from benchmarks.robust_scenes.budget import timed
 from benchmarks.robust_scenes.real_truth import SOURCES, Known, Source, known_of, read
-from benchmarks.robust_scenes.scene import LEAST_FRINGES, runs
-from benchmarks.robust_scenes.scene import LEAST_S as LEAST_KNOWN_S
+from benchmarks.robust_scenes.scene import LEAST_FRINGES, LEAST_S as LEAST_KNOWN_S, runs
 from benchmarks.robust_scenes.score import judge
 from scipy import signal
 
 from radargui.model.arrays import FloatArray
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Recording, iq_names
 
 LEAST_S = 0.4
 """A part that is cut out is at least this long: some hundred fringes of the cars, one stroke of the plate."""

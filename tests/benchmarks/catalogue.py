@@ -16,9 +16,9 @@ from support.file_samples import codes, default_setup, int16_digitisation, resul
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block
-from radargui.model.bounce import Bounces
-from radargui.model.setup_file import dump_setup
+from radargui.model.recording import Block
+from radargui.model.result import Bounces
+from radargui.model.setup import dump_setup
 from radargui.session.catalogue import Catalogue, Query
 from radargui.session.session import Session
 

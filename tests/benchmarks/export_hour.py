@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from support.file_samples import int16_digitisation
 
-from radargui.files.export import EXPORT_FORMATS, export_run
+from radargui.files.formats import EXPORT_FORMATS, export_run
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block
+from radargui.model.recording import Block
 
 RATE_HZ = 33333.0
 LIMIT_MB = 1000.0

@@ -29,11 +29,10 @@ from support.estimates import joint_of
 
 from radargui.correction.published import PublishedSteps
 from radargui.estimation.joint import JointEstimate
-from radargui.estimation.select import walls
+from radargui.estimation.select import wall_grid, walls
 from radargui.estimation.select.choose import search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.path_length import path_gradient, path_lengths
+from radargui.geometry.path_length import path_gradient, path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.processing.offline import process
@@ -204,9 +203,9 @@ def wall_map() -> Figure:
         joint_of(record.recording, record.setup)
     solution, normal, search = seen[0]
     middle = positions_at_bins(solution).mean(axis=1)
-    azimuth, distance_m = walls.wall_grid()
-    planes = walls.upright_planes(middle, normal, azimuth, distance_m)
-    gain = walls.linearised_gains(solution, planes, lambda: None).reshape(azimuth.size, -1)
+    azimuth, distance_m = wall_grid.wall_grid()
+    planes = wall_grid.upright_planes(middle, normal, azimuth, distance_m)
+    gain = wall_grid.linearised_gains(solution, planes, lambda: None).reshape(azimuth.size, -1)
     outward = -np.array([plane.normal for plane in planes]).reshape(azimuth.size, -1, 3)[:, 0]
     degrees = np.degrees(np.arctan2(outward[:, 1], outward[:, 0])) % 360.0
     order = np.argsort(degrees)

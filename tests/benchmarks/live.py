@@ -16,12 +16,11 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from support.changed import changed
 
-from radargui.acquisition.live_track import LiveTrack
+from radargui.acquisition.ring import LiveTrack
 from radargui.experiment.finished import live_agreement
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Correction, Setup
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Correction, Setup, read_setup
 from radargui.processing.live import LiveMemory, LiveProcessor
 from radargui.processing.offline import process
 from radargui.sources.simulated.model import simulate_recording

@@ -15,9 +15,8 @@ import numpy as np
 from support.simulated_setup import simulated_setup
 
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block
-from radargui.model.setup import Setup
-from radargui.model.setup_file import dump_setup
+from radargui.model.recording import Block
+from radargui.model.setup import Setup, dump_setup
 from radargui.sources.simulated import simulate_recording
 
 RATE_HZ = 33333.0

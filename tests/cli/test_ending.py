@@ -27,7 +27,7 @@ def record_until(folder: Path, seconds: float, act: Callable[[int, Path], None])
     setup = folder / "small.toml"
     setup.write_text(small_setup_text(), encoding="utf-8")
     reader, writer = os.pipe()
-    arguments = ["record", "--seconds", "4", "--setup", str(setup), "--output", str(folder / "data")]
+    arguments = ["record", "--seconds", "3.2", "--setup", str(setup), "--output", str(folder / "data")]
     command = [sys.executable, "-m", "support.ended_child", str(writer), *arguments]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "tests"), str(ROOT)]), "HOME": str(folder)}
     with (

@@ -15,8 +15,7 @@ from support.small_setups import quick_setup
 
 from radargui.files.run_file import read_run
 from radargui.model.recording import Recording
-from radargui.model.setup import Setup
-from radargui.model.setup_file import write_setup
+from radargui.model.setup import Setup, write_setup
 from radargui.sources.simulated.model import simulate_recording
 
 Ran = subprocess.CompletedProcess[str]

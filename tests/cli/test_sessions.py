@@ -12,7 +12,7 @@ from support.file_samples import codes, int16_digitisation
 from support.run_contents import read_summary
 
 from radargui.files.run_file import run_is_complete
-from radargui.model.block import Block
+from radargui.model.recording import Block
 from radargui.session import index
 from radargui.session.session import Session
 

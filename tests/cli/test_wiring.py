@@ -12,9 +12,8 @@ from support.ni_samples import ni_setup
 from support.ni_server import serve
 
 from radargui.model.recording import Recording
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup, write_setup
-from radargui.sources.simulated.wiring_scene import WiringScene
+from radargui.model.setup import Setup, read_setup, write_setup
+from radargui.sources.simulated.model import WiringScene
 
 
 @pytest.fixture

@@ -6,11 +6,10 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from radargui.conditioning.averager import Averager
-from radargui.model.digitisation import Digitisation
+from radargui.model.recording import Digitisation
 
 CODES = Digitisation(("I1", "Q1"), 1000.0, ((0.5, 1e-4), (0.0, -2e-4)))
 VOLTS = Digitisation(("I1", "Q1"), 1000.0)

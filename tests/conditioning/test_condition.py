@@ -9,9 +9,7 @@ from support.drops import Drop
 from radargui.conditioning.condition import NoMotion, condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.model.arrays import FloatArray
-from radargui.model.block import Gap
-from radargui.model.digitisation import Digitisation
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Gap, Recording
 from radargui.model.setup import Setup
 
 RATE = 20000.0

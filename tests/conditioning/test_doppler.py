@@ -17,7 +17,7 @@ from radargui.conditioning.echo import Echo, follow_echo
 from radargui.conditioning.lines import find_standing_lines, without_standing_lines
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
 from radargui.model.arrays import FloatArray
-from radargui.model.front_end_equations import channels_of
+from radargui.model.front_end import channels_of
 
 RATE = 20000.0
 TIME = np.arange(40000) / RATE

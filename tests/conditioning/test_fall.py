@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from support.changed import changed
 from support.simulated_setup import simulated_setup
 
 from radargui.conditioning.fall import FallTest
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.path_length import path_lengths
+from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray, RawArray
-from radargui.model.digitisation import Digitisation, iq_names
+from radargui.model.recording import Digitisation, iq_names
 from radargui.model.setup import Setup
 from radargui.sources.simulated.model import SimulatedRadar, simulate_recording
 

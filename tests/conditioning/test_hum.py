@@ -13,7 +13,7 @@ from radargui.conditioning.hum import find_hum
 from radargui.conditioning.noise import white_noise_v
 from radargui.model.arrays import FloatArray
 from radargui.model.resources import default_setup_path
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import read_setup
 from radargui.sources.simulated.model import simulate_recording
 
 RATE = 10000.0

@@ -7,8 +7,7 @@ import pytest
 
 from radargui.conditioning.doppler import ALONE, measure_doppler
 from radargui.conditioning.spectral_front_end import front_end_of
-from radargui.model.front_end import FrontEnd
-from radargui.model.front_end_equations import channels_of
+from radargui.model.front_end import FrontEnd, channels_of
 
 RATE_HZ, NOISE_V = 20000.0, 0.01
 PHASE = 2 * np.pi * 240.0 * np.arange(40000) / RATE_HZ

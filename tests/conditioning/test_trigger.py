@@ -8,7 +8,7 @@ from support.drops import Drop
 
 from radargui.conditioning.trigger import MotionTrigger, TriggerState
 from radargui.model.arrays import FloatArray
-from radargui.model.digitisation import Digitisation
+from radargui.model.recording import Digitisation
 
 RATE = 20000.0
 

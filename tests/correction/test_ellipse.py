@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from radargui.conditioning.skew import remove_skew
 from radargui.correction.ellipse import correct_ellipse, fit_ellipse
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.model.errors import ProcessingError
-from radargui.model.segment import Segment
+from radargui.model.result import Segment
 
 
 @settings(max_examples=60, deadline=None)

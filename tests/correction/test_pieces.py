@@ -13,7 +13,7 @@ from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.correction.agreement import strays
 from radargui.correction.doppler_band import correct_in_band
 from radargui.correction.pieces import join_pieces
-from radargui.model.front_end_equations import channels_of
+from radargui.model.front_end import channels_of
 
 RATE = 20000.0
 TIME = np.arange(40000) / RATE

@@ -19,7 +19,7 @@ from radargui.correction.published import (
 from radargui.correction.smooth import smooth
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
-from radargui.model.segment import Segment
+from radargui.model.result import Segment
 
 RATE = 20000.0
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from radargui.correction.quality import LIMITS, assess, circularity, image_rejection_db, judge
-from radargui.model.quality import ChannelQuality
+from radargui.model.result import ChannelQuality
 
 PHASES = {
     "steady": np.linspace(0.0, 2 * np.pi * 60, 20000),

@@ -14,15 +14,14 @@ from radargui.estimation.adaptive.circle_fit import (
     CircleFit,
     CircleLayout,
     CircleSettings,
-    _columns,
     _evaluate,
     _normal,
+    _rows,
     fit_circle,
 )
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
 from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
-from radargui.geometry.antennas import Antennas
-from radargui.geometry.path_length import path_lengths
+from radargui.geometry.path_length import Antennas, path_lengths
 
 TRUE = StillEllipse(0.2, -0.1, np.log(1.15), 0.12, 0.9)
 
@@ -85,16 +84,17 @@ def test_the_slope_of_the_circles_cost_equals_finite_differences() -> None:
 
 
 @pytest.mark.parametrize("tangential", [False, True])
-def test_columns_are_how_the_point_moves_along_and_across_the_circle(tangential: bool) -> None:
+def test_rows_are_how_the_point_moves_along_and_across_the_circle(tangential: bool) -> None:
     data, theta = circle(), np.concatenate([CircleFit.still(TRUE).theta, 0.02 * np.ones(8)])
-    fit = CircleFit(data.layout, theta, np.zeros((13, 13)), 0.0, 1.0)
+    fit = CircleFit(data.layout, theta, np.zeros((13, 13)), 0.0, 1.0, np.zeros(13))
     x, y = fit.point(data.i, data.q, data.bias)
-    columns, radius = _columns(theta, data, x, y, tangential=tangential), np.hypot(x, y)
-    along = np.stack([-y, x] if tangential else [x, y]) / radius
+    along = np.stack([-y, x] if tangential else [x, y]) / np.hypot(x, y)
+    weight = np.linspace(0.5, 2.0, x.size)
+    rows = _rows(theta, data, (x, y), (along[0], along[1]), weight)
     for k in [n for n in range(data.layout.amplitude_map.start) if n != data.layout.log_amplitude]:
         step = 1e-6 * np.eye(theta.size)[k]
         up, down = (replace(fit, theta=theta + s * step).point(data.i, data.q, data.bias) for s in (1, -1))
-        assert columns[:, k] == pytest.approx((along * (up - down)).sum(axis=0) / 2e-6, abs=1e-6)
+        assert rows[k] == pytest.approx(weight * (along * (up - down)).sum(axis=0) / 2e-6, abs=1e-6)
 
 
 def test_a_fit_finds_the_constants_within_their_uncertainty_and_switches_needless_maps_off() -> None:
@@ -108,7 +108,7 @@ def test_a_fit_finds_the_constants_within_their_uncertainty_and_switches_needles
     true = np.array([TRUE.log_gain, TRUE.quadrature_error_rad])
     assert np.abs(fit.theta[CircleLayout.front_end] - true).max() < 4.0 * u.max()
     assert np.abs(fit.theta[fit.layout.bias]).max() < 0.02
-    fixed = fit_circle(data, start, prior_mean, CircleSettings(updates=0))
+    fixed = fit_circle(data, start, prior_mean, updates=0)
     assert fit.log_evidence != fixed.log_evidence
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.small_problem import ANTENNAS, CONSTANTS, FLOOR_PLANE, RELEASE_M, WALL_PLANE
 
-from radargui.estimation.forward.mirrors import MirrorPlane, detour, detour_ratio, turned
+from radargui.estimation.forward.mirrors import MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import Sizes, make_layout, pair_of
 from radargui.estimation.forward.position_map import MapSettings, farthest_points, make_basis
 from radargui.geometry.path_length import range_factor
@@ -32,40 +32,10 @@ def test_what_an_images_unknowns_move_equals_finite_differences(plane: MirrorPla
         assert slope[k] == pytest.approx((up - down) / 2e-6, abs=1e-8)
 
 
-def test_the_detour_is_a_ratio_of_spherical_waves_without_phase_at_release() -> None:
-    antenna, plane = ANTENNAS.transmitter_m, WALL_PLANE
-    image = plane.image(antenna, UNKNOWN)
-
-    def path(point: np.ndarray) -> np.ndarray:
-        direct, mirrored = (np.linalg.norm(point - a[:, None], axis=0) for a in (antenna, image))
-        return direct / mirrored * np.exp(1j * K * (mirrored - direct))
-
-    at_rest = path(RELEASE_M[:, None])
-    wanted = path(PLACE) * np.exp(-1j * np.angle(at_rest))
-    over = detour(PLACE, antenna, plane, UNKNOWN, RELEASE_M, K)
-    assert over.ratio == pytest.approx(wanted, abs=1e-10)
-    assert detour_ratio(PLACE, antenna, plane, UNKNOWN, RELEASE_M, K) == pytest.approx(over.ratio, abs=1e-12)
-
-
-@pytest.mark.parametrize("plane", [FLOOR_PLANE, WALL_PLANE])
-def test_slopes_of_the_detour_equal_finite_differences(plane: MirrorPlane) -> None:
-    antenna = ANTENNAS.receivers_m[0]
-    at = detour(PLACE, antenna, plane, UNKNOWN, RELEASE_M, K)
-    for k in range(3):
-        step = 1e-7 * np.eye(3)[k]
-        up, down = (
-            np.log(detour_ratio(PLACE + sign * step[:, None], antenna, plane, UNKNOWN, RELEASE_M, K))
-            for sign in (1, -1)
-        )
-        assert at.slope[k] == pytest.approx(unwrapped(up - down) / 2e-7, rel=1e-6, abs=1e-4)
-        up, down = (
-            np.log(detour_ratio(PLACE, antenna, plane, UNKNOWN + sign * step, RELEASE_M, K)) for sign in (1, -1)
-        )
-        assert at.plane[k] == pytest.approx(unwrapped(up - down) / 2e-7, rel=1e-6, abs=1e-4)
-
-
-def unwrapped(difference: np.ndarray) -> np.ndarray:
-    return difference.real + 1j * (np.mod(difference.imag + np.pi, 2.0 * np.pi) - np.pi)
+def test_distances_are_those_of_the_differences() -> None:
+    points = np.array([ANTENNAS.transmitter_m, WALL_PLANE.image(ANTENNAS.transmitter_m, UNKNOWN)])
+    wanted = np.linalg.norm(PLACE - points[:, :, None], axis=1)
+    assert distances(PLACE, points) == pytest.approx(wanted, abs=1e-14)
 
 
 def test_turning_by_half_tangents_equals_the_exponential() -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, make_layout
@@ -14,9 +15,8 @@ from radargui.estimation.forward.signal_model import ModelInputs, receiver_signa
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.break_velocities import one_sided_slopes
-from radargui.geometry.antennas import Antennas
-from radargui.model.polarization import transmitted_direction, transverse_axes
-from radargui.model.scattering import conducting_sphere
+from radargui.geometry.path_length import Antennas
+from radargui.model.scattering import conducting_sphere, transmitted_direction, transverse_axes
 
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
 LARGE_SPHERE = PolarisedSphere(
@@ -44,6 +44,38 @@ def test_jerk_matrix_is_exact_for_a_cubic() -> None:
     c = np.linalg.lstsq(design, 5.0 * (t - 0.1) ** 3 - (t - 0.1), rcond=None)[0]
     matrix, _, _ = spline.jerk()
     assert matrix @ c == pytest.approx(30.0, rel=1e-4)
+
+
+def test_the_series_of_each_span_are_the_motion_and_its_derivatives() -> None:
+    spline = make_spline(0.1, 0.6, np.array([0.25, 0.4]), np.array([0.3]))
+    moved = spline.with_breaks(np.array([0.26, 0.39]))
+    c = np.cumsum(np.random.default_rng(5).standard_normal((spline.size, 3)), axis=0)
+    times = np.sort(np.random.default_rng(6).uniform(0.05, 0.65, 300))
+    for own in (spline, moved):
+        series = own.series(times)
+        place, velocity, _, jerk = series.motion(c)
+        assert place == pytest.approx(own.offset(times, c).T, abs=1e-12)
+        assert velocity == pytest.approx(own.velocity(times, c).T * ((times > 0.1) & (times < 0.6)), abs=1e-8)
+        # in the same span the series goes on as the spline does
+        step = 0.3 * np.minimum(series.high_s - times, 1.0)
+        away = sum(series.motion(c)[k] * step**k / (1.0, 1.0, 2.0, 6.0)[k] for k in range(4))
+        assert away == pytest.approx(own.offset(times + step, c).T, abs=1e-9)
+        assert not series.beyond(times + step).any()
+        assert series.beyond(series.high_s + 1e-9)[times < 0.6].all()
+        assert np.isfinite(jerk).all()
+
+
+def test_banded_rows_multiply_as_their_matrix_does() -> None:
+    rng = np.random.default_rng(7)
+    rows = BandedRows(rng.standard_normal((30, 4)), np.sort(rng.integers(0, 17, 30)), 19)
+    dense, right, weight = rows.matrix.toarray(), rng.standard_normal((19, 3)), rng.uniform(0.5, 2.0, 30)
+    assert rows @ right == pytest.approx(dense @ right)
+    assert rows @ right[:, 0] == pytest.approx(dense @ right[:, 0])
+    assert rows.transposed(rows @ right) == pytest.approx(dense.T @ dense @ right)
+    gram = dense.T @ (weight[:, None] * dense)
+    for distance, diagonal in enumerate(rows.gram(weight)):
+        assert diagonal[1 : 20 - distance] == pytest.approx(np.diag(gram, distance))
+    assert rows[5:9].above(rows[:2]).matrix.toarray() == pytest.approx(np.concatenate([dense[5:9], dense[:2]]))
 
 
 def test_what_a_break_moves_equals_the_motion_with_the_break_moved() -> None:

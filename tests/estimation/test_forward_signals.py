@@ -94,7 +94,9 @@ def test_a_front_end_shows_and_its_slope_is_a_finite_difference() -> None:
     z = np.exp(1j * np.linspace(0.0, 6.0, 30)) * 0.8
     here = FrontEndState(1.2, 0.1)
     up, down = (FrontEndState(1.2, 0.1 + s * 1e-6).channels(np.stack([z, z]))[1] for s in (1, -1))
-    assert here.q_by_quadrature_error(z) == pytest.approx((up - down) / 2e-6, abs=1e-8)
+    turned = here.turn[:, None] * z
+    assert here.channels(np.stack([z, z])) == pytest.approx(turned.real)
+    assert -turned[1].imag == pytest.approx((up - down) / 2e-6, abs=1e-8)
 
 
 def test_inputs_of_some_bins_are_those_of_the_whole() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
-from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import place_antennas
 from radargui.model.setup import Setup
 
 PLACE_M, RELEASE_M = np.array([[0.01], [-0.005], [0.05]]), np.array([0.0, 0.0, 0.125])
@@ -52,9 +52,10 @@ def test_the_single_mirror_of_the_wall_search_is_that_of_all_paths() -> None:
     antennas = place_antennas(given)
     angles = body.angle_rad + 0.2
     whole = body.fields(PLACE_M, antennas, RELEASE_M, (PLANE,), np.zeros((1, 3))).factors(0, *angles).mirrored
-    by_transmitter, by_receiver = body.over_mirror(PLACE_M, antennas, PLANE, angles)[0]
-    assert by_transmitter == pytest.approx(whole[1, 0])
-    assert by_receiver == pytest.approx(whole[0, 1])
+    by_transmitter, by_receiver = body.over_mirrors(PLACE_M, antennas, (PLANE, PLANE), angles)
+    for number in range(2):
+        assert by_transmitter[number, 0] == pytest.approx(whole[1, 0])
+        assert by_receiver[number, 0] == pytest.approx(whole[0, 1])
 
 
 def test_polarisations_that_the_setup_calls_exact_are_held() -> None:

@@ -13,8 +13,8 @@ from radargui.estimation.adaptive.rough import rough_phases
 from radargui.estimation.adaptive.rounds import best_round, next_round
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.signals import scaled_signals
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.path_length import path_lengths
+from radargui.geometry.path_length import path_lengths, place_antennas
+from radargui.model.front_end import FrontEnd
 from radargui.restitution.flight_plan import fit_free_flights, fit_with_alternatives
 
 
@@ -82,15 +82,18 @@ def test_a_weak_echo_that_went_round_is_not_taken_for_a_short_arc_of_a_strong_on
     assert worst(found.data.bins.time_s, found.last.phase_rad) < 0.3
 
 
-@pytest.mark.parametrize(("seed", "kind"), [(703, "generic"), (712, "physical")])
-def test_the_fits_tell_a_short_arc_from_a_small_circle(seed: int, kind: str) -> None:
-    """Pendulums: in the first the completed arc is right, in the second what the samples say by themselves."""
+@pytest.mark.parametrize(("seed", "kind", "right_m"), [(703, "generic", 1.6e-3), (712, "physical", 1.0e-3)])
+def test_the_fits_tell_a_short_arc_from_a_small_circle(seed: int, kind: str, right_m: float) -> None:
+    """Pendulums: in the first the completed arc is right, in the second what the samples say by themselves.
+
+    The other choice is 3.3 and 25 mm wrong; the first bound is half of that.
+    """
     record = make_record(draw_scene(seed, kind, "pendulum"))
     found = rounds_of(record.recording, record.setup)
     change = found.last.phase_rad * record.setup.radar.wavelength_m / (2.0 * np.pi)
     true = record.truth.path_m - record.truth.path_m[:, :1]
     here = np.array([np.interp(found.data.bins.time_s, record.recording.time_s(), row) for row in true])
-    assert np.sqrt(((change - here) ** 2).mean()) < 1e-3
+    assert np.sqrt(((change - here) ** 2).mean()) < right_m
 
 
 def test_the_slow_beginning_of_a_pendulum_is_not_taken_for_a_hum() -> None:
@@ -129,3 +132,17 @@ def test_a_wall_that_cannot_be_told_from_noise_counts_in_the_uncertainty() -> No
     assert together is not None
     assert together.g_m_s2 == alone.g_m_s2
     assert together.u_g_m_s2 > alone.u_g_m_s2
+
+
+def test_a_sample_before_a_channels_own_first_one_is_not_used_where_the_front_end_is_taken_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    record = make_record(draw_scene(9, "generic", "drop", rate_hz=5000.0, snr_db=35.0, skew_s=2e-5))
+    conditioned = conditioned_of(record.recording, record.setup)
+    assert conditioned.delay_s.any()
+    assert scaled_signals(conditioned).usable.all()
+    monkeypatch.setattr("radargui.estimation.signals.front_end_of", lambda _: FrontEnd(1.5, 0.01, 0.0, 0.1))
+    signals = scaled_signals(conditioned)
+    assert all(signals.mixers)
+    assert not signals.usable[0]
+    assert signals.usable[1:].all()

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix, eye_array, kron
 
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
+from radargui.estimation.readout.floor_slope import floor_slope
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.estimation.readout.samples import _few_fringes_factor, _uncertainties
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.estimation.solve.normal import NormalMatrix
-from radargui.geometry.antennas import Antennas
-from radargui.geometry.path_length import path_gradient
+from radargui.geometry.path_length import Antennas, path_gradient
 
 RELEASE = np.array([0.01, -0.02, 0.12])
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
@@ -121,6 +122,33 @@ def test_uncertainties_at_the_bins_are_those_of_the_dense_inverse(solved: tuple[
         toward = np.einsum("an,nak->nk", gradient, rows.reshape(-1, 3, rows.shape[1]))
         wanted = np.sqrt(np.einsum("ij,jk,ik->i", toward, inverse, toward))
         assert u_change[receiver] == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+
+
+def test_the_slope_of_the_floor_that_reflects_has_the_covariance_of_the_dense_inverse(
+    solved: tuple[SimpleNamespace, np.ndarray],
+) -> None:
+    solution, inverse = solved
+    n_motion, plane = 3 * solution.at.spline.size, MirrorPlane(np.zeros(3), np.array([0.1, 0.0, 0.995]), FLOOR)
+    theta, step = np.array([0.0, 0.0, 0.01, -0.02, 0.003]), 1e-6
+    places = SimpleNamespace(planes=slice(2, 5), plane_unknowns=lambda theta: theta[2:5].reshape(-1, 3))
+    solution.problem.layout, solution.state.theta = places, theta
+    solution.problem.inputs = SimpleNamespace(planes=(plane,))
+    found = floor_slope(solution)
+    assert found is not None
+
+    def slope(tilts: np.ndarray) -> np.ndarray:
+        # the image of a point lies along the normal
+        along = plane.image(np.array([0.1, 0.2, 0.7]), tilts) - np.array([0.1, 0.2, 0.7])
+        return along[:2] / along[2]
+
+    turns = step * np.eye(3)[:2]
+    by_tilts = np.array([(slope(theta[2:5] + t) - slope(theta[2:5] - t)) / (2.0 * step) for t in turns]).T
+    dense = by_tilts @ inverse[n_motion + 2 : n_motion + 4, n_motion + 2 : n_motion + 4] @ by_tilts.T
+    assert found.slope == pytest.approx(slope(theta[2:5]), abs=1e-12)
+    assert found.covariance == pytest.approx(dense, rel=1e-5)
+    solution.problem.inputs = SimpleNamespace(planes=())
+    solution.problem.layout = SimpleNamespace(plane_unknowns=lambda _: np.zeros((0, 3)))
+    assert floor_slope(solution) is None
 
 
 def test_few_fringes_widen_and_many_do_not() -> None:

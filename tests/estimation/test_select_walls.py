@@ -7,14 +7,8 @@ import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
 from radargui.estimation.select.converge import converge
-from radargui.estimation.select.walls import (
-    WALLS,
-    _peaks,
-    linearised_gains,
-    search_wall,
-    upright_planes,
-    wall_grid,
-)
+from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
+from radargui.estimation.select.walls import _peaks, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
 

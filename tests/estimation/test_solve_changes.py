@@ -17,7 +17,7 @@ from support.small_problem import (
     small_problem,
 )
 
-from radargui.estimation.forward.motion_spline import SplineMotion
+from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.select.breaks import respline
@@ -27,9 +27,16 @@ from radargui.estimation.solve.changed_problem import (
     problem_with_breaks,
     problem_with_mirrors,
 )
-from radargui.estimation.solve.initial_problem import first_motion, initial_problem, usable_bins
+from radargui.estimation.solve.initial_problem import (
+    INITIAL,
+    first_motion,
+    initial_problem,
+    release_times,
+    usable_bins,
+)
 from radargui.estimation.solve.minimise import minimise
 from radargui.estimation.solve.problem import Start, State, linearise
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 
 def shown(start: Start) -> np.ndarray:
@@ -126,3 +133,19 @@ def test_other_breaks_keep_every_other_parameter_and_its_prior() -> None:
     near = np.abs(made.data.bins.time_s - BOUNCE_S) > 0.01
     difference = shown(start) - shown(Start(solution.problem, solution.state))
     assert np.abs(difference[:, near]).max() < 0.02
+
+
+def test_the_acceleration_does_not_ring_after_a_release_between_two_knots() -> None:
+    time, released_s, onset_s = np.arange(0.3, 0.6, 5e-4), 0.3562, 0.360
+    fallen = 0.5 * NOMINAL_GRAVITY_M_S2 * np.clip(time - released_s, 0.0, None) ** 2
+
+    def off_gravity(sharp_s: np.ndarray) -> float:
+        spline = make_spline(0.32, 0.6, np.zeros(0), sharp_s)
+        coefficients = np.linalg.lstsq(spline.design(time).toarray(), -fallen, rcond=None)[0]
+        at = np.arange(onset_s + INITIAL.release_s, 0.55, 1e-3)
+        step = 1e-4
+        place = [spline.offset(at + shift, coefficients[:, None])[:, 0] for shift in (-step, 0.0, step)]
+        return float(np.abs((place[0] - 2.0 * place[1] + place[2]) / step**2 + NOMINAL_GRAVITY_M_S2).max())
+
+    assert off_gravity(release_times(onset_s)) < 0.02
+    assert off_gravity(np.zeros(0)) > 0.1

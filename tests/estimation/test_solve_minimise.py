@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from support.small_problem import FLOOR_PLANE, small_problem
 
+from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.minimise import (
     MinimiseSettings,
     _is_possible,
@@ -16,7 +17,7 @@ from radargui.estimation.solve.minimise import (
     log_evidence,
     minimise,
 )
-from radargui.estimation.solve.problem import assemble, linearise
+from radargui.estimation.solve.problem import linearise
 
 
 def test_the_truth_is_found_within_its_standard_uncertainties() -> None:
@@ -57,7 +58,7 @@ def test_evidence_is_laplaces_formula_of_the_dense_matrix() -> None:
         -at.cost
         - 0.5 * np.linalg.slogdet(dense)[1]
         - np.log(problem.prior.sd).sum()
-        - 3.0 * np.log(problem.jerk_sd).sum()
+        - 3.0 * np.log(problem.law_sd).sum()
         - 2.0 * problem.use.sum() * np.log(problem.noise_scale).sum()
     )
     found = log_evidence(replace(solution, problem=problem, at=at, normal=blocks.factor()))

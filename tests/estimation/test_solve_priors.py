@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from support.small_problem import CONSTANTS, FLOOR_PLANE, WALL_PLANE, small_problem
 
+from radargui.estimation.forward.motion_law import LawRows
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, make_layout
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.solve.minimise import minimise
 from radargui.estimation.solve.prior_deviations import (
     DeviationSettings,
-    spans_together,
+    rows_together,
     update_priors,
     updated_noise_scale,
 )
@@ -102,8 +103,8 @@ def test_the_jerk_may_be_large_at_the_bounce_and_becomes_small_in_the_fall() -> 
         problem, state = update_priors(solution), solution.state
     _, middle, _ = solution.at.spline.jerk()
     falling = (middle > 0.08) & (middle < 0.23)
-    assert np.median(problem.jerk_sd[falling]) < 20.0
-    assert problem.jerk_sd.min() >= 0.3
+    assert np.median(problem.law_sd[falling]) < 20.0
+    assert problem.law_sd.min() >= 0.3
 
 
 def test_the_noise_scale_follows_the_typical_misfit_not_a_short_one() -> None:
@@ -120,10 +121,19 @@ def test_the_noise_scale_follows_the_typical_misfit_not_a_short_one() -> None:
     assert updated_noise_scale(solution).max() < 1.15
 
 
-def test_spans_of_the_release_and_of_the_fall_stay_apart() -> None:
+def test_rows_of_the_release_of_the_fall_and_of_a_flight_stay_apart() -> None:
     spline = make_spline(0.0, 0.5, np.array([0.3]))
     _, middle, _ = spline.jerk()
-    parts = spans_together(spline, middle, 0.055)
+    rows = LawRows.of(spline, np.zeros(middle.size, dtype=bool))
+    parts = rows_together(rows, spline, 0.055)
     assert [middle[part].min() > 0.055 for part in parts] == [False, True, True]
     assert np.concatenate([middle[part] for part in parts]) == pytest.approx(middle)
     assert max(middle[parts[1]]) < 0.3 < min(middle[parts[2]])
+    flying = LawRows.of(spline, middle > 0.055)
+    release, fall, rebound = rows_together(flying, spline, 0.055)
+    assert flying.span[release].max() < flying.span[fall].min()
+    assert not flying.is_flight[release].any()
+    assert flying.is_flight[fall].all()
+    assert flying.is_flight[rebound].all()
+    # a knot more than spans each, so that a cubic is said entirely
+    assert [fall.stop - fall.start, rebound.stop - rebound.start] == [25, 21]

@@ -20,8 +20,7 @@ from radargui.experiment.batch.task import BatchOutcome, BatchTask, TablesTo, fi
 from radargui.experiment.reprocess import process_run
 from radargui.model.errors import CancelledError, FileError, ProcessingError, SetupError
 from radargui.model.result import RunResult
-from radargui.model.setup import Setup
-from radargui.model.setup_file import parse_setup
+from radargui.model.setup import Setup, parse_setup
 from radargui.report.tables import tables_are_current, write_tables
 
 

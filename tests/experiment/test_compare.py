@@ -12,7 +12,7 @@ from radargui.experiment.compare import changed_settings, compare_stored, compar
 from radargui.experiment.reprocess import process_run
 from radargui.files.stored_results import read_stored_results
 from radargui.model.errors import SetupError
-from radargui.model.setup_change import changed
+from radargui.model.setup import changed
 
 PLANE = {"processing.geometry": "plane"}
 
@@ -60,7 +60,7 @@ def test_kept_results_take_the_place_of_the_old_ones_which_stay_beside(run: Path
 
 def test_another_calibration_is_a_change_like_any_other(run: Path) -> None:
     other = changed(SETUP, {"transmitter.distance_m": 0.72})
-    compared = compare_with(run, other)
+    compared = compare_with(run, setup=other)
     assert [(one.key, one.before, one.after) for one in compared.settings] == [("transmitter.distance_m", 0.7, 0.72)]
     assert changed_settings(SETUP, SETUP) == ()
 

@@ -327,7 +327,7 @@ def test_the_next_source_is_armed_while_the_run_before_is_processed(
         if event.state is ExperimentState.ARMED and event.number == 2:
             armed_again.set()
 
-    an_experiment._publisher._listener = listen
+    an_experiment.publisher._listener = listen
     runs = list(an_experiment.record(2))
     assert [(run.number, run.result is not None) for run in runs] == [(1, True), (2, True)]
     assert listener.states == [
@@ -370,7 +370,7 @@ def test_cancelling_while_the_joint_correction_is_computed_keeps_the_adaptive_re
             stood.append(event)
             an_experiment.cancel()
 
-    an_experiment._publisher._listener = stop
+    an_experiment.publisher._listener = stop
     run = an_experiment.record_run()
     (event,) = stood
     assert event.run is not None
@@ -398,7 +398,7 @@ def test_who_leaves_while_a_run_is_processed_does_not_wait_for_the_joint_correct
         if event.kind is EventKind.PRELIMINARY:
             raise KeyboardInterrupt
 
-    an_experiment._publisher._listener = interrupted
+    an_experiment.publisher._listener = interrupted
     with pytest.raises(KeyboardInterrupt):
         an_experiment.record_run()
     assert an_experiment.is_cancelled

@@ -27,8 +27,8 @@ from radargui.experiment.experiment import Experiment
 from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block, Gap
 from radargui.model.errors import DeviceError, FileError, RadarGuiError
+from radargui.model.recording import Block, Gap
 from radargui.model.setup import Setup
 from radargui.session.session import Session
 from radargui.sources.contract import Source
@@ -233,7 +233,7 @@ def test_an_almost_full_disk_is_told_before_anything_is_recorded_and_a_low_one_w
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # 200 MB stay free; 6 channels of int16 at 10 kS/s are 120 kB/s
-    monkeypatch.setattr("radargui.acquisition.recorder.free_bytes", lambda _: 200_000_000 + 60_000_000)
+    monkeypatch.setattr("radargui.acquisition.run_output.free_bytes", lambda _: 200_000_000 + 60_000_000)
     monkeypatch.setattr("radargui.experiment.series.HEALTH_S", 0.01)
     source = ControlledSource()
     told = Told()
@@ -245,13 +245,13 @@ def test_an_almost_full_disk_is_told_before_anything_is_recorded_and_a_low_one_w
         if "minutes can still be recorded" in event.message:
             source.push_all(codes(6000))
 
-    experiment._publisher._listener = listen
+    experiment.publisher._listener = listen
     source.push_all(codes(1000))
     run = experiment.record_run()
     assert run.path is not None
     assert "The disk is filling up: about 8 minutes can still be recorded" in told.warnings
     assert "LOW DISK: disk for 8 min" in told.last_line
-    monkeypatch.setattr("radargui.acquisition.recorder.free_bytes", lambda _: 1_000)
+    monkeypatch.setattr("radargui.acquisition.run_output.free_bytes", lambda _: 1_000)
     with pytest.raises(FileError, match="MB left"):
         recorded(tmp_path, QUICK, ControlledSource(), seconds=0.5, told=told).record_run()
 

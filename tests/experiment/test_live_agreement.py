@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 from benchmarks.robust_scenes.generator import make_scene
 
-from radargui.acquisition.live_track import LiveSpan
+from radargui.acquisition.ring import LiveSpan
 from radargui.experiment.finished import LiveAgreement, live_agreement
-from radargui.model.path import PathLengths
-from radargui.model.result import RunResult
-from radargui.model.segment import Segment
+from radargui.model.result import PathLengths, RunResult, Segment
 
 N, LOST = 4000, slice(1900, 2100)
 

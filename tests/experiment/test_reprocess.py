@@ -12,10 +12,9 @@ from support.simulated_setup import simulated_setup
 from radargui.experiment.reprocess import process_run
 from radargui.files.run_file import read_run
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block
 from radargui.model.errors import FileError, UsageError
-from radargui.model.setup import Setup
-from radargui.model.setup_file import dump_setup
+from radargui.model.recording import Block
+from radargui.model.setup import Setup, dump_setup
 from radargui.sources.simulated import simulate_recording
 
 SETUP = simulated_setup(mismatch=0.0, snr_db=50.0, restitution=0.5, settle_s=0.2)

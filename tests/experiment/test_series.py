@@ -24,6 +24,7 @@ from radargui.experiment.event import Event, EventKind, ExperimentState, Recorde
 from radargui.experiment.experiment import Experiment
 from radargui.experiment.finished import FinishedJob
 from radargui.experiment.processing_apart import ProcessingApart
+from radargui.experiment.series import AcquisitionSeries
 from radargui.files.run_card import read_health
 from radargui.files.run_file import read_run
 from radargui.model.errors import CancelledError, DeviceError, FileError, ProcessingError
@@ -109,19 +110,21 @@ def test_three_drops_are_recorded_hands_free_and_the_hand_in_between_is_set_asid
     assert states[-2:] == [ExperimentState.PROCESSING, ExperimentState.DONE]
 
 
-def test_every_sample_between_two_drops_was_taken_from_one_stream(tmp_path: Path) -> None:
+def test_every_sample_between_two_drops_was_taken_from_one_stream(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     setup = drops()
     experiment, _ = series(tmp_path, setup, lambda _: SimulatedSource(setup, repeat=True))
     found: list[FinishedRun] = []
-    original = experiment._make
+    original = AcquisitionSeries._acquire
 
-    def spy(signals, n_runs):  # type: ignore[no-untyped-def]
-        acquisition, recorder = original(signals, n_runs)
+    def spy(self):  # type: ignore[no-untyped-def]
+        acquisition, recorder = original(self)
         told = recorder.on_run
         recorder.on_run = lambda run: (found.append(run), told(run))
         return acquisition, recorder
 
-    experiment._make = spy  # type: ignore[method-assign]
+    monkeypatch.setattr(AcquisitionSeries, "_acquire", spy)
     list(experiment.record(2))
     whole = SimulatedRadar(setup, repeat=True)
     assert [run.is_last for run in found] == [False, False, True]
@@ -161,7 +164,7 @@ def test_a_run_that_the_operator_rejects_is_recorded_again(tmp_path: Path) -> No
             source.push_all(codes(14000, moving=slice(5000, 9000), seed=2))
             source.push_all(codes(14000, moving=slice(5000, 9000), seed=3))
 
-    experiment._publisher._listener = listen
+    experiment.publisher._listener = listen
     source.push_all(codes(14000, moving=slice(5000, 9000)))
     runs = list(experiment.record(2))
     assert [run.number for run in runs] == [1, 2, 3]
@@ -200,7 +203,7 @@ def test_a_run_is_processed_while_the_next_is_armed_and_results_come_in_order(
         if armed == 2:
             armed_again.set()
 
-    experiment._publisher._listener = listen
+    experiment.publisher._listener = listen
     runs: list[RecordedRun] = []
     worker = threading.Thread(target=lambda: runs.extend(experiment.record(2)))
     worker.start()
@@ -287,7 +290,7 @@ def test_cancel_leaves_a_series_at_once_and_what_was_recorded_is_kept(tmp_path: 
     source = ControlledSource()
     source.push_all(codes(14000, moving=slice(5000, 9000)))
     experiment, _ = series(tmp_path, setup, lambda _: source)
-    experiment._publisher._listener = lambda event: (
+    experiment.publisher._listener = lambda event: (
         experiment.cancel() if event.kind is EventKind.STATE and event.number == 2 else None
     )
     runs = list(experiment.record(9))

@@ -7,21 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from support.changed import changed
 from support.miswired import Miswired
 from support.ni_samples import ni_setup
 
 from radargui.acquisition.ring import Ring
 from radargui.experiment.wiring import WiringGuide
-from radargui.model.block import Block
-from radargui.model.digitisation import Digitisation
+from radargui.model.recording import Block, Digitisation
 from radargui.model.setup import Setup
 from radargui.model.wiring import wiring_steps
 from radargui.processing.wiring import WiringReport
 from radargui.sources.paced import ReplaySource
-from radargui.sources.simulated.wiring_scene import WiringScene
+from radargui.sources.simulated.model import WiringScene
 
 RATE_HZ = 2000.0
 

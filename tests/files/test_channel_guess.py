@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from radargui.files.channel_guess import guess_channel_map, pattern_of
+from radargui.files.reading import guess_channel_map, pattern_of
 from radargui.files.signals import ChannelInfo
 
 SIX = ("I1", "Q1", "I2", "Q2", "I3", "Q3")

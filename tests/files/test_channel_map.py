@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from support.file_samples import codes, volts, write_csv, write_mat5, write_run, write_tdms
 
 from radargui.files.reading import ChannelMap, parse_channel_map, read_mapped, read_recording
-from radargui.model.digitisation import iq_names
 from radargui.model.errors import FileError, UsageError
+from radargui.model.recording import iq_names
 
 
 def parts(found: ChannelMap) -> list[tuple[str, str | None, str]]:

@@ -7,16 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from support.file_samples import volts, write_csv
 from support.work import python_calls
 
-from radargui.files.channel_guess import guess_channel_map
 from radargui.files.formats import list_channels
-from radargui.files.reading import parse_channel_map, read_recording
-from radargui.model.block import Gap
+from radargui.files.reading import guess_channel_map, parse_channel_map, read_recording
 from radargui.model.errors import FileError
+from radargui.model.recording import Gap
 
 
 def written(tmp_path: Path, text: str | bytes) -> Path:

@@ -16,19 +16,16 @@ from support.file_samples import codes, default_setup, int16_digitisation, volts
 
 from radargui.files import mat_file
 from radargui.files.csv_file import csv_facts
-from radargui.files.export import EXPORT_FORMATS, export_run
-from radargui.files.formats import list_channels, own_setup_of
+from radargui.files.formats import EXPORT_FORMATS, export_run, list_channels, own_setup_of
 from radargui.files.mat_file import mat_facts
 from radargui.files.reading import read_recording
 from radargui.files.run_file import read_run
 from radargui.files.run_writer import RunWriter
 from radargui.files.sigmf_file import sigmf_facts
 from radargui.files.tdms_file import tdms_facts
-from radargui.model.block import Block, Gap
-from radargui.model.digitisation import Digitisation, iq_names
 from radargui.model.errors import FileError
-from radargui.model.recording import Recording
-from radargui.model.setup_file import parse_setup
+from radargui.model.recording import Block, Digitisation, Gap, Recording, iq_names
+from radargui.model.setup import parse_setup
 
 NAMES = tuple(EXPORT_FORMATS)
 FACTS = {"csv": csv_facts, "mat": mat_facts, "tdms": tdms_facts, "sigmf": sigmf_facts}
@@ -139,7 +136,7 @@ def test_a_folder_that_cannot_be_made_is_told(run: Path, name: str) -> None:
 def test_a_run_of_several_pieces_and_a_higher_scaling_comes_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    monkeypatch.setattr("radargui.files.run_file.PIECE", 1000)
+    monkeypatch.setattr("radargui.files.run_layout.PIECE", 1000)
     scaling = ((0.01, 1.5e-4, 1e-11, -1e-16),) * 2
     with RunWriter(tmp_path / "run-0001.h5", Digitisation(iq_names(1), 1e4, scaling), started_at="") as writer:
         writer.write(Block(codes(2, 20_000), 0))

@@ -7,12 +7,10 @@ import json
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
-from radargui.files.export_facts import ExportFacts, commented, facts_of_table, facts_of_text, uncommented
-from radargui.model.block import Gap, Marker
-from radargui.model.digitisation import Digitisation
+from radargui.files.run_file import ExportFacts, commented, facts_of_table, facts_of_text, uncommented
+from radargui.model.recording import Digitisation, Gap, Marker
 
 TEXT = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\0"), max_size=40)
 INDEX = st.integers(0, 2**50)

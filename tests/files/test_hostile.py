@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from support.hostile.attack import TESTS, attack
 from support.hostile.victims import VICTIMS
 
 from radargui.files.formats import SUFFIXES, list_channels
 from radargui.files.reading import parse_channel_map, read_recording
 from radargui.model.errors import FileError, RadarGuiError, SetupError, UsageError
-from radargui.model.setup_file import parse_setup, validate_setup
+from radargui.model.setup import parse_setup, validate_setup
 
 N_INPUTS = 500
 SEED = 20_261_120

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from radargui.model.block import Gap, absolute_index, are_possible, stored_starts
+from radargui.model.recording import Gap, absolute_index, are_possible, stored_starts
 
 
 def test_the_index_jumps_by_what_was_lost() -> None:
@@ -21,6 +21,7 @@ def test_the_index_jumps_by_what_was_lost() -> None:
         ((Gap(0, 4, "before the first sample"),), [(0, 4)]),
         ((Gap(3, 4, "a"), Gap(7, 5, "one after the other")), [(0, 0), (3, 12)]),
         ((Gap(10, 4, "after the last sample"),), [(0, 0)]),
+        ((Gap(3, 4, "a"), Gap(5, 2, "inside the one before, of a damaged file")), [(0, 0), (3, 9)]),
     ],
 )
 def test_each_stretch_begins_where_its_gap_ends_and_none_is_empty(

@@ -16,8 +16,7 @@ from radargui.files.run_card import read_thumbnail
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block
-from radargui.model.digitisation import Digitisation, iq_names
+from radargui.model.recording import Block, Digitisation, iq_names
 
 
 def extremes(samples: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
@@ -51,7 +50,7 @@ def test_bins_grow_with_the_run_so_that_memory_does_not(monkeypatch: pytest.Monk
     maker = OverviewMaker(2, np.int16)
     for first in range(0, samples.shape[1], 333):
         maker.add(samples[:, first : first + 333])
-    lowest, highest, size = maker.level()
+    (lowest, highest), size = maker.level()
     assert size == 64 * 8
     wanted = extremes(samples, size)
     np.testing.assert_array_equal(lowest, wanted[0])

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from support.file_samples import volts, write_csv
 
 from radargui.files.raw_file import RawLayout, first_seconds, list_raw, parse_raw_layout

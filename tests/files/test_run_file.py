@@ -17,8 +17,8 @@ from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
 from radargui.files.staged_file import StagedFile
-from radargui.model.block import Block
 from radargui.model.errors import FileError, SetupError
+from radargui.model.recording import Block
 from radargui.model.result import RunResult
 
 

@@ -19,10 +19,8 @@ from radargui.files import run_writer
 from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.run_writer import RunExistsError, RunWriter
 from radargui.files.staged_file import StagedFile
-from radargui.model.block import Block, Gap, Marker
-from radargui.model.digitisation import Digitisation, iq_names
 from radargui.model.errors import FileError
-from radargui.model.truth import Truth
+from radargui.model.recording import Block, Digitisation, Gap, Marker, Truth, iq_names
 
 
 def test_codes_come_back_untouched_whatever_the_block_sizes(tmp_path: Path) -> None:
@@ -287,8 +285,8 @@ import sys
 from pathlib import Path
 import numpy as np
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block
-from radargui.model.digitisation import Digitisation, iq_names
+from radargui.model.recording import Block
+from radargui.model.recording import Digitisation, iq_names
 digitisation = Digitisation(iq_names(3), 2000.0, ((0.0, 1e-4),) * 6)
 writer = RunWriter(Path(sys.argv[1]), digitisation, started_at="")
 for first in range(0, 10**9, 100):

@@ -13,8 +13,8 @@ from support.file_samples import volts, write_sigmf
 
 from radargui.files.formats import list_channels
 from radargui.files.reading import parse_channel_map, read_recording
-from radargui.model.block import Gap
 from radargui.model.errors import FileError
+from radargui.model.recording import Gap
 
 _RNG = np.random.default_rng(3)
 CODES = _RNG.integers(-32768, 32767, (120, 4), dtype=np.int16, endpoint=True)

@@ -15,7 +15,7 @@ from support.file_samples import result_of, write_run
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.stored_results import read_stored_results
-from radargui.model.setup_change import changed
+from radargui.model.setup import changed
 
 
 def test_the_figures_before_are_kept_and_the_present_ones_come_last(tmp_path: Path) -> None:

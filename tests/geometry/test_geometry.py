@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
-from radargui.geometry.antennas import Antennas, place_antennas
 from radargui.geometry.bistatic import locate_exact, position_uncertainty, solve_gradient
-from radargui.geometry.path_length import path_gradient, path_lengths
-from radargui.geometry.plane_wave import condition_number, locate_plane, t_matrix
-from radargui.geometry.reflectors import mirror
+from radargui.geometry.path_length import (
+    Antennas,
+    condition_number,
+    locate_plane,
+    mirror,
+    path_gradient,
+    path_lengths,
+    place_antennas,
+    t_matrix,
+)
 from radargui.model.resources import default_setup_path
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import read_setup
 
 RELEASE = np.array([0.0, 0.0, 0.12])
 coordinate = st.floats(-0.15, 0.15)
@@ -101,6 +106,16 @@ def test_uncertainty_of_position_is_the_scatter_of_solutions(antennas: Antennas)
     exact = path_lengths(p, antennas) - path_lengths(RELEASE[:, None], antennas)
     scattered = locate_exact(exact + u * rng.normal(size=(3, 20000)), antennas, RELEASE)
     assert position_uncertainty(p, u, antennas)[:, 0] == pytest.approx(scattered.std(axis=1), rel=0.03)
+
+
+def test_of_two_places_the_nearer_to_the_guess_is_taken_however_far_the_sphere_has_gone(antennas: Antennas) -> None:
+    # a live block begins at the release: its guess stays there while the sphere falls by the length of the field
+    p = np.stack([np.full(50, 0.02), np.full(50, -0.01), np.linspace(0.12, -0.14, 50)])
+    change = path_lengths(p, antennas) - path_lengths(RELEASE[:, None], antennas)
+    guess = np.repeat(RELEASE[:, None], 50, axis=1)
+    assert locate_exact(change, antennas, RELEASE, guess) == pytest.approx(p, abs=1e-10)
+    guess[:, 10:20] = np.nan
+    assert np.isnan(locate_exact(change, antennas, RELEASE, guess)[:, 10:20]).all()
 
 
 def test_a_mirrored_point_is_as_far_behind_the_plane() -> None:

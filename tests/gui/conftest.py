@@ -16,13 +16,13 @@ from support.processing_here import ProcessingHere
 from support.small_setups import quick_setup
 from support.window_clocks import FastClock
 
-from radargui.gui.control.app_state import AppState
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
 from radargui.model.resources import default_setup_path
-from radargui.model.setup_file import dump_setup
+from radargui.model.setup import dump_setup
 from radargui.sources.factory import make_source
 
 LONGEST_MS = 60_000
@@ -89,7 +89,7 @@ def make_window(
 ) -> Iterator[MakeWindow]:
     # the live track may be late here: time runs faster than for an operator, on a machine that does other things
     monkeypatch.setattr("radargui.acquisition.stream.LONGEST_LAG_S", 4.0)
-    monkeypatch.setattr("radargui.experiment.experiment.ProcessingApart", ProcessingHere)
+    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingHere)
     made: list[MainWindow] = []
 
     def make(setup_path: Path | None = None, **options: Any) -> MainWindow:

@@ -11,12 +11,11 @@ import pytest
 from support.controlled_source import ControlledSource, codes
 
 from radargui.experiment.experiment import Experiment
-from radargui.gui.control.app_state import AppState
+from radargui.gui.control.state import AppState
 from radargui.gui.control.waiting import GRACE_S, ClosingStrip
 from radargui.gui.main_window import MainWindow
-from radargui.gui.theme import Theme
-from radargui.model.block import Block
 from radargui.model.errors import RadarGuiError
+from radargui.model.recording import Block
 
 
 class StuckSource(ControlledSource):
@@ -57,7 +56,7 @@ def test_closing_says_what_it_waits_for_keeps_drawing_and_closes_when_that_has_e
     frames: list[int] = []
     window._timer.timeout.connect(lambda: frames.append(1))
     assert not window.close()
-    assert "waiting for the slow work" in window.closing.text
+    assert "waiting for the slow work" in window.closing.words.text()
     assert not window.bar.isEnabled()
     wait_for(lambda: len(frames) >= 5)
     assert window.isVisible()
@@ -78,7 +77,7 @@ def test_a_source_that_does_not_answer_is_named_and_can_be_left_behind(
         window.actions_.start.trigger()
         wait_for(source.stuck.is_set)
         window.close()
-        assert "waiting for the source to stop" in window.closing.text
+        assert "waiting for the source to stop" in window.closing.words.text()
         assert window.isVisible()
         window.closing._clock = Clock()
         window.closing.leave.click()
@@ -102,7 +101,7 @@ def test_a_run_that_is_being_computed_is_waited_for_and_left_for_later_when_the_
     wait_for(lambda: window.control.state is AppState.PROCESSING)
     window.may_leave = never_asked
     window.close()
-    wait_for(lambda: "the result of the last run" in window.closing.text)
+    wait_for(lambda: "the result of the last run" in window.closing.words.text())
     assert not cancelled
     window.closing.leave.click()
     wait_for(lambda: cancelled)
@@ -119,15 +118,15 @@ def test_nothing_to_wait_for_is_closed_at_once(window: MainWindow, wait_for: Any
     assert not window.closing.active
 
 
-def test_the_words_count_the_seconds(theme: Theme, wait_for: Any) -> None:
+def test_the_words_count_the_seconds(wait_for: Any) -> None:
     clock = Clock()
     waits = ["the report"]
-    strip = ClosingStrip(theme, lambda: tuple(waits), lambda: None, clock)
+    strip = ClosingStrip(lambda: tuple(waits), lambda: None, clock)
     over: list[bool] = []
     strip.over.connect(lambda: over.append(True))
     strip.begin()
     clock.now = 12.0
-    wait_for(lambda: strip.text == "Closing: waiting for the report (12 s)")
+    wait_for(lambda: strip.words.text() == "Closing: waiting for the report (12 s)")
     waits.clear()
     wait_for(lambda: over)
     assert not strip.active

@@ -10,8 +10,7 @@ from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication
 from support.controlled_source import ControlledSource, codes
 
-from radargui.gui.control.app_state import AppState
-from radargui.gui.control.run_request import at_once
+from radargui.gui.control.state import AppState, at_once
 from radargui.gui.main_window import MainWindow
 from radargui.session.session import Session
 

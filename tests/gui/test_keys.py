@@ -19,11 +19,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from radargui.gui.control.app_state import AppState
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES, FocusMark
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.model.setup_file import plain
+from radargui.model.setup import plain
 
 
 def values(model: SetupModel) -> dict[str, Any]:

@@ -81,7 +81,7 @@ def test_every_column_of_the_runs_can_be_read_on_a_small_screen(small: MainWindo
         {"waits": True},
         {"rejected": "rejected by the operator"},
     )
-    small.runs.set_show_rejected(True)
+    small.runs.rejected.setChecked(True)
     for number, state in enumerate(states, start=1):
         now = "2026-05-04T10:00:00+02:00"
         small.runs.put(RunEntry(tmp_path / f"run-{number:04d}.h5", started_at=now, origin=origin, **state))

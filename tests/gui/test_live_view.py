@@ -10,8 +10,9 @@ import pytest
 from PySide6.QtCore import Qt
 from support.controlled_source import ControlledSource, codes
 from support.processing_here import ProcessingHere
+from support.shown_plots import points_of, shaded_of
 
-from radargui.gui.control.app_state import AppState
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 
 
@@ -30,9 +31,9 @@ def test_the_track_moves_while_the_simulated_sphere_falls(make_window: Any, setu
         return bool(heights) and max(heights) - min(heights) > 200.0
 
     wait_for(falling)
-    assert all(scope.points > 100 for scope in window.scopes.scopes)
-    assert window.planes.raw[0].points > 100
-    wait_for(lambda: window.health.texts()["rate"] != "Rate –")
+    assert all(points_of(scope) > 100 for scope in window.scopes.scopes)
+    assert points_of(window.planes.raw[0]) > 100
+    wait_for(lambda: window.health.labels["rate"].text() != "Rate –")
     assert window.bar.state.text == "LIVE"
     assert not window.hardware.findChild(object, "daq.rate_hz").isEnabled()
 
@@ -85,8 +86,8 @@ def test_lost_samples_are_shaded_and_counted(make_window: Any, setup_path: Any, 
     window.actions_.start.trigger()
     source.push_all(codes(6000))
     source.push(codes(2000, seed=2), lost=1500)
-    wait_for(lambda: window.scopes.scopes[0].shaded == 1)
-    wait_for(lambda: window.health.texts()["lost"] == "Lost 1500 in 1 gaps")
+    wait_for(lambda: shaded_of(window.scopes.scopes[0]) == 1)
+    wait_for(lambda: window.health.labels["lost"].text() == "Lost 1500 in 1 gaps")
 
 
 def test_the_live_track_says_that_it_starts_anew_after_a_gap_in_a_motion(
@@ -165,12 +166,12 @@ def test_while_results_are_computed_nothing_is_said_of_now(
     monkeypatch.setattr(ProcessingHere, "process", held)
     window.setup_model.assign("processing.correction", "none")
     window.actions_.record.trigger()
-    wait_for(lambda: window.control.state is AppState.PROCESSING and window.control.progress > 0.0)
-    wait_for(lambda: window.health.texts()["rate"] == "Rate –")
+    wait_for(lambda: window.control.state is AppState.PROCESSING and window.control.reached.progress > 0.0)
+    wait_for(lambda: window.health.labels["rate"].text() == "Rate –")
     plots, words = (window.scopes.scopes[-1], window.track.height_plot), "time before the last sample shown [s]"
     wait_for(lambda: [axis_words(plot) for plot in plots] == [words, words])
     wait_for(lambda: all(level._peak_v is None for level in window.scopes.levels))
-    assert window.scopes.scopes[0].points > 0, "the last picture stays"
+    assert points_of(window.scopes.scopes[0]) > 0, "the last picture stays"
     go.set()
     wait_for(lambda: window.control.state is AppState.DONE)
 

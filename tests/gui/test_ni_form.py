@@ -60,7 +60,7 @@ def test_the_restart_after_an_error_is_switched_and_timed(window: MainWindow, ni
 def test_the_certificate_is_chosen_as_a_file(window: MainWindow, ni: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     window.setup_model.assign("daq.remote", "lab:31763")
     monkeypatch.setattr(
-        "radargui.gui.setup.ni_form.QFileDialog.getOpenFileName", lambda *_args, **_options: ("lab.pem", "")
+        "radargui.gui.setup.hardware_panel.QFileDialog.getOpenFileName", lambda *_args, **_options: ("lab.pem", "")
     )
     ni._browse()
     assert window.setup_model.setup.daq.remote_certificate == "lab.pem"

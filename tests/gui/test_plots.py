@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from radargui.gui.plots.envelope import Envelope, thin
 from radargui.gui.plots.ranges import SteadyRange, round_up

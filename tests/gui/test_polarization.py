@@ -11,8 +11,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 
 from radargui.gui.main_window import MainWindow
+from radargui.gui.setup.antenna_panel import PolarizationSketch
 from radargui.gui.setup.fields import Changed
-from radargui.gui.setup.polarization import PolarizationSketch
 from radargui.gui.theme import ThemeChoice
 from radargui.model.setup import Setup
 

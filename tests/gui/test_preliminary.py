@@ -16,7 +16,7 @@ from radargui.experiment.event import RecordedRun
 from radargui.experiment.processing_apart import ProcessingApart
 from radargui.experiment.reprocess import own_setup
 from radargui.files.run_file import read_run
-from radargui.gui.control.app_state import AppState
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_controller import COMPUTING
 from radargui.processing.offline import STOPPED, process
@@ -45,7 +45,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     window.refresh()
     (entry,) = window.runs.model.entries
     assert entry.verdict.startswith("preliminary, ")
-    assert window.runs.chosen == entry
+    assert window.runs.table.chosen == entry
     assert window.run.result.corrected.method == "adaptive"
     assert window.run._title.text() == "drop 1 (run-0001, simulated), preliminary"
     assert COMPUTING in window.run.figures.notes
@@ -74,7 +74,7 @@ def test_stop_while_the_joint_correction_is_computed_keeps_the_adaptive_result(
     joint_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = joint_window
-    monkeypatch.setattr("radargui.experiment.experiment.ProcessingApart", ProcessingApart)
+    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingApart)
     window.actions_.record.trigger()
     wait_for(lambda: stands(window))
     wait_for(lambda: window.control.state is AppState.PROCESSING)
@@ -121,11 +121,11 @@ def test_a_final_result_does_not_take_the_eye_off_another_run(
     recorded = RecordedRun(2, second, replace(result, preliminary=True), Ending.QUIET, "")
     window.run_controller.add(recorded)
     assert stands(window)
-    assert window.runs.chosen.path == second
+    assert window.runs.table.chosen.path == second
     window.runs.table.selectRow(0)
     wait_for(lambda: not stands(window))
     window.run_controller.add(replace(recorded, result=result))
-    assert window.runs.chosen.path == first
+    assert window.runs.table.chosen.path == first
     assert window.run._title.text() == "drop 1 (run-0001, simulated)"
     assert window.runs.model.entries[1].verdict == "good, simulated"
     window.runs.table.selectRow(1)

@@ -9,7 +9,7 @@ import pytest
 from support.gui_sessions import make_session
 from support.run_contents import read_summary
 
-from radargui.gui.control.app_state import AppState
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.model.errors import DeviceError
 from radargui.session.session import Session
@@ -34,7 +34,7 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     assert shown is not None
     assert shown.impact_time_s.size >= 3
     assert shown.fit_time_s.size > 10
-    assert window.runs.chosen == entry
+    assert window.runs.table.chosen == entry
 
     window.run.show()
     window.panels.docks["run"].raise_()
@@ -161,7 +161,7 @@ def test_a_data_folder_that_cannot_be_made_fails_before_recording(
 ) -> None:
     blocking = tmp_path / "a file"
     blocking.write_text("", encoding="utf-8")
-    window.session_panel._folder.setText(str(blocking / "data"))
+    window.session_panel._folder.line.setText(str(blocking / "data"))
     window.actions_.record.trigger()
     wait_for(lambda: window.control.state is AppState.FAILED)
     assert "No session can be made" in window.strip.texts()[0]
@@ -207,7 +207,7 @@ def test_a_changed_setup_or_data_folder_makes_a_new_session(
     window.setup_model.assign("tracer.diameter_m", 0.012)
     record_one(window)
     second = window.control.session
-    window.session_panel._folder.setText(str(tmp_path / "other"))
+    window.session_panel._folder.line.setText(str(tmp_path / "other"))
     assert window.control.session is None
     assert window.runs.model.entries == []
     record_one(window)

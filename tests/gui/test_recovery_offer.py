@@ -23,8 +23,8 @@ def test_an_unfinished_run_is_offered_and_recovered_when_asked(
 ) -> None:
     before = crashed.read_bytes()
     wait_for(lambda: not window.recovery.isHidden())
-    assert "1 run was left unfinished" in window.recovery.text
-    assert "run-0001.h5" in window.recovery.text
+    assert "1 run was left unfinished" in window.recovery.words.text()
+    assert "run-0001.h5" in window.recovery.words.text()
     assert crashed.read_bytes() == before
     window.recovery.accept.click()
     assert window.recovery.isHidden()

@@ -6,13 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PySide6.QtCore import QEvent
+from PySide6.QtWidgets import QApplication
 from support.gui_sessions import make_session
 from support.stored_runs import raw_digest, results_digest
 
 from radargui.files.run_card import read_run_card
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.main_window import MainWindow
-from radargui.gui.sessions.reprocess_dialog import ReprocessDialog
+from radargui.gui.sessions.transfer_controller import ReprocessDialog
 from radargui.model.errors import CancelledError
 
 
@@ -21,8 +23,8 @@ def dialog(window: MainWindow, wait_for: Any, tmp_path: Path) -> ReprocessDialog
     window.sessions.open(make_session(tmp_path / "data", 4, n_runs=2))
     wait_for(lambda: not window.jobs.running)
     window.actions_.compare.trigger()
-    assert window.reprocessing.dialog is not None
-    return window.reprocessing.dialog
+    assert window.transfer.dialog is not None
+    return window.transfer.dialog
 
 
 def test_old_and_new_are_compared_and_nothing_changes_until_kept(
@@ -72,7 +74,7 @@ def test_discarding_or_cancelling_leaves_the_stored_results(
     def cancelled(_task: object, _share: float) -> None:
         raise CancelledError
 
-    monkeypatch.setattr("radargui.gui.work_strip.Task.report", cancelled)
+    monkeypatch.setattr("radargui.gui.background.Task.report", cancelled)
     dialog.keep.click()
     wait_for(lambda: not dialog.work.busy)
     assert "Cancelled" in dialog.words.text()
@@ -92,3 +94,15 @@ def test_a_damaged_run_is_told_and_the_others_are_compared(
     lines = dialog.lines.entries
     assert lines[0][:2] == ("run-0001", "failed")
     assert lines[1][:2] == ("run-0002", "Verdict")
+
+
+def test_a_dialog_closed_while_it_works_takes_its_answer_without_a_fault(
+    window: MainWindow, dialog: ReprocessDialog, wait_for: Any, qtbot: Any
+) -> None:
+    dialog.compare.click()
+    window.transfer.close()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    with qtbot.captureExceptions() as faults:
+        wait_for(lambda: not window.jobs.running)
+    assert not faults
+    assert not [notice for notice in window.board.notices if notice.level == "error"]

@@ -13,9 +13,9 @@ from support.gui_sessions import make_session
 from support.run_contents import read_markers
 
 from radargui.files.run_writer import RunWriter
-from radargui.gui.control.app_state import AppState
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
-from radargui.gui.sessions.thumbnail_view import curves
+from radargui.gui.sessions.session_model import curves
 from radargui.session.info import JournalEntry, read_info
 from radargui.session.lock import SessionLock, SessionLockedError, owner_of
 from radargui.session.session import Session

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 
 from radargui.gui.main_window import MainWindow
 from radargui.gui.setup.fields import Changed, FormPanel
-from radargui.model.setup_file import plain, read_setup
+from radargui.model.setup import plain, read_setup
 from radargui.session.info import read_info
 
 Answer = QMessageBox.StandardButton
@@ -129,7 +129,7 @@ def test_opening_a_setup_asks_before_edits_are_lost(
     given, asked = answers
     other = tmp_path / "other.toml"
     other.write_text(setup_path.read_text(encoding="utf-8"), encoding="utf-8")
-    chooser = "radargui.gui.setup.setup_file.QFileDialog.getOpenFileName"
+    chooser = "radargui.gui.setup.setup_model.QFileDialog.getOpenFileName"
     monkeypatch.setattr(chooser, lambda *_args: (str(other), ""))
     entered(antennas, "receiver[2].tilt_deg", "55")
     given[:] = [Answer.Cancel]

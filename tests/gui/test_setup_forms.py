@@ -9,16 +9,15 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.plane_wave import t_matrix
-from radargui.gui.control.app_state import AppState
+from radargui.geometry.path_length import place_antennas, t_matrix
+from radargui.gui.control.state import AppState
 from radargui.gui.layout import FaultText
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES
 from radargui.gui.setup.words import parse_number, show_number
 from radargui.model.errors import DeviceError
-from radargui.model.setup_file import read_setup
-from radargui.session.folder import default_data_folder
+from radargui.model.setup import read_setup
+from radargui.session.info import default_data_folder
 from radargui.sources.ni.discovery import NiDevice
 
 OTHER = {"antennas": "hardware", "hardware": "antennas"}
@@ -169,7 +168,7 @@ def test_a_shipped_setup_is_never_written_over(
     window = make_window(None)
     target = tmp_path / "mine.toml"
     monkeypatch.setattr(
-        "radargui.gui.setup.setup_file.QFileDialog.getSaveFileName", lambda *_args, **_options: (str(target), "")
+        "radargui.gui.setup.setup_model.QFileDialog.getSaveFileName", lambda *_args, **_options: (str(target), "")
     )
     assert window.setup_model.shipped
     window.actions_.save_setup.trigger()

@@ -17,16 +17,17 @@ from PySide6.QtWidgets import QComboBox, QLineEdit
 from support.changed import changed
 from support.gui_sessions import make_session
 from support.processing_here import ProcessingHere
+from support.shown_plots import points_of
 from support.stored_runs import SETUP
 
 from radargui.experiment.processing_apart import ProcessingApart
-from radargui.gui.control.app_state import AppState
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import RunEntry
 from radargui.model.drop import RunOrigin
 from radargui.model.errors import FileError
 from radargui.report.report import compose
-from radargui.report.run_facts import study
+from radargui.report.run_section import study
 from radargui.restitution.series import series_of
 from radargui.session.session import Session
 from radargui.sources.factory import make_source
@@ -130,7 +131,7 @@ def test_a_new_session_is_empty(window: MainWindow, wait_for: Any, record_one: A
     record_one(window)
     shown(window, wait_for)
     assert "drop 1: e = " in window.bar.state.text
-    assert all(scope.points > 0 for scope in window.scopes.scopes)
+    assert all(points_of(scope) > 0 for scope in window.scopes.scopes)
     window.actions_.new_session.trigger()
     assert window.bar.state.text == "IDLE"
     assert window.run.result is None
@@ -143,8 +144,8 @@ def test_a_new_session_is_empty(window: MainWindow, wait_for: Any, record_one: A
     assert window.runs.model.entries == []
     assert window.runs.series.isHidden()
     assert window.health.run.text() == ""
-    assert all(scope.points == 0 for scope in window.scopes.scopes)
-    assert all(plane.points == 0 for plane in (*window.planes.raw, *window.planes.corrected))
+    assert all(points_of(scope) == 0 for scope in window.scopes.scopes)
+    assert all(points_of(plane) == 0 for plane in (*window.planes.raw, *window.planes.corrected))
 
 
 def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistics(
@@ -245,21 +246,28 @@ def test_sixty_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     model = window.setup_model
     # the cheapest runs there are, in few blocks: this is about their number
     recording = {"pretrigger_s": 0.1, "quiet_s": 0.1, "falls_only": False}
-    model.replace(changed(SETUP, recording=recording, daq={"read_interval_s": 0.25}, simulation={"restitution": 0.3}))
+    model.replace(
+        changed(
+            SETUP,
+            recording=recording,
+            daq={"read_interval_s": 0.25, "rate_hz": 4000.0},
+            simulation={"restitution": 0.3},
+        )
+    )
     model.assign("processing.correction", "none")
     window.bar.runs.setValue(N_DROPS)
     window.actions_.record.trigger()
     # what is computed is told of its own drop, whatever was recorded meanwhile
     wait_for(lambda: " recorded; drop 1: e = " in window.bar.state.text)
     wait_for(lambda: len(window.control.backlog) == N_DROPS - 1)
-    wait_for(lambda: "Waiting for the result of drop 2 (40 % computed" in window.stopping.text)
-    assert f"{N_DROPS - 2} more after it" in window.stopping.text
+    wait_for(lambda: "Waiting for the result of drop 2 (40 % computed" in window.stopping.words.text())
+    assert f"{N_DROPS - 2} more after it" in window.stopping.words.text()
     assert window.stopping.isVisibleTo(window)
     assert [entry.label for entry in window.runs.model.entries] == [str(n + 1) for n in range(N_DROPS)]
     window.may_leave = lambda: pytest.fail("nothing is being recorded")
     window.close()
-    wait_for(lambda: f"the results of {N_DROPS - 1} runs" in window.closing.text)
-    assert "recording" not in window.closing.text
+    wait_for(lambda: f"the results of {N_DROPS - 1} runs" in window.closing.words.text())
+    assert "recording" not in window.closing.words.text()
     window.stopping.later.click()
     wait_for(window.isHidden)
     session = window.control.session
@@ -271,7 +279,7 @@ def test_sixty_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     monkeypatch.setattr(ProcessingHere, "process", process)
     again = make_window(setup_path)
     wait_for(lambda: again.later.isVisibleTo(again))
-    assert again.later.text.startswith(f"{N_DROPS - 1} runs wait for their results, in {session.path.name}")
+    assert again.later.words.text().startswith(f"{N_DROPS - 1} runs wait for their results, in {session.path.name}")
     again.sessions.open(session.path)
     again.later.accept.click()
     wait_for(lambda: not again.work.busy and not again.jobs.running)
@@ -287,7 +295,7 @@ def test_what_was_left_for_later_is_computed_in_a_process_of_its_own(
 ) -> None:
     window = make_window(setup_path)
     # as the program does it, not as the other tests
-    monkeypatch.setattr("radargui.experiment.experiment.ProcessingApart", ProcessingApart)
+    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingApart)
     model = window.setup_model
     # the joint fit takes seconds: there is time to leave it
     model.replace(changed(SETUP, processing={"correction": "joint"}))
@@ -297,7 +305,7 @@ def test_what_was_left_for_later_is_computed_in_a_process_of_its_own(
     wait_for(lambda: not window.control.state.running)
     wait_for(lambda: not multiprocessing.active_children())
     wait_for(lambda: window.later.isVisibleTo(window))
-    assert window.later.text.startswith("1 run waits for its result")
+    assert window.later.words.text().startswith("1 run waits for its result")
     (entry,) = window.runs.model.entries
     assert entry.summary is None or entry.summary["preliminary"]
     seen: set[str] = set()

@@ -15,7 +15,7 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.sessions.import_dialog import ImportDialog
 from radargui.gui.sessions.transfer_controller import ExportDialog
 from radargui.model.errors import CancelledError
-from radargui.model.setup_file import dump_setup
+from radargui.model.setup import dump_setup
 from radargui.session.info import read_info
 from radargui.sources.simulated import simulate_recording
 
@@ -56,9 +56,9 @@ def test_a_table_is_imported_with_a_corrected_mapping_that_is_remembered(
     dialog = import_dialog(window, [file], wait_for)
     assert dialog.mapping.names == tuple(NAMES)
     assert "order" in dialog.mapping.words.text()
-    dialog.mapping.box(0).setCurrentIndex(2)
+    dialog.mapping.boxes[0].setCurrentIndex(2)
     assert not dialog.go.isEnabled()
-    dialog.mapping.box(1).setCurrentIndex(1)
+    dialog.mapping.boxes[1].setCurrentIndex(1)
     assert dialog.mapping.names[:2] == ("ai1", "ai0")
     assert dialog.go.isEnabled()
     dialog.rate.setValue(2000.0)
@@ -119,7 +119,7 @@ def test_a_session_is_exported_and_nothing_is_replaced_unasked(
         dialog = dialog_of(window)
         assert isinstance(dialog, ExportDialog)
         dialog.kind.setCurrentIndex(dialog.kind.findData("tdms"))
-        dialog.folder.setText(str(folder))
+        dialog.folder.line.setText(str(folder))
         dialog.go.click()
         wait_for(lambda: not window.jobs.running and not window.work.busy)
         return dialog
@@ -154,14 +154,14 @@ def test_cancelled_work_leaves_no_half_file(
     window.sessions.open(path)
     window.actions_.export_samples.trigger()
     dialog = dialog_of(window)
-    dialog.folder.setText(str(tmp_path / "out"))
+    dialog.folder.line.setText(str(tmp_path / "out"))
 
     wait_for(lambda: not window.jobs.running)
 
     def cancelled(_task: object, _share: float) -> None:
         raise CancelledError
 
-    monkeypatch.setattr("radargui.gui.work_strip.Task.report", cancelled)
+    monkeypatch.setattr("radargui.gui.background.Task.report", cancelled)
     dialog.go.click()
     wait_for(lambda: not window.jobs.running and not window.work.busy)
     assert not list((tmp_path / "out").iterdir())
@@ -204,8 +204,8 @@ def test_plain_binary_is_looked_at_while_its_layout_is_told_and_then_imported(
     assert ticks[0].startswith("0 I1 ")
     assert [float(part) for part in ticks[0][5:].split(" … ")] == pytest.approx([low, high], abs=1.1e-3)
     assert ticks[6].startswith("6 0")
-    dialog.mapping.box(0).setCurrentIndex(2)
-    dialog.mapping.box(1).setCurrentIndex(1)
+    dialog.mapping.boxes[0].setCurrentIndex(2)
+    dialog.mapping.boxes[1].setCurrentIndex(1)
     for text in ("-2.048e0", "-2.0480"):
         raw.offset.setText(text)
         wait_for(lambda: not window.jobs.running)

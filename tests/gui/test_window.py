@@ -17,8 +17,7 @@ from PySide6.QtWidgets import QApplication, QMenu
 
 from radargui.gui.main_window import MainWindow
 from radargui.gui.notices import Hooks, NoticeBoard
-from radargui.gui.opengl_check import SOFTWARE, UNUSABLE, USABLE
-from radargui.gui.opengl_probe import FORCE_VARIABLE, OpenGLProbe, check_command
+from radargui.gui.opengl_probe import FORCE_VARIABLE, SOFTWARE, UNUSABLE, USABLE, OpenGLProbe, check_command
 from radargui.gui.settings import Settings
 from radargui.gui.theme import DARK, LIGHT
 from radargui.model.errors import SourceError

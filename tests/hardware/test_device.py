@@ -24,8 +24,7 @@ from support.changed import changed
 from radargui.acquisition.acquisition import Acquisition
 from radargui.model.errors import DeviceError
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Setup, read_setup
 from radargui.sources.factory import make_source
 from radargui.sources.ni import NiSource, check_setup, find_devices
 

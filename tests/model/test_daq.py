@@ -6,7 +6,7 @@ import pytest
 from support.ni_samples import ni_setup
 
 from radargui.model.errors import SetupError
-from radargui.model.setup_file import dump_setup, parse_setup
+from radargui.model.setup import dump_setup, parse_setup
 
 
 @pytest.mark.parametrize("address", ["lab-pc:1", "lab-pc:31763", "10.0.0.7:65535", "[fe80::1]:31763"])

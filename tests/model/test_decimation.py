@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from radargui.model.decimation import extremes, lowest_and_highest
+from radargui.model.arrays import extremes, lowest_and_highest
 
 
 @given(st.integers(0, 300), st.integers(1, 40), st.integers(0, 500))

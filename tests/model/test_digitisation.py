@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from radargui.model.daq import Daq
-from radargui.model.digitisation import ChannelSkew, Digitisation, channel_skew, iq_names
+from radargui.model.recording import ChannelSkew, Digitisation, channel_skew, iq_names
 
 SILENT = Digitisation(iq_names(1), 1000.0)
 

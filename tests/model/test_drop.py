@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from radargui.model.bounce import Bounce
 from radargui.model.drop import RunOrigin, drop_of, gravity_words, restitution_words
+from radargui.model.result import Bounce
 from radargui.model.uncertainty_budget import BudgetLine, variance_shares
 
 SUMMARY: dict[str, object] = {

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from radargui.model.front_end_equations import channels_of, point_of, q_by_quadrature_error
+from radargui.model.front_end import channels_of, point_of
 
 angles = st.floats(-1.2, 1.2)
 gains = st.floats(0.3, 3.0)
@@ -24,10 +23,3 @@ def test_q_lags_by_the_quadrature_error_and_is_larger_by_the_gain() -> None:
     i, q = channels_of(np.exp(1j * phase), np.exp(1j * phase), 1.3, 0.2)
     np.testing.assert_allclose(i, np.cos(phase))
     np.testing.assert_allclose(q, 1.3 * np.sin(phase + 0.2))
-
-
-@given(gains, angles)
-def test_the_slope_by_the_quadrature_error_is_that_of_finite_differences(gain: float, eps: float) -> None:
-    z, step = np.exp(1j * np.linspace(0.0, 7.0, 50)), 1e-6
-    above, below = (channels_of(z, z, gain, eps + side * step)[1] for side in (1.0, -1.0))
-    np.testing.assert_allclose(q_by_quadrature_error(z, gain, eps), (above - below) / (2.0 * step), atol=1e-8)

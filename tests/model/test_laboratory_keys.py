@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 from support.changed import changed
 
-from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import place_antennas
 from radargui.model.assumed import assumed_uncertainties, uncertain_inputs
 from radargui.model.errors import SetupError
 from radargui.model.gravity import normal_gravity_m_s2, share_in_air
-from radargui.model.polarization import received_direction
 from radargui.model.radar import SPEED_OF_LIGHT_M_S
-from radargui.model.setup import Setup
-from radargui.model.setup_change import moved
-from radargui.model.setup_file import dump_setup, parse_setup
+from radargui.model.scattering import received_direction
+from radargui.model.setup import Setup, dump_setup, moved, parse_setup
 
 GOOD = """\
 schema = 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from radargui.model.errors import SetupError
-from radargui.model.setup_file import parse_setup
+from radargui.model.setup import parse_setup
 
 GOOD = """\
 schema = 1

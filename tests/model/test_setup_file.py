@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from radargui.model.errors import SetupError
 from radargui.model.resources import default_setup_path, shipped_setups
-from radargui.model.setup import Setup
-from radargui.model.setup_file import MAXIMUM_BYTES, dump_setup, parse_setup, read_setup, write_setup
+from radargui.model.setup import MAXIMUM_BYTES, Setup, dump_setup, parse_setup, read_setup, write_setup
 
 TEXT = default_setup_path().read_text(encoding="utf-8")
 

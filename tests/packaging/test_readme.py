@@ -8,7 +8,7 @@ from pathlib import Path
 from typer.main import get_command
 
 from radargui.cli.app import app
-from radargui.model.setup_file import parse_setup
+from radargui.model.setup import parse_setup
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")

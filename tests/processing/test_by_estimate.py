@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from benchmarks.scenes.draw import draw_scene
@@ -9,12 +12,11 @@ from benchmarks.scenes.scene import make_record
 from support.changed import changed
 
 from radargui.model.errors import ProcessingError, SolveError
-from radargui.model.recording import Recording
+from radargui.model.recording import Recording, Truth
 from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
-from radargui.model.truth import Truth
+from radargui.model.setup import Setup, read_setup
+from radargui.processing.by_estimate import _is_hopeless
 from radargui.processing.offline import process
 from radargui.report.tables import result_document
 from radargui.sources.simulated.model import simulate_recording
@@ -155,3 +157,25 @@ def test_flights_that_cannot_be_fitted_leave_the_track_and_a_warning(monkeypatch
     assert result.corrected.method == "joint"
     assert result.bounces.impacts
     assert any("flights could not be fitted (singular)" in warning for warning in result.warnings)
+
+
+class _Estimate:
+    """What `_is_hopeless` reads: two of three circles rejected, and a body that falls or does not."""
+
+    def __init__(self, acceleration_m_s2: float) -> None:
+        self.time_s = np.linspace(0.0, 0.5, 500)
+        fallen = 0.5 * acceleration_m_s2 * np.clip(self.time_s - 0.1, 0.0, None) ** 2
+        self.position_m = np.stack([0.0 * fallen, 0.0 * fallen, 0.1 - fallen])
+        self.onset_s, self.impact_s = 0.1, np.array([0.35])
+        self.channels = [SimpleNamespace(verdict=verdict) for verdict in ("rejected", "rejected", "usable")]
+        self.corrected = self
+
+
+@pytest.mark.parametrize(("acceleration_m_s2", "hopeless"), [(9.81, False), (9.0, False), (2.0, True), (-9.81, True)])
+def test_circles_that_are_bent_are_no_reason_to_give_up_where_the_places_fall(
+    acceleration_m_s2: float, hopeless: bool
+) -> None:
+    one: Any = _Estimate(acceleration_m_s2)
+    assert _is_hopeless(one, one) is hopeless
+    one.impact_s = np.zeros(0)
+    assert _is_hopeless(one, one)

@@ -8,8 +8,7 @@ from support.changed import changed
 
 from radargui.model.arrays import FloatArray
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Setup, read_setup
 from radargui.processing.live import LiveEstimate, LiveMemory, LiveProcessor
 from radargui.sources.simulated import SimulatedSource
 from radargui.sources.simulated.model import SimulatedRadar, simulate_recording

@@ -7,8 +7,7 @@ import pytest
 from support.changed import changed
 
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Setup, read_setup
 from radargui.processing.offline import process
 from radargui.sources.simulated import simulate_recording
 

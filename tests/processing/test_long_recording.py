@@ -14,9 +14,8 @@ from radargui.conditioning.long_motion import find_long_motion
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError
-from radargui.model.recording import Recording
+from radargui.model.recording import Block, Gap, Recording
 from radargui.processing import long_recording
 from radargui.processing.long_recording import read_again, read_excerpt, read_for_processing, shortened
 from radargui.processing.offline import process

@@ -11,8 +11,8 @@ from benchmarks.scenes.scene import make_record
 from support.changed import changed
 from support.small_setups import quick_setup
 
-from radargui.model.block import Gap
 from radargui.model.errors import ProcessingError
+from radargui.model.recording import Gap
 from radargui.model.setup import Setup
 from radargui.processing.offline import process
 from radargui.sources.simulated.model import simulate_recording

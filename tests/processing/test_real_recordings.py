@@ -11,8 +11,7 @@ from benchmarks.robust_scenes.real_truth import known_of, read
 
 from radargui.files.reading import parse_channel_map, read_mapped
 from radargui.model.arrays import FloatArray
-from radargui.model.digitisation import Digitisation
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Recording
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import process

@@ -17,8 +17,8 @@ from radargui.files import hdf5
 from radargui.files.run_file import read_run
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block, Gap
 from radargui.model.front_end import FrontEnd, FrontEndPrior
+from radargui.model.recording import Block, Gap
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import cut_short, process

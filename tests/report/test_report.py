@@ -17,14 +17,12 @@ from pathlib import Path
 import pytest
 from support.results import default_setup, drop_result, quiet_result
 
-from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError
-from radargui.model.recording import Excerpt, Recording
+from radargui.model.recording import Block, Excerpt, Gap, Recording
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.document import Grid
 from radargui.report.report import Report, write_report
-from radargui.report.run_facts import take_facts
-from radargui.report.run_section import _impacts
+from radargui.report.run_section import _impacts, take_facts
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)

@@ -8,13 +8,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from support.results import default_setup, drop_result, quiet_result
 
-from radargui.model.bounce import Bounces
+from radargui.model.result import Bounces
 from radargui.report.report import IMPACT_HEADER, impacts_csv, series_csv, session_document
-from radargui.report.run_facts import RunFacts, take_facts
+from radargui.report.run_section import RunFacts, take_facts
 from radargui.report.tables import json_bytes, plain_value, safe_cell
 from radargui.restitution.series import Statistics, series_of
 from radargui.session.info import SessionInfo

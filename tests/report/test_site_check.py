@@ -8,12 +8,11 @@ import pytest
 from support.changed import changed
 from support.results import drop_result
 
-from radargui.gui.runs.figures_view import page_of
+from radargui.gui.runs.figures_view import FiguresView
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.report.document import Facts, Note
-from radargui.report.run_facts import take_facts
-from radargui.report.run_section import run_section
+from radargui.report.run_section import run_section, take_facts
 
 
 def result_at(g_m_s2: float) -> RunResult:
@@ -38,9 +37,13 @@ def test_the_window_says_it_too_in_the_colour_of_an_alarm_where_they_differ(
     g_m_s2: float, differ: bool, qapp: object
 ) -> None:
     theme = Theme(qapp, "light")  # type: ignore[arg-type]
-    page = page_of(result_at(g_m_s2), theme)
-    said = page[: page.index("g against the site")].rpartition("<p")[2]
-    assert (theme.colours.alarm in said) == differ
+    view = FiguresView(theme)
+    view.show_result(result_at(g_m_s2))
+    assert "g against the site" in view.toPlainText()
+    warned = view.document().find("g is not that of the site")
+    assert warned.isNull() != differ
+    if differ:
+        assert warned.charFormat().foreground().color().name() == theme.colours.alarm
 
 
 def test_without_a_site_nothing_is_compared() -> None:

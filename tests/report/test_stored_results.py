@@ -14,14 +14,14 @@ from support.gui_sessions import make_session
 from support.stored_runs import SETUP
 
 from radargui.experiment.reprocess import process_run
-from radargui.files.run_card import read_run_origin
+from radargui.files.run_card import read_run_card
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.processing.offline import STOPPED, cut_short, process
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.document import Note
 from radargui.report.report import compose, write_report
-from radargui.report.run_facts import study, take_facts
+from radargui.report.run_section import study, take_facts
 from radargui.report.tables import write_tables
 from radargui.session.session import Session
 
@@ -52,7 +52,7 @@ def test_tables_are_equal_and_curves_to_single_precision(
     setup = changed(SETUP, processing={"correction": correction})
     computed = process(read_run(run), setup)
     write_results(run, computed)
-    wanted = replace(take_facts(computed, "run-0001"), source=read_run_origin(run))
+    wanted = replace(take_facts(computed, "run-0001"), source=read_run_card(run).origin)
     write_tables(computed, tmp_path / "computed")
     monkeypatch.delattr(NO_COMPUTING)
     assert_close(study(run, setup, result_of_run), wanted)

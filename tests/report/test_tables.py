@@ -221,7 +221,7 @@ def test_the_first_fall_is_written_as_measured_with_its_check_against_the_site_b
 
 
 def test_lost_samples_keep_their_place_in_time(tmp_path: Path) -> None:
-    from radargui.model.block import Gap
+    from radargui.model.recording import Gap
 
     write_tables(drop_result(rate_hz=1000.0, gap=Gap(900, 30)), tmp_path)
     rows = read_csv(tmp_path / "track.csv")

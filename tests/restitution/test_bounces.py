@@ -9,15 +9,14 @@ import pytest
 from benchmarks.laboratory.drop import Body, Floor, fall
 from support.drops import Drop
 
-from radargui.model.bounce import Bounces
 from radargui.model.gravity import drag_of_sphere_1_m
-from radargui.model.segment import Segment
-from radargui.model.track import Track
+from radargui.model.result import Bounces, Segment, Track
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.cross_check import disagreements
 from radargui.restitution.floor_normal import normal_of_impacts
-from radargui.restitution.parabola import correlation_length, fit_parabolas, misfit_widening
+from radargui.restitution.parabola import fit_parabolas
 from radargui.restitution.settings import TRACKS
+from radargui.restitution.stretches import Stretches
 from radargui.restitution.track_flights import impact_velocities
 
 UP = (0.0, 0.0, 1.0)
@@ -221,21 +220,46 @@ def test_a_coefficient_less_certain_than_a_tenth_is_not_valid() -> None:
 def test_waves_in_the_residual_widen_the_uncertainty() -> None:
     time = np.linspace(0, 0.2, 2000)
     fall = 0.2 - 0.5 * 9.81 * time**2
-    white = fit_parabolas([(time, fall + np.random.default_rng(0).normal(0, 1e-4, 2000))])
-    wavy = fit_parabolas([(time, fall + 1.4e-4 * np.sin(2 * np.pi * 40 * time))])
+    flight = Stretches.between(time, np.array([0]), np.array([2000]))
+    white = fit_parabolas(flight, fall + np.random.default_rng(0).normal(0, 1e-4, 2000))
+    wavy = fit_parabolas(flight, fall + 1.4e-4 * np.sin(2 * np.pi * 40 * time))
     assert wavy.u_g_m_s2 > 4 * white.u_g_m_s2
+
+
+def one_after_the_other(*curves: np.ndarray) -> tuple[Stretches, np.ndarray]:
+    end = np.cumsum([curve.size for curve in curves])
+    joined = np.concatenate(curves)
+    return Stretches.between(np.arange(joined.size) * 1e-4, np.append(0, end[:-1]), end), joined
 
 
 def test_only_what_waves_in_the_residual_hide_widens_the_variance() -> None:
     white = np.random.default_rng(0).normal(size=20000)
     waves = np.sin(2 * np.pi * 40 * np.linspace(0, 0.2, 2000))
-    assert misfit_widening(white) == pytest.approx(1.0, abs=0.05)
-    assert misfit_widening(waves) == pytest.approx(TRACKS.hidden_waves**2, rel=1e-3)
-    assert TRACKS.hidden_waves**2 == 4.0
     half = white[:2000] + np.sqrt(2.0) * waves
-    assert misfit_widening(half) == pytest.approx(0.5 * (1.0 + 4.0), rel=0.1)
+    stretches, residual = one_after_the_other(white, waves, half, np.zeros(20), white[:7])
+    assert TRACKS.hidden_waves**2 == 4.0
+    of_white, of_waves, of_half, *others = stretches.misfit_widenings(residual, TRACKS.hidden_waves)
+    assert of_white == pytest.approx(1.0, abs=0.05)
+    assert of_waves == pytest.approx(TRACKS.hidden_waves**2, rel=1e-3)
+    assert of_half == pytest.approx(0.5 * (1.0 + 4.0), rel=0.1)
+    assert others == [1.0, 1.0], "no residual at all, and too few of them, tell of no waves"
 
 
 def test_white_residuals_have_the_correlation_length_of_one_sample() -> None:
-    assert correlation_length(np.random.default_rng(0).normal(size=20000)) == pytest.approx(1.0, abs=0.15)
-    assert correlation_length(np.repeat(np.random.default_rng(0).normal(size=2000), 10)) == pytest.approx(10, rel=0.2)
+    rng = np.random.default_rng(0)
+    curves = rng.normal(size=20000), np.repeat(rng.normal(size=2000), 10), np.zeros(20), rng.normal(size=7)
+    white, blocks, *others = np.asarray(Stretches.correlation_lengths(*one_after_the_other(*curves)))
+    assert white == pytest.approx(1.0, abs=0.15)
+    assert blocks == pytest.approx(10, rel=0.2)
+    assert others == [1.0, 1.0], "no residual at all, and too few of them, tell of no correlation"
+
+
+def test_the_correlation_length_of_each_stretch_is_the_sum_of_its_own_autocorrelation() -> None:
+    rng = np.random.default_rng(1)
+    curves = [np.convolve(rng.normal(size=count), np.ones(4), "valid") for count in (30, 33, 100, 250, 700, 703)]
+    found = Stretches.correlation_lengths(*one_after_the_other(*curves))
+    for own, curve in zip(found, curves, strict=True):
+        away = curve - curve.mean()
+        correlation = np.correlate(away, away, "full")[curve.size - 1 :] / (away @ away)
+        end = next((k for k in range(curve.size // 2) if correlation[k] <= 0), curve.size // 2)
+        assert own == pytest.approx(max(1.0, 1.0 + 2.0 * correlation[1:end].sum()), rel=1e-9)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from radargui.model.bounce import Bounce, Bounces
+from radargui.model.result import Bounce, Bounces
 from radargui.restitution.cross_check import cross_check
 
 G, BEFORE, AFTER = 9.81, 2.0, 1.6

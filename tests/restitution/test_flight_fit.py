@@ -79,6 +79,26 @@ def test_the_flights_follow_a_changed_likelihood_as_a_new_fit_does() -> None:
     assert followed == pytest.approx(changed.values - fit.values, rel=0.02, abs=0.01 * np.abs(followed).max())
 
 
+def test_what_parts_flights_and_motion_is_counted_at_the_same_instant_though_the_impact_moves_the_knots() -> None:
+    free = integrated(0.0)
+    moved = 1e-4
+    spline = free.motion.spline.with_breaks(np.array([IMPACT_S + moved]))
+    grid = np.linspace(0.0, END_S, 3000)
+    # the same motion to begin with, on knots that are elsewhere
+    shifted = np.linalg.lstsq(
+        spline.design(grid).toarray(), free.motion.spline.offset(grid, free.motion.coefficients), rcond=None
+    )[0]
+    off = np.append((shifted - free.motion.coefficients).ravel(), moved)
+    fit = replace(fitted(0.0), off=off)
+    away = grid[np.abs(grid - IMPACT_S) > 0.02]
+    truly = spline.offset(away, shifted) - free.motion.spline.offset(away, free.motion.coefficients)
+    found = fit.bend_over_u(away, np.ones((3, away.size)))
+    by_coefficients_alone = np.sqrt((free.motion.spline.offset(away, shifted - free.motion.coefficients) ** 2).mean())
+    assert np.sqrt((truly**2).mean()) < 1e-6
+    assert by_coefficients_alone > 3e-5
+    assert found < 1e-6
+
+
 def test_derivatives_are_those_of_finite_differences() -> None:
     unknowns = FlightUnknowns(information_of(integrated(0.06)), FlightPlan(2, 3))
     q = unknowns.start()

@@ -82,3 +82,53 @@ def test_the_normal_adds_nothing_to_e_of_a_sphere_that_goes_straight_up() -> Non
     aside = floor.e_variance(np.array([0.0, 0.0, -2.0]), np.array([0.2, 0.0, 1.4]))
     assert straight == 0.0
     assert np.sqrt(aside) == pytest.approx(0.02 * 0.2 / 2.0)
+
+
+@pytest.mark.parametrize(("sees", "inside"), [(False, 0.85), (True, 0.92)])
+def test_e_of_a_sphere_that_grips_and_rolls_lies_within_its_uncertainty_on_a_leaning_floor(
+    sees: bool, inside: float
+) -> None:
+    ratios = []
+    for seed in range(100):
+        turn = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi)
+        slope = np.tan(np.radians(0.8)) * np.array([np.cos(turn), np.sin(turn)])
+        true = FloorNormal(np.array([*slope, 1.0]) / np.hypot(1.0, np.hypot(*slope)), np.radians(0.02) ** 2)
+        before, after = impacts(slope, 0.03, 2.0 / 7.0, seed)
+        floor = normal_of_impacts(before, after, np.full(5, 1e-4), reflecting=true if sees else None)
+        for b, a in zip(before, after, strict=True):
+            wrong = (a @ true.normal) / (b @ true.normal) - (a @ floor.normal) / (b @ floor.normal)
+            ratios.append(wrong / np.sqrt(floor.e_variance(b, a)))
+    assert np.mean(np.abs(ratios) < 2.0) > inside
+
+
+def leaning(tilt_deg: float, u_deg: float) -> FloorNormal:
+    slope = np.tan(np.radians(tilt_deg))
+    return FloorNormal(np.array([slope, 0.0, 1.0]) / np.hypot(1.0, slope), np.radians(u_deg) ** 2)
+
+
+def test_the_surface_that_reflects_tells_the_tilt_that_kicks_hide() -> None:
+    slope = np.array([np.tan(np.radians(0.8)), 0.0])
+    alone, seen = [], []
+    for seed in range(60):
+        before, after = (own[:3] for own in impacts(slope, 0.06, 0.1, seed))
+        for found, reflecting in ((alone, None), (seen, leaning(0.8, 0.01))):
+            floor = normal_of_impacts(before, after, np.full(3, 1e-4), reflecting=reflecting)
+            found.append(np.append(floor.normal[:2] / floor.normal[2] - slope, np.sqrt(floor.slope_variance)))
+    off_alone, off_seen = (np.sqrt(np.mean(np.array(found)[:, :2] ** 2)) for found in (alone, seen))
+    assert off_seen < 0.85 * off_alone
+    assert np.mean(np.abs(np.array(seen)[:, :2]) < 2.0 * np.array(seen)[:, 2:]) > 0.92
+
+
+def test_the_impacts_overrule_a_surface_that_reflects_and_is_not_the_floor() -> None:
+    before, after = impacts(np.zeros(2), 0.01)
+    floor = normal_of_impacts(before, after, np.full(5, 1e-4), reflecting=leaning(3.0, 0.01))
+    assert floor.tilt_deg < 2.0 * floor.u_tilt_deg
+    assert floor.u_tilt_deg < 0.3
+
+
+def test_a_surface_that_is_hardly_known_says_nothing() -> None:
+    before, after = impacts(SLOPE, 0.02)
+    alone = normal_of_impacts(before, after, np.full(5, 1e-4))
+    seen = normal_of_impacts(before, after, np.full(5, 1e-4), reflecting=leaning(0.0, 60.0))
+    assert seen.normal == pytest.approx(alone.normal, abs=1e-4)
+    assert seen.slope_variance == pytest.approx(alone.slope_variance, rel=0.05)

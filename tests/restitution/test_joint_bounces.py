@@ -15,10 +15,9 @@ from threadpoolctl import threadpool_limits
 
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.flight_information import MotionInformation
-from radargui.estimation.solve.problem import assemble
+from radargui.estimation.solve.assemble import assemble
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Setup, read_setup
 from radargui.restitution.cross_check import disagreements
 from radargui.restitution.flight_fit import FlightFit, fit_flights
 from radargui.restitution.flight_plan import fit_free_flights
@@ -48,30 +47,33 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     spline, posterior = solution.at.spline, drop[1].posterior
     plan = FlightPlan(2, posterior.free.first_coefficient_from(drop[1].onset_s + 0.01))
     information = plan.information(posterior)
-    blocks = assemble(solution.problem, solution.state, solution.at)
-    size, layout = 3 * information.size, solution.problem.layout
-    n_motion = blocks.s.shape[0]
+    problem, layout, rows = solution.problem, solution.problem.layout, solution.at.law.rows
+    # the law of the first two flights is lifted: each of its rows weighs nothing
+    last = sum(spline.spans[:2])
+    lifted = (rows.span >= plan.first_coefficient) & (rows.span < last)
+    assert rows.is_flight[lifted].all()
+    free = replace(problem, law_sd=np.where(lifted, np.inf, problem.law_sd))
+    blocks, held = (assemble(one, solution.state, solution.at) for one in (free, problem))
+    size, n_motion = 3 * information.size, blocks.s.shape[0]
     assert size < n_motion
     whole = np.block([[blocks.s.toarray(), blocks.c], [blocks.c.T, blocks.m]])
     x = np.concatenate([np.arange(size), n_motion + np.arange(information.n_breaks)])
     rest = np.setdiff1d(np.arange(n_motion + layout.size), x)
-    dense = whole[np.ix_(x, x)] - whole[np.ix_(x, rest)] @ np.linalg.solve(
-        whole[np.ix_(rest, rest)], whole[np.ix_(rest, x)]
-    )
-    # lifting the smoothness concerns kept unknowns only: it is the same on both sides
-    lifted = dense - information.times(np.eye(x.size))
-    fit = fit_flights(information, plan)
-    jerk, _, _ = spline.jerk()
-    spans = np.zeros(jerk.shape[0])
-    lifted_spans = slice(plan.first_coefficient, sum(spline.spans[:2]))
-    spans[lifted_spans] = solution.problem.jerk_sd[lifted_spans] ** -2.0
-    stiff = (jerk.T @ (jerk.multiply(spans[:, None]))).toarray()[: information.size, : information.size]
-    expected = np.zeros_like(lifted)
-    expected[:size, :size] = np.kron(stiff, np.eye(3))
-    prior = solution.problem.prior.sd[: information.n_breaks] ** -2.0
-    expected[size:, size:] = np.diag(prior)
+    through = np.linalg.solve(whole[np.ix_(rest, rest)], whole[np.ix_(rest, x)])
+    dense = whole[np.ix_(x, x)] - whole[np.ix_(x, rest)] @ through
+    # an impact is where two flights meet: its prior is lifted, too
+    precision = problem.prior.sd[layout.breaks] ** -2.0
+    dense[size:, size:] -= np.diag(precision[: information.n_breaks])
     scale = np.sqrt(np.outer(np.diag(dense), np.diag(dense)))
-    assert np.abs((lifted - expected) / scale).max() < 1e-8
+    # the law of later flights, as stiff as 1 mm/s^2, is eliminated: both ways keep about eight digits
+    assert np.abs((information.times(np.eye(x.size)) - dense) / scale).max() < 1e-7
+    # and with the law goes its pull
+    pull = np.concatenate([blocks.slope_motion - held.slope_motion, blocks.slope_global - held.slope_global])
+    moved = solution.state.theta[layout.breaks] - problem.prior.mean[layout.breaks]
+    slope = pull[x] - through.T @ pull[rest]
+    slope[size:] -= (precision * moved)[: information.n_breaks]
+    assert information.slope == pytest.approx(slope, rel=1e-6, abs=1e-6 * np.abs(slope).max())
+    fit = fit_flights(information, plan)
     assert fit.misfit[0] < 1.5 * fit.misfit[1] + 20.0
 
 

@@ -7,11 +7,10 @@ import math
 import pytest
 from support.changed import changed
 
-from radargui.model.bounce import FreeFall
 from radargui.model.gravity import normal_gravity_m_s2, share_in_air
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
+from radargui.model.result import FreeFall
+from radargui.model.setup import Setup, read_setup
 from radargui.restitution.site_gravity import check_against_site
 
 STEEL = 7800.0

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from support.drops import Drop
 
-from radargui.model.bounce import Bounces
-from radargui.model.segment import Segment
-from radargui.model.track import Track
+from radargui.model.result import Bounces, Segment, Track
 from radargui.restitution.bounces import find_bounces
 from radargui.restitution.track_response import respond
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sqlite3
 from dataclasses import replace
@@ -15,9 +16,9 @@ from support.found_sessions import find_sessions
 
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
-from radargui.model.block import Block
-from radargui.model.bounce import Bounces
-from radargui.model.setup_change import changed
+from radargui.model.recording import Block
+from radargui.model.result import Bounces
+from radargui.model.setup import changed
 from radargui.session import catalogue as catalogue_module
 from radargui.session.catalogue import Catalogue, Query
 from radargui.session.index import default_index_path
@@ -118,16 +119,44 @@ def test_a_line_tells_what_came_of_the_runs_that_count(data: Path, tmp_path: Pat
     assert (first.summary["e"], second.summary, first.duration_s) == (0.5, {}, 0.06)
 
 
+def settle(folder: Path) -> None:
+    """Let all files look as if they had been written a minute ago."""
+    for path in folder.rglob("*"):
+        before = path.stat().st_mtime - 60.0
+        os.utime(path, (before, before))
+
+
+def test_what_is_written_again_in_the_same_instant_is_read_again(data: Path, tmp_path: Path) -> None:
+    (steel,) = find_sessions(data, Query(sample="steel"))
+    run = steel.path / "run-0001.h5"
+    whole = run.read_bytes()
+    written = run.stat().st_mtime_ns
+    with Catalogue(data, tmp_path / "index") as catalogue:
+        run.write_bytes(bytes(len(whole)))  # as it is while its writer has not ended
+        os.utime(run, ns=(written, written))
+        catalogue.refresh()
+        assert [bool(one.problem) for one in catalogue.runs(steel.path)] == [True, False]
+        run.write_bytes(whole)
+        os.utime(run, ns=(written, written))
+        catalogue.refresh()
+        assert [bool(one.problem) for one in catalogue.runs(steel.path)] == [False, False]
+
+
 def test_only_what_has_changed_is_read_again(data: Path, tmp_path: Path) -> None:
+    settle(data)
     with Catalogue(data, tmp_path / "index") as catalogue:
         assert catalogue.refresh() == 6
     with Catalogue(data, tmp_path / "index") as catalogue:
         assert catalogue.refresh() == 0
         (steel,) = catalogue.find(Query(sample="steel"))
+        dates = {run: run.stat().st_mtime_ns for run in steel.path.glob("*.h5")}
         session = Session.open(steel.path)
         session.restore(steel.path / "run-0002.h5")
         session.update(notes="new words")
         session.close()
+        settle(steel.path)
+        for run in steel.path.glob("*.h5"):
+            os.utime(run, ns=(dates[run], dates[run]))
         assert catalogue.refresh() == 1
         (steel,) = catalogue.find(Query(text="new words"))
         assert (steel.n_rejected, [drop.e for drop in steel.drops]) == (0, [0.9, 0.1])

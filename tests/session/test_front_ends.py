@@ -14,10 +14,9 @@ from support.file_samples import codes, default_setup, int16_digitisation, resul
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.stored_results import read_prior
-from radargui.model.block import Block
 from radargui.model.front_end import FrontEnd, FrontEndPrior
-from radargui.model.quality import ChannelQuality
-from radargui.model.result import RunResult
+from radargui.model.recording import Block
+from radargui.model.result import ChannelQuality, RunResult
 from radargui.session.front_ends import known_front_ends
 from radargui.session.session import Session
 
@@ -27,7 +26,7 @@ GAIN, ANGLE = 1.1, 4.0
 
 @pytest.fixture
 def session(tmp_path: Path) -> Session:
-    return Session.create(tmp_path, default_setup(), now=NOW)
+    return Session.create(tmp_path, changed(default_setup(), processing={"correction": "joint"}), now=NOW)
 
 
 def record(session: Session) -> Path:
@@ -89,6 +88,13 @@ def test_runs_set_aside_or_with_other_hardware_or_without_a_good_joint_result_do
     prior = known_front_ends(paths[5], moved)
     assert prior is not None
     assert prior.runs == ("run-0004",)
+
+
+def test_no_other_correction_asks_for_a_prior(session: Session) -> None:
+    first, second = record(session), record(session)
+    write_results(first, joint(first))
+    assert known_front_ends(second, session.setup) is not None
+    assert known_front_ends(second, changed(session.setup, processing={"correction": "adaptive"})) is None
 
 
 def test_a_run_that_rests_on_others_does_not_say_it_again(session: Session) -> None:

@@ -11,14 +11,13 @@ import pytest
 from support.file_samples import codes, default_setup, volts, write_csv, write_mat5, write_run, write_sigmf, write_tdms
 from support.small_setups import PLATE
 
-from radargui.files.export import EXPORT_FORMATS, export_run
-from radargui.files.formats import own_setup_of
+from radargui.files.formats import EXPORT_FORMATS, export_run, own_setup_of
 from radargui.files.raw_file import parse_raw_layout
 from radargui.files.reading import parse_channel_map, read_recording
 from radargui.files.run_card import read_origin
 from radargui.files.run_file import read_run, read_run_setup
 from radargui.model.errors import FileError, SessionError
-from radargui.model.setup_file import parse_setup
+from radargui.model.setup import parse_setup
 from radargui.session.session import Session
 from radargui.session.transfer import Import, ImportInput
 

@@ -8,12 +8,11 @@ from pathlib import Path
 
 import h5py
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from support.file_samples import default_setup, write_run
 from support.found_sessions import find_sessions
 
-from radargui.files.export import EXPORT_FORMATS
+from radargui.files.formats import EXPORT_FORMATS
 from radargui.model.errors import SessionError
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
@@ -92,6 +91,6 @@ def test_texts_in_a_run_lead_an_export_nowhere(tmp_path: Path, kind: str) -> Non
             place.attrs["channel_names"] = ["../../I1", "/Q1", "C:\\I2", "Q2\n# x", "I3,Q9", "</script>"]
             place.attrs["device"] = "../../x"
     (run,) = plan_export(folder, EXPORT_FORMATS[kind], tmp_path / "out").carry_out()
-    made = {path.relative_to(tmp_path).as_posix() for path in run.paths}
+    made = {path.relative_to(tmp_path).as_posix() for path in run.value}
     assert everything(tmp_path) <= {"s", "s/run-0001.h5", "out", *made}
     assert all(name.startswith("out/run-0001.") for name in made)

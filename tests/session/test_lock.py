@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from support.file_samples import codes, default_setup, int16_digitisation
 
-from radargui.model.block import Block
+from radargui.model.recording import Block
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.report import write_report
 from radargui.session import lock

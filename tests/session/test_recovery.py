@@ -19,8 +19,8 @@ from radargui.files.rewriting import finish_run
 from radargui.files.run_file import read_run, run_is_complete
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block, Gap
 from radargui.model.errors import FileError
+from radargui.model.recording import Block, Gap
 from radargui.session.lock import SessionLockedError
 from radargui.session.recovery import NOTHING, recover, unfinished_runs
 from radargui.session.session import Session

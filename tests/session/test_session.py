@@ -16,12 +16,12 @@ from support.found_sessions import find_sessions
 from support.simulated_setup import simulated_setup
 
 from radargui.files.run_file import read_run, read_run_setup
-from radargui.model.block import Block
 from radargui.model.errors import FileError, SessionError
-from radargui.model.setup_file import dump_setup
+from radargui.model.recording import Block
+from radargui.model.setup import dump_setup
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.report import write_report
-from radargui.session.folder import default_data_folder, own_subfolder
+from radargui.session.info import default_data_folder, own_subfolder
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
 
@@ -85,7 +85,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_recording(
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("radargui.files.fresh_file.os.fsync", full)
+    monkeypatch.setattr("radargui.files.access.os.fsync", full)
     with pytest.raises(SessionError, match="the disk is full"):
         Session.create(tmp_path, default_setup(), now=NOW)
 

@@ -20,8 +20,7 @@ from radargui.experiment.experiment import Experiment
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block, Gap
-from radargui.model.digitisation import Digitisation, iq_names
+from radargui.model.recording import Block, Digitisation, Gap, iq_names
 from radargui.session.info import Calibration
 from radargui.session.session import Session
 from radargui.sources.simulated.model import SimulatedSource

@@ -14,8 +14,7 @@ from support.run_contents import read_markers
 from radargui.experiment.reprocess import process_run
 from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.stored_results import read_stored_results
-from radargui.model.setup import Setup
-from radargui.model.setup_file import dump_setup, parse_setup, read_setup
+from radargui.model.setup import Setup, dump_setup, parse_setup, read_setup
 from radargui.restitution.series import series_of
 from radargui.session.catalogue import Catalogue, Query
 from radargui.session.lock import FILE_NAME, owner_of

@@ -11,8 +11,8 @@ import pytest
 from support.simulated_setup import simulated_setup
 
 from radargui.files import run_writer
-from radargui.model.block import Block
 from radargui.model.errors import FileError, SourceError
+from radargui.model.recording import Block
 from radargui.sources.factory import make_source
 from radargui.sources.paced import ReplaySource
 from radargui.sources.simulated import SimulatedSource, simulate_recording

@@ -64,7 +64,7 @@ def test_nidaqmx_and_grpc_are_not_loaded_before_a_device_is_asked_for(module: st
     code = (
         f"import sys; import {module}; import radargui.sources.ni\n"
         "from radargui.model.resources import shipped_setups\n"
-        "from radargui.model.setup_file import read_setup\n"
+        "from radargui.model.setup import read_setup\n"
         "radargui.sources.ni.NiSource(read_setup(shipped_setups()[0]))\n"
         "sys.exit(bool({'nidaqmx', 'grpc'} & set(sys.modules)))"
     )

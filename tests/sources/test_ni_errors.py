@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+import ast
 import socket
 import sys
 import threading
 from collections.abc import Callable
+from pathlib import Path
+from string import Formatter
 
 import grpc
 import nidaqmx.errors
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from support.frozen_wire import wire_to
 from support.ni_samples import code_recording, ni_setup
 from support.ni_server import ByHand, NiServer, digital_only, serve, usb_6356
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni import NiSource, driver, driver_version, find_devices
+from radargui.sources.ni import NiSource, driver, driver_version, find_devices, words
 from radargui.sources.ni.explain import explained
 from radargui.sources.ni.source import EMPTY_READS, READ_SLICE_S
 
@@ -341,3 +343,19 @@ def test_any_text_is_an_address_or_told_to_be_none(text: str) -> None:
 @given(st.text(min_size=1, max_size=30), st.integers(1, 65535))
 def test_any_host_with_a_port_is_an_address(host: str, port: int) -> None:
     assert driver.split_address(f"{host}:{port}") == (host, port)
+
+
+def test_every_error_has_words_with_a_place_for_each_fact_and_no_words_are_left_over() -> None:
+    calls = [
+        node
+        for file in Path(words.__file__).parent.glob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "device_error"
+    ]
+    told = {call.args[0].value: {one.arg for one in call.keywords} for call in calls}
+    assert len(told) == len(calls), "each error is told at one place"
+    assert set(told) == set(words.WORDS) - {"code"}
+    for name, facts in told.items():
+        text = " ".join((words.WORDS[name]["fact"], words.WORDS[name].get("remedy", "")))
+        fields = {field.partition(".")[0] for _, field, *_ in Formatter().parse(text) if field}
+        assert fields == facts, name

@@ -7,7 +7,7 @@ from support.changed import changed
 from support.ni_generator import generator
 
 from radargui.model.resources import default_setup_path
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import read_setup
 from radargui.sources.ni import NiSource
 from radargui.sources.simulated.model import SimulatedRadar
 

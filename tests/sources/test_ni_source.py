@@ -11,8 +11,8 @@ import pytest
 from support.ni_samples import code_recording, ni_setup, volt_recording
 from support.ni_server import ByHand, NiServer, RealTime, StandInDevice, delta_sigma, serve, usb_6356
 
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import DeviceError
+from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
 from radargui.sources.ni import NiSource
 from radargui.sources.ni.checks import checked_settings, rate_sentence

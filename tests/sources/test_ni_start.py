@@ -12,9 +12,8 @@ from support.fake_clock import FakeClock
 from support.ni_samples import code_recording, ni_setup, volt_recording
 from support.ni_server import ByHand, StandInDevice, delta_sigma, serve, usb_6356
 
-from radargui.model.block import Block
 from radargui.model.errors import DeviceError
-from radargui.model.recording import Recording
+from radargui.model.recording import Block, Recording
 from radargui.model.setup import Setup
 from radargui.sources.ni import NiSource
 from radargui.sources.ni.checks import checked_settings

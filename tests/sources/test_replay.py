@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from support.fake_clock import FakeClock
 
-from radargui.model.block import Block, Gap
-from radargui.model.digitisation import Digitisation, iq_names
 from radargui.model.errors import SourceError
-from radargui.model.recording import Recording
+from radargui.model.recording import Block, Digitisation, Gap, Recording, iq_names
 from radargui.sources.contract import Source
 from radargui.sources.paced import ReplaySource
 

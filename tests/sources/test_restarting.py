@@ -8,17 +8,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from support.changed import changed
 from support.controlled_source import digitisation
 from support.fake_clock import FakeClock
 from support.ni_samples import code_recording, ni_setup
 from support.ni_server import ByHand, NiServer, serve
 
-from radargui.model.block import Block, Gap
-from radargui.model.digitisation import Digitisation
 from radargui.model.errors import DeviceError, SourceError
+from radargui.model.recording import Block, Digitisation, Gap
 from radargui.sources.factory import make_source
 from radargui.sources.ni import NiSource
 from radargui.sources.restarting import RestartingSource, SampleClock

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from support.simulated_setup import PERFECT, perfect_setup, simulated_setup
 
 from radargui.model.daq import Daq

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from radargui.model.resources import shipped_setups
-from radargui.model.setup import Processing
-from radargui.model.setup_file import dump_setup, parse_setup, read_setup
+from radargui.model.setup import Processing, dump_setup, parse_setup, read_setup
 from radargui.sources.simulated import simulate_recording
 from radargui.sources.simulated.model import SimulatedRadar
 

@@ -6,14 +6,13 @@ import threading
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from support.fake_clock import FakeClock
 from support.simulated_setup import perfect_setup, simulated_setup
 from support.work import python_calls
 
-from radargui.model.block import Block
 from radargui.model.errors import SourceError
+from radargui.model.recording import Block
 from radargui.model.setup import Setup
 from radargui.sources.contract import Clock, Source
 from radargui.sources.simulated import SimulatedSource, simulate_recording

@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from support.simulated_setup import perfect_setup
 
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.path_length import path_lengths
-from radargui.geometry.reflectors import mirror
-from radargui.model.polarization import received_direction
-from radargui.model.scattering import conducting_sphere, scattered_field
+from radargui.geometry.path_length import mirror, path_lengths, place_antennas
+from radargui.model.scattering import conducting_sphere, received_direction, scattered_field
 from radargui.model.setup import Setup
-from radargui.sources.simulated.floor import contact_plane
+from radargui.sources.simulated.fall import contact_plane
 from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.scene import Scene
 from radargui.sources.simulated.waves import Lobe, make_waves, reflectors_of

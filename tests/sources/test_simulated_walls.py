@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from support.simulated_setup import perfect_setup
 
-from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import place_antennas
 from radargui.model.errors import SetupError
-from radargui.model.setup import Setup
-from radargui.model.setup_file import dump_setup, parse_setup
+from radargui.model.setup import Setup, dump_setup, parse_setup
 from radargui.sources.simulated import simulate_recording
 from radargui.sources.simulated.model import SimulatedRadar
 from radargui.sources.simulated.waves import Lobe, make_waves, reflectors_of

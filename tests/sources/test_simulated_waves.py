@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.simulated_setup import perfect_setup
 
-from radargui.geometry.antennas import Antennas, place_antennas
+from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.errors import SetupError
 from radargui.model.setup import Setup
 from radargui.sources.simulated import simulate_recording

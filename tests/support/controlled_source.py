@@ -10,10 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from radargui.model.arrays import RawArray
-from radargui.model.block import Block, Gap
-from radargui.model.digitisation import Digitisation, iq_names
 from radargui.model.errors import RadarGuiError, SourceError
-from radargui.model.truth import Truth
+from radargui.model.recording import Block, Digitisation, Gap, Truth, iq_names
 
 LONGEST_S = 20.0
 VOLTS_PER_CODE = 1.0 / 3276.8

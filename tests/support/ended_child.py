@@ -14,7 +14,7 @@ from support.killing import hear_signals
 from radargui.cli import record
 from radargui.cli.app import app
 from radargui.cli.console import guarded
-from radargui.model.block import Block
+from radargui.model.recording import Block
 from radargui.model.setup import Setup
 from radargui.sources.simulated.model import SimulatedSource
 

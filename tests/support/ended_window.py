@@ -13,7 +13,7 @@ from PySide6.QtCore import QTimer
 from support.killing import hear_signals
 
 from radargui.gui.app import run_window
-from radargui.gui.control.app_state import AppState
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 
 

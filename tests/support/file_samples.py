@@ -12,18 +12,9 @@ from nptdms import ChannelObject, TdmsWriter
 from support.small_setups import quick_setup
 
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block, Gap
-from radargui.model.bounce import Bounce, Bounces, FreeFall
-from radargui.model.corrected import CorrectedIQ
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.path import PathLengths
-from radargui.model.quality import ChannelQuality
-from radargui.model.recording import Recording
-from radargui.model.result import RunResult
-from radargui.model.setup import Setup
-from radargui.model.setup_file import dump_setup
-from radargui.model.track import Track
-from radargui.model.truth import Truth
+from radargui.model.recording import Block, Digitisation, Gap, Recording, Truth, iq_names
+from radargui.model.result import Bounce, Bounces, ChannelQuality, CorrectedIQ, FreeFall, PathLengths, RunResult, Track
+from radargui.model.setup import Setup, dump_setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
 RATE_HZ = 1000.0

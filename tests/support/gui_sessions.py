@@ -11,7 +11,7 @@ import h5py
 from support.stored_runs import SETUP
 
 from radargui.experiment.reprocess import process_run
-from radargui.model.block import Block
+from radargui.model.recording import Block
 from radargui.session.session import Session
 from radargui.sources.simulated import simulate_recording
 

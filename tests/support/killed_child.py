@@ -12,8 +12,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from radargui.experiment.experiment import Experiment
-from radargui.model.block import Block
-from radargui.model.setup_file import read_setup
+from radargui.model.recording import Block
+from radargui.model.setup import read_setup
 from radargui.session.session import Session
 from radargui.sources.simulated.model import SimulatedSource
 

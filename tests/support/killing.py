@@ -14,8 +14,7 @@ import h5py
 import numpy as np
 from support.simulated_setup import simulated_setup
 
-from radargui.model.setup import Setup
-from radargui.model.setup_file import write_setup
+from radargui.model.setup import Setup, write_setup
 from radargui.sources.simulated import simulate_recording
 
 ROOT = Path(__file__).resolve().parents[2]

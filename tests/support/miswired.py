@@ -7,9 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from radargui.model.arrays import RawArray
-from radargui.model.block import Block
-from radargui.model.digitisation import Digitisation
-from radargui.model.truth import Truth
+from radargui.model.recording import Block, Digitisation, Truth
 from radargui.sources.contract import Source
 
 

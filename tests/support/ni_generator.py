@@ -20,8 +20,7 @@ from typing import Any
 
 from support.changed import changed
 
-from radargui.model.setup import Setup
-from radargui.model.setup_file import write_setup
+from radargui.model.setup import Setup, write_setup
 
 _TESTS = Path(__file__).resolve().parents[1]
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Recording, iq_names
 from radargui.model.setup import Setup
 
 

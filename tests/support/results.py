@@ -9,20 +9,21 @@ import numpy as np
 from support.small_setups import quick_setup
 
 from radargui.correction.published import ChannelSteps, PublishedSteps
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.path_length import path_lengths
+from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
-from radargui.model.block import Gap
-from radargui.model.bounce import Bounce, Bounces, FreeFall
-from radargui.model.corrected import CorrectedIQ
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.path import PathLengths
-from radargui.model.quality import ChannelQuality
-from radargui.model.recording import Recording
-from radargui.model.result import RunResult
-from radargui.model.segment import Segment
+from radargui.model.recording import Digitisation, Gap, Recording, iq_names
+from radargui.model.result import (
+    Bounce,
+    Bounces,
+    ChannelQuality,
+    CorrectedIQ,
+    FreeFall,
+    PathLengths,
+    RunResult,
+    Segment,
+    Track,
+)
 from radargui.model.setup import Setup
-from radargui.model.track import Track
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
 G = 9.81

@@ -6,12 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from radargui.files import hdf5
-from radargui.files import run_layout as layout
+from radargui.files import hdf5, run_layout as layout
 from radargui.files.run_file import opened_run, run_stream
 from radargui.files.stored_results import read_stored_results
-from radargui.model.block import Marker
-from radargui.model.truth import Truth
+from radargui.model.recording import Marker, Truth
 
 
 def read_markers(path: Path) -> tuple[Marker, ...]:

@@ -12,7 +12,7 @@ from radargui.estimation.forward.parameters import ReceiverConstants
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start, State, linearise
-from radargui.geometry.antennas import Antennas
+from radargui.geometry.path_length import Antennas
 
 ANTENNAS = Antennas(np.array([0.0, 0.0, 0.7]), np.array([[0.45, 0.0, 0.53], [-0.2, 0.4, 0.55], [-0.25, -0.4, 0.5]]))
 RELEASE_M = np.array([0.0, 0.01, 0.12])

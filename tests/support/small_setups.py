@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Setup
-from radargui.model.setup_change import changed
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import Setup, changed, read_setup
 
 PLATE = """\
 # 9 GHz homodyne radar: one antenna sends and receives, the plate moves on its axis

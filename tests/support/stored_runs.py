@@ -11,8 +11,8 @@ import numpy as np
 from support.simulated_setup import simulated_setup
 
 from radargui.files.run_writer import RunWriter
-from radargui.model.block import Block
-from radargui.model.setup_file import dump_setup
+from radargui.model.recording import Block
+from radargui.model.setup import dump_setup
 from radargui.sources.simulated import simulate_recording
 
 SETUP = simulated_setup(daq={"rate_hz": 2000.0}, mismatch=0.0, snr_db=50.0, restitution=0.5, settle_s=0.2, rest_s=0.3)

@@ -10,7 +10,7 @@ from benchmarks.laboratory.hostile import HOSTILE, hostile_scenes
 from benchmarks.laboratory.room import Room
 from benchmarks.laboratory.scene import Scene, make_record
 
-from radargui.model.digitisation import channel_skew
+from radargui.model.recording import channel_skew
 
 
 @pytest.fixture(scope="module")

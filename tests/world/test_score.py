@@ -11,9 +11,7 @@ from benchmarks.laboratory.scene import Record, make_record
 from benchmarks.laboratory.score import Score, score
 from benchmarks.laboratory.table import table
 
-from radargui.model.bounce import Bounce, Bounces, FreeFall
-from radargui.model.result import RunResult
-from radargui.model.track import Track
+from radargui.model.result import Bounce, Bounces, FreeFall, RunResult, Track
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 
 U_M = 1e-5

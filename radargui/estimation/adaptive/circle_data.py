@@ -10,11 +10,10 @@ from radargui.estimation.adaptive.circle_fit import CircleData
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.position_map import PositionBasis
-from radargui.geometry.antennas import Antennas
 from radargui.geometry.bistatic import locate_exact
-from radargui.geometry.path_length import range_factor
+from radargui.geometry.path_length import Antennas, range_factor
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.front_end_equations import channels_of
+from radargui.model.front_end import channels_of
 
 _MOST_TURN_RAD = 0.3  # of half a bin: 1/24 fringe turns 0.13; more is a phase that slipped
 
@@ -58,6 +57,7 @@ def circle_data(
     place: FloatArray,
     bias: PositionBasis | None,
     amplitude_map: PositionBasis | None,
+    stride: int = 1,
 ) -> list[CircleData]:
     """Return each receiver's bins with map functions and the known factor of the amplitude.
 
@@ -71,20 +71,24 @@ def circle_data(
         Of the round before, shapes (n_receivers, n_bins) and (n_dimensions, n_bins).
     bias, amplitude_map
         Functions; None without maps.
+    stride
+        Of how many bins one is wanted.
     """
-    bins, none = binned.bins, np.zeros((binned.bins.n_bins, 0))
+    bins, few = binned.bins, slice(None, None, stride)
+    none = np.zeros((-(-bins.n_bins // stride), 0))
+    # of all bins: the turn within one is seen between its neighbours
     n_receivers = binned.antennas.n_receivers
-    shape = averaging_loss(phase_rad, bins)
+    shape, place = averaging_loss(phase_rad, bins)[:, few], place[:, few]
     if n_receivers >= 3:  # else the position is unknown
         shape = range_factor(place, binned.antennas, binned.release_m) * shape
-    at_bias = none if bias is None else bias(place)
-    at_amplitude = none if amplitude_map is None else amplitude_map(place)
+    at_bias = none if bias is None else np.asfortranarray(bias(place))
+    at_amplitude = none if amplitude_map is None else np.asfortranarray(amplitude_map(place))
     return [
         CircleData(
-            i=value[2 * n],
-            q=value[2 * n + 1],
-            sigma_i=bins.sigma[2 * n],
-            sigma_q=bins.sigma[2 * n + 1],
+            i=value[2 * n, few],
+            q=value[2 * n + 1, few],
+            sigma_i=bins.sigma[2 * n, few],
+            sigma_q=bins.sigma[2 * n + 1, few],
             shape=shape[n],
             bias=at_bias,
             amplitude_map=at_amplitude,

@@ -2,113 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.linalg.lapack import dposv
 
+from radargui.estimation.adaptive.circle_layout import CIRCLE, CircleLayout, CircleSettings
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
-from radargui.model.front_end_equations import point_of
-
-
-@dataclass(frozen=True, slots=True)
-class CircleSettings:
-    """Priors and stops of the fit; amplitudes are those of the scaled samples, about one. Chosen by hand.
-
-    Attributes
-    ----------
-    offset, log_gain, quadrature_error_rad, log_amplitude
-        Deviations of the constants around their prior means, wide enough for any front end of the field.
-    bias, log_amplitude_map
-        Deviations of the maps' coefficients before they are re-estimated.
-    least_deviation, most_deviation
-        Between which they are re-estimated: below the first a map is switched off.
-    updates
-        So often are they re-estimated.
-    furthest
-        |ln g| and |eps| never leave this: far outside of what `correction.quality` lets pass, so that an estimate at
-        this bound is refused.
-    huber_sigmas
-        Beyond so many standard deviations a residual counts by its size, not its square.
-    first_damping, least_damping, most_damping, damping_factor
-        Of Gauss-Newton, as shares of the diagonal (Marquardt 1963).
-    steps, close
-        At most so many, and none after one that gains less in ln likelihood.
-    least_amplitude
-        Of a still ellipse as a start.
-    """
-
-    offset: float = 0.3
-    log_gain: float = 0.15
-    quadrature_error_rad: float = 0.15
-    log_amplitude: float = 0.5
-    bias: float = 0.2
-    log_amplitude_map: float = 0.2
-    least_deviation: float = 2e-3
-    most_deviation: float = 0.5
-    updates: int = 2
-    furthest: float = 0.8
-    huber_sigmas: float = 3.0
-    first_damping: float = 1e-3
-    least_damping: float = 1e-9
-    most_damping: float = 1e4
-    damping_factor: float = 10.0
-    steps: int = 25
-    close: float = 0.02
-    least_amplitude: float = 0.05
-
-
-CIRCLE = CircleSettings()
-
-
-@dataclass(frozen=True, slots=True)
-class CircleLayout:
-    """Places of a circle's unknowns in theta: five constants, then the coefficients of its maps.
-
-    Attributes
-    ----------
-    n_bias, n_amplitude_map
-        Numbers of functions of each bias map and of the map of log amplitude.
-    """
-
-    offset_i: ClassVar[int] = 0
-    offset_q: ClassVar[int] = 1
-    log_gain: ClassVar[int] = 2
-    quadrature_error: ClassVar[int] = 3
-    log_amplitude: ClassVar[int] = 4
-    front_end: ClassVar[slice] = slice(2, 4)
-    constants: ClassVar[slice] = slice(0, 5)
-
-    n_bias: int
-    n_amplitude_map: int
-
-    @property
-    def bias_i(self) -> slice:
-        """Coefficients of the bias of I."""
-        return slice(5, 5 + self.n_bias)
-
-    @property
-    def bias_q(self) -> slice:
-        """Coefficients of the bias of Q."""
-        return slice(5 + self.n_bias, 5 + 2 * self.n_bias)
-
-    @property
-    def bias(self) -> slice:
-        """Coefficients of both."""
-        return slice(5, 5 + 2 * self.n_bias)
-
-    @property
-    def amplitude_map(self) -> slice:
-        """Coefficients of the map of log amplitude."""
-        return slice(5 + 2 * self.n_bias, self.size)
-
-    @property
-    def size(self) -> int:
-        """Length of theta."""
-        return 5 + 2 * self.n_bias + self.n_amplitude_map
+from radargui.model.front_end import point_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +27,7 @@ class CircleData:
     shape
         Known factor of the amplitude: range factor times the loss by averaging over a moving phase.
     bias, amplitude_map
-        Functions of the maps at the bins, shapes (n_bins, n_functions).
+        Functions of the maps at the bins, shapes (n_bins, n_functions), best column by column in memory.
     """
 
     i: FloatArray
@@ -134,6 +37,12 @@ class CircleData:
     shape: FloatArray
     bias: FloatArray
     amplitude_map: FloatArray
+
+    def every(self, stride: int) -> CircleData:
+        """Return one of so many bins."""
+        if stride == 1:
+            return self
+        return CircleData(*(np.asfortranarray(getattr(self, one.name)[::stride]) for one in fields(self)))
 
     @property
     def layout(self) -> CircleLayout:
@@ -155,6 +64,8 @@ class CircleFit:
         Laplace approximation.
     chi_square
         Mean square of the residuals in standard deviations, robust.
+    deviation
+        Of the prior of each unknown, shape as theta.
     """
 
     layout: CircleLayout
@@ -162,6 +73,7 @@ class CircleFit:
     covariance: FloatArray
     log_evidence: float
     chi_square: float
+    deviation: FloatArray
 
     @classmethod
     def still(cls, ellipse: StillEllipse) -> CircleFit:
@@ -171,7 +83,15 @@ class CircleFit:
         theta[layout.offset_i], theta[layout.offset_q] = ellipse.offset_i, ellipse.offset_q
         theta[layout.log_gain], theta[layout.quadrature_error] = ellipse.log_gain, ellipse.quadrature_error_rad
         theta[layout.log_amplitude] = np.log(max(ellipse.amplitude, CIRCLE.least_amplitude))
-        return cls(layout, theta, np.zeros((theta.size, theta.size)), -np.inf, np.inf)
+        return cls(layout, theta, np.zeros((theta.size, theta.size)), -np.inf, np.inf, np.zeros(theta.size))
+
+    def deviation_of(self, layout: CircleLayout) -> FloatArray:
+        """Return the deviations of the priors for maps of other functions."""
+        out, own = np.empty(layout.size), self.layout
+        out[layout.constants] = self.deviation[own.constants]
+        for new, was in ((layout.bias, own.bias), (layout.amplitude_map, own.amplitude_map)):
+            out[new] = self.deviation[was.start]
+        return out
 
     @property
     def ellipse(self) -> StillEllipse:
@@ -201,15 +121,21 @@ class CircleFit:
         """Return the variance of each bin's phase from noise and from the fit, shape (n_bins,)."""
         x, y = self.point(data.i, data.q, data.bias)
         radius = np.hypot(x, y)
-        columns = _columns(self.theta, data, x, y, tangential=True) / radius[:, None]
-        fitted = np.einsum("ij,jk,ik->i", columns, self.covariance, columns)
+        rows = _rows(self.theta, data, (x, y), (-y / radius, x / radius), 1.0 / radius)
+        own = self.covariance[: len(rows), : len(rows)]
+        fitted = np.einsum("ij,ij->j", own @ rows, rows)
         sigma_y = data.sigma_q * np.exp(-self.theta[self.layout.log_gain])
         # noise along the circle, through the slopes of arctan; then what the fit leaves open
         return np.asarray(((data.sigma_i * y) ** 2 + (sigma_y * x) ** 2) / radius**4 + fitted)
 
 
 def fit_circle(
-    data: CircleData, start: FloatArray, prior_mean: FloatArray, settings: CircleSettings = CIRCLE
+    data: CircleData,
+    start: FloatArray,
+    prior_mean: FloatArray,
+    deviation: FloatArray | None = None,
+    updates: int | None = None,
+    settings: CircleSettings = CIRCLE,
 ) -> CircleFit:
     """Fit r = |z| / A - 1 - sigma^2 / (2 A^2) by damped Gauss-Newton with robust weights.
 
@@ -224,6 +150,10 @@ def fit_circle(
         First guess of theta, shape (layout.size,).
     prior_mean
         Of the constants, shape (5,): a still ellipse is never far from the truth, a map's freedom can be.
+    deviation
+        Of the priors, as another fit has found them.
+    updates
+        How often these are re-estimated; None: as the settings say.
     settings
         Priors and stops.
 
@@ -239,9 +169,12 @@ def fit_circle(
     sd[layout.log_gain], sd[layout.quadrature_error] = settings.log_gain, settings.quadrature_error_rad
     sd[layout.log_amplitude] = settings.log_amplitude
     sd[layout.bias], sd[layout.amplitude_map] = settings.bias, settings.log_amplitude_map
+    if deviation is not None:
+        sd = deviation.copy()
     fit = _minimise(data, start, mean, sd, settings)
     groups = [places for places in (layout.bias, layout.amplitude_map) if places.stop > places.start]
-    for _ in range(settings.updates if groups else 0):
+    updates = settings.updates if updates is None else updates
+    for _ in range(updates if groups else 0):
         for group in groups:
             sd[group] = _updated_deviation(float(sd[group.start]), fit, group, settings)
         fit = _minimise(data, fit.theta, mean, sd, settings)
@@ -260,6 +193,7 @@ def _updated_deviation(sd: float, fit: CircleFit, group: slice, settings: Circle
 def _minimise(
     data: CircleData, theta: FloatArray, mean: FloatArray, sd: FloatArray, settings: CircleSettings
 ) -> CircleFit:
+    sd = sd.copy()
     layout, precision = data.layout, 1.0 / sd**2
     damping = settings.first_damping
     at = _evaluate(theta, data, mean, precision, settings)
@@ -270,6 +204,9 @@ def _minimise(
         _, step, failed = dposv(damped, -slope)  # positive definite by its priors
         if failed:
             raise SolveError("The circle of a receiver cannot be fitted: its normal matrix is not positive definite.")
+        # it would end here if it gained no more than its slope says
+        if -0.5 * float(slope @ step) < settings.worth * settings.close:
+            break
         trial = at.theta + step
         # tan eps has a pole: a step across it never comes back
         trial[layout.front_end] = np.clip(trial[layout.front_end], -settings.furthest, settings.furthest)
@@ -287,7 +224,7 @@ def _minimise(
                 break
     covariance: FloatArray = np.asarray(np.linalg.inv(normal))
     evidence = -at.cost - 0.5 * np.linalg.slogdet(normal)[1] + 0.5 * float(np.log(precision).sum())
-    return CircleFit(layout, at.theta, covariance, evidence, float((at.weight * at.residual**2).mean()))
+    return CircleFit(layout, at.theta, covariance, evidence, float((at.weight * at.residual**2).mean()), sd)
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,42 +260,58 @@ def _evaluate(
 
 def _normal(at: _Evaluated, data: CircleData, mean: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the normal matrix and the slope of the cost."""
-    layout = data.layout
-    columns = _columns(at.theta, data, *at.point, tangential=False)
-    columns[:, layout.log_amplitude] = -at.radius
-    columns[:, layout.amplitude_map] = -at.radius[:, None] * data.amplitude_map
+    x, y = at.point
     root = np.sqrt(at.weight)
-    columns *= (root / at.sigma_radius)[:, None]
-    normal = columns.T @ columns
+    weight = root / at.sigma_radius
+    rows = _rows(at.theta, data, (x, y), (x / at.radius, y / at.radius), weight, -at.radius * weight)
+    normal = rows @ rows.T
     normal.flat[:: precision.size + 1] += precision
-    return normal, columns.T @ (root * at.residual) + precision * (at.theta - mean)
+    return normal, rows @ (root * at.residual) + precision * (at.theta - mean)
 
 
-def _columns(theta: FloatArray, data: CircleData, x: FloatArray, y: FloatArray, *, tangential: bool) -> FloatArray:
-    """Return the derivative of the radial (or tangential) coordinate of z with respect to theta."""
-    layout = data.layout
-    radius = np.sqrt(x * x + y * y)
-    along_x, along_y = (-y / radius, x / radius) if tangential else (x / radius, y / radius)
+def _rows(
+    theta: FloatArray,
+    data: CircleData,
+    point: tuple[FloatArray, FloatArray],
+    along: tuple[FloatArray, FloatArray],
+    weight: FloatArray,
+    by_amplitude: FloatArray | None = None,
+) -> FloatArray:
+    """Return the weighed derivatives of z along a direction at each bin, one row an unknown, shape (n, n_bins).
+
+    Parameters
+    ----------
+    theta, data
+        Unknowns and bins.
+    point, along
+        X and Y, and the direction, each of two rows.
+    weight
+        Of each bin.
+    by_amplitude
+        Weighed derivative with respect to the log of the amplitude. Without it there are no rows of the amplitude's
+        map, the last ones, and that of the amplitude is zero.
+    """
+    layout, (x, y), (along_x, along_y) = data.layout, point, along
     gain, error = np.exp(theta[layout.log_gain]), theta[layout.quadrature_error]
     tangent, cosine = np.tan(error), np.cos(error)
-    by_i = -(along_x - along_y * tangent)
-    by_q = -along_y / (gain * cosine)
-    out = np.zeros((x.size, theta.size))
-    out[:, layout.offset_i], out[:, layout.offset_q] = by_i, by_q
-    out[:, layout.log_gain] = -along_y * (y + x * tangent)
-    out[:, layout.quadrature_error] = along_y * (-x + y * tangent)
-    out[:, layout.bias_i] = by_i[:, None] * data.bias
-    out[:, layout.bias_q] = by_q[:, None] * data.bias
+    along_y = along_y * weight
+    by_i = along_y * tangent - along_x * weight
+    by_q = along_y * (-1.0 / (gain * cosine))
+    out = np.empty((layout.amplitude_map.start if by_amplitude is None else layout.size, x.size))
+    out[layout.offset_i], out[layout.offset_q] = by_i, by_q
+    out[layout.log_gain] = -along_y * (y + x * tangent)
+    out[layout.quadrature_error] = along_y * (y * tangent - x)
+    out[layout.log_amplitude] = 0.0 if by_amplitude is None else by_amplitude
+    np.multiply(by_i, data.bias.T, out=out[layout.bias_i])
+    np.multiply(by_q, data.bias.T, out=out[layout.bias_q])
+    if by_amplitude is not None:
+        np.multiply(by_amplitude, data.amplitude_map.T, out=out[layout.amplitude_map])
     return out
 
 
 def _centre(theta: FloatArray, layout: CircleLayout, bias: FloatArray) -> FloatArray:
-    return np.stack(
-        [
-            theta[layout.offset_i] + bias @ theta[layout.bias_i],
-            theta[layout.offset_q] + bias @ theta[layout.bias_q],
-        ]
-    )
+    offset = theta[[layout.offset_i, layout.offset_q], None]
+    return np.asarray(offset + theta[layout.bias].reshape(2, -1) @ bias.T)
 
 
 def _point(theta: FloatArray, layout: CircleLayout, i: FloatArray, q: FloatArray, bias: FloatArray) -> FloatArray:

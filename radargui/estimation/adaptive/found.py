@@ -12,14 +12,18 @@ from radargui.estimation.adaptive.rounds import (
     Round,
     best_round,
     first_round,
+    moved_round,
     next_round,
+    quick_round,
+    refined,
     still_round,
+    stride_of,
     timed_round,
 )
 from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe
 from radargui.estimation.forward.sphere import polarised_sphere
 from radargui.estimation.signals import ScaledSignals, scaled_signals
-from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup
 from radargui.motion.impacts import find_impacts, find_stops, find_turns
@@ -61,8 +65,10 @@ class AdaptiveRounds:
         The samples.
     data
         Bins and geometry.
-    first, last
-        The first round (range factor alone) and the last (maps).
+    rough
+        Phases that count the fringes.
+    last
+        The last round (maps).
     impact_s
         Impacts seen in the places; empty with fewer than three receivers.
     turn_s
@@ -71,10 +77,15 @@ class AdaptiveRounds:
 
     signals: ScaledSignals
     data: BinnedData
-    first: Round
+    rough: RoughPhases
     last: Round
     impact_s: FloatArray
     turn_s: FloatArray
+
+    @property
+    def first(self) -> Round:
+        """The first round (range factor alone), made when it is asked for."""
+        return first_round(self.data, _still(self.data, self.rough))
 
 
 def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
@@ -96,48 +107,60 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     antennas, release = place_antennas(setup), np.asarray(setup.tracer.release_position_m)
     impacts, sphere = np.zeros(0), polarised_sphere(setup)
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
+    found: tuple[Round, FloatArray] | None = None
     for _ in range(2):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         rest = bins.last_s < start
         data = BinnedData(
             bins, antennas, release, setup.radar.wavelength_m, rest, signals.delay_s, onset, sphere, multiplexer
         )
-        first, last = _from_count(data, rough)
+        if found is not None:
+            last = best_round(data, moved_round(data, *found), stride_of(data))
+            break
+        # which start is right, and where the impacts are, one length shows
+        if not rough.seen and antennas.n_receivers >= 3:
+            last = _from_count(data, rough, quick=True)
+            impacts = _impacts(data, last, np.asarray(setup.floor.normal))
+            if impacts.size and last.made_from is not None:
+                found = last.made_from, data.bins.time_s
+                continue
+        last = _from_count(data, rough)
         for receiver in () if impacts.size else rough.seen:
             other = rough.as_seen(receiver)
             tried = _from_count(data, other)
-            if tried[1].log_evidence > last.log_evidence:
-                rough, (first, last) = other, tried
+            if tried.log_evidence > last.log_evidence:
+                rough, last = other, tried
         if impacts.size or antennas.n_receivers < 3:
             break
         # once: bins that are broken at the impacts move them by less than a bin
         impacts = _impacts(data, last, np.asarray(setup.floor.normal))
         if impacts.size == 0:
             break
+    last = refined(data, last)
     turns = np.zeros(0) if antennas.n_receivers < 3 else _turns(data, last, np.asarray(setup.floor.normal), impacts)
-    return AdaptiveRounds(signals, data, first, last, impacts, turns)
+    return AdaptiveRounds(signals, data, rough, last, impacts, turns)
 
 
-def _from_count(data: BinnedData, rough: RoughPhases) -> tuple[Round, Round]:
-    """Return the first round and the best one with maps from still ellipses that count the fringes."""
+def _still(data: BinnedData, rough: RoughPhases) -> Round:
     counted = np.array([np.interp(data.bins.time_s, rough.time_s, row) for row in rough.phase_rad])
-    still = still_round(data, rough.ellipses, counted)
-    first = first_round(data, still)
-    return first, _with_maps(data, still, first)
+    return still_round(data, rough.ellipses, counted)
 
 
-def _with_maps(data: BinnedData, still: Round, first: Round) -> Round:
-    """Return the best round with maps; among starts that count other fringes the evidence decides.
+def _from_count(data: BinnedData, rough: RoughPhases, *, quick: bool = False) -> Round:
+    """Return the best round with maps from still ellipses that count the fringes.
 
-    Few fringes do not hold the circle of the range factor: its centre can run away and lose cycles.
+    Among starts that count other fringes the evidence decides. Rounds are of few bins; a quick one tries one length.
     """
+    still = _still(data, rough)
+    first = first_round(data, still, stride_of(data))
+    # few fringes do not hold the circle of the range factor: its centre can run away and lose cycles; and
     # an echo that grows otherwise than by its range leaves the circle of the range factor no centre
-    timed = timed_round(data, still)
-    last = best_round(data, next_round(data, first, START.first_length_m))
-    tried = [last]
+    stride, chosen = stride_of(data), quick_round if quick else best_round
+    timed = timed_round(data, still, stride)
+    tried = [chosen(data, next_round(data, first, START.first_length_m, stride), stride)]
     for other in (timed, still):
         if min(float(np.abs(one.phase_rad - other.phase_rad).max()) for one in tried) > START.other_count_rad:
-            tried.append(best_round(data, next_round(data, other, START.first_length_m)))
+            tried.append(chosen(data, next_round(data, other, START.first_length_m, stride), stride))
     return max(tried, key=lambda one: one.log_evidence)
 
 

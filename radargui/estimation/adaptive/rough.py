@@ -34,6 +34,8 @@ class RoughSettings:
         turn (2 sin 37 degrees): its radius is theirs.
     half_as_wide
         Only receivers that reach this share of the farthest tell a radius.
+    enough
+        Of more pooled samples than twice as many an ellipse is fitted to some only.
     """
 
     pool_s: float = 1e-4
@@ -45,6 +47,7 @@ class RoughSettings:
     least_kept: float = 0.5
     short_chord: float = 1.2
     half_as_wide: float = 0.5
+    enough: int = 6000
 
 
 ROUGH = RoughSettings()
@@ -100,9 +103,11 @@ def rough_phases(signals: ScaledSignals, onset_s: float, settings: RoughSettings
         # noise makes a path of its own, longer than that of a slow target
         arc = np.sqrt(np.maximum(arc**2 - noise**2, 0.05 * noise**2 + 1e-12))
         weight = np.minimum(arc, np.quantile(arc[moving], settings.arc_quantile))[moving]
-        ellipse = fit_still_ellipse(i[moving], q[moving], weight)
+        part = np.flatnonzero(moving)[:: max(1, weight.size // settings.enough)]
+        i, q, weight = i[part], q[part], weight[:: max(1, weight.size // settings.enough)]
+        ellipse = fit_still_ellipse(i, q, weight)
         for _ in range(2):
-            ellipse = _drop_outliers(i[moving], q[moving], weight, ellipse, settings)
+            ellipse = _drop_outliers(i, q, weight, ellipse, settings)
         fitted.append(ellipse)
     ellipses = _arcs_completed(smooth, moving, fitted, signals.scale_v, settings)
     pairs = pooled.value.reshape(-1, 2, pooled.time_s.size)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.adaptive.circle_data import at_one_time, circle_data, map_places
-from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit, CircleLayout, fit_circle
+from radargui.estimation.adaptive.circle_fit import CircleData, CircleFit, fit_circle
+from radargui.estimation.adaptive.circle_layout import CircleLayout
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.parameters import ReceiverConstants
@@ -31,6 +32,11 @@ class MapRoundSettings:
         Bumps of the amplitude over time, where it is a function of time.
     least_normal
         Added to the normal matrix where an earlier map is projected on new functions, which may hardly differ.
+    quick_length_m
+        The one length of a round that only shows where the impacts are.
+    few_bins, strides
+        So many bins at least choose a start and a length; of more every fifth, seventh ... does. None of these has a
+        factor in common with the bins of a fringe, so that all phases are among them.
     """
 
     lengths_m: tuple[float, ...] = (0.06, 0.09, 0.13, 0.20)
@@ -38,6 +44,9 @@ class MapRoundSettings:
     amplitude_longer: float = 1.5
     time_functions: int = 16
     least_normal: float = 1e-3
+    quick_length_m: float = 0.13
+    few_bins: int = 600
+    strides: tuple[int, ...] = (1, 5, 7, 11, 13, 17, 19, 23, 25, 29)
 
 
 MAP_ROUNDS = MapRoundSettings()
@@ -69,6 +78,8 @@ class Round:
         Constants of the first round, prior means of the further ones, shape (n_receivers, 5) as in `CircleLayout`.
     holds_count
         Whether further rounds keep this one's count of the fringes, however near the signal comes to the centre.
+    made_from, stride
+        The round before it, with maps; and of how many bins one was fitted.
     """
 
     phase_rad: FloatArray
@@ -82,6 +93,8 @@ class Round:
     log_evidence: float
     prior_mean: FloatArray
     holds_count: bool = False
+    made_from: Round | None = None
+    stride: int = 1
 
     def mean_centre(self, receiver: int) -> FloatArray:
         """Return the offsets of I and Q with the mean of the bias over the bins, shape (2,)."""
@@ -143,18 +156,23 @@ def still_round(binned: BinnedData, ellipses: tuple[StillEllipse, ...], counted_
     )
 
 
-def first_round(binned: BinnedData, still: Round) -> Round:
+def first_round(binned: BinnedData, still: Round, stride: int = 1) -> Round:
     """Fit circles whose amplitude follows the range factor alone, starting from still ellipses."""
     data = circle_data(binned, still.value, still.phase_rad, still.place, None, None)
-    return _fit(binned, data, still, None, None, [fit.theta for fit in still.fits])
+    return _fit(binned, data, still, [fit.theta for fit in still.fits], stride)
 
 
-def timed_round(binned: BinnedData, still: Round, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
+def stride_of(binned: BinnedData, settings: MapRoundSettings = MAP_ROUNDS) -> int:
+    """Return of how many bins one is enough to choose by."""
+    return max(stride for stride in settings.strides if stride == 1 or stride * settings.few_bins <= binned.bins.n_bins)
+
+
+def timed_round(binned: BinnedData, still: Round, stride: int = 1, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
     """Fit circles whose amplitude is a smooth function of time: where it varies much, this is what finds the centre."""
     functions = _time_functions(binned, settings.time_functions)
     data = circle_data(binned, still.value, still.phase_rad, still.place, None, None)
     start = [np.concatenate([fit.theta, np.zeros(functions.shape[1])]) for fit in still.fits]
-    return _fit(binned, [replace(own, amplitude_map=functions) for own in data], still, None, None, start)
+    return _fit(binned, [replace(own, amplitude_map=functions) for own in data], still, start, stride)
 
 
 def _time_functions(binned: BinnedData, count: int) -> FloatArray:
@@ -165,46 +183,125 @@ def _time_functions(binned: BinnedData, count: int) -> FloatArray:
     return np.asarray(np.exp(-0.5 * ((np.maximum(time, moving[0])[:, None] - centre) / width) ** 2))
 
 
-def next_round(binned: BinnedData, before: Round, length_m: float, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
-    """Fit circles with maps of correlation length l over the places of the round before."""
+def next_round(
+    binned: BinnedData, before: Round, length_m: float, stride: int = 1, settings: MapRoundSettings = MAP_ROUNDS
+) -> Round:
+    """Fit circles with maps of correlation length l over the places of the round before, to every so manieth bin."""
+    before = _at_one_time(binned, before)
+    return _round_of_maps(binned, before, _maps(binned, before, length_m, stride, settings), stride)
+
+
+def refined(binned: BinnedData, one: Round) -> Round:
+    """Return a round with maps fitted to all bins."""
+    before = one.made_from
+    if one.stride == 1 or before is None or one.bias is None or one.amplitude_map is None:
+        return one
+    data = circle_data(binned, before.value, before.phase_rad, before.place, one.bias, one.amplitude_map)
+    # few bins have found the deviations but for what more of them determine
+    fits = tuple(
+        fit_circle(own, fit.theta, mean, fit.deviation, updates=1)
+        for own, fit, mean in zip(data, one.fits, before.prior_mean, strict=True)
+    )
+    return _round(binned, data, before, _Maps(one.bias, one.amplitude_map, fits), 1)
+
+
+def moved_round(binned: BinnedData, one: Round, was_s: FloatArray) -> Round:
+    """Return a round of bins at other times for these bins: what another round starts from.
+
+    Parameters
+    ----------
+    binned
+        The bins wanted.
+    one, was_s
+        The round, and the times of its bins.
+    """
+    phase, amplitude, place = (
+        np.array([np.interp(binned.bins.time_s, was_s, row) for row in rows])
+        for rows in (one.phase_rad, one.amplitude, one.place)
+    )
+    return replace(one, phase_rad=phase, amplitude=amplitude, place=place, value=binned.bins.value, made_from=None)
+
+
+def quick_round(binned: BinnedData, before: Round, stride: int, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
+    """Fit with one length, good enough to see where the impacts are."""
+    return next_round(binned, before, max(settings.quick_length_m, _shortest_m(before, settings)), stride, settings)
+
+
+def best_round(binned: BinnedData, before: Round, stride: int = 1, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
+    """Fit with several lengths and keep the one with the largest evidence, common to the receivers."""
+    # shorter ones could follow the wave itself, and leave nothing to the motion
+    shortest = _shortest_m(before, settings)
+    tried = [length for length in settings.lengths_m if length >= shortest] or [max(settings.lengths_m[-1], shortest)]
+    before = _at_one_time(binned, before)
+    maps = (_maps(binned, before, length, stride, settings) for length in tried)
+    return _round_of_maps(binned, before, max(maps, key=lambda one: one.log_evidence), stride)
+
+
+def _shortest_m(before: Round, settings: MapRoundSettings) -> float:
+    extent = float(np.linalg.norm(np.ptp(before.place, axis=1)))
+    fringes = float(np.ptp(before.phase_rad, axis=1).max()) / (2.0 * np.pi)
+    return settings.shortest_extents_a_fringe * extent / max(fringes, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Maps:
+    """Circles with maps, before phases are taken from them."""
+
+    bias: PositionBasis | None
+    amplitude_map: PositionBasis | None
+    fits: tuple[CircleFit, ...]
+
+    @property
+    def log_evidence(self) -> float:
+        return sum(fit.log_evidence for fit in self.fits)
+
+
+def _at_one_time(binned: BinnedData, before: Round) -> Round:
+    phase = before.phase_rad + before.rest_phase_rad[:, None]
+    return replace(before, value=at_one_time(binned, phase, before.amplitude, [fit.ellipse for fit in before.fits]))
+
+
+def _maps(binned: BinnedData, before: Round, length_m: float, stride: int, settings: MapRoundSettings) -> _Maps:
     # the rest would put all functions where the sphere hangs
     visited = before.place[:, ~binned.rest]
     bias, amplitude_map = make_basis(visited, length_m), make_basis(visited, settings.amplitude_longer * length_m)
-    start = [_carried(before, fit, bias, amplitude_map, settings.least_normal) for fit in before.fits]
-    ellipses = [fit.ellipse for fit in before.fits]
-    phase = before.phase_rad + before.rest_phase_rad[:, None]
-    value = at_one_time(binned, phase, before.amplitude, ellipses)
-    data = circle_data(binned, value, before.phase_rad, before.place, bias, amplitude_map)
-    return _fit(binned, data, replace(before, value=value), bias, amplitude_map, start)
+    data = circle_data(binned, before.value, before.phase_rad, before.place, bias, amplitude_map, stride)
+    starts = _carried(before, data, before.place[:, ::stride], settings.least_normal)
+    if before.bias is None:
+        fits = tuple(fit_circle(*own) for own in zip(data, starts, before.prior_mean, strict=True))
+    else:
+        # the deviations hardly depend on the length
+        deviations = [fit.deviation_of(data[0].layout) for fit in before.fits]
+        every = zip(data, starts, before.prior_mean, deviations, strict=True)
+        fits = tuple(fit_circle(*own, updates=1) for own in every)
+    return _Maps(bias, amplitude_map, fits)
 
 
-def best_round(binned: BinnedData, before: Round, settings: MapRoundSettings = MAP_ROUNDS) -> Round:
-    """Fit with several lengths and keep the one with the largest evidence, common to the receivers."""
-    extent = float(np.linalg.norm(np.ptp(before.place, axis=1)))
-    fringes = float(np.ptp(before.phase_rad, axis=1).max()) / (2.0 * np.pi)
-    shortest = settings.shortest_extents_a_fringe * extent / max(fringes, 1.0)
-    # shorter ones could follow the wave itself, and leave nothing to the motion
-    lengths = [length for length in settings.lengths_m if length >= shortest]
-    tried = lengths or [max(settings.lengths_m[-1], shortest)]
-    return max((next_round(binned, before, length) for length in tried), key=lambda one: one.log_evidence)
+def _round_of_maps(binned: BinnedData, before: Round, maps: _Maps, stride: int) -> Round:
+    data = circle_data(binned, before.value, before.phase_rad, before.place, maps.bias, maps.amplitude_map)
+    return _round(binned, data, before, maps, stride)
 
 
-def _carried(
-    before: Round, fit: CircleFit, bias: PositionBasis, amplitude_map: PositionBasis, least_normal: float
-) -> FloatArray:
-    """Return where an earlier round's fit starts with new functions: its maps projected on them."""
-    layout = CircleLayout(bias.size, amplitude_map.size)
-    out = np.zeros(layout.size)
-    out[layout.constants] = fit.theta[layout.constants]
+def _carried(before: Round, data: list[CircleData], place: FloatArray, least_normal: float) -> list[FloatArray]:
+    """Return where earlier fits start with new functions, those of data at places: their maps projected on them."""
+    layout = data[0].layout
+    starts = [np.zeros(layout.size) for _ in before.fits]
+    for out, fit in zip(starts, before.fits, strict=True):
+        out[layout.constants] = fit.theta[layout.constants]
     if before.bias is None or before.amplitude_map is None:
-        return out
-    place, old = before.place, fit.layout
-    new_bias, old_bias = bias(place), before.bias(place)
-    old_amplitude = before.amplitude_map(place) @ fit.theta[old.amplitude_map]
-    out[layout.bias_i] = _projected(new_bias, old_bias @ fit.theta[old.bias_i], least_normal)
-    out[layout.bias_q] = _projected(new_bias, old_bias @ fit.theta[old.bias_q], least_normal)
-    out[layout.amplitude_map] = _projected(amplitude_map(place), old_amplitude, least_normal)
-    return out
+        return starts
+    old = before.fits[0].layout
+    thetas = np.array([fit.theta for fit in before.fits])
+    old_bias, old_amplitude = before.bias(place), before.amplitude_map(place)
+    for new, was, functions, values in (
+        (layout.bias_i, old.bias_i, data[0].bias, old_bias),
+        (layout.bias_q, old.bias_q, data[0].bias, old_bias),
+        (layout.amplitude_map, old.amplitude_map, data[0].amplitude_map, old_amplitude),
+    ):
+        projected = _projected(functions, values @ thetas[:, was].T, least_normal)
+        for out, own in zip(starts, projected.T, strict=True):
+            out[new] = own
+    return starts
 
 
 def _projected(functions: FloatArray, values: FloatArray, least_normal: float) -> FloatArray:
@@ -212,22 +309,22 @@ def _projected(functions: FloatArray, values: FloatArray, least_normal: float) -
     return np.asarray(np.linalg.solve(normal, functions.T @ values))
 
 
-def _fit(
-    binned: BinnedData,
-    data: list[CircleData],
-    before: Round,
-    bias: PositionBasis | None,
-    amplitude_map: PositionBasis | None,
-    start: list[FloatArray],
-) -> Round:
-    prior_mean = before.prior_mean
-    fits = tuple(fit_circle(own, theta, mean) for own, theta, mean in zip(data, start, prior_mean, strict=True))
+def _fit(binned: BinnedData, data: list[CircleData], before: Round, start: list[FloatArray], stride: int = 1) -> Round:
+    """Return the round of circles without maps."""
+    thin = [own.every(stride) for own in data]
+    fits = tuple(fit_circle(*own) for own in zip(thin, start, before.prior_mean, strict=True))
+    return _round(binned, data, before, _Maps(None, None, fits), stride)
+
+
+def _round(binned: BinnedData, data: list[CircleData], before: Round, maps: _Maps, stride: int) -> Round:
+    """Return the round of circles, with the phases that all bins have then."""
+    fits, prior_mean = maps.fits, before.prior_mean
     phase, at_rest = _phases(
         [fit.point(own.i, own.q, own.bias) for fit, own in zip(fits, data, strict=True)],
         binned.rest,
         before.phase_rad if before.holds_count else None,
     )
-    if bias is None:
+    if maps.bias is None:
         prior_mean = np.array([fit.theta[CircleLayout.constants] for fit in fits])
     return Round(
         phase_rad=phase,
@@ -236,11 +333,14 @@ def _fit(
         amplitude=np.array([fit.amplitude(own) for fit, own in zip(fits, data, strict=True)]),
         place=_places(binned, phase),
         fits=fits,
-        bias=bias,
-        amplitude_map=amplitude_map,
-        log_evidence=sum(fit.log_evidence for fit in fits),
+        bias=maps.bias,
+        amplitude_map=maps.amplitude_map,
+        log_evidence=maps.log_evidence,
         prior_mean=prior_mean,
         holds_count=before.holds_count,
+        # one step back: what comes before that is not needed again
+        made_from=None if maps.bias is None else replace(before, made_from=None),
+        stride=stride,
     )
 
 

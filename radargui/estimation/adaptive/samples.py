@@ -12,7 +12,7 @@ from radargui.estimation.adaptive.circle_fit import CircleData
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.signals import ScaledSignals
 from radargui.model.arrays import ComplexArray, FloatArray, pieces
-from radargui.model.front_end_equations import channels_of, point_of
+from radargui.model.front_end import channels_of, point_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,8 @@ def circles_at_samples(
     binned, last, time = found.data, found.last, signals.time_s
     at = binned.bins.time_s
     n = binned.antennas.n_receivers
-    length = max(1, round(signals.rate_hz / (2.0 * settings.bandwidth_hz)))
+    # odd: a mean over an even number stands half a sample late
+    length = 2 * int(signals.rate_hz / (4.0 * settings.bandwidth_hz)) + 1
     phase, u_phase, out_i, out_q = (np.empty((n, time.size)) for _ in range(4))
     data = circle_data(binned, last.value, last.phase_rad, last.place, last.bias, last.amplitude_map)
     for k, (fit, own) in enumerate(zip(last.fits, data, strict=True)):

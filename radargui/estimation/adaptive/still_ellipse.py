@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.model.front_end_equations import point_of
+from radargui.model.front_end import point_of
 
 
 @dataclass(frozen=True, slots=True)

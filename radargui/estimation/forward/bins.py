@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.signals import ScaledSignals
-from radargui.geometry.antennas import Antennas
+from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -187,7 +187,7 @@ def _average(signals: ScaledSignals, label: IntArray) -> Bins:
     mean_time = np.add.reduceat(time, first) / count
     # of the samples that are there: the nodes then stand for them, also in a bin with a hole
     offset = time - np.repeat(mean_time, count)
-    spread = np.sqrt(np.add.reduceat(offset**2, first) / count)
+    spread = np.sqrt(np.add.reduceat(offset**2, first) / count + signals.spread_s**2)
     mean = np.add.reduceat(value, first, axis=1) / count
     sigma = signals.sigma[:, None] / np.sqrt(count)
     return Bins(mean_time, spread, mean, sigma, count, time[first], time[first + count - 1], np.ones_like(sigma))

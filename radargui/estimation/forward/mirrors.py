@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from radargui.geometry.reflectors import mirror
+from radargui.geometry.path_length import mirror
 from radargui.model.arrays import ComplexArray, FloatArray
 
 FLOOR, WALL = "floor", "wall"
@@ -55,6 +55,13 @@ class MirrorPlane:
         # a direction has no place: mirrored in the parallel plane through the origin
         return mirror(direction, self._tilted(unknown), 0.0)
 
+    def lean(self, unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return (n_x, n_y) / n_z, shape (2,), and its derivatives by the two tilts, shape (2, 2)."""
+        tangents = np.array(_tangents(tuple(self.normal.tolist())))
+        normal = self.normal + unknown[:2] @ tangents
+        slope = normal[:2] / normal[2]
+        return slope, np.asarray((tangents[:, :2] - np.outer(tangents[:, 2], slope)).T / normal[2])
+
     def _tilted(self, unknown: FloatArray) -> FloatArray:
         first, second = _tangents(tuple(self.normal.tolist()))
         # small turns as sums; normalised, so that the image keeps its distance
@@ -76,67 +83,14 @@ class MirrorPlane:
         return np.array([*by_tilts, 2.0 * (normal @ self.normal) * normal])
 
 
-@dataclass(frozen=True, slots=True)
-class Detour:
-    """The path over one mirror relative to the direct path, phase referenced to the release position.
+def distances(place_m: FloatArray, points_m: FloatArray) -> FloatArray:
+    """Return |p - a| for places (3, n) and some antennas or images a, (n_points, 3), shape (n_points, n).
 
-    rho(p) = (r / r') exp(jK [(r' - r) - (r' - r at release)]), r = |p - a|, r' = |p - a'|.
-
-    Attributes
-    ----------
-    ratio
-        rho, shape (...).
-    slope
-        d ln rho / dp, shape (3, ...).
-    plane
-        d ln rho / d(tilt, tilt, shift), shape (3, ...).
+    |p|^2 + |a|^2 - 2 p.a is a product of matrices; a tracer keeps centimetres away from them.
     """
-
-    ratio: ComplexArray
-    slope: ComplexArray
-    plane: ComplexArray
-
-
-def detour(
-    place: FloatArray, antenna_m: FloatArray, plane: MirrorPlane, unknown: FloatArray, release_m: FloatArray, k: float
-) -> Detour:
-    """Return the detour over a mirror for places (3, ...), k the wavenumber."""
-    tail = (1,) * (place.ndim - 1)
-    image = plane.image(antenna_m, unknown)
-    direct, mirrored = place - antenna_m.reshape(3, *tail), place - image.reshape(3, *tail)
-    r, r_image = _length(direct), _length(mirrored)
-    # zero at the release: else every shift of the plane would turn T and R by radians, and nothing would converge
-    at_rest = release_m - image
-    rest_m = np.linalg.norm(at_rest)
-    phase = k * (r_image - r - (rest_m - np.linalg.norm(release_m - antenna_m)))
-    # spreading: the longer way arrives weaker
-    ratio = r / r_image * turned(phase)
-    direct, mirrored = direct / r, mirrored / r_image
-    moved = plane.image_slope(antenna_m, unknown)
-    lengthened = -(moved @ mirrored.reshape(3, -1)).reshape(place.shape)
-    at_release = -(moved @ at_rest / rest_m).reshape(3, *tail)
-    slope, by_plane = np.empty(place.shape, complex), np.empty(place.shape, complex)
-    # amplitude in the real part, phase in the imaginary one: d ln rho needs no division by rho
-    slope.real, slope.imag = direct / r - mirrored / r_image, k * (mirrored - direct)
-    by_plane.real, by_plane.imag = -lengthened / r_image, k * (lengthened - at_release)
-    return Detour(ratio, slope, by_plane)
-
-
-def detour_ratio(
-    place: FloatArray, antenna_m: FloatArray, plane: MirrorPlane, unknown: FloatArray, release_m: FloatArray, k: float
-) -> ComplexArray:
-    """Return only rho of the detour over a mirror, without derivatives."""
-    image = plane.image(antenna_m, unknown)
-
-    tail = (1,) * (place.ndim - 1)
-    r, r_image = (_length(place - point.reshape(3, *tail)) for point in (antenna_m, image))
-    at_rest = np.linalg.norm(release_m - image) - np.linalg.norm(release_m - antenna_m)
-    return np.asarray(r / r_image * turned(k * (r_image - r - at_rest)))
-
-
-def _length(vectors: FloatArray) -> FloatArray:
-    x, y, z = vectors
-    return np.asarray(np.sqrt(x * x + y * y + z * z))
+    square = (points_m**2).sum(axis=1)[:, None] + (place_m * place_m).sum(axis=0)
+    square -= 2.0 * (points_m @ place_m)
+    return np.asarray(np.sqrt(square, out=square))
 
 
 def turned(phase: FloatArray) -> ComplexArray:

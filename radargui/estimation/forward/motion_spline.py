@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import BSpline
 from scipy.sparse import csr_matrix
 
-from radargui.model.arrays import FloatArray, IntArray
+from radargui.estimation.forward.banded_rows import BandedRows
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +32,80 @@ class SplineSettings:
 
 
 SPLINE = SplineSettings()
+_STENCILS = np.array(
+    [
+        np.array([-1.0, 9.0, 9.0, -1.0]) / 16.0,
+        np.array([1.0, -27.0, 27.0, -1.0]) / 24.0,
+        [0.5, -0.5, -0.5, 0.5],
+        [-1.0, 3.0, -3.0, 1.0],
+    ]
+)
+"""Value and derivatives of a cubic in the middle of four even points, over powers of their distance."""
 
 
 @dataclass(frozen=True, slots=True)
+class SpanPolynomials:
+    """The four functions of each span as Taylor series about its middle, in shares s of the distance between edges.
+
+    Knots move with the breaks, and triple knots part the functions there: in s nothing depends on the breaks' times.
+
+    Attributes
+    ----------
+    segment, middle, length
+        Between which edges each span lies, and its middle and length as shares, shape (n_spans,).
+    first
+        Number of the first of the four functions.
+    series
+        Derivatives by s of order 0 to 3, shape (4, n_spans, 4).
+    """
+
+    segment: IntArray
+    middle: FloatArray
+    length: FloatArray
+    first: IntArray
+    series: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class SplineSeries:
+    """B and its derivatives at some times.
+
+    Attributes
+    ----------
+    value
+        Derivatives of order 0 to 3 of the four functions that are not zero there, shape (4, n, 4).
+    first
+        Number of the first of them (`BandedRows`).
+    low_s, high_s
+        Between these the series of Taylor is the spline itself, shape (n,).
+    size
+        Number of coefficients.
+    """
+
+    value: FloatArray
+    first: IntArray
+    low_s: FloatArray
+    high_s: FloatArray
+    size: int
+
+    def rows(self, order: int = 0) -> BandedRows:
+        """Return the rows of a derivative."""
+        return BandedRows(self.value[order], self.first, self.size)
+
+    def beyond(self, time_s: FloatArray) -> BoolArray:
+        """Return which times, (..., n), lie where the series are no longer the spline."""
+        return np.asarray((time_s < self.low_s) | (time_s > self.high_s))
+
+    def motion(self, coefficients: FloatArray) -> FloatArray:
+        """Return p - p(start), velocity, acceleration and jerk for coefficients (size, 3), shape (4, 3, n)."""
+        padded = np.concatenate([np.zeros_like(coefficients[:1]), coefficients]).T.copy()
+        out = self.value[:, None, :, 0] * padded[:, self.first]
+        for k in range(1, 4):
+            out += self.value[:, None, :, k] * padded[:, self.first + k]
+        return np.asarray(out)
+
+
+@dataclass(frozen=True)
 class MotionSpline:
     """p(t) - p(start) = B(t) c with triple knots at breaks: position continuous, velocity free to jump.
 
@@ -72,10 +145,13 @@ class MotionSpline:
             parts += [first + (last - first) * share[:-1], np.repeat(last, 2)]
         return np.concatenate([*parts, np.repeat(self.edge_s[-1], 2)])
 
+    def rows(self, time_s: FloatArray) -> BandedRows:
+        """Return B at times, (n, size); rows before the start are zero, after the end constant."""
+        return self.series(time_s).rows()
+
     def design(self, time_s: FloatArray) -> csr_matrix:
-        """Return B at times, shape (n, size); rows before the start are zero, after the end constant."""
-        value, first = self._basis(time_s)
-        return self._rows(value, first)
+        """Return B at times as a matrix."""
+        return self.rows(time_s).matrix
 
     def offset(self, time_s: FloatArray, coefficients: FloatArray) -> FloatArray:
         """Return B(t) c = p(t) - p(start) for coefficients (size, k), shape (n, k)."""
@@ -83,62 +159,114 @@ class MotionSpline:
 
     def with_breaks(self, break_s: FloatArray) -> MotionSpline:
         """Return the spline with its breaks moved."""
-        return MotionSpline(np.concatenate([self.edge_s[:1], break_s, self.edge_s[-1:]]), self.fractions)
+        moved = MotionSpline(np.concatenate([self.edge_s[:1], break_s, self.edge_s[-1:]]), self.fractions)
+        # the same shares: found once for all times of the breaks
+        moved.__dict__["polynomials"] = self.polynomials
+        return moved
 
-    def break_slopes(self, time_s: FloatArray, coefficients: FloatArray) -> csr_matrix:
-        """Return dp/dtau of each break at fixed coefficients, x, y, z interleaved, shape (3 n, n_breaks).
+    def break_shares(self, time_s: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return dp/dtau over the velocity for the breaks before and after each time, and their numbers, both (n, 2).
 
         Between edges a and b the motion is a function of s = (t - a) / (b - a) alone, because the knots move with the
-        breaks: dp/da = -(1 - s) v, dp/db = -s v.
+        breaks: dp/da = -(1 - s) v, dp/db = -s v. The start and the end do not move: their share is zero, their number
+        that of some break.
         """
-        # exact, at the cost of a velocity: without it impact times would need numerical columns
-        velocity = self._derivative(time_s, coefficients, 1)
-        part = np.searchsorted(self.edge_s, time_s) - 1
-        inside = (part >= 0) & (part < self.edge_s.size - 1)
-        part = np.where(inside, part, 0)
+        part = np.clip(np.searchsorted(self.edge_s, time_s) - 1, 0, self.edge_s.size - 2)
         share = (time_s - self.edge_s[part]) / np.diff(self.edge_s)[part]
-        row = np.arange(time_s.size)
-        out = []
-        for number, weight in ((part - 1, share - 1.0), (part, -share)):
-            use = inside & (number >= 0) & (number < self.break_s.size)
-            rows, columns = (3 * row[use, None] + np.arange(3)).ravel(), np.repeat(number[use], 3)
-            values = (weight[:, None] * velocity)[use].ravel()
-            out.append(csr_matrix((values, (rows, columns)), shape=(3 * time_s.size, self.break_s.size)))
-        return csr_matrix(out[0] + out[1])
+        inside = (share > 0.0) & (share <= 1.0)
+        out, number = np.stack([share - 1.0, -share], axis=1), np.stack([part - 1, part], axis=1)
+        out *= inside[:, None] & (number >= 0) & (number < self.break_s.size)
+        return out, np.clip(number, 0, max(self.break_s.size - 1, 0))
 
-    def jerk(self) -> tuple[csr_matrix, FloatArray, FloatArray]:
-        """Return the matrix of the third derivative in each span, the spans' middles, and their lengths.
+    def break_slopes(self, time_s: FloatArray, coefficients: FloatArray) -> csr_matrix:
+        """Return dp/dtau of each break at fixed coefficients, x, y, z interleaved, shape (3 n, n_breaks)."""
+        # exact, at the cost of a velocity: without it impact times would need numerical columns
+        if not self.break_s.size:
+            return csr_matrix((3 * time_s.size, 0))
+        share, number = self.break_shares(time_s)
+        values = self.velocity(time_s, coefficients)[:, :, None] * share[:, None, :]
+        columns = np.repeat(number[:, None], 3, axis=1)
+        return csr_matrix(
+            (values.ravel(), columns.ravel(), np.arange(0, values.size + 1, 2)),
+            shape=(3 * time_s.size, self.break_s.size),
+        )
 
-        A cubic's third derivative is its third difference at four even points over h^3.
-        """
+    def velocity(self, time_s: FloatArray, coefficients: FloatArray) -> FloatArray:
+        """Return the velocity for coefficients (size, k), shape (n, k)."""
+        return self._derivative(time_s, coefficients, 1)
+
+    @cached_property
+    def polynomials(self) -> SpanPolynomials:
+        """The functions of each span, from their values at four even points."""
+        segment = np.repeat(np.arange(len(self.spans)), self.spans)
+        begin = np.concatenate([share[:-1] for share in self.fractions])
+        length = np.concatenate([np.diff(share) for share in self.fractions])
+        # inside the span: no knot between them, so that differences of a cubic are exact
+        points = segment[:, None] + begin[:, None] + (0.5 + np.arange(4)) * (length[:, None] / 4.0)
+        unit = MotionSpline(np.arange(float(self.edge_s.size)), self.fractions)
+        matrix = BSpline.design_matrix(points.ravel(), unit.knots(), 3)
+        series = np.moveaxis(_STENCILS @ matrix.data.reshape(-1, 4, 4), 1, 0)
+        series = series / (length[:, None] / 4.0) ** np.arange(4)[:, None, None]
+        return SpanPolynomials(segment, begin + 0.5 * length, length, matrix.indices[::16].astype(np.intp), series)
+
+    def series(self, time_s: FloatArray) -> SplineSeries:
+        """Return B and its derivatives at times, (n,); before the start and after the end the motion stands still."""
+        unit, edges = self.polynomials, self._span_edges()
+        # before the release it hangs, after the record nobody asks
+        clipped = np.clip(time_s, edges[0], edges[-1])
+        span = np.clip(np.searchsorted(edges, clipped, side="right") - 1, 0, edges.size - 2)
+        segment = unit.segment[span]
+        scale = 1.0 / np.diff(self.edge_s)[segment]
+        away = ((clipped - self.edge_s[segment]) * scale - unit.middle[span])[:, None]
+        f, slope, second, third = unit.series[:, span]
+        value = np.stack(
+            [
+                f + away * (slope + away / 2.0 * (second + away / 3.0 * third)),
+                slope + away * (second + away / 2.0 * third),
+                second + away * third,
+                third,
+            ]
+        )
+        value[1:] *= (scale ** np.arange(1, 4)[:, None])[:, :, None]
+        low, high = edges[span], edges[span + 1]
+        still = clipped != time_s
+        if still.any():
+            value[1:, still] = 0.0
+            before = time_s < edges[0]
+            low = np.where(still, np.where(before, -np.inf, edges[-1]), low)
+            high = np.where(still, np.where(before, edges[0], np.inf), high)
+        return SplineSeries(value, unit.first[span], low, high, self.size)
+
+    def span_middles(self) -> FloatArray:
+        """Return the middles of the spans, shape (n_spans,)."""
+        unit = self.polynomials
+        return np.asarray(self.edge_s[unit.segment] + np.diff(self.edge_s)[unit.segment] * unit.middle)
+
+    def jerk(self) -> tuple[BandedRows, FloatArray, FloatArray]:
+        """Return the rows of the third derivative in each span, the spans' middles, and their lengths."""
+        unit, length = self.polynomials, np.diff(self.edge_s)[self.polynomials.segment]
+        third = unit.series[3] / length[:, None] ** 3
+        return BandedRows(third, unit.first, self.size), self.span_middles(), length * unit.length
+
+    def at_ends(self, span: IntArray, is_end: BoolArray) -> tuple[BandedRows, BandedRows]:
+        """Return the rows of velocity and acceleration at the begin or the end of spans, seen from inside them."""
+        unit = self.polynomials
+        _, slope, second, third = unit.series[:, span]
+        away = (np.where(is_end, 0.5, -0.5) * unit.length[span])[:, None]
+        length = np.diff(self.edge_s)[unit.segment[span], None]
+        velocity, acceleration = slope + away * (second + 0.5 * away * third), second + away * third
+        first = unit.first[span]
+        return BandedRows(velocity / length, first, self.size), BandedRows(acceleration / length**2, first, self.size)
+
+    def _span_edges(self) -> FloatArray:
         shares = zip(self.edge_s[:-1], self.edge_s[1:], self.fractions, strict=True)
-        edges = np.concatenate([*(a + (b - a) * share[:-1] for a, b, share in shares), self.edge_s[-1:]])
-        length = np.diff(edges)
-        # four even points inside the span: no knot between them, so that the difference is exact
-        h = length / 4.0
-        value, first = self._basis((edges[:-1, None] + (0.5 + np.arange(4)) * h[:, None]).ravel())
-        third = np.array([-1.0, 3.0, -3.0, 1.0]) @ value.reshape(-1, 4, 4)
-        return self._rows(third / h[:, None] ** 3, first[::4]), edges[:-1] + length / 2.0, length
+        return np.concatenate([*(a + (b - a) * share[:-1] for a, b, share in shares), self.edge_s[-1:]])
 
     def _derivative(self, time_s: FloatArray, coefficients: FloatArray, order: int) -> FloatArray:
         # before the release it hangs, after the record nobody asks
         clipped = np.clip(time_s, self.edge_s[0], self.edge_s[-1])
         first = np.zeros_like(coefficients[:1])
         return np.asarray(BSpline(self.knots(), np.concatenate([first, coefficients]), 3)(clipped, nu=order))
-
-    def _basis(self, time_s: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return the four functions that are not zero at each time, (n, 4), and the number of the first, (n,)."""
-        clipped = np.clip(time_s, self.edge_s[0], self.edge_s[-1])
-        matrix = BSpline.design_matrix(clipped, self.knots(), 3)
-        return matrix.data.reshape(-1, 4), matrix.indices[::4]
-
-    def _rows(self, value: FloatArray, first: IntArray) -> csr_matrix:
-        """Return rows of four neighbours each as a matrix, the first coefficient left out."""
-        # four functions live in each span; the very first coefficient is the release itself
-        column = first[:, None] + np.arange(-1, 3)
-        kept = column >= 0
-        pointer = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-        return csr_matrix((value[kept], column[kept], pointer), shape=(first.size, self.size))
 
 
 @dataclass(frozen=True, slots=True)

@@ -97,7 +97,10 @@ class ReceiverLayout:
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Numbers of breaks, mirrors, receivers, functions of a bias and an amplitude map, of slow noise; angles, kappa."""
+    """Numbers of breaks, mirrors, receivers, functions of a bias and an amplitude map, of slow noise; angles, kappa.
+
+    `flight` is 1 where something flies.
+    """
 
     breaks: int
     mirrors: int
@@ -107,6 +110,7 @@ class Sizes:
     drift: int
     polarization: int = 0
     crosstalk: int = 0
+    flight: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +121,8 @@ class Layout:
     ----------
     breaks
         Times of the breaks.
+    flight
+        Acceleration of gravity g_x, g_y, g_z (m/s^2) and drag k (1/m); none where nothing flies.
     planes
         Three a mirror: two tilts and a shift.
     transmitter_reflection
@@ -136,6 +142,7 @@ class Layout:
     """
 
     breaks: slice
+    flight: slice
     planes: slice
     transmitter_reflection: slice
     transmitter_lobe: slice
@@ -176,9 +183,10 @@ def make_layout(sizes: Sizes) -> Layout:
         return slice(end - count, end)
 
     two_a_mirror = 2 * sizes.mirrors
-    shared = (sizes.breaks, 3 * sizes.mirrors, two_a_mirror, two_a_mirror, sizes.polarization, sizes.crosstalk)
+    shared = (3 * sizes.mirrors, two_a_mirror, two_a_mirror, sizes.polarization, sizes.crosstalk)
+    breaks, flight = take(sizes.breaks), take(4 * sizes.flight)
     # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver
-    breaks, planes, reflection, lobe, polarization, crosstalk = (take(count) for count in shared)
+    planes, reflection, lobe, polarization, crosstalk = (take(count) for count in shared)
     receivers = [
         ReceiverLayout(
             phase=take(1).start,
@@ -198,4 +206,4 @@ def make_layout(sizes: Sizes) -> Layout:
         )
         for _ in range(sizes.receivers)
     ]
-    return Layout(breaks, planes, reflection, lobe, polarization, crosstalk, tuple(receivers), sizes, end)
+    return Layout(breaks, flight, planes, reflection, lobe, polarization, crosstalk, tuple(receivers), sizes, end)

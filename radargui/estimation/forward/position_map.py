@@ -90,13 +90,14 @@ def farthest_points(place: FloatArray, spacing_m: float, most: int) -> FloatArra
     # neighbours in time are neighbours in space
     thin = place[:, :: max(1, place.shape[1] // 3000)]
     chosen = [0]
-    distance = np.linalg.norm(thin - thin[:, :1], axis=0)
+    x, y = thin, np.square(thin).sum(axis=0)
+    distance = y - 2.0 * (x[:, 0] @ x) + y[0]
     while len(chosen) < most:
         farthest = int(np.argmax(distance))
-        if distance[farthest] < spacing_m:
+        if distance[farthest] < spacing_m**2:
             break
         chosen.append(farthest)
-        distance = np.minimum(distance, np.linalg.norm(thin - thin[:, farthest : farthest + 1], axis=0))
+        np.minimum(distance, y - 2.0 * (x[:, farthest] @ x) + y[farthest], out=distance)
     return np.asarray(thin[:, chosen])
 
 

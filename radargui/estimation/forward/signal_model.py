@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import MirrorPlane, detour_ratio, turned
-from radargui.estimation.forward.parameters import Layout, ReceiverLayout, pair_of
+from radargui.estimation.forward.mirrors import MirrorPlane, distances, turned
+from radargui.estimation.forward.parameters import Layout, ReceiverLayout
 from radargui.estimation.forward.sphere import SphereFactors, SphereFields, point_factors
-from radargui.geometry.antennas import Antennas
+from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray
-from radargui.model.front_end_equations import channels_of, q_by_quadrature_error
+from radargui.model.front_end import channels_of
 
 LOBE_LENGTH_M = 0.15  # height in which the lobes' parabolas count: about a motion's half, so that a and b are alike
 
@@ -86,9 +86,42 @@ class FrontEndState:
         """Return what I and Q show of their Z, both shapes (2, n): each channel is sampled at its own time."""
         return channels_of(z[0], z[1], self.gain_ratio, self.quadrature_error_rad)
 
-    def q_by_quadrature_error(self, z_of_q: ComplexArray) -> FloatArray:
-        """Return dQ / d eps for the Z of Q."""
-        return q_by_quadrature_error(z_of_q, self.gain_ratio, self.quadrature_error_rad)
+    @property
+    def turn(self) -> ComplexArray:
+        """H = (1, g (sin eps - j cos eps)): I and Q show Re h Z, their slope by eps is -Im h Z of Q; shape (2,)."""
+        error = self.quadrature_error_rad
+        return np.array([1.0, self.gain_ratio * (np.sin(error) - 1j * np.cos(error))])
+
+
+@dataclass(frozen=True, slots=True)
+class Waves:
+    """Waves that reach one receiver, over every way in (a) and out (b): 0 directly, m over mirror m.
+
+    Attributes
+    ----------
+    antenna_m
+        Transmitter and its images, receiver and its images, shape (2, 1 + n_mirrors, 3).
+    length_m
+        From these to the nodes, shape (2, 1 + n_mirrors, 2 channels, 2 nodes, n_bins).
+    path
+        h A exp(j phi) rho_a rho_b, whose real part the channels show, shape (1 + n_mirrors, 1 + n_mirrors, 2, 2,
+        n_bins).
+    mean
+        Of the nodes, shape (1 + n_mirrors, 1 + n_mirrors, 2, n_bins).
+    scattered, strength
+        What the sphere scatters that way, and the same times the reflections of a and b, shape (1 + n_mirrors, 1 +
+        n_mirrors, n_bins); n_bins may be 1 for a point.
+    height
+        Of the nodes, see `height_above_release`.
+    """
+
+    antenna_m: FloatArray
+    length_m: FloatArray
+    path: ComplexArray
+    mean: ComplexArray
+    scattered: ComplexArray
+    strength: ComplexArray
+    height: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,35 +165,73 @@ def receiver_signal(
     receiver
         Number.
     """
+    return signal_of(waves_at(node_m, theta, layout, inputs, receiver), theta, layout, inputs, receiver)
+
+
+def signal_of(waves: Waves, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int) -> ReceiverSignal:
+    """Return what the channels show of the waves; the other parameters as for `receiver_signal`."""
     own = layout.receivers[receiver]
-    sphere = inputs.sphere_factors(theta, layout, receiver)
-    direct = field_at_nodes(node_m, theta, layout, inputs, receiver, sphere)
+    z = shown(waves)
+    front_end, bias = FrontEndState.of(theta, own), bias_of(theta, own, inputs)
+    turn = front_end.turn[:, None]
+    besides = (turn * bias).real + theta[own.offset][:, None]
+    if layout.sizes.drift:
+        # the mixer's own, behind the front end's gain: pick-up and 1/f noise do not turn with the tracer
+        besides += np.stack([inputs.drift @ theta[own.drift_i], inputs.drift @ theta[own.drift_q]])
+    direct, field = ((one / turn).mean(axis=0) for one in (waves.mean[0, 0], z))
+    return ReceiverSignal(z.real + besides, direct, field, besides)
+
+
+def shown(waves: Waves) -> ComplexArray:
+    """Return h Z without bias, the sum over all ways, shape (2, n_bins)."""
+    if len(waves.mean) == 1:
+        return np.asarray(waves.mean[0, 0])
     # the mean of a wave over a bin is that at its two nodes (Bins)
-    z = (direct * _reflection_factor(node_m, theta, layout, inputs, receiver, sphere)).mean(axis=1)
-    bias, front_end = bias_of(theta, own, inputs), FrontEndState.of(theta, own)
-    # the mixer's own, behind the front end's gain: pick-up and 1/f noise do not turn with the tracer
-    drift = np.stack([inputs.drift @ theta[own.drift_i], inputs.drift @ theta[own.drift_q]])
-    besides = front_end.channels(np.stack([bias, bias])) + theta[own.offset][:, None] + drift
-    return ReceiverSignal(front_end.channels(z) + besides, direct.mean(axis=(0, 1)), z.mean(axis=0), besides)
+    return np.asarray((waves.strength[:, :, None] * waves.mean).sum(axis=(0, 1)))
 
 
-def field_at_nodes(
-    node_m: FloatArray,
-    theta: FloatArray,
-    layout: Layout,
-    inputs: ModelInputs,
-    receiver: int,
-    sphere: SphereFactors,
-) -> ComplexArray:
-    """Return A exp(j phi) without mirrors at the nodes, shape (2, 2, n_bins)."""
-    own = layout.receivers[receiver]
-    path = np.zeros(node_m.shape[1:])
-    for antenna in (inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]):
-        x, y, z = node_m - antenna[:, None, None, None]
-        # against the release: phi_0 is then the phase there, whatever the antennas' places
-        path += np.sqrt(x * x + y * y + z * z) - np.linalg.norm(inputs.release_m - antenna)
-    phase = inputs.wavenumber * path + theta[own.phase]
-    return np.asarray(amplitude_of(theta, own, inputs, receiver, sphere) * turned(phase))
+def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int) -> Waves:
+    """Return the waves of all ways from the transmitter to a receiver; parameters as for `receiver_signal`."""
+    own, shape, k = layout.receivers[receiver], node_m.shape[1:], inputs.wavenumber
+    unknown = layout.plane_unknowns(theta)
+    antenna_m = np.array(
+        [
+            [antenna, *(plane.image(antenna, one) for plane, one in zip(inputs.planes, unknown, strict=True))]
+            for antenna in (inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver])
+        ]
+    )
+    node = np.ascontiguousarray(node_m.reshape(3, -1))
+    length = distances(node, antenna_m.reshape(-1, 3)).reshape(2, -1, node.shape[1])
+    # against the release: phi_0 is then the phase there, whatever the antennas' places, and no shift of a plane turns
+    # T and R by radians
+    change = length - np.linalg.norm(inputs.release_m - antenna_m, axis=2)[:, :, None]
+    sphere = inputs.sphere_factors(theta, layout, receiver)
+    amplitude = FrontEndState.of(theta, own).turn[:, None] * amplitude_of(theta, own, inputs, receiver, sphere)
+    n_ways = antenna_m.shape[1]
+    path: ComplexArray = np.empty((n_ways, n_ways, *shape), complex)
+    path[0, 0] = amplitude[:, None] * turned(k * (change[0, 0] + change[1, 0]) + theta[own.phase]).reshape(shape)
+    height, strength = height_above_release(node_m, inputs), sphere.mirrored
+    if n_ways > 1:
+        # the longer way arrives weaker; a lobe changes it with height
+        lobes = np.exp(_lobe_exponents(theta, layout, own, height.ravel()))
+        share = lobes * length[:, :1] / length[:, 1:]
+        detour = (share * turned(k * (change[:, 1:] - change[:, :1]))).reshape(2, -1, *shape)
+        # over a mirror on the way in and on the way out: phases add, amplitudes multiply (image theory, Balanis 4.7)
+        np.multiply(path[0, 0], detour[0], out=path[1:, 0])
+        np.multiply(path[:, :1], detour[1], out=path[:, 1:])
+        strength = reflections(theta, layout, own)[:, :, None] * strength
+    mean = path.mean(axis=-2)
+    return Waves(antenna_m, length.reshape(2, -1, *shape), path, mean, sphere.mirrored, strength, height)
+
+
+def reflections(theta: FloatArray, layout: Layout, own: ReceiverLayout) -> ComplexArray:
+    """Return T_a R_b, T_0 = R_0 = 1, and X besides where both go over one mirror; (1 + n_mirrors, 1 + n_mirrors)."""
+    t, r, x = (
+        complex_of(theta[places])
+        for places in (layout.transmitter_reflection, own.receiver_reflection, own.double_reflection)
+    )
+    # a rough or small surface does not send both ways back alike: X takes what the product leaves
+    return np.asarray(np.outer(np.append(1.0, t), np.append(1.0, r)) + np.diag(np.append(0.0, x)))
 
 
 def amplitude_of(
@@ -176,53 +247,16 @@ def bias_of(theta: FloatArray, own: ReceiverLayout, inputs: ModelInputs) -> Comp
     return np.asarray(inputs.bias @ theta[own.bias_i] + 1j * (inputs.bias @ theta[own.bias_q]))
 
 
-def _reflection_factor(
-    node_m: FloatArray,
-    theta: FloatArray,
-    layout: Layout,
-    inputs: ModelInputs,
-    receiver: int,
-    sphere: SphereFactors,
-) -> ComplexArray | float:
-    """Return F, what the mirrors make of the direct field."""
-    if not inputs.planes:
-        return 1.0
-    own = layout.receivers[receiver]
-    t, r, x = (
-        complex_of(theta[places])
-        for places in (layout.transmitter_reflection, own.receiver_reflection, own.double_reflection)
-    )
-    antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
-    height, scattered = height_above_release(node_m, inputs), sphere.mirrored
-    # one is the direct path
-    out, sent, got = np.ones(node_m.shape[1:], complex), [], []
-    for m, (plane, unknown) in enumerate(zip(inputs.planes, layout.plane_unknowns(theta), strict=True)):
-        over_tx, over_rx = (
-            detour_ratio(node_m, antenna, plane, unknown, inputs.release_m, inputs.wavenumber)
-            * lobe_factor(theta[pair_of(lobes, m)], height)
-            for antenna, lobes in zip(antennas, (layout.transmitter_lobe, own.receiver_lobe), strict=True)
-        )
-        sent.append(t[m] * over_tx)
-        got.append(r[m] * over_rx)
-        out += sent[m] * scattered[1 + m, 0] + got[m] * scattered[0, 1 + m]
-        # a rough or small surface does not send both ways back alike: X takes what the product leaves
-        out += x[m] * scattered[1 + m, 1 + m] * (over_tx * over_rx)
-    # over a mirror on the way in and on the way out: phases add, amplitudes multiply (image theory, Balanis 4.7)
-    for m, over_tx in enumerate(sent):
-        for n, over_rx in enumerate(got):
-            out += over_tx * over_rx * scattered[1 + m, 1 + n]
-    return out
-
-
 def height_above_release(node_m: FloatArray, inputs: ModelInputs) -> FloatArray:
     """Return (z - z at release) in units of 0.15 m at the nodes."""
     return np.asarray((node_m[2] - inputs.release_m[2]) / LOBE_LENGTH_M)
 
 
-def lobe_factor(slope_and_bend: FloatArray, height: FloatArray) -> FloatArray:
-    """Return exp(a h + b h^2), what a mirror's lobe does to its reflection, for one mirror's pair (a, b)."""
-    slope, bend = slope_and_bend
-    return np.asarray(np.exp((slope + bend * height) * height))
+def _lobe_exponents(theta: FloatArray, layout: Layout, own: ReceiverLayout, height: FloatArray) -> FloatArray:
+    """Return a h + b h^2, the log of what a mirror's lobe does to its reflection, (2, n_mirrors, *height.shape)."""
+    pairs = np.array([theta[places].reshape(-1, 2) for places in (layout.transmitter_lobe, own.receiver_lobe)])
+    slope, bend = (pairs[..., k].reshape(2, -1, *(1,) * height.ndim) for k in range(2))
+    return np.asarray((slope + bend * height) * height)
 
 
 def complex_of(pairs: FloatArray) -> ComplexArray:

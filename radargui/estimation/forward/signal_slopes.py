@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import Detour, detour, turned
-from radargui.estimation.forward.parameters import Layout, pair_of
+from radargui.estimation.forward.parameters import Layout, ReceiverLayout
 from radargui.estimation.forward.signal_model import (
     FrontEndState,
     ModelInputs,
-    amplitude_of,
+    Waves,
     bias_of,
     complex_of,
-    height_above_release,
-    lobe_factor,
+    reflections,
+    shown,
+    waves_at,
 )
-from radargui.estimation.forward.sphere import SphereFactors
 from radargui.model.arrays import ComplexArray, FloatArray
 
 
@@ -27,19 +27,34 @@ class ReceiverSlopes:
 
     Attributes
     ----------
-    by_position
-        Shape (2, 3, n_bins).
-    by_own
-        With respect to the receiver's own unknowns before those of its slow noise, shape (2, n_bins, n_own); the slow
-        noise of a channel adds the inputs' functions to that channel alone.
-    by_shared
-        With respect to planes, the transmitter's reflections, their lobes, the transmitter's angle and crosstalk,
-        shape (2, n_bins, n).
+    at_nodes
+        By the position at each node, the means' halves not yet taken, shape (3, 2 channels, 2 nodes, n_bins).
+    columns
+        With respect to what the receivers share (planes, the transmitter's reflections, their lobes, the transmitter's
+        angle, crosstalk), then the receiver's own unknowns before those of its slow noise, shape (2, n_bins, n_shared +
+        n_own); the slow noise of a channel adds the inputs' functions to that channel alone.
+    n_shared
+        How many are shared.
     """
 
-    by_position: FloatArray
-    by_own: FloatArray
-    by_shared: FloatArray
+    at_nodes: FloatArray
+    columns: FloatArray
+    n_shared: int
+
+    @property
+    def by_position(self) -> FloatArray:
+        """By a position that both nodes share, shape (2, 3, n_bins)."""
+        return np.moveaxis(_mean(self.at_nodes), 0, 1)
+
+    @property
+    def by_shared(self) -> FloatArray:
+        """Columns of what the receivers share, shape (2, n_bins, n_shared)."""
+        return self.columns[:, :, : self.n_shared]
+
+    @property
+    def by_own(self) -> FloatArray:
+        """Columns of the receiver's own unknowns, shape (2, n_bins, n_own)."""
+        return self.columns[:, :, self.n_shared :]
 
 
 def receiver_slopes(
@@ -49,170 +64,145 @@ def receiver_slopes(
     inputs: ModelInputs,
     receiver: int,
     excess: FloatArray | None = None,
+    waves: Waves | None = None,
 ) -> ReceiverSlopes:
     """Return the derivatives of `receiver_signal`; parameters as there.
 
     `excess` is what the channels before are more, shape (2, n_bins), the derivative with respect to crosstalk; what
-    other channels do to these through it is neglected: parts in a hundred of each slope.
+    other channels do to these through it is neglected: parts in a hundred of each slope. `waves` are those at the
+    nodes, where they are known already.
     """
-    own = layout.receivers[receiver]
-    k = inputs.wavenumber
-    tx, rx = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
-    from_tx, from_rx = node_m - tx[:, None, None, None], node_m - rx[:, None, None, None]
-    r_tx, r_rx = (np.sqrt((away * away).sum(axis=0)) for away in (from_tx, from_rx))
-    # the same path as in `receiver_signal`, whose derivative this is
-    at_rest = np.linalg.norm(inputs.release_m - tx) + np.linalg.norm(inputs.release_m - rx)
-    sphere = inputs.sphere_factors(theta, layout, receiver)
-    amplitude = amplitude_of(theta, own, inputs, receiver, sphere)
-    wave = amplitude * turned(k * (r_tx + r_rx - at_rest) + theta[own.phase])
-    gradient = k * (from_tx / r_tx + from_rx / r_rx)
-    mirrored = _mirrors(node_m, wave, theta, layout, inputs, receiver, sphere)
-    z = _mean(mirrored.field)
-    # d exp(j phi) = j exp(j phi) dphi; amplitude and maps change over decimetres and count as constant
-    by_position = _mean(mirrored.slope + 1j * mirrored.field * gradient)
-    bias = bias_of(theta, own, inputs)
-    front_end = FrontEndState.of(theta, own)
-    n_bins = inputs.range_factor.shape[1]
-    by_own = np.zeros((2, n_bins, own.drift_i.start - own.first))
+    own, shared = layout.receivers[receiver], layout.shared
+    waves = waves_at(node_m, theta, layout, inputs, receiver) if waves is None else waves
+    turn = FrontEndState.of(theta, own).turn[:, None]
+    n_bins, n_shared = inputs.range_factor.shape[1], shared.stop - shared.start
+    out = np.zeros((2, n_bins, n_shared + own.drift_i.start - own.first))
 
-    def column(place: int) -> int:
-        return place - own.first
+    def place(unknown: int) -> int:
+        return int(unknown - shared.start if unknown < shared.stop else unknown - own.first + n_shared)
 
-    def columns(places: slice) -> slice:
-        return slice(places.start - own.first, places.stop - own.first)
+    def put(places: slice, values: FloatArray) -> None:
+        if places.stop > places.start:
+            first = place(places.start)
+            out[:, :, first : first + places.stop - places.start] = values
 
-    # a phase turns direct and mirrored waves alike
-    by_own[:, :, column(own.phase)] = front_end.channels(1j * z)
-    by_own[:, :, column(own.log_amplitude)] = front_end.channels(z)
-    by_own[0, :, column(own.offset.start)] = 1.0
-    by_own[1, :, column(own.offset.start) + 1] = 1.0
+    # a phase turns direct and mirrored waves alike: d exp(j phi) = j exp(j phi) dphi
+    z = shown(waves)
+    out[:, :, place(own.phase)] = -z.imag
+    out[:, :, place(own.log_amplitude)] = z.real
+    out[0, :, place(own.offset.start)] = 1.0
+    out[1, :, place(own.offset.start) + 1] = 1.0
     # g scales all of Q but its offset, the bias of the scene included
-    q = front_end.channels(z + bias)[1]
-    by_own[1, :, column(own.log_gain)] = q
-    by_own[1, :, column(own.quadrature_error)] = front_end.q_by_quadrature_error((z + bias)[1])
-    gain, error = front_end.gain_ratio, front_end.quadrature_error_rad
-    by_own[0, :, columns(own.bias_i)] = inputs.bias
+    q = (z + turn * bias_of(theta, own, inputs))[1]
+    out[1, :, place(own.log_gain)] = q.real
+    out[1, :, place(own.quadrature_error)] = -q.imag
     # the quadrature error lets the real part of the bias into Q
-    by_own[1, :, columns(own.bias_i)] = gain * np.sin(error) * inputs.bias
-    by_own[1, :, columns(own.bias_q)] = gain * np.cos(error) * inputs.bias
-    by_own[:, :, columns(own.amplitude_map)] = front_end.channels(z)[:, :, None] * inputs.amplitude_map
-    for places, slopes in (
-        (own.receiver_reflection, mirrored.by_receiver),
-        (own.double_reflection, mirrored.by_double),
-    ):
-        by_own[:, :, columns(places)] = _complex_columns(front_end, slopes, n_bins)
-    by_planes = [front_end.channels(_mean(slope)) for slope in mirrored.by_plane]
-    by_transmitter = _complex_columns(front_end, mirrored.by_transmitter, n_bins)
-    lobes = [_stack([front_end.channels(_mean(slope)) for slope in by], n_bins) for by in mirrored.by_lobes]
-    by_own[:, :, columns(own.receiver_lobe)] = lobes[1]
-    angles = [
-        front_end.channels(z * by_direct + _mean(slope))
-        for by_direct, slope in zip(sphere.direct_slopes, mirrored.by_angle, strict=True)
-    ]
-    by_own[:, :, columns(own.polarization)] = _stack(angles[1:], n_bins)
-    by_crosstalk = np.zeros((2, n_bins, layout.sizes.crosstalk))
+    put(own.bias_i, turn.real[:, :, None] * inputs.bias)
+    put(own.bias_q, -turn.imag[:, :, None] * inputs.bias)
+    put(own.amplitude_map, z.real[:, :, None] * inputs.amplitude_map)
+    over = _over_points(waves)
+    pull = _pull(waves, over, inputs.wavenumber)
+    if inputs.planes:
+        _put_mirrors(put, waves, theta, layout, own)
+        # against the images alone
+        along = (
+            _mean(pull[:, 1:, None] * node_m) - _mean(pull[:, 1:])[:, :, None] * waves.antenna_m[:, 1:, :, None, None]
+        )
+        _put_planes(put, waves, theta, layout, own, inputs, receiver, over[:, 1:], along)
+    if layout.sizes.polarization and inputs.sphere is not None:
+        angles = float(theta[layout.polarization.start]), float(theta[own.polarization.start])
+        by_direct, by_mirrored = inputs.sphere.angle_slopes(receiver, *angles)
+        reflected = reflections(theta, layout, own)[:, :, None, None] * waves.mean
+        for side, places in enumerate((layout.polarization, own.polarization)):
+            changed = z * by_direct[side] + (by_mirrored[side, :, :, None] * reflected).sum(axis=(0, 1))
+            put(places, changed.real[:, :, None])
     if excess is not None and layout.sizes.crosstalk:
-        by_crosstalk[:, :, 0] = excess
-    by_shared = [_stack(by_planes, n_bins), by_transmitter, lobes[0], _stack(angles[:1], n_bins), by_crosstalk]
-    return ReceiverSlopes(_front_vector(front_end, by_position), by_own, np.concatenate(by_shared, axis=2))
+        put(layout.crosstalk, excess[:, :, None])
+    # amplitude and maps change over decimetres and count as constant
+    at_nodes = node_m * pull.sum(axis=(0, 1)) - np.tensordot(waves.antenna_m, pull, axes=((0, 1), (0, 1)))
+    return ReceiverSlopes(at_nodes, out, n_shared)
 
 
-def _front_vector(front_end: FrontEndState, z: ComplexArray) -> FloatArray:
-    """Apply the front end to (3, 2, n): returns (2, 3, n)."""
-    return np.stack([front_end.channels(part) for part in z], axis=1)
-
-
-def _mean(nodes: ComplexArray) -> ComplexArray:
+def _mean(nodes: FloatArray) -> FloatArray:
     """Return the mean over the two nodes, the last axis but one."""
     return np.asarray(0.5 * (nodes[..., 0, :] + nodes[..., 1, :]))
 
 
-def _complex_columns(front_end: FrontEndState, slopes: list[ComplexArray], n_bins: int) -> FloatArray:
-    """Return derivatives with respect to real and imaginary parts of complex coefficients, (2, n, 2 n_coefficients)."""
-    out = []
-    for slope in slopes:
-        z = _mean(slope)
-        out += [front_end.channels(z), front_end.channels(1j * z)]
-    return _stack(out, n_bins)
+def _over_points(waves: Waves) -> ComplexArray:
+    """Return what reaches the nodes from transmitter and images, and what goes to receiver and images.
 
-
-def _stack(columns: list[FloatArray], n_bins: int) -> FloatArray:
-    return np.stack(columns, axis=2) if columns else np.zeros((2, n_bins, 0))
-
-
-@dataclass(frozen=True, slots=True)
-class _Mirrored:
-    """The field at the nodes and what mirrors do to it; lists hold one entry a coefficient or a plane's unknown.
-
-    `slope` is the derivative with respect to the position that the mirrors' detours add.
+    Shape (2, 1 + n_mirrors, 2, 2, n_bins).
     """
-
-    field: ComplexArray
-    slope: ComplexArray | float
-    by_plane: list[ComplexArray]
-    by_transmitter: list[ComplexArray]
-    by_receiver: list[ComplexArray]
-    by_double: list[ComplexArray]
-    by_lobes: tuple[list[ComplexArray], list[ComplexArray]]
-    by_angle: list[ComplexArray]
+    if len(waves.path) == 1:
+        return np.stack([waves.path[0], waves.path[0]])
+    parts = waves.strength[:, :, None, None] * waves.path
+    return np.stack([parts.sum(axis=1), parts.sum(axis=0)])
 
 
-def _mirrors(
-    node_m: FloatArray,
-    wave: ComplexArray,
+def _pull(waves: Waves, over: ComplexArray, wavenumber: float) -> FloatArray:
+    """Return the slopes by the distance from each antenna and image, over that distance.
+
+    A wave from a, w = share exp(jK |p - a|), has the slope (jK - 1 / r) w (p - a) / r; the direct wave's share is in
+    the range factor, and so counts only as that against which the detours' shares stand. Shape (2, 1 + n_mirrors, 2, 2,
+    n_bins).
+    """
+    length = waves.length_m
+    pull = -wavenumber * over.imag
+    if over.shape[1] > 1:
+        pull[:, 1:] -= over.real[:, 1:] / length[:, 1:]
+        pull[:, 0] += over.real[:, 1:].sum(axis=1) / length[:, 0]
+    return np.asarray(pull / length)
+
+
+def _put_mirrors(
+    put: Callable[[slice, FloatArray], None],
+    waves: Waves,
     theta: FloatArray,
     layout: Layout,
+    own: ReceiverLayout,
+) -> None:
+    """Put the columns of T, R and X: F is bilinear in what is sent and what is got, each slope is the other factor."""
+    scattered = waves.scattered[:, :, None] * waves.mean
+    sent = np.append(1.0, complex_of(theta[layout.transmitter_reflection]))[:, None, None]
+    got = np.append(1.0, complex_of(theta[own.receiver_reflection]))[:, None, None]
+    put(layout.transmitter_reflection, _complex_columns((got * scattered[1:]).sum(axis=1)))
+    put(own.receiver_reflection, _complex_columns((sent[:, None] * scattered[:, 1:]).sum(axis=0)))
+    both = np.arange(1, len(scattered))
+    put(own.double_reflection, _complex_columns(scattered[both, both]))
+
+
+def _complex_columns(slopes: ComplexArray) -> FloatArray:
+    """Return derivatives by real and imaginary parts by turns, (2, n_bins, 2 n), of slopes (n, 2, n_bins)."""
+    pairs = np.stack([slopes.real, -slopes.imag], axis=1)
+    return np.moveaxis(pairs.reshape(-1, *slopes.shape[1:]), 0, 2)
+
+
+def _put_planes(
+    put: Callable[[slice, FloatArray], None],
+    waves: Waves,
+    theta: FloatArray,
+    layout: Layout,
+    own: ReceiverLayout,
     inputs: ModelInputs,
     receiver: int,
-    sphere: SphereFactors,
-) -> _Mirrored:
-    if not inputs.planes:
-        return _Mirrored(wave, 0.0, [], [], [], [], ([], []), [np.zeros_like(wave) for _ in sphere.direct_slopes])
-    own = layout.receivers[receiver]
-    unknown = layout.plane_unknowns(theta)
-    t = complex_of(theta[layout.transmitter_reflection])
-    r, x = complex_of(theta[own.receiver_reflection]), complex_of(theta[own.double_reflection])
-
-    height = height_above_release(node_m, inputs)
-
-    def detours(antenna: FloatArray, lobes: slice) -> list[Detour]:
-        out = []
-        for m, (plane, shift) in enumerate(zip(inputs.planes, unknown, strict=True)):
-            one = detour(node_m, antenna, plane, shift, inputs.release_m, inputs.wavenumber)
-            out.append(replace(one, ratio=one.ratio * lobe_factor(theta[pair_of(lobes, m)], height)))
-        return out
-
-    over_tx = detours(inputs.antennas.transmitter_m, layout.transmitter_lobe)
-    over_rx = detours(inputs.antennas.receivers_m[receiver], own.receiver_lobe)
-    scattered = sphere.mirrored
-    # F is bilinear in what is sent and what is got: each derivative is the other factor
-    sent = [t[m] * (wave * one.ratio) for m, one in enumerate(over_tx)]
-    got = [r[n] * one.ratio for n, one in enumerate(over_rx)]
-    field, by_double, by_transmitter, by_receiver = wave.copy(), [], [], []
-    for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
-        # a wave sent over m is received directly or over any mirror n
-        after = scattered[1 + m, 0] + sum(one * scattered[1 + m, 1 + n] for n, one in enumerate(got))
-        before = wave * scattered[0, 1 + m] + sum(one * scattered[1 + n, 1 + m] for n, one in enumerate(sent))
-        by_transmitter.append(wave * a.ratio * after)
-        by_receiver.append(before * b.ratio)
-        by_double.append(wave * a.ratio * b.ratio * scattered[1 + m, 1 + m])
-        field += sent[m] * after + got[m] * (wave * scattered[0, 1 + m]) + x[m] * by_double[m]
-    slope, by_plane = np.zeros(node_m.shape, complex), []
-    by_lobes: tuple[list[ComplexArray], list[ComplexArray]] = ([], [])
-    for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
-        # all that depends on the detour of an antenna over m: through ln rho the derivatives share it
-        by_a = t[m] * by_transmitter[m] + x[m] * by_double[m]
-        by_b = r[m] * by_receiver[m] + x[m] * by_double[m]
-        slope += by_a * a.slope + by_b * b.slope
-        by_plane += list(by_a * a.plane + by_b * b.plane)
-        for by, one in zip(by_lobes, (by_a, by_b), strict=True):
-            by += [one * height, one * height**2]
-    by_angle = []
-    for change in sphere.mirrored_slopes:
-        total = np.zeros(wave.shape, complex)
-        for m, (a, b) in enumerate(zip(over_tx, over_rx, strict=True)):
-            total += sent[m] * change[1 + m, 0] + got[m] * (wave * change[0, 1 + m])
-            total += x[m] * change[1 + m, 1 + m] * (wave * a.ratio * b.ratio)
-            total += sent[m] * sum(one * change[1 + m, 1 + n] for n, one in enumerate(got))
-        by_angle.append(total)
-    return _Mirrored(field, slope, by_plane, by_transmitter, by_receiver, by_double, by_lobes, by_angle)
+    over: ComplexArray,
+    along: FloatArray,
+) -> None:
+    """Put the columns of planes and lobes: where a plane moves an image, the tracer moves against it."""
+    antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
+    by_planes = []
+    for m, (plane, unknown) in enumerate(zip(inputs.planes, layout.plane_unknowns(theta), strict=True)):
+        total = np.zeros((3, *along.shape[3:]))
+        for side, antenna in enumerate(antennas):
+            moved = plane.image_slope(antenna, unknown)
+            rest = inputs.release_m - waves.antenna_m[side, 1 + m]
+            # the phase counts from the release, from which an image moves away too
+            at_rest = inputs.wavenumber * (moved @ rest) / np.linalg.norm(rest)
+            total -= np.tensordot(moved, along[side, m], axes=1)
+            total -= at_rest[:, None, None] * _mean(over[side, m].imag)
+        by_planes.append(total)
+    put(layout.planes, np.moveaxis(np.concatenate(by_planes), 0, 2))
+    for side, places in enumerate((layout.transmitter_lobe, own.receiver_lobe)):
+        by_slope = over[side].real * waves.height
+        lobes = np.stack([_mean(by_slope), _mean(by_slope * waves.height)], axis=1)
+        put(places, np.moveaxis(lobes.reshape(-1, *lobes.shape[2:]), 0, 2))

@@ -8,11 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.estimation.forward.mirrors import MirrorPlane
-from radargui.geometry.antennas import Antennas
+from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.assumed import uncertain_inputs
-from radargui.model.polarization import transmitted_direction
-from radargui.model.scattering import ConductingSphere, conducting_sphere, scattered_field
+from radargui.model.scattering import (
+    ConductingSphere,
+    conducting_sphere,
+    scattered_signals,
+    transmitted_direction,
+    unit_vectors,
+)
 from radargui.model.setup import Setup
 
 LEAST_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
@@ -52,44 +57,60 @@ class PolarisedSphere:
 
         A mirror turns a field's direction as it turns a vector; the change of sign stays in T and R.
         """
-        n_paths = 1 + len(planes)
-        n_receivers = antennas.n_receivers
-        sent = [(antennas.transmitter_m, self.transmitted)]
-        sent += [
-            (plane.image(antennas.transmitter_m, own), plane.turned(self.transmitted, own))
-            for plane, own in zip(planes, unknown, strict=True)
-        ]
-        basis = np.empty((n_receivers, n_paths, n_paths, 2, 2, place.shape[1]), complex)
-        at_rest = np.empty((n_receivers, 2, 2), complex)
-        # two basis directions a side: angles of polarisation then cost no new sum over multipoles
-        for receiver, (rx, axes) in enumerate(zip(antennas.receivers_m, self.received, strict=True)):
-            got = [(rx, axes)]
-            got += [(plane.image(rx, own), plane.turned(axes, own)) for plane, own in zip(planes, unknown, strict=True)]
-            for a, (tx, directions) in enumerate(sent):
-                for b, (at, toward) in enumerate(got):
-                    for s, direction in enumerate(directions):
-                        basis[receiver, a, b, s] = toward @ scattered_field(self.sphere, place, tx, direction, at)
-            for s, direction in enumerate(self.transmitted):
-                field = scattered_field(self.sphere, release_m[:, None], antennas.transmitter_m, direction, rx)
-                at_rest[receiver, s] = (axes @ field)[:, 0]
-        return SphereFields(basis, at_rest)
+        sent_m = np.array([antennas.transmitter_m, *self._images(antennas.transmitter_m, planes, unknown)])
+        sent = np.array([self.transmitted, *self._turned(self.transmitted, planes, unknown)])
+        got_m = np.array([[rx, *self._images(rx, planes, unknown)] for rx in antennas.receivers_m])
+        got = np.array([[axes, *self._turned(axes, planes, unknown)] for axes in self.received])
 
-    def over_mirror(
-        self, place: FloatArray, antennas: Antennas, plane: MirrorPlane, angle_rad: FloatArray
-    ) -> list[tuple[ComplexArray, ComplexArray]]:
-        """Return M_10 and M_01 of each receiver for places (3, n) and the antennas' angles (1 + n_receivers,)."""
-        still, out = np.zeros(3), []
-        sent, tx = _weights(angle_rad[0])[0] @ self.transmitted, antennas.transmitter_m
-        # the plane as the grid has it: tilts are for convergence
-        low_sent, low_tx = plane.turned(sent, still), plane.image(tx, still)
-        for rx, axes, angle in zip(antennas.receivers_m, self.received, angle_rad[1:], strict=True):
-            got = _weights(angle)[0] @ axes
-            low_got, low_rx = plane.turned(got, still), plane.image(rx, still)
-            direct = got @ scattered_field(self.sphere, place, tx, sent, rx)
-            by_transmitter = got @ scattered_field(self.sphere, place, low_tx, low_sent, rx)
-            by_receiver = low_got @ scattered_field(self.sphere, place, tx, sent, low_rx)
-            out.append((by_transmitter / direct, by_receiver / direct))
-        return out
+        def signals(at: FloatArray, n: int) -> ComplexArray:
+            # two basis directions a side: angles of polarisation then cost no new sum over multipoles
+            incident = unit_vectors(at - sent_m[:n, :, None])[:, None]
+            leaving = unit_vectors(got_m[:, :n, :, None] - at)[:, None]
+            return scattered_signals(self.sphere, incident, sent[:n, None], leaving, got[:, None, :n])
+
+        return SphereFields(signals(place, len(sent_m)), signals(release_m[:, None], 1)[:, 0, 0, :, :, 0])
+
+    @staticmethod
+    def _images(point_m: FloatArray, planes: Sequence[MirrorPlane], unknown: FloatArray) -> list[FloatArray]:
+        return [plane.image(point_m, own) for plane, own in zip(planes, unknown, strict=True)]
+
+    @staticmethod
+    def _turned(axes: FloatArray, planes: Sequence[MirrorPlane], unknown: FloatArray) -> list[FloatArray]:
+        return [plane.turned(axes, own) for plane, own in zip(planes, unknown, strict=True)]
+
+    def over_mirrors(
+        self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], angle_rad: FloatArray
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Return M_10 and M_01 of each plane by itself, shapes (n_planes, n_receivers, n).
+
+        Parameters
+        ----------
+        place
+            Shape (3, n).
+        antennas, planes
+            The planes as a grid has them: tilts are for convergence.
+        angle_rad
+            Of the transmitter, then of the receivers, shape (1 + n_receivers,).
+        """
+        still = np.zeros(3)
+        sent = _weights(angle_rad[0])[0] @ self.transmitted
+        got = np.array([_weights(angle)[0] @ axes for axes, angle in zip(self.received, angle_rad[1:], strict=True)])
+        low_tx = np.array([plane.image(antennas.transmitter_m, still) for plane in planes])
+        low_sent = np.array([plane.turned(sent, still) for plane in planes])
+        low_rx = np.array([[plane.image(rx, still) for rx in antennas.receivers_m] for plane in planes])
+        low_got = np.array([plane.turned(got, still) for plane in planes])
+        incident = unit_vectors(place - antennas.transmitter_m[:, None])
+        leaving = unit_vectors(antennas.receivers_m[:, :, None] - place)
+        low_incident = unit_vectors(place - low_tx[:, :, None])[:, None]
+        low_leaving = unit_vectors(low_rx[..., None] - place)
+
+        def signal(way_in: FloatArray, field: FloatArray, way_out: FloatArray, answer: FloatArray) -> ComplexArray:
+            found = scattered_signals(self.sphere, way_in, field[..., None, :], way_out, answer[..., None, :])
+            return np.asarray(found[..., 0, 0, :])
+
+        direct = signal(incident, sent, leaving, got)
+        by_transmitter = signal(low_incident, low_sent[:, None], leaving, got) / direct
+        return by_transmitter, np.asarray(signal(incident, sent, low_leaving, low_got) / direct)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,19 +138,27 @@ class SphereFields:
 
     def factors(self, receiver: int, transmitter_rad: float, receiver_rad: float) -> SphereFactors:
         """Return what the sphere multiplies the paths to a receiver with, for the angles of both antennas."""
+        c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
+        field = _signal(self.basis[receiver], c_tx, c_rx)
+        direct = field[0, 0]
+        # M has no bound near a null of the direct path: the setup refuses receivers below 5 % of the strongest signal
+        return SphereFactors(direct / complex(c_tx @ self.at_rest[receiver] @ c_rx), field / direct)
+
+    def angle_slopes(
+        self, receiver: int, transmitter_rad: float, receiver_rad: float
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Return d ln direct / d angle of both antennas, (2, n_bins), and d M / d angle, (2, ..., n_bins)."""
         (c_tx, d_tx), (c_rx, d_rx) = (_weights(angle) for angle in (transmitter_rad, receiver_rad))
         basis, at_rest = self.basis[receiver], self.at_rest[receiver]
         field, rest = _signal(basis, c_tx, c_rx), complex(c_tx @ at_rest @ c_rx)
         direct = field[0, 0]
-        # M has no bound near a null of the direct path: the setup refuses receivers below 5 % of the strongest signal
-        mirrored = field / direct
         by_direct, by_mirrored = [], []
         for s, t in ((d_tx, c_rx), (c_tx, d_rx)):
             change = _signal(basis, s, t) / direct
             # what turns the field at release as well is phase and amplitude there: phi_0 and ln A have it
             by_direct.append(change[0, 0] - complex(s @ at_rest @ t) / rest)
-            by_mirrored.append(change - mirrored * change[0, 0])
-        return SphereFactors(direct / rest, mirrored, np.array(by_direct), np.array(by_mirrored))
+            by_mirrored.append(change - field / direct * change[0, 0])
+        return np.array(by_direct), np.array(by_mirrored)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,22 +171,16 @@ class SphereFactors:
         f(p) / f(p0) of the direct path, shape (n_bins,).
     mirrored
         M_ab = f(image a of tx, image b of rx) / f(direct), shape (1 + n_mirrors, 1 + n_mirrors, n_bins).
-    direct_slopes
-        d ln direct / d angle of transmitter and receiver, shape (2, n_bins).
-    mirrored_slopes
-        d M / d angle, shape (2, 1 + n_mirrors, 1 + n_mirrors, n_bins).
     """
 
     direct: ComplexArray
     mirrored: ComplexArray
-    direct_slopes: ComplexArray
-    mirrored_slopes: ComplexArray
 
 
 def point_factors(n_mirrors: int) -> SphereFactors:
     """Return the factors of a point: one on every path, at any bin."""
     ones = np.ones((1 + n_mirrors, 1 + n_mirrors, 1), complex)
-    return SphereFactors(ones[0, 0], ones, np.zeros((0, 1), complex), np.zeros((0, *ones.shape), complex))
+    return SphereFactors(ones[0, 0], ones)
 
 
 def polarised_sphere(setup: Setup) -> PolarisedSphere | None:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
-from scipy.sparse import block_array, csr_matrix, eye_array, kron
+from scipy.sparse import block_array, csr_matrix
 from scipy.sparse.linalg import splu
 
 from radargui.estimation.readout.free_motion import FreeMotion
+from radargui.estimation.solve.assemble import Assembled, assemble, diagonal, law_slopes
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.normal import BlockTridiagonal
-from radargui.estimation.solve.problem import Assembled, assemble, diagonal
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import SolveError
 
@@ -182,33 +182,33 @@ def motion_information(
         What is marginalised is not determined.
     """
     problem, state = solution.problem, solution.state
+    law = solution.at.law
+    # the law of flight takes the place of the prior: both would count the same knowledge twice
+    replaced = (law.rows.span >= lifted.start) & (law.rows.span < lifted.stop)
+    free_of_law = replace(problem, law_sd=np.where(replaced, np.inf, problem.law_sd))
     # made anew: kept with every alternative, C would be most of the memory that a long record takes
-    blocks = assemble(problem, state, solution.at)
+    blocks = assemble(free_of_law, state, solution.at)
     kept, breaks = 3 * size, slice(0, n_breaks)
     band, coupling, constants = blocks.s[:kept, :kept], blocks.c[:kept], blocks.m
     after = None
     if kept < blocks.s.shape[0]:
         after = _MotionAfter.of(blocks, kept)
         band, coupling, constants = after.taken_off(blocks)
-    jerk, _, _ = solution.at.spline.jerk()
-    # the law of flight takes the place of the prior: both would count the same knowledge twice
-    stiffness = np.zeros(problem.jerk_sd.size)
-    stiffness[lifted] = problem.jerk_sd[lifted] ** -2.0
-    stiff = csr_matrix(jerk.T @ diagonal(stiffness) @ jerk)[:size, :size]
     # an impact is where two flights meet: its prior, from the adaptive rounds, has done its work
     precision = problem.prior.sd[breaks] ** -2.0
     between = csr_matrix(coupling[:, breaks])
     at_breaks = constants[breaks, breaks] - np.diag(precision)
-    known = block_array([[band - kron(stiff, eye_array(3)), between], [between.T, csr_matrix(at_breaks)]], format="csr")
+    known = block_array([[band, between], [between.T, csr_matrix(at_breaks)]], format="csr")
     pulls = np.concatenate([coupling[:, n_breaks:], constants[breaks, n_breaks:]])
     root = _root(constants[n_breaks:, n_breaks:])
     lost = np.ascontiguousarray(solve_triangular(root, pulls.T, lower=True).T)
     tau = state.theta[breaks]
-    slope = np.concatenate(
-        [-(stiff @ state.coefficients[:size]).ravel(), -precision * (tau - problem.prior.mean[breaks])]
-    )
-    x0 = np.concatenate([state.coefficients[:size].ravel(), tau])
     eliminated = Eliminated(kept, n_breaks, after, root, lost)
+    # at the minimum all pulls are in balance: what is left is minus those of what was lifted
+    whole = law_slopes(replace(problem, law_sd=np.where(replaced, problem.law_sd, np.inf)), solution.at)
+    slope = -eliminated.marginal(*whole)
+    slope[kept:] -= precision * (tau - problem.prior.mean[breaks])
+    x0 = np.concatenate([state.coefficients[:size].ravel(), tau])
     return MotionInformation(free, size, n_breaks, x0, csr_matrix(known), lost, slope, eliminated)
 
 

@@ -10,21 +10,17 @@ from scipy.sparse import eye_array, kron
 
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere, SphereFactors, polarised_sphere
+from radargui.estimation.readout.floor_slope import floor_slope
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import linearise
-from radargui.geometry.antennas import Antennas, place_antennas
-from radargui.model.arrays import ComplexArray, FloatArray, pieces
-from radargui.model.setup import Setup
-from radargui.model.setup_change import moved
+from radargui.geometry.path_length import Antennas, place_antennas
+from radargui.model.arrays import FloatArray, pieces
+from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG
+from radargui.model.setup import Setup, moved
 
 STEP = 0.01
 """Share of an uncertainty by which an input is moved: the response is linear, half a degree of an antenna is not."""
-HYPOTHETICAL_DEG = (0.0, 45.0, 90.0, 135.0)
-"""Polarisations of the transmitter tried where none is given: the field turns on itself after 180 degrees."""
-HYPOTHETICAL_TURNS_DEG = (-55.0, 55.0)
-"""How far the receivers are turned from the strongest signal then: half of the signal's angles lie beyond 45, and the
-phase changes most with position where a receiver gets little. Turned for the strongest the share was too small by 2."""
 DIAMETER = "tracer.diameter_m"
 _BINS_TOGETHER = 2048  # slopes of so many bins at a time: bounds the memory, changes nothing
 
@@ -64,13 +60,13 @@ def possible_spheres(setup: Setup) -> list[OtherInputs]:
     """Return the inputs with a conducting sphere for the point, antennas polarised in some ways."""
     release, wavenumber = np.asarray(setup.tracer.release_position_m), 2.0 * np.pi / setup.radar.wavelength_m
     out = []
-    for angle in HYPOTHETICAL_DEG:
+    for angle in SUPPOSED_POLARIZATIONS_DEG:
         turned = setup.transmitter.model_copy(update={"polarization_deg": angle})
         body = polarised_sphere(setup.model_copy(update={"transmitter": turned}))
         if body is None:
             continue
         receivers = np.arange(body.angle_rad.size) > 0
-        for turn in HYPOTHETICAL_TURNS_DEG:
+        for turn in SUPPOSED_TURNS_DEG:
             other = replace(body, angle_rad=body.angle_rad + np.radians(turn) * receivers)
             out.append(OtherInputs(place_antennas(setup), release, wavenumber, body=other))
     return out
@@ -88,6 +84,8 @@ class InputResponse:
         Shift of the motion at some times, shape (3, n).
     before_m_s, after_m_s
         Changes of the velocities at the breaks, shape (n_breaks, 3).
+    floor_slope
+        Change of the slope of the floor that reflects, shape (2,); zero where none was found.
     """
 
     slope_motion: FloatArray
@@ -95,6 +93,7 @@ class InputResponse:
     moved_m: FloatArray
     before_m_s: FloatArray
     after_m_s: FloatArray
+    floor_slope: FloatArray
 
 
 def input_responses(solution: Solution, others: Sequence[OtherInputs], time_s: FloatArray) -> tuple[InputResponse, ...]:
@@ -121,7 +120,7 @@ def input_responses(solution: Solution, others: Sequence[OtherInputs], time_s: F
     bin_s, layout = solution.problem.bins.time_s, solution.problem.layout
     # a break that moves carries the knots of both flights along
     by_breaks = spline.break_slopes(bin_s, solution.state.coefficients)
-    sides, out = one_sided_slopes(spline), []
+    sides, floor, out = one_sided_slopes(spline), floor_slope(solution), []
     for number, other in enumerate(others):
         motion, rest = solution.normal.solve(-by_motion[:, number], -by_global[:, number])
         coefficients = motion.reshape(-1, 3)
@@ -129,7 +128,8 @@ def input_responses(solution: Solution, others: Sequence[OtherInputs], time_s: F
         along = along + (other.release_m - release) / STEP
         moved = np.array([np.interp(time_s, bin_s, row) for row in along.T])
         before, after = (side @ coefficients for side in sides)
-        out.append(InputResponse(by_motion[:, number], by_global[:, number], moved, before, after))
+        leans = np.zeros(2) if floor is None else floor.by_global @ rest[floor.places]
+        out.append(InputResponse(by_motion[:, number], by_global[:, number], moved, before, after, leans))
     return tuple(out)
 
 
@@ -156,10 +156,8 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
 
 def _weakened(factors: SphereFactors) -> SphereFactors:
     """Return the factors of a sphere of which only `STEP` is there."""
-    nothing: ComplexArray = np.zeros((0, 1), complex)
     # a hundredth of its phase and of its loss: linear where a whole sphere is not
-    direct, mirrored = np.exp(STEP * np.log(factors.direct)), 1.0 + STEP * (factors.mirrored - 1.0)
-    return SphereFactors(direct, mirrored, nothing, np.zeros((0, *mirrored.shape), complex))
+    return SphereFactors(np.exp(STEP * np.log(factors.direct)), 1.0 + STEP * (factors.mirrored - 1.0))
 
 
 def _slopes(solution: Solution, changes: FloatArray) -> tuple[FloatArray, FloatArray]:

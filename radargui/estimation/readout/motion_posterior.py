@@ -8,6 +8,7 @@ from functools import cached_property
 
 from radargui.estimation.forward.motion_spline import SplineMotion
 from radargui.estimation.readout.flight_information import MotionInformation, motion_information
+from radargui.estimation.readout.floor_slope import FloorSlope, floor_slope
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.input_response import InputResponse, OtherInputs, input_responses
 from radargui.estimation.solve.break_velocities import BreakVelocities, break_velocities
@@ -42,6 +43,11 @@ class MotionPosterior:
     def breaks(self) -> BreakVelocities:
         """Velocities on both sides of the breaks."""
         return break_velocities(self.solution)
+
+    @cached_property
+    def floor_slope(self) -> FloorSlope | None:
+        """How the floor that reflects leans; None where there is none."""
+        return floor_slope(self.solution)
 
     def responses(self, others: Sequence[OtherInputs], time_s: FloatArray) -> tuple[InputResponse, ...]:
         """Return how the motion follows other inputs, see `input_responses`."""

@@ -11,10 +11,9 @@ from radargui.estimation.forward.signal_model import FrontEndState
 from radargui.estimation.select.choose import Alternative
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.minimise import Solution, local_chi_square
-from radargui.geometry.antennas import Antennas
-from radargui.geometry.path_length import path_gradient, path_lengths
+from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
 from radargui.model.arrays import ComplexArray, FloatArray, pieces
-from radargui.model.front_end_equations import point_of
+from radargui.model.front_end import point_of
 
 
 @dataclass(frozen=True, slots=True)

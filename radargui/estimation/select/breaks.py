@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion, make_spline
+from radargui.estimation.solve.changed_problem import span_jerk_sd
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.normal import solve_sparse
 from radargui.model.arrays import FloatArray
@@ -57,8 +58,8 @@ def sharp_turns(solution: Solution, normal: FloatArray, settings: BreakSettings 
     # a ripple of the mismatch is a minimum too, but none of 0.1 mm on both sides
     left, right = height[np.maximum(turn - reach, 0)], height[np.minimum(turn + reach, height.size - 1)]
     turn = turn[np.minimum(left, right) - height[turn] > settings.least_dip_m]
-    _, middle, _ = spline.jerk()
-    jerk = solution.problem.jerk_sd[np.searchsorted(middle, grid[turn]).clip(0, middle.size - 1)]
+    middle = spline.span_middles()
+    jerk = span_jerk_sd(solution.problem, spline)[np.searchsorted(middle, grid[turn]).clip(0, middle.size - 1)]
     near = np.abs(grid[turn][:, None] - spline.edge_s[None]).min(axis=1) < settings.apart_s
     return np.asarray(grid[turn][(jerk > settings.sharp_jerk_m_s3) & ~near])
 
@@ -87,5 +88,5 @@ def respline(old: MotionSpline, coefficients: FloatArray, break_s: FloatArray, s
     grid = np.sort(np.concatenate([np.linspace(old.edge_s[0], old.edge_s[-1], count), new.edge_s]))
     design = new.design(grid)
     jerk, _, _ = new.jerk()
-    normal = design.T @ design + BREAKS.smoothing * (jerk.T @ jerk)
+    normal = design.T @ design + BREAKS.smoothing * (jerk.matrix.T @ jerk.matrix)
     return SplineMotion(new, solve_sparse(csr_matrix(normal), design.T @ old.offset(grid, coefficients)))

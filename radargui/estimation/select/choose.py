@@ -16,8 +16,9 @@ from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.converge import converge, settle_breaks
-from radargui.estimation.select.walls import WALLS, search_wall
-from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
+from radargui.estimation.select.wall_grid import WALLS
+from radargui.estimation.select.walls import search_wall
+from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_flights, problem_with_mirrors
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.minimise import Solution, chi_square, local_chi_square, log_evidence
 from radargui.estimation.solve.problem import Start
@@ -146,6 +147,7 @@ def choose_model(
     budget = SearchBudget(found.data.bins.n_bins, round_done)
     selection = _Selection(found, drift, normal, budget.spend, known_front_ends, settings)
     solution, gain, alternatives = selection.floor()
+    solution, alternatives = selection.with_flights(solution, alternatives)
     typical = np.median(local_chi_square(solution), axis=1)
     if typical.max() > settings.hopeless_misfit:
         # walls would only be fitted to what no echo of one body is
@@ -226,6 +228,24 @@ class _Selection:
             if blind:
                 alternatives = ()
         return solution, gain, alternatives
+
+    def with_flights(
+        self, solution: Solution, alternatives: tuple[Alternative, ...]
+    ) -> tuple[Solution, tuple[Alternative, ...]]:
+        """Return them with the law of free flight where they fly, weighed anew; as they are where nothing does.
+
+        From here on mirrors are told apart by what they make of the flights, too.
+        """
+        flying = self.flying(solution)
+        if flying is solution:
+            return solution, alternatives
+        others = [self.flying(other.solution) for other in alternatives]
+        return flying, self._alternatives(flying, others)
+
+    def flying(self, solution: Solution) -> Solution:
+        """Return a solution converged with the law of free flight, or itself."""
+        start = problem_with_flights(solution)
+        return solution if start is None else self.converged(start, self.settings.first_rounds)
 
     def floor_below(self, place: FloatArray) -> MirrorPlane:
         """Return where the floor is sought for places (3, n)."""

@@ -11,6 +11,7 @@ from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.select.breaks import misfit_times, respline, sharp_turns
 from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_breaks
+from radargui.estimation.solve.initial_problem import release_times
 from radargui.estimation.solve.minimise import Solution, local_chi_square, log_evidence, minimise
 from radargui.estimation.solve.prior_deviations import update_priors, updated_noise_scale
 from radargui.estimation.solve.problem import Start
@@ -123,7 +124,8 @@ def settle_breaks(
         sharp = np.concatenate([sharp, stiff])
         breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
         # the old motion on new knots, not a new start: the mismatch found so far fits it
-        motion = respline(solution.at.spline, solution.state.coefficients, breaks, sharp)
+        fine = np.concatenate([release_times(data.onset_s), sharp])
+        motion = respline(solution.at.spline, solution.state.coefficients, breaks, fine)
         solution = converge(problem_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
         seen.append(solution)
     # more impacts at the same misfit: one too few is a missed bounce, one too many is judged by its jump later
@@ -155,7 +157,7 @@ def _bounced_on(
         # what came after the last impact was found without its bounces: begun again
         before = speeds.time_s[speeds.time_s <= speeds.time_s[impacts][-1]]
         breaks = np.concatenate([before, expected])
-        motion = respline(solution.at.spline, solution.state.coefficients, breaks, np.zeros(0))
+        motion = respline(solution.at.spline, solution.state.coefficients, breaks, release_times(data.onset_s))
         trial = converge(problem_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
         more = _impacts(trial, normal)[0] > int(impacts.sum())
         if not more or _misfit(trial) > settings.no_worse * _misfit(solution):

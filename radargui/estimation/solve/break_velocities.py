@@ -172,19 +172,10 @@ def break_speeds(solution: Solution, normal: FloatArray) -> BreakSpeeds:
 
 
 def one_sided_slopes(spline: MotionSpline) -> tuple[csr_matrix, csr_matrix]:
-    """Return the matrices of the velocity just before and just after each break, shapes (n_breaks, size).
-
-    A cubic's slope at the end of four even points: (-11 f0 + 18 f1 - 9 f2 + 2 f3) / (6 h).
-    """
+    """Return the matrices of the velocity just before and just after each break, shapes (n_breaks, size)."""
     if not spline.break_s.size:
         return csr_matrix((0, spline.size)), csr_matrix((0, spline.size))
-    edge, out = spline.edge_s, []
     # inside the span at the break: beyond its knot another cubic begins
-    last = np.array([1.0 - share[-2] for share in spline.fractions[:-1]]) * np.diff(edge)[:-1]
-    first = np.array([share[1] for share in spline.fractions[1:]]) * np.diff(edge)[1:]
-    for h in (-last / 3.0, first / 3.0):
-        four = spline.design((edge[1:-1, None] + h[:, None] * np.arange(4)).ravel())
-        weight = np.array([-11.0, 18.0, -9.0, 2.0]) / (6.0 * h[:, None])
-        rows = csr_matrix((weight.ravel(), np.arange(weight.size), 4 * np.arange(h.size + 1)))
-        out.append(csr_matrix(rows @ four))
-    return out[0], out[1]
+    after = np.cumsum(spline.spans)[:-1]
+    sides = spline.at_ends(np.concatenate([after - 1, after]), np.arange(2 * after.size) < after.size)[0]
+    return sides[: after.size].matrix, sides[after.size :].matrix

@@ -8,18 +8,23 @@ import numpy as np
 
 from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.mirrors import MirrorPlane
-from radargui.estimation.forward.motion_spline import SplineMotion
+from radargui.estimation.forward.motion_law import LawRows, spans_in_flight
+from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
 from radargui.estimation.forward.parameters import Layout, ReceiverConstants, make_layout, polarisation_places
 from radargui.estimation.forward.position_map import PositionBasis
 from radargui.estimation.solve.initial_problem import INITIAL, usable_bins
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.priors import PRIORS, Prior, PriorGroup, make_prior
-from radargui.estimation.solve.problem import Start, State
+from radargui.estimation.solve.priors import PRIORS, Prior, PriorGroup, flight_prior, make_prior
+from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import FloatArray, IntArray
 
 # Limits of the jerk's deviation where knots change, m/s^3: new spans start loose enough to follow what the old ones
 # could not, and stiff enough to stay in place. Chosen by hand.
 _JERK_M_S3 = (3.0, 3.0 * INITIAL.jerk_m_s3)
+_OFF_GRAVITY_M_S2 = 0.1
+"""First deviation from the law of flight: what a wall that is not in the model bends a fall by. Chosen by hand."""
+_STIFF_M_S2 = 0.01
+"""Most of it where mirrors are new: a fall that bends for a wall hides it. Chosen by hand."""
 
 
 def problem_with_breaks(data: BinnedData, solution: Solution, motion: SplineMotion) -> Start:
@@ -38,10 +43,11 @@ def problem_with_breaks(data: BinnedData, solution: Solution, motion: SplineMoti
     old = problem.layout
     layout = make_layout(replace(old.sizes, breaks=spline.break_s.size))
     others = slice(old.breaks.stop, None)
-    _, before, _ = solution.at.spline.jerk()
-    _, now, _ = spline.jerk()
-    # in logarithms: deviations differ by five orders of magnitude between a fall and a contact
-    jerk_sd = np.exp(np.interp(now, before, np.log(problem.jerk_sd)))
+    now = spline.span_middles()
+    # other breaks part other flights
+    in_flight = spans_in_flight(motion, problem.released_s) if old.sizes.flight else np.zeros(now.size, dtype=bool)
+    rows = LawRows.of(spline, in_flight)
+    jerk_sd = np.clip(np.interp(now, *_log_jerk_sd(solution)), *np.log(_JERK_M_S3))
     # breaks stand first: everything behind them moves by their number
     shift = layout.breaks.stop - old.breaks.stop
     prior = Prior(
@@ -54,10 +60,57 @@ def problem_with_breaks(data: BinnedData, solution: Solution, motion: SplineMoti
         spline=spline,
         layout=layout,
         prior=prior,
-        jerk_sd=np.clip(jerk_sd, *_JERK_M_S3),
+        in_flight=in_flight,
+        law_sd=np.where(rows.is_flight, _OFF_GRAVITY_M_S2, np.exp(jerk_sd[rows.span])),
         use=usable_bins(data, spline.break_s),
     )
     return Start(changed, State(motion.coefficients, np.concatenate([spline.break_s, solution.state.theta[others]])))
+
+
+def problem_with_flights(solution: Solution) -> Start | None:
+    """Return a solution's problem with the law of free flight where it flies; None where nothing does."""
+    problem, theta = solution.problem, solution.state.theta
+    motion = SplineMotion(solution.at.spline, solution.state.coefficients)
+    in_flight = spans_in_flight(motion, problem.released_s)
+    if not in_flight.any():
+        return None
+    old, rows = problem.layout, LawRows.of(motion.spline, in_flight)
+    layout = make_layout(replace(old.sizes, flight=1))
+    new_theta, shift = np.zeros(layout.size), layout.flight.stop - layout.flight.start
+    source, target = carried_places(old, layout)
+    fresh = flight_prior(layout)
+    mean, sd = fresh.mean, fresh.sd
+    for new, was in ((new_theta, theta), (mean, problem.prior.mean), (sd, problem.prior.sd)):
+        new[target] = was[source]
+    new_theta[layout.flight] = mean[layout.flight]
+    groups = [
+        PriorGroup(group.index + shift * (group.index >= old.breaks.stop), group.lowest, group.highest)
+        for group in problem.prior.groups
+    ]
+    jerk_sd = np.exp(_log_jerk_sd(solution)[1])
+    changed = replace(
+        problem,
+        spline=motion.spline,
+        layout=layout,
+        prior=Prior(mean, sd, fresh.groups + groups),
+        in_flight=in_flight,
+        law_sd=np.where(rows.is_flight, _OFF_GRAVITY_M_S2, jerk_sd[rows.span]),
+    )
+    return Start(changed, State(solution.state.coefficients, new_theta))
+
+
+def span_jerk_sd(problem: JointProblem, spline: MotionSpline) -> FloatArray:
+    """Return the jerk's deviation in each span, in flight that of accelerations that differ from knot to knot."""
+    rows, (_, _, length) = LawRows.of(spline, problem.in_flight), spline.jerk()
+    out = np.empty(length.size)
+    out[rows.span] = np.where(rows.is_flight, np.sqrt(2.0) / length[rows.span], 1.0) * problem.law_sd
+    return out
+
+
+def _log_jerk_sd(solution: Solution) -> tuple[FloatArray, FloatArray]:
+    # in logarithms: deviations differ by five orders of magnitude between a fall and a contact
+    middle = solution.at.spline.span_middles()
+    return middle, np.log(span_jerk_sd(solution.problem, solution.at.spline))
 
 
 def problem_with_mirrors(
@@ -103,6 +156,7 @@ def problem_with_mirrors(
         prior=prior,
         inputs=replace(before.inputs, planes=planes),
         spline=solution.at.spline,
+        law_sd=np.where(solution.at.law.rows.is_flight, np.minimum(before.law_sd, _STIFF_M_S2), before.law_sd),
         bias_basis=before.bias_basis if bias is None else bias,
     )
     # other functions of position, or other images of the antennas
@@ -126,7 +180,7 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntA
     bias
         Whether the coefficients of the bias maps mean the same in both.
     """
-    pairs: list[tuple[slice, slice]] = [(old.breaks, new.breaks), (old.planes, new.planes)]
+    pairs = [(old.breaks, new.breaks), (old.flight, new.flight), (old.planes, new.planes)]
     pairs += [
         (old.transmitter_reflection, new.transmitter_reflection),
         (old.transmitter_lobe, new.transmitter_lobe),

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from radargui.estimation.forward.signal_model import LOBE_LENGTH_M
+from radargui.estimation.solve.assemble import Assembled, assemble
 from radargui.estimation.solve.normal import NormalMatrix
-from radargui.estimation.solve.problem import Assembled, JointProblem, Linearised, Start, State, assemble, linearise
+from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 
@@ -81,7 +82,8 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) ->
         assembled = assemble(problem, state, at)
         if settled:
             break
-    return Solution(problem, state, at, assembled.factor(), settled)
+    # the waves have served: kept with every alternative they would be most of its memory
+    return Solution(problem, state, replace(at, waves=()), assembled.factor(), settled)
 
 
 def _improve(
@@ -159,9 +161,9 @@ def _with_lobes_limited(
 
 
 def log_evidence(solution: Solution) -> float:
-    """Return the Laplace approximation of the log evidence, noise scale and jerk deviations included.
+    """Return the Laplace approximation of the log evidence, noise scale and the law's deviations included.
 
-    ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_jerk - sum over the channels' bins of ln noise scale.
+    ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_law - sum over the channels' bins of ln noise scale.
     """
     problem = solution.problem
     # without the terms of the deviations a model could widen its priors until anything fits
@@ -170,7 +172,7 @@ def log_evidence(solution: Solution) -> float:
         -solution.at.cost
         - 0.5 * solution.normal.log_determinant()
         - float(np.log(problem.prior.sd).sum())
-        - 3.0 * float(np.log(problem.jerk_sd).sum())
+        - 3.0 * float(np.log(problem.law_sd).sum())
         - 2.0 * n_used * float(np.log(problem.noise_scale).sum())
     )
 

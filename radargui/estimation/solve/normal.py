@@ -190,6 +190,11 @@ class NormalMatrix:
         """Return the variances of the global parameters."""
         return np.array(np.diagonal(dpotri(self.schur[0], lower=1)[0]))
 
+    def global_covariance(self, places: slice) -> FloatArray:
+        """Return the covariance of some neighbouring global parameters, shape (n, n)."""
+        columns = np.eye(self.half.shape[1])[:, places]
+        return np.asarray(cho_solve(self.schur, columns, check_finite=False)[places])
+
     def log_determinant(self) -> float:
         """Return ln det H."""
         return self.motion.log_determinant() + float(2.0 * np.log(np.diag(self.schur[0])).sum())

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.sparse import eye_array, kron
 
+from radargui.estimation.forward.motion_law import LawRows
 from radargui.estimation.forward.motion_spline import MotionSpline
 from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.estimation.solve.priors import Prior
@@ -24,12 +25,16 @@ class DeviationSettings:
     ----------
     lowest_jerk_m_s3, highest_jerk_m_s3
         Limits of the jerk's deviation: free fall with drag has below 1 m/s^3; a contact of milliseconds 10^5.
+    lowest_off_m_s2, highest_off_m_s2
+        Limits of the deviation from the law of flight: a drag coefficient that changes with speed makes a thousandth, a
+        flight that is none as much as gravity.
     largest_change
         Of a deviation in one round, as a factor: its estimate is right only near the minimum it comes from.
     window_spans
         Deviation of the Gaussian window over the spans. Chosen by hand: 30 ms tell a fall from a bed's push.
-    least_square_jerk
-        Added to the sum of squares, (m/s^3)^2, so that a motion without jerk keeps a deviation above zero.
+    least_square
+        Added to the sum of squares in units of the lowest deviation's, so that a motion that obeys its law keeps one
+        above zero.
     least_determined
         Of the number of coefficients well determined, which rounding can make zero.
     largest_noise_step
@@ -38,9 +43,11 @@ class DeviationSettings:
 
     lowest_jerk_m_s3: float = 0.3
     highest_jerk_m_s3: float = 1e5
+    lowest_off_m_s2: float = 1e-3
+    highest_off_m_s2: float = 10.0
     largest_change: float = 10.0
     window_spans: float = 3.0
-    least_square_jerk: float = 1e-3
+    least_square: float = 0.01
     least_determined: float = 1e-2
     largest_noise_step: float = 1.3
 
@@ -68,46 +75,48 @@ def update_priors(solution: Solution, settings: DeviationSettings = DEVIATIONS) 
         limited = np.clip(wanted, before / settings.largest_change, before * settings.largest_change)
         sd[index] = float(np.clip(limited, group.lowest, group.highest))
     prior = Prior(old.mean, sd, old.groups)
-    return replace(problem, prior=prior, jerk_sd=_jerk_deviation(solution, settings))
+    return replace(problem, prior=prior, law_sd=_law_deviation(solution, settings))
 
 
-def _jerk_deviation(solution: Solution, settings: DeviationSettings) -> FloatArray:
-    """Return sd = sqrt(sum j^2 / number well determined) in a window of spans that no break divides.
+def _law_deviation(solution: Solution, settings: DeviationSettings) -> FloatArray:
+    """Return sd = sqrt(sum d^2 / number well determined) of the law's rows, in a window that no break divides.
 
     Nor does the end of the release: its jerk is no reason to let the fall bend.
     """
-    problem, spline = solution.problem, solution.at.spline
-    matrix, middle, _ = spline.jerk()
-    value = matrix @ solution.state.coefficients
-    # gamma counts what the data determine of each jerk, x, y and z together: a fall has no direction to favour
-    variance = solution.normal.row_variances([kron(matrix, eye_array(3), format="csr")])[0].reshape(-1, 3)
-    square = (value**2).sum(axis=1)
-    determined = np.clip(3.0 - variance.sum(axis=1) / problem.jerk_sd**2, 0.0, 3.0)
+    problem, law, old = solution.problem, solution.at.law, solution.problem.law_sd
+    # gamma counts what the data determine of each row, x, y and z together: a fall has no direction to favour
+    variance = solution.normal.row_variances([kron(law.rows.rows.matrix, eye_array(3), format="csr")])[0].reshape(-1, 3)
+    square = (law.value**2).sum(axis=1)
+    determined = np.clip(3.0 - variance.sum(axis=1) / old**2, 0.0, 3.0)
+    in_flight = law.rows.is_flight
+    lowest = np.where(in_flight, settings.lowest_off_m_s2, settings.lowest_jerk_m_s3)
+    highest = np.where(in_flight, settings.highest_off_m_s2, settings.highest_jerk_m_s3)
     out = np.empty_like(square)
     # an impact must not make the flights beside it bend, nor the hand that lets go the fall
-    for part in spans_together(spline, middle, problem.released_s):
+    for part in rows_together(law.rows, solution.at.spline, problem.released_s):
         top = gaussian_filter1d(square[part], settings.window_spans, mode="nearest", truncate=2.0)
         low = gaussian_filter1d(determined[part], settings.window_spans, mode="nearest", truncate=2.0)
-        out[part] = np.sqrt((top + settings.least_square_jerk) / np.maximum(low, settings.least_determined))
-    old = problem.jerk_sd
+        least = settings.least_square * lowest[part] ** 2
+        out[part] = np.sqrt((top + least) / np.maximum(low, settings.least_determined))
     limited = np.clip(out, old / settings.largest_change, old * settings.largest_change)
-    return np.asarray(np.clip(limited, settings.lowest_jerk_m_s3, settings.highest_jerk_m_s3))
+    return np.asarray(np.clip(limited, lowest, highest))
 
 
-def spans_together(spline: MotionSpline, middle_s: FloatArray, released_s: float) -> list[slice]:
-    """Return the runs of spans that no break and not the end of the release divide.
+def rows_together(rows: LawRows, spline: MotionSpline, released_s: float) -> list[slice]:
+    """Return the runs of the law's rows that no break and not the end of the release divide.
 
     Parameters
     ----------
-    spline, middle_s
-        The motion and the middles of its spans.
+    rows, spline
+        The motion's law and its spline.
     released_s
         From here on the release is over.
     """
+    middle_s = spline.span_middles()
     # the release is no break: velocity goes on, but a hand acted before it
-    ends = set(np.cumsum(spline.spans).tolist()) | {int(np.searchsorted(middle_s, released_s))}
-    edges = sorted(ends | {0, middle_s.size})
-    return [slice(first, last) for first, last in pairwise(edges) if last > first]
+    kind = np.stack([rows.segment, middle_s[rows.span] > released_s, rows.is_flight])
+    edges = np.flatnonzero((np.diff(kind, axis=1) != 0).any(axis=0)) + 1
+    return [slice(first, last) for first, last in pairwise([0, *edges.tolist(), rows.span.size])]
 
 
 def updated_noise_scale(solution: Solution, settings: DeviationSettings = DEVIATIONS) -> FloatArray:

@@ -12,6 +12,7 @@ from radargui.estimation.forward.parameters import Layout, ReceiverConstants, pa
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +57,11 @@ class PriorSettings:
     wall_lobe
         The same of a wall: antennas see it far off their axes, where lobes change most. Held at nothing it cost 0.04
         instead of 0.02 mm and g by 8u in a laboratory scene.
+    gravity_m_s2, drag_1_m
+        Of g, wide enough for any place and a wavelength that is wrong by per cents, and of k: a 10 mm sphere of steel
+        has 0.005, of light plastic 0.05.
+    sideways_m_s2
+        Of the horizontal part of gravity: antennas whose places are wrong by a degree turn the vertical by as much.
     crosstalk
         kappa: a multiplexer keeps parts in a thousand of the channel before. Where the samples do not ask for it, its
         deviation shrinks and switches it off.
@@ -75,6 +81,9 @@ class PriorSettings:
     double_reflection: Allowed = Allowed(0.01, 1e-4, 0.3)
     floor_lobe: Allowed = Allowed(0.03, 1e-3, 0.7)
     wall_lobe: Allowed = Allowed(0.1, 0.03, 0.3)
+    gravity_m_s2: float = 0.3
+    drag_1_m: float = 0.04
+    sideways_m_s2: Allowed = Allowed(0.01, 1e-4, 0.3)
     crosstalk: Allowed = Allowed(0.003, 1e-5, 0.03)
     bias: Allowed = Allowed(0.02, 1e-4, 0.5)
     log_amplitude_map: Allowed = Allowed(0.1, 1e-3, 0.5)
@@ -156,6 +165,9 @@ def make_prior(
 
     # a group each: what one mirror or map needs is no reason to loosen another
     group([layout.crosstalk], settings.crosstalk)
+    law = flight_prior(layout, settings)
+    mean[layout.flight], sd[layout.flight] = law.mean[layout.flight], law.sd[layout.flight]
+    prior.groups.extend(law.groups)
     receivers = layout.receivers
     for m, plane in enumerate(planes):
         # T and R of one surface share their deviation: where one is hardly seen, the others say how large it is
@@ -182,6 +194,17 @@ def make_prior(
         # I and Q together: a slow phasor has no direction; receivers apart: each sees another side of the room
         group([own.bias_i, own.bias_q], settings.bias)
         group([own.amplitude_map], settings.log_amplitude_map)
+    return prior
+
+
+def flight_prior(layout: Layout, settings: PriorSettings = PRIORS) -> Prior:
+    """Return the prior of gravity and drag, every other place of the layout left at zero and one."""
+    prior = Prior(np.zeros(layout.size), np.ones(layout.size))
+    if layout.sizes.flight:
+        first, sideways = layout.flight.start, settings.sideways_m_s2
+        prior.mean[first + 2] = NOMINAL_GRAVITY_M_S2
+        prior.sd[layout.flight] = sideways.start, sideways.start, settings.gravity_m_s2, settings.drag_1_m
+        prior.groups.append(PriorGroup(np.arange(first, first + 2), sideways.lowest, sideways.highest))
     return prior
 
 

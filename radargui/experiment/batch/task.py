@@ -15,8 +15,7 @@ from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_results import read_prior
 from radargui.model.errors import CancelledError, FileError, ProcessingError, RadarGuiError, fault_of
 from radargui.model.result import RunResult
-from radargui.model.setup import Setup
-from radargui.model.setup_change import changed
+from radargui.model.setup import Setup, changed
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 from radargui.session.session import run_paths

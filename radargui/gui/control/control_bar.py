@@ -1,22 +1,93 @@
-"""What never moves: start, record, stop, how many runs, the state beside them, and the place of messages beneath."""
+"""What never moves: start, record, stop, how many runs, the state in large letters, messages, the health line."""
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QScrollArea,
-    QSizePolicy,
-    QSpinBox,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtGui import QAction, QColor, QFont, QFontMetricsF, QPainter, QPaintEvent
 
-from radargui.gui.control.banner import StateView
-from radargui.gui.layout import fill
+from radargui.acquisition.health import Health
+from radargui.acquisition.run_plan import AcquisitionState
+from radargui.gui.control.state import AppState
+from radargui.gui.layout import ALARM, Scroll, fill
 from radargui.gui.theme import Theme, scaled_font
+from radargui.model.rounding import UNKNOWN
+
+_MOST_POINTS = 34.0
+"""Read across a room of five metres: letters of 8 mm on a usual screen (chosen by hand)."""
+_LEAST_POINTS = 11.0
+"""Where even these are too large the end is cut, and told by the tool tip."""
+
+_ROLES = {
+    AppState.DONE: "good",
+    AppState.RECORDING: "alarm",
+    AppState.FAILED: "alarm",
+    AppState.ARMED: "mark",
+    AppState.IDLE: "idle",
+}
+"""Colours of the states; all others are busy."""
+
+
+class StateView(QtWidgets.QWidget):
+    """A word for the state and what belongs to it, as large as fits."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._theme = theme
+        self._state = AppState.IDLE
+        self._detail = ""
+        self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Expanding, QtWidgets.QSizePolicy.Policy.Fixed)
+        self.setMinimumSize(160, 58)
+
+    @property
+    def text(self) -> str:
+        """What is shown."""
+        return f"{self._state.value}   {self._detail}" if self._detail else self._state.value
+
+    def show_state(self, state: AppState, detail: str = "") -> None:
+        """Show a state and what belongs to it."""
+        if (state, detail) != (self._state, self._detail):
+            self._state, self._detail = state, detail
+            self.setAccessibleName(self.text)
+            self.setToolTip(self.text)
+            self.update()
+
+    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        """Return a size that fits most states."""
+        return QSize(480, 60)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the word on its colour, the detail behind it."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        colours = self._theme.colours
+        colour = QColor(colours.role(_ROLES.get(self._state, "busy")))
+        frame = self.rect().adjusted(2, 4, -2, -4)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(colours.base))
+        painter.drawRoundedRect(frame, 6, 6)
+        painter.setBrush(colour)
+        painter.drawRoundedRect(frame.adjusted(0, 0, 10 - frame.width(), 0), 4, 4)
+        inside = frame.adjusted(24, 0, -12, 0)
+        painter.setFont(self._fitting(inside.width(), inside.height()))
+        painter.setPen(colour)
+        painter.drawText(inside, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, self._state.value)
+        if self._detail:
+            word = QFontMetricsF(painter.font()).horizontalAdvance(self._state.value + "  ")
+            painter.setPen(QColor(colours.text))
+            font = painter.font()
+            font.setBold(False)
+            painter.setFont(font)
+            rest = inside.adjusted(int(word), 0, 0, 0)
+            shown = painter.fontMetrics().elidedText(self._detail, Qt.TextElideMode.ElideRight, rest.width())
+            painter.drawText(rest, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, shown)
+        painter.end()
+
+    def _fitting(self, width: int, height: int) -> QFont:
+        font = scaled_font(self.font(), _MOST_POINTS / self.font().pointSizeF(), bold=True)
+        metrics = QFontMetricsF(font)
+        share = min(1.0, width / metrics.horizontalAdvance(self.text), height / metrics.height())
+        font.setPointSizeF(max(_LEAST_POINTS, _MOST_POINTS * share))
+        return font
+
 
 MOST_RUNS = 999
 """What is counted without a hand: more than a day of drops, one a minute and a half."""
@@ -24,41 +95,34 @@ _LOW_SCREEN = 560
 """Height below which every line is taken from the plots: 1920 x 1080 at scale 2 has 540."""
 
 
-class ControlBar(QWidget):
+class ControlBar(QtWidgets.QWidget):
     """Large buttons for actions that the menu has as well."""
 
     def __init__(self, theme: Theme, start: QAction, record: QAction, stop: QAction) -> None:
         super().__init__()
-        self.runs = QSpinBox()
+        self.runs = QtWidgets.QSpinBox(minimum=1, maximum=MOST_RUNS)
         self.runs.setObjectName("runs")
-        self.runs.setRange(1, MOST_RUNS)
         self.runs.setAccessibleName("Number of runs to record")
         self.runs.setToolTip("How many runs Record takes, one after the other without a hand")
-        label = QLabel("Runs")
+        label = QtWidgets.QLabel("Runs")
         label.setBuddy(self.runs)
-        column = fill(QVBoxLayout(), 1, label, self.runs, 1, spacing=1)
+        column = fill(QtWidgets.QVBoxLayout(), 1, label, self.runs, 1, spacing=1)
         self.state = StateView(theme)
         buttons = (_button(action) for action in (start, record, stop))
-        fill(QHBoxLayout(self), *buttons, column, (self.state, 1), margins=(6, 2, 6, 2), spacing=6)
+        fill(QtWidgets.QHBoxLayout(self), *buttons, column, (self.state, 1), margins=(6, 2, 6, 2), spacing=6)
 
 
-class MessagePlace(QScrollArea):
+class MessagePlace(Scroll):
     """Room for messages, offers and progress that is the same whether there are any or not, so that nothing moves."""
 
-    def __init__(self, before: QWidget, *parts: QWidget) -> None:
-        super().__init__()
+    def __init__(self, before: QtWidgets.QWidget, *parts: QtWidgets.QWidget) -> None:
+        super().__init__(QtWidgets.QWidget())
         self._before = before
-        self._content = QWidget()
         self._parts = parts
-        self._quiet = QLabel("No messages")
+        self._quiet = QtWidgets.QLabel("No messages")
         self._quiet.setContentsMargins(8, 4, 8, 4)
         self._quiet.setEnabled(False)
-        fill(QVBoxLayout(self._content), *parts, self._quiet, 1, spacing=1)
-        self.setWidget(self._content)
-        self.setWidgetResizable(True)
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        fill(QtWidgets.QVBoxLayout(self.content), *parts, self._quiet, 1, spacing=1)
         # two messages of one line, with the room around their words; one where the screen is low
         lines = 2 if self.screen().availableSize().height() >= _LOW_SCREEN else 1
         self.setFixedHeight(lines * (self.fontMetrics().height() + 16))
@@ -69,18 +133,105 @@ class MessagePlace(QScrollArea):
             self.verticalScrollBar().setValue(0)
             self._quiet.setVisible(all(part.isHidden() for part in self._parts))
             before = self._before
-            for one in self._content.findChildren(QWidget):
+            for one in self.content.findChildren(QtWidgets.QWidget):
                 if one.focusPolicy() & Qt.FocusPolicy.TabFocus:
-                    QWidget.setTabOrder(before, one)
+                    QtWidgets.QWidget.setTabOrder(before, one)
                     before = one
         return super().eventFilter(watched, event)
 
 
-def _button(action: QAction) -> QToolButton:
-    button = QToolButton()
+def _button(action: QAction) -> QtWidgets.QToolButton:
+    button = QtWidgets.QToolButton()
     button.setDefaultAction(action)
     button.setFont(scaled_font(button.font(), 1.25, bold=True))
     button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
     button.setMinimumSize(QSize(92, 50))
-    button.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
+    button.setSizePolicy(QtWidgets.QSizePolicy.Policy.Fixed, QtWidgets.QSizePolicy.Policy.Preferred)
     return button
+
+
+_LAG_ALARM_S = 0.5
+"""From here on a hand sees that the picture comes later."""
+_DISK_ALARM_S = 600.0
+"""Ten minutes of recording are left: time to make room."""
+_QUEUE_ALARM = 0.5
+"""Half full: the disk is too slow, and the other half is what is left before samples are lost."""
+_RATE_TOLERANCE = 0.02
+"""The rate is measured over half a second of blocks of 20 ms: it is not known better."""
+
+
+_TIPS = {
+    "rate": "Samples per second of each channel, as they really come in",
+    "lost": "Samples of each channel that the device lost, or that were not written in time",
+    "backlog": "Samples that wait in the device's buffer",
+    "queue": "How full the queue to the disk is",
+    "disk": "Free space of the disk that is recorded to",
+    "lag": "How far the live track is behind the newest sample",
+}
+
+
+class HealthLine(QtWidgets.QWidget):
+    """One label a figure."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.labels = {name: QtWidgets.QLabel() for name in _TIPS}
+        for name, label in self.labels.items():
+            label.setToolTip(_TIPS[name])
+            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.run = QtWidgets.QLabel()
+        self.run.setToolTip("How the last run was recorded")
+        self.run.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        # never makes the window wider
+        self.run.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Preferred)
+        fill(QtWidgets.QHBoxLayout(self), *self.labels.values(), (self.run, 1), margins=(6, 0, 6, 0), spacing=18)
+        self.show_health(None)
+
+    def show_health(self, health: Health | None) -> None:
+        """Show a snapshot; None: nothing runs."""
+        for name, (text, bad) in figures(health).items():
+            label = self.labels[name]
+            label.setText(text)
+            style = ALARM if bad else ""
+            if label.styleSheet() != style:
+                label.setStyleSheet(style)
+
+    def show_run(self, text: str) -> None:
+        """Show how the last run was recorded."""
+        self.run.setText(text)
+        self.run.setToolTip(f"How the last run was recorded. {text}".strip())
+
+
+def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
+    """Return each figure's words and whether it is bad."""
+    if health is None:
+        words = ("Rate –", "Lost 0", "Backlog 0", "Queue –", "Disk –", "Live lag –")
+        return {name: (text, False) for name, text in zip(_TIPS, words, strict=True)}
+    promised = health.sample_rate_hz
+    # the rate means something only while samples come in, and after a first second
+    counts = health.state is AcquisitionState.RUNNING and health.samples_read > (promised or 0.0)
+    real = health.read_rate_hz if counts else None
+    rate_hz = promised if real is None else real
+    slow = promised is not None and real is not None and abs(real - promised) > _RATE_TOLERANCE * promised
+    lost = health.samples_lost + health.samples_not_written
+    full = health.writer_queue_samples / max(1, health.writer_queue_capacity_samples)
+    free, left = health.disk_free_bytes, health.disk_left_s
+    lag = health.live_lag_s
+    skipped = f", {health.live_skipped_samples} skipped" if health.live_skipped_samples else ""
+    return {
+        "rate": (f"Rate {UNKNOWN if rate_hz is None else f'{rate_hz / 1e3:.2f} kS/s per channel'}", slow),
+        "lost": (f"Lost {lost} in {health.gaps} gaps" if lost else "Lost 0", lost > 0),
+        "backlog": (f"Backlog {health.backlog_samples}", False),
+        "queue": (
+            f"Queue {full:.0%}" if health.writer_queue_capacity_samples else f"Queue {UNKNOWN}",
+            full > _QUEUE_ALARM,
+        ),
+        "disk": (
+            f"Disk {free / 1e9:.1f} GB free" if free is not None else f"Disk {UNKNOWN}",
+            left is not None and left < _DISK_ALARM_S,
+        ),
+        "lag": (
+            f"Live lag {1e3 * lag:.0f} ms{skipped}" if lag is not None else f"Live lag {UNKNOWN}",
+            lag is not None and lag > _LAG_ALARM_S,
+        ),
+    }

@@ -4,7 +4,6 @@ import threading
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -14,10 +13,20 @@ from radargui.experiment.event import Event, EventKind, ExperimentState, Recorde
 from radargui.experiment.experiment import Experiment
 from radargui.files.run_card import RunCard, origin_attributes
 from radargui.gui.background import Mailbox
-from radargui.gui.control.app_state import AppState
-from radargui.gui.control.feed import Feed
-from radargui.gui.control.run_request import Backlog, MakeSource, RunRequest, at_once, card_of
-from radargui.gui.control.worker_state import Asked, RestartNews, WorkerState, edge_words
+from radargui.gui.control.state import (
+    AppState,
+    Asked,
+    Backlog,
+    Feed,
+    MakeSource,
+    Reached,
+    RunRequest,
+    WorkerState,
+    at_once,
+    card_of,
+    edge_words,
+    restart_words,
+)
 from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveMemory
@@ -56,7 +65,7 @@ class RunControl(QObject):
         self._setup: Setup | None = None
         self._pulled: Acquisition | None = None
         self._next: RunRequest | None = None
-        self._restarts = RestartNews()
+        self._restarts = 0
         self._memory = LiveMemory()
         self._continuous = False
         self.session: Session | None = None
@@ -76,13 +85,13 @@ class RunControl(QObject):
     @property
     def health(self) -> Health | None:
         """The newest snapshot of the running acquisition; None where none runs. Taken by its worker, not here."""
-        reached = self._of_worker.reached
+        reached = self.reached
         return reached.health if self.state.running and not reached.only_processes else None
 
     @property
-    def progress(self) -> float:
-        """Share of the present run's processing that is done."""
-        return self._of_worker.reached.progress
+    def reached(self) -> Reached:
+        """What the worker has made so far, and what is wanted of it."""
+        return self._of_worker.reached
 
     @property
     def recorded_s(self) -> float:
@@ -96,18 +105,13 @@ class RunControl(QObject):
         threads = (self._worker, self._stopper)
         if not any(thread is not None and thread.is_alive() for thread in threads):
             return ""
-        reached = self._of_worker.reached
+        reached = self.reached
         if reached.experiment is None:
             return "the source to stop"
         if not (reached.only_processes or reached.records is AppState.PROCESSING):
             return "the end of the recording"
         runs = "the result of the last run" if len(self.backlog) < 2 else f"the results of {len(self.backlog)} runs"
         return f"{runs} ({reached.progress:.0%} of one computed)"
-
-    @property
-    def leaves(self) -> bool:
-        """Whether results that are still to come are left for later."""
-        return self._of_worker.leaves
 
     def start_live(
         self, setup: Setup, kind: SourceKind, file: Path | None, *, make: Callable[[Setup], Source] | None = None
@@ -214,7 +218,7 @@ class RunControl(QObject):
             known = run.name in session.rejected
             experiment.reject(run)
             if not known:
-                self._post(state, self._one_more, None)
+                self._post(state, self._one_more)
         else:
             session.reject(run, BY_OPERATOR)
 
@@ -223,26 +227,14 @@ class RunControl(QObject):
 
         Asked again, or while there is nothing but processing, that ends too: what stands already is kept.
         """
-        again = self._of_worker.stops or self._of_worker.reached.only_processes
-        self._stop(Asked.CANCEL if again else Asked.FINISH)
-
-    def finish(self) -> None:
-        """End what runs, without waiting: a run under way is kept and processed, whatever is asked again."""
-        self._stop(Asked.FINISH)
-
-    def cancel(self) -> None:
-        """End what runs now, without waiting; what was recorded is kept, with the preliminary results."""
-        self._stop(Asked.CANCEL)
-
-    def leave(self) -> None:
-        """End what runs now, without waiting; what was recorded is kept, results still to come are left for later."""
-        self._stop(Asked.LEAVE)
+        again = self._of_worker.stops or self.reached.only_processes
+        self.end(Asked.CANCEL if again else Asked.FINISH)
 
     def poll(self) -> None:
         """Look what changed; called by the window's timer."""
         if not self.state.running:
             return
-        reached = self._of_worker.reached
+        reached = self.reached
         acquisition = reached.acquisition
         if reached.only_processes:
             # nothing comes in any more: what is shown is not now
@@ -258,8 +250,9 @@ class RunControl(QObject):
             return
         if reached.source is not None and self._setup is not None:
             self.waits_for = edge_words(self._setup.daq) if reached.source.is_waiting else ""
-            if news := self._restarts.of(reached.source):
-                self.warned.emit(news, "restart")
+            if (count := reached.source.restarts) > self._restarts:
+                self._restarts = count
+                self.warned.emit(restart_words(count), "restart")
         if reached.experiment is not None:
             self.run_number = reached.run_number
             if self._continuous and acquisition is not None and acquisition.recorder is not None:
@@ -278,7 +271,8 @@ class RunControl(QObject):
             self._set_session(session)
             self._enter(AppState.IDLE)
 
-    def _stop(self, asked: Asked) -> None:
+    def end(self, asked: Asked) -> None:
+        """End what runs as far as is asked, without waiting; what was recorded is kept."""
         if not self.state.running:
             return
         self._next = None
@@ -293,7 +287,7 @@ class RunControl(QObject):
     def _begin(self, setup: Setup) -> None:
         self._setup = setup
         self._of_worker = WorkerState()
-        self._restarts = RestartNews()
+        self._restarts = 0
         self._pulled = self._next = None
         self.waits_for, self.kept, self._continuous = "", 0, False
         self.backlog = Backlog()
@@ -303,12 +297,12 @@ class RunControl(QObject):
         state = self._of_worker
 
         def run() -> None:
+            failure: Exception | None = None
             try:
                 work(state)
             except Exception as error:  # noqa: BLE001 - shown to the operator
-                self._post(state, self._ended, error)
-            else:
-                self._post(state, self._ended, None)
+                failure = error
+            self._post(state, self._ended, failure)
 
         self._worker = threading.Thread(target=run, name=f"gui {what}", daemon=True)
         self._worker.start()
@@ -324,17 +318,17 @@ class RunControl(QObject):
         elif event.kind is EventKind.PRELIMINARY:
             self._post(state, self.run_preliminary.emit, event.run)
         elif event.kind is EventKind.RECORDED and event.run is not None:
-            self._post(state, self._taken, (event.run, card_of(event.run)))
+            self._post(state, self._taken, event.run, card_of(event.run))
         elif event.kind is EventKind.WARNING and event.state is not ExperimentState.PROCESSING:
             # what processing warns of stands with the run's result
-            self._post(state, lambda said: self.warned.emit(*said), (event.message, event.topic))
+            self._post(state, self.warned.emit, event.message, event.topic)
 
-    def _post(self, state: WorkerState, call: Callable[[Any], None], value: object) -> None:
+    def _post(self, state: WorkerState, call: Callable[..., None], *values: object) -> None:
         """Let a call be made in the window's thread, unless another worker runs by then; from any thread."""
 
         def deliver() -> None:
             if state is self._of_worker:
-                call(value)
+                call(*values)
 
         self._mailbox.post(deliver)
 
@@ -344,13 +338,13 @@ class RunControl(QObject):
         self.session = session
         self.session_changed.emit()
 
-    def _one_more(self, _nothing: None) -> None:
+    def _one_more(self) -> None:
         # another one is recorded in place of a rejected one, unless that was the last and all is over
         self.n_runs += self.state.running and self.state is not AppState.PROCESSING
 
-    def _taken(self, taken: tuple[RecordedRun, RunCard]) -> None:
-        self.backlog.take(taken[0])
-        self.run_taken.emit(*taken)
+    def _taken(self, run: RecordedRun, card: RunCard) -> None:
+        self.backlog.take(run)
+        self.run_taken.emit(run, card)
 
     def _recorded(self, recorded: RecordedRun) -> None:
         self.backlog.drop(recorded)
@@ -362,7 +356,7 @@ class RunControl(QObject):
         if self._worker is not None:
             self._worker.join()
         request = self._next
-        self.had_source = self._of_worker.reached.source is not None
+        self.had_source = self.reached.source is not None
         if error is not None:
             self._finish(AppState.IDLE if self._of_worker.stops else AppState.FAILED)
             self.failed.emit(error)

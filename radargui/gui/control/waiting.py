@@ -5,10 +5,9 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QTimer, Signal
 
-from radargui.gui.control.app_state import AppState
 from radargui.gui.control.run_control import RunControl
+from radargui.gui.control.state import AppState, Asked
 from radargui.gui.layout import Strip, button
-from radargui.gui.theme import Theme
 
 _LOOK_MS = 50
 """Whether all has ended is looked at so often: soon enough to seem at once."""
@@ -17,13 +16,15 @@ GRACE_S = 3.0
 device answers within two (chosen by hand; nothing is lost after it, samples are flushed as they come)."""
 
 
+_TELLS_AFTER = 0.05
+"""Share of a result after which its remaining time is foretold: the first steps say little (chosen by hand)."""
+
+
 class ClosingStrip(Strip):
     """Hidden until the window is to close; `over` comes when nothing is waited for any more.
 
     Parameters
     ----------
-    theme
-        Gives the colours.
     unfinished
         Returns what has still to end, in words.
     hurry
@@ -36,14 +37,13 @@ class ClosingStrip(Strip):
 
     def __init__(
         self,
-        theme: Theme,
         unfinished: Callable[[], tuple[str, ...]],
         hurry: Callable[[], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         tip = "What was recorded is kept. Runs that are still to be computed can be computed later: radargui batch"
         self.leave = button("Leave now", self.leave_now, tip)
-        super().__init__(theme, "busy", self.leave)
+        super().__init__("link", self.leave)
         self._unfinished, self._hurry, self._clock = unfinished, hurry, clock
         self._began_s = 0.0
         self._hurried_s: float | None = None
@@ -84,22 +84,21 @@ class StoppingStrip(Strip):
 
     Parameters
     ----------
-    theme
-        Gives the colours.
     control
         What is being done; asked by `look`.
     clock
         Seconds; injected by tests.
     """
 
-    def __init__(self, theme: Theme, control: RunControl, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, control: RunControl, clock: Callable[[], float] = time.monotonic) -> None:
         tip = "Keep the preliminary result, where the setup has one; it is marked as preliminary"
-        self.quick = button("Use the quick result", control.cancel, tip)
+        self.quick = button("Use the quick result", lambda: control.end(Asked.CANCEL), tip)
         tip = "What was recorded is kept; offered at the next start, or: radargui batch"
-        self.later = button("Compute later", control.leave, tip)
-        super().__init__(theme, "busy", self.quick, self.later)
+        self.later = button("Compute later", lambda: control.end(Asked.LEAVE), tip)
+        super().__init__("link", self.quick, self.later)
         self._control, self._clock = control, clock
         self._began_s: float | None = None
+        self._run, self._run_began_s, self._run_share = "", 0.0, 0.0
 
     def look(self, computed: str) -> None:
         """Say what is waited for; `computed`: what the run is called whose result is computed."""
@@ -113,9 +112,20 @@ class StoppingStrip(Strip):
             self._began_s = self._clock()
         more = len(control.backlog) - 1
         after = f", {more} more after it" if more else ""
-        share = f"{100.0 * control.progress:.0f} % computed"
+        share = f"{100.0 * control.reached.progress:.0f} % computed"
         waited_s = self._clock() - self._began_s
-        self.words.setText(f"Waiting for the result of {computed or 'a run'} ({share}{after}), {waited_s:.0f} s so far")
+        left = "" if (left_s := self._left_s(computed)) is None else f", about {left_s:.0f} s left"
+        self.words.setText(
+            f"Waiting for the result of {computed or 'a run'} ({share}{left}{after}), {waited_s:.0f} s so far"
+        )
         for one in (self.quick, self.later):
-            one.setEnabled(not control.leaves)
+            one.setEnabled(control.reached.asked is not Asked.LEAVE)
         self.show()
+
+    def _left_s(self, run: str) -> float | None:
+        """Return how long the run's result will take if it goes on as since it was first seen; None: too early."""
+        now, share = self._clock(), self._control.reached.progress
+        if run != self._run or share < self._run_share:
+            self._run, self._run_began_s, self._run_share = run, now, share
+        done = share - self._run_share
+        return (1.0 - share) / done * (now - self._run_began_s) if done >= _TELLS_AFTER else None

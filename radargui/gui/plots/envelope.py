@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.decimation import lowest_and_highest
+from radargui.model.arrays import BoolArray, FloatArray, lowest_and_highest
 
 
 class Envelope:

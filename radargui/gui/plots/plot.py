@@ -1,12 +1,14 @@
 """A plot with the window's look, explicit units, cached axes, no prefix that lies; and its key as words beside it."""
 
 from html import escape
+from typing import TypeVar
 
 import pyqtgraph as pg
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QLabel
 
+from radargui.gui.layout import follow
 from radargui.gui.theme import Theme
 
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
@@ -15,6 +17,9 @@ pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
 NOW = "time before now [s]"
 LAST = "time before the last sample shown [s]"
 """While the picture is held, or nothing comes in any more, the right edge is not now."""
+
+
+_Item = TypeVar("_Item", bound=pg.GraphicsObject)
 
 
 class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
@@ -26,6 +31,8 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         Gives the colours.
     bottom, left
         Axis labels with their units.
+    left_px
+        Width of the left axis, the same for plots beneath one another so that one instant stands above the other.
     equal
         One unit is as long on both axes.
     live
@@ -33,20 +40,26 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     """
 
     def __init__(
-        self, theme: Theme, bottom: str = "", left: str = "", *, equal: bool = False, live: bool = False
+        self,
+        theme: Theme,
+        bottom: str = "",
+        left: str = "",
+        *,
+        left_px: int | None = None,
+        equal: bool = False,
+        live: bool = False,
     ) -> None:
-        super().__init__()
+        super().__init__(enableMenu=not live)
         self._theme = theme
         self._labels = {"bottom": bottom, "left": left}
         self._inside: pg.LabelItem | None = None
         self._inside_text = ""
-        self._pens: list[tuple[pg.PlotDataItem | pg.PlotCurveItem | pg.InfiniteLine, str, bool]] = []
+        self._pens: list[tuple[pg.GraphicsObject, str, bool]] = []
         item = self.getPlotItem()
         if live:
             item.hideButtons()
         # room for the outermost tick words, which are cut otherwise
         item.layout.setContentsMargins(2, 7, 14, 2)
-        item.setMenuEnabled(not live)
         self.setAspectLocked(equal)
         self.setMouseEnabled(x=not live, y=not live)
         for name in ("bottom", "left"):
@@ -56,12 +69,12 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             axis.setStyle(tickLength=-4)
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
+        item.getAxis("left").setWidth(left_px)
         # below that the words of the axes lie upon another: the panel scrolls instead
         self.setMinimumSize(80, 86 if bottom else 62)
         # no key does anything here
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        theme.changed.connect(self.retheme)
-        self.retheme()
+        follow(theme.changed, self.retheme)
 
     def relabel(self, bottom: str) -> None:
         """Write other words to the lower axis."""
@@ -77,45 +90,35 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
         self._write_inside()
 
-    def line(self, role: str, *, dashed: bool = False, **options: object) -> pg.PlotDataItem:
-        """Add an empty curve in the colour of a role of the theme (`i`, `q`, `receivers.0`, `fit`, ...)."""
-        curve = pg.PlotDataItem(**options)
-        self.addItem(curve)
-        self._follow(curve, role, dashed=dashed)
-        return curve
-
     def still_line(self, role: str, *, dashed: bool = False) -> pg.PlotDataItem:
-        """Add an empty curve for data that stay, drawn fast at any zoom; NaN breaks the line."""
-        curve = self.line(role, dashed=dashed, connect="finite")
-        curve.setDownsampling(auto=True, method="peak")
-        curve.setClipToView(True)
-        return curve
+        """Add an empty curve for data that stay, in the colour of a role of the theme (`i`, `receivers.0`, `fit`, ...).
+
+        It is drawn fast at any zoom; NaN breaks the line.
+        """
+        curve = pg.PlotDataItem(connect="finite", autoDownsample=True, downsampleMethod="peak", clipToView=True)
+        return self._add(curve, role, dashed=dashed)
 
     def fast_line(self, role: str, *, dashed: bool = False) -> pg.PlotCurveItem:
         """Add an empty curve for live data: no decimation of its own, NaN breaks the line."""
-        curve = pg.PlotCurveItem(connect="finite")
-        self.addItem(curve)
-        self._follow(curve, role, dashed=dashed)
-        return curve
+        return self._add(pg.PlotCurveItem(connect="finite"), role, dashed=dashed)
 
     def marker(self, role: str, symbol: str = "o", size: int = 8) -> pg.PlotDataItem:
         """Add an empty set of symbols."""
-        points = pg.PlotDataItem(pen=None, symbol=symbol, symbolSize=size)
-        self.addItem(points)
-        self._follow(points, role, dashed=False)
-        return points
+        return self._add(pg.PlotDataItem(pen=None, symbol=symbol, symbolSize=size), role)
 
     def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:
         """Add a straight line across the plot."""
-        line = pg.InfiniteLine(position, angle=angle)
-        self.addItem(line, ignoreBounds=True)
-        self._follow(line, role, dashed=dashed)
-        return line
+        return self._add(pg.InfiniteLine(position, angle=angle), role, dashed=dashed, ignoreBounds=True)
 
-    def drop(self, item: pg.GraphicsObject) -> None:
-        """Take a curve or line out."""
-        self._pens = [entry for entry in self._pens if entry[0] is not item]
-        self.removeItem(item)
+    def show_nothing(self) -> None:
+        """Empty all curves; they stay for what comes."""
+        for item in self.getPlotItem().listDataItems():
+            item.clear()
+
+    def take_all_out(self) -> None:
+        """Take all curves and lines out."""
+        self._pens.clear()
+        self.getPlotItem().clear()
 
     def colour(self, role: str) -> str:
         """Return the colour of a role now."""
@@ -143,9 +146,11 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         if self._inside is not None:
             self._inside.setText(self._inside_text, color=colour, size="8pt")
 
-    def _follow(self, item: pg.GraphicsObject, role: str, *, dashed: bool) -> None:
+    def _add(self, item: _Item, role: str, *, dashed: bool = False, **options: object) -> _Item:
+        self.addItem(item, **options)
         self._pens.append((item, role, dashed))
         self._paint(item, role, dashed=dashed)
+        return item
 
     def _paint(self, item: pg.GraphicsObject, role: str, *, dashed: bool) -> None:
         colour = QColor(self.colour(role))
@@ -156,6 +161,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         # width 1 is ten times faster to draw than 2
         style = Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine
         item.setPen(pg.mkPen(colour, width=1, style=style))
+
+
+IQ_KEY = (("▬", "i", "I"), ("▬", "q", "Q"))
 
 
 class Key(QLabel):
@@ -174,8 +182,7 @@ class Key(QLabel):
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setContentsMargins(6, 0, 6, 0)
         self.setMinimumWidth(40)
-        theme.changed.connect(self._write)
-        self._write()
+        follow(theme.changed, self._write)
 
     def show_entries(self, *entries: tuple[str, str, str]) -> None:
         """Show another key."""

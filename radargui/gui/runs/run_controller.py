@@ -15,22 +15,22 @@ from PySide6.QtWidgets import QFileDialog
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
 from radargui.experiment.reprocess import own_setup, process_run
-from radargui.files.overview import Overview, read_overview
+from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
 from radargui.files.stored_results import read_stored_results
+from radargui.gui.background import Task
 from radargui.gui.runs.run_list_panel import RunListPanel
-from radargui.gui.runs.run_model import RunEntry, notes_of_file, notes_of_run
+from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, notes_of_file
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import entry_of
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.gui.work_strip import Task
-from radargui.model.errors import CancelledError, FileError, RadarGuiError, SetupError
+from radargui.model.errors import CancelledError, FileError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
 from radargui.processing.result_of_run import result_of_run
-from radargui.session.folder import REPORT_FOLDER
+from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
 if TYPE_CHECKING:
@@ -73,22 +73,14 @@ class RunController(QObject):
             self._jobs.start(
                 "the list of runs",
                 lambda: ([_entry(path) for path in paths], report if report.is_file() else None),
-                lambda found: self._listed(session, *found),
+                lambda found: self._listed(*found),
+                wanted=lambda: session is self._session,
             )
 
     def take(self, recorded: RecordedRun, card: RunCard) -> None:
         """List a run that is on the disk, whose result is still to come."""
         if recorded.path is not None:
-            self._runs.put(
-                RunEntry(
-                    recorded.path,
-                    started_at=card.started_at,
-                    rejected=recorded.set_aside or None,
-                    health=recorded.health_line,
-                    origin=card.origin,
-                    waits=not recorded.set_aside,
-                )
-            )
+            self._runs.put(entry_of_recorded(recorded, recorded.path, card))
 
     def add(self, recorded: RecordedRun) -> None:
         """List and show a run that was just recorded; its final result without taking the eye off something else."""
@@ -98,17 +90,8 @@ class RunController(QObject):
             if recorded.ending is not Ending.STOPPED:
                 self._board.post("warning", recorded.message)
             return
-        result = recorded.result
-        agreement, health = notes_of_run(recorded)
-        follows = recorded.path in self._kept
-        entry = RunEntry(
-            recorded.path,
-            started_at=result.recording.started_at if result else "",
-            summary=summarise(result) if result else None,
-            rejected=recorded.set_aside or None,
-            agreement=agreement,
-            health=health,
-        )
+        result, follows = recorded.result, recorded.path in self._kept
+        entry = entry_of_recorded(recorded, recorded.path)
         # what is set aside stays out of the way, also of the key that rejects the chosen run
         self._runs.put(entry, select=not recorded.set_aside and not follows)
         if result is None:
@@ -126,18 +109,18 @@ class RunController(QObject):
         if session is None or not session.run_paths():
             self._board.post("warning", "There is no run to report: record one, or open a session.")
             return
-        self._runs.report_started()
+        self._runs.show_report(busy=True)
         self._work.start(
             "the report",
             lambda task: _report_session(session, task),
             self._reported,
             self._report_failed,
-            self._runs.report_ended,
+            self._runs.show_report,
         )
 
     def ask_export(self) -> None:
         """Let the operator choose where the tables go."""
-        entry = self._runs.chosen
+        entry = self._runs.table.chosen
         if entry is None:
             self._board.post("warning", "No run is chosen: choose one in the list of runs.")
             return
@@ -147,7 +130,7 @@ class RunController(QObject):
 
     def export(self, folder: Path) -> None:
         """Write the tables of the chosen run to a new folder in `folder`."""
-        entry = self._runs.chosen
+        entry = self._runs.table.chosen
         if entry is None:
             return
         known = self._kept.get(entry.path)
@@ -165,7 +148,7 @@ class RunController(QObject):
 
     def reprocess(self, setup: Setup) -> None:
         """Process the chosen run with another setup and keep what comes out beside its samples."""
-        entry = self._runs.chosen
+        entry = self._runs.table.chosen
         if entry is None:
             self._board.post("warning", "No run is chosen: choose one in the list of runs.")
             return
@@ -223,14 +206,11 @@ class RunController(QObject):
         self._jobs.start(
             "the overview of the run",
             lambda: read_overview(path),
-            lambda overview: self._show_overview(path, overview),
+            lambda overview: self._run.show_overview(overview, in_front=path not in self._kept),
             # what is wrong with the file is reported by the reading of the run
             lambda _error: None,
+            lambda: path == self._wanted,
         )
-
-    def _show_overview(self, path: Path, overview: Overview) -> None:
-        if path == self._wanted:
-            self._run.show_overview(overview, in_front=path not in self._kept)
 
     def _reprocessed(self, path: Path, result: RunResult) -> None:
         self._loaded(path, result)
@@ -252,20 +232,18 @@ class RunController(QObject):
         while len(self._kept) > _KEPT:
             self._kept.popitem(last=False)
 
-    def _listed(self, session: Session, entries: list[RunEntry], report: Path | None) -> None:
-        if session is not self._session:
-            return
+    def _listed(self, entries: list[RunEntry], report: Path | None) -> None:
         for entry in entries:
             self._runs.put(entry)
         if report is not None:
-            self._runs.report_ended(report)
+            self._runs.show_report(report)
 
     def _reported(self, report: Report) -> None:
-        self._runs.report_ended(report.html)
+        self._runs.show_report(report.html)
         self._board.post("info", f"Report written: {report.html.parent}")
 
     def _report_failed(self, error: BaseException) -> None:
-        self._runs.report_ended()
+        self._runs.show_report()
         self._board.post_error(error)
 
     def _not_shown(self, name: str, error: BaseException) -> None:
@@ -294,10 +272,10 @@ def _result_of(
 def _setup_of(path: Path) -> Setup:
     """Return what the stored results were made with, so that they are shown; else what the run was recorded with."""
     # damaged ones are computed again
-    with contextlib.suppress(FileError, SetupError):
+    with contextlib.suppress(FileError):
         stored = read_stored_results(path)
-        if stored and stored[-1].is_present:
-            return stored[-1].setup
+        if stored and stored[-1].is_present and (setup := stored[-1].setup) is not None:
+            return setup
     return own_setup(path)
 
 

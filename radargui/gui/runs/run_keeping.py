@@ -1,15 +1,18 @@
-"""What happens when a run is done, and the one key that rejects it and takes it back."""
+"""What happens when a run is done, what is said of it meanwhile, and the one key that rejects it and takes it back."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication
 
 from radargui.experiment.event import RecordedRun
-from radargui.gui.control.banner import RunWords
-from radargui.gui.control.health_line import HealthLine
+from radargui.gui.control.control_bar import HealthLine, StateView
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.menus import Actions
+from radargui.gui.control.state import AppState
+from radargui.gui.control.waiting import StoppingStrip
+from radargui.gui.notices import NoticeStrip
+from radargui.gui.panels import Actions
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
@@ -20,8 +23,16 @@ _BETWEEN_SOUNDS_MS = 220
 """Two sounds that are heard as two (chosen by ear)."""
 
 
+@dataclass(eq=False, repr=False)
 class RunKeeping(QObject):
-    """Joins the recorded runs with list, sound, health line and the key.
+    """Joins the recorded runs with list, sound, health line, the state in large letters and the key.
+
+    Parameters
+    ----------
+    view, stopping
+        Where it is said what is being done, and what is waited for.
+    strip
+        Where the reason of a failure is said, until it is dismissed there.
 
     Attributes
     ----------
@@ -29,83 +40,118 @@ class RunKeeping(QObject):
         The newest result as the banner says it: which run, what it gave; empty where there is none yet.
     """
 
-    def __init__(
-        self,
-        control: RunControl,
-        runs: RunListPanel,
-        controller: RunController,
-        health: HealthLine,
-        does: Actions,
-        services: Services,
-    ) -> None:
-        super().__init__(services.parent)
-        self._control, self._runs, self._controller, self._health = control, runs, controller, health
-        self._settings, self._board, self._jobs = services.settings, services.board, services.jobs
-        self.last_result = ""
+    control: RunControl
+    runs: RunListPanel
+    controller: RunController
+    health: HealthLine
+    view: StateView
+    stopping: StoppingStrip
+    strip: NoticeStrip
+    does: Actions
+    services: Services
+
+    def __post_init__(self) -> None:
+        super().__init__(self.services.parent)
+        control, does, put = self.control, self.does, self.services.settings.put
+        self.last_result = self._failure = ""
         self._of_result: Path | None = None
         self._heard: set[Path] = set()
-        self._sound = does.sound
-        does.sound.setChecked(self._settings.text("sound", "on") == "on")
-        does.sound.toggled.connect(lambda on: self._settings.put("sound", "on" if on else "off"))
-        does.reject.triggered.connect(self.toggle)
-        does.show_rejected.setChecked(self._settings.text("show_rejected", "no") == "yes")
-        runs.set_show_rejected(does.show_rejected.isChecked())
-        does.show_rejected.toggled.connect(self._switch_rejected)
-        runs.show_rejected_toggled.connect(does.show_rejected.setChecked)
+        does.sound.setChecked(self.services.settings.text("sound", "on") == "on")
+        does.sound.toggled.connect(lambda on: put("sound", "on" if on else "off"))
+        does.show_rejected.setChecked(self.services.settings.text("show_rejected", "no") == "yes")
+        does.show_rejected.toggled.connect(lambda on: put("show_rejected", "yes" if on else "no"))
         control.run_preliminary.connect(self._preliminary)
         control.run_recorded.connect(self._recorded)
-        control.run_taken.connect(controller.take)
+        control.run_taken.connect(self.controller.take)
         control.session_changed.connect(self._forget)
+        control.failed.connect(self._fail)
+        self.services.board.changed.connect(self.look)
+
+    def look(self) -> None:
+        """Say what is being done now."""
+        entry = self.runs.model.entry_of(self.control.backlog.computed)
+        computed = entry.called if entry else ""
+        self.view.show_state(self.control.state, self._detail(computed))
+        self.stopping.look(computed)
+
+    def _detail(self, computed: str) -> str:
+        """Return what belongs to the present state; `computed`: what the run is called that is computed."""
+        control, model, news = self.control, self.runs.model, self._news
+        coming = f"replay {model.n_replays + 1}" if control.kind == "replay" else f"drop {model.n_drops + 1}"
+        coming += f" ({control.run_number} of {control.n_runs})" if control.n_runs > 1 else ""
+        match control.state:
+            case AppState.DONE:
+                return f"{control.kept} drops   {news}".rstrip() if control.kept > 1 else news
+            case AppState.ARMED:
+                doing = f"{coming}, waiting for {control.waits_for or 'motion'}"
+            case AppState.RECORDING:
+                doing = f"{coming}, {control.recorded_s:.1f} s"
+            case AppState.SETTLING:
+                doing = f"{coming}, waiting until nothing moves"
+            case AppState.PROCESSING:
+                waiting = f", {len(control.backlog) - 1} more wait" if len(control.backlog) > 1 else ""
+                doing = f"{computed} {100.0 * control.reached.progress:.0f} %{waiting}"
+            case AppState.FAILED:
+                # where the reason was dismissed it stands here
+                return "see the message below" if self._failure in self.strip.texts() else self._failure
+            case _:
+                return ""
+        return f"{doing}   {news}".strip()
 
     @property
-    def words(self) -> RunWords:
-        """What the banner calls the runs; its news are a number and what belongs to it, never of two runs as of one."""
-        model, backlog, news = self._runs.model, self._control.backlog, self.last_result
-        coming = f"replay {model.n_replays + 1}" if self._control.kind == "replay" else f"drop {model.n_drops + 1}"
-        computed, last = (model.entry_of(path) for path in (backlog.computed, backlog.last_recorded))
-        if last is not None and last.path != self._of_result:
-            news = "; ".join(filter(None, (f"{last.called} recorded", news)))
-        return RunWords(coming, computed.called if computed else "", news)
+    def _news(self) -> str:
+        """The newest result, and what was recorded since: each with its number, never of two runs as of one."""
+        last = self.runs.model.entry_of(self.control.backlog.last_recorded)
+        recorded = f"{last.called} recorded" if last is not None and last.path != self._of_result else ""
+        return "; ".join(filter(None, (recorded, self.last_result)))
+
+    def _fail(self, error: BaseException) -> None:
+        self.services.board.post_error(error)
+        # the newest error stands first
+        self._failure = self.services.board.notices[0].text
+        self.look()
 
     def _forget(self) -> None:
-        self._health.show_run("")
+        self.health.show_run("")
         self.last_result = ""
         self._of_result = None
 
     def toggle(self) -> None:
         """Reject the chosen run, or the last one; take it back where it was rejected already."""
-        entry = self._runs.chosen or self._runs.model.last_kept
+        entry = self.runs.table.chosen or self.runs.model.last_kept
         if entry is None:
-            self._board.post("warning", "There is no run to reject.")
+            self.services.board.post("warning", "There is no run to reject.")
             return
         back = bool(entry.rejected)
-        self._jobs.start(
+        self.services.jobs.start(
             "taking a run back" if back else "rejecting a run",
-            lambda: self._control.reject(entry.path, back=back),
+            lambda: self.control.reject(entry.path, back=back),
             lambda _done: self._toggled(entry, back),
         )
 
     def _toggled(self, entry: RunEntry, back: bool) -> None:
-        self._runs.reject(entry.path, "" if back else BY_OPERATOR)
+        self.runs.reject(entry.path, "" if back else BY_OPERATOR)
         if back:
-            self._board.post("info", f"{entry.name} counts again.")
+            self.services.board.post("info", f"{entry.name} counts again.")
         else:
             self._beep(twice=True)
-            self._board.post("info", f"{entry.name} is rejected: kept, not counted. The same key (Del) takes it back.")
+            self.services.board.post(
+                "info", f"{entry.name} is rejected: kept, not counted. The same key (Del) takes it back."
+            )
 
     def _preliminary(self, recorded: RecordedRun) -> None:
         """Show what stands while the joint correction is computed; the operator can go on, and hears so."""
-        self._controller.add(recorded)
+        self.controller.add(recorded)
         if recorded.path is not None:
             self._heard.add(recorded.path)
         self._beep()
         self._say(recorded)
 
     def _recorded(self, recorded: RecordedRun) -> None:
-        self._controller.add(recorded)
+        self.controller.add(recorded)
         if recorded.path is None:
             return
-        self._health.show_run(f"{recorded.path.stem}: {recorded.health_line}" if recorded.health_line else "")
+        self.health.show_run(f"{recorded.path.stem}: {recorded.health_line}" if recorded.health_line else "")
         if recorded.set_aside:
             self._beep(twice=True)
             return
@@ -117,7 +163,7 @@ class RunKeeping(QObject):
     def _say(self, recorded: RecordedRun) -> None:
         if recorded.path is None:
             return
-        entry = self._runs.model.entry_of(recorded.path)
+        entry = self.runs.model.entry_of(recorded.path)
         if entry is None:
             return
         self._of_result = recorded.path
@@ -128,11 +174,7 @@ class RunKeeping(QObject):
 
     def _beep(self, *, twice: bool = False) -> None:
         """Make the system's own sound, for who stands at the tracer: once a run is done, twice it was rejected."""
-        if self._sound.isChecked():
+        if self.does.sound.isChecked():
             QApplication.beep()
             if twice:
                 QTimer.singleShot(_BETWEEN_SOUNDS_MS, self, QApplication.beep)
-
-    def _switch_rejected(self, shown: bool) -> None:
-        self._runs.set_show_rejected(shown)
-        self._settings.put("show_rejected", "yes" if shown else "no")

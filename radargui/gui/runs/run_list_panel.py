@@ -3,12 +3,12 @@
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QItemSelection, QRect, Qt, QTimer, QUrl, Signal
+from PySide6.QtCore import QItemSelection, QTimer, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
 
 from radargui.gui.layout import PlainLabel, button, fill
-from radargui.gui.menus import Actions
+from radargui.gui.panels import Actions
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.table import RowTable
 
@@ -20,7 +20,6 @@ class RunListPanel(QWidget):
     """Lists runs; choosing one asks for its result to be shown."""
 
     run_chosen = Signal(object)
-    show_rejected_toggled = Signal(bool)
 
     def __init__(self, does: Actions) -> None:
         super().__init__()
@@ -40,9 +39,11 @@ class RunListPanel(QWidget):
         self.open_folder = button("Open folder", lambda: self._open(self._folder))
         tip = "track.csv, bounces.csv and result.json of the chosen run"
         self.export = button("Export tables…", does.export.trigger, tip)
-        self.rejected = QCheckBox()
+        self.rejected = QCheckBox("Show rejected")
         self.rejected.setToolTip("Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back")
-        self.rejected.toggled.connect(self.show_rejected_toggled)
+        self.rejected.toggled.connect(does.show_rejected.setChecked)
+        self.rejected.toggled.connect(self._hide_rows)
+        does.show_rejected.toggled.connect(self.rejected.setChecked)
         # what has no room on a narrow screen is behind an arrow
         row = QToolBar()
         for part in (self.rejected, self.report, self.open_report, self.open_folder, self.export):
@@ -60,14 +61,8 @@ class RunListPanel(QWidget):
         self._fit_columns([])
         self._refresh_buttons()
 
-    @property
-    def chosen(self) -> RunEntry | None:
-        """The selected run."""
-        rows = self.table.selectionModel().selectedRows()
-        return self.model.entries[rows[0].row()] if rows else None
-
     def show_session(self, folder: Path | None, entries: list[RunEntry]) -> None:
-        """Show the runs of a session; its report, where it has one, is told by `report_ended`."""
+        """Show the runs of a session; its report, where it has one, is told by `show_report`."""
         self._folder, self._report_file = folder, None
         self.model.replace_all(entries)
         self._hide_rows()
@@ -97,25 +92,14 @@ class RunListPanel(QWidget):
         if entry is not None:
             self.put(replace(entry, rejected=reason))
 
-    def set_show_rejected(self, shown: bool) -> None:
-        """Show or hide the runs that do not count."""
-        self.rejected.setChecked(shown)
-        self._hide_rows()
-
-    def report_started(self) -> None:
-        """A report is being made."""
-        self._report_busy = True
-        self._refresh_buttons()
-
-    def report_ended(self, file: Path | None = None) -> None:
-        """The report is there, or it failed."""
-        self._report_busy = False
-        self._report_file = file or self._report_file
+    def show_report(self, file: Path | None = None, *, busy: bool = False) -> None:
+        """Show that a report is being made, is there, or failed."""
+        self._report_busy, self._report_file = busy, file or self._report_file
         self._refresh_buttons()
 
     def _chosen(self, _selected: QItemSelection, _deselected: QItemSelection) -> None:
         self._refresh_buttons()
-        if (entry := self.chosen) is not None:
+        if (entry := self.table.chosen) is not None:
             self.run_chosen.emit(entry)
 
     def _hide_rows(self) -> None:
@@ -127,8 +111,8 @@ class RunListPanel(QWidget):
     def _fit_columns(self, entries: list[RunEntry]) -> None:
         """Make columns wide enough for entries, and never narrower than they were."""
         metrics, texts = self.table.fontMetrics(), [entry.cells() for entry in entries]
-        for column in range(len(COLUMNS) - 1):
-            words = (*COLUMNS[column].split(), *(cells[column] for cells in texts))
+        for column, title in enumerate(tuple(COLUMNS)[:-1]):
+            words = (*title.split(), *(cells[column] for cells in texts))
             wanted = max(metrics.horizontalAdvance(text) for text in words) + 10
             if self.table.columnWidth(column) < wanted or not self.model.entries:
                 self.table.fit(column, wanted)
@@ -136,11 +120,8 @@ class RunListPanel(QWidget):
 
     def _fit_rows(self) -> None:
         """Make the lines as high as their verdicts, of very many those of the last ones."""
-        usual, metrics = self.table.verticalHeader().defaultSectionSize(), self.table.fontMetrics()
-        room = QRect(0, 0, self.table.columnWidth(len(COLUMNS) - 1) - 10, 10 * usual)
         for row in range(len(self.model.entries))[-_MOST_FITTED:]:
-            words = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap, self.model.entries[row].verdict)
-            self.table.setRowHeight(row, max(usual, words.height() + 4))
+            self.table.resizeRowToContents(row)
 
     def _refresh_buttons(self) -> None:
         series = self.model.series
@@ -152,7 +133,7 @@ class RunListPanel(QWidget):
         self.report.setEnabled(bool(self.model.entries) and not self._report_busy)
         self.open_report.setEnabled(self._report_file is not None)
         self.open_folder.setEnabled(self._folder is not None)
-        self.export.setEnabled(self.chosen is not None)
+        self.export.setEnabled(self.table.chosen is not None)
 
     @staticmethod
     def _open(path: Path | None) -> None:

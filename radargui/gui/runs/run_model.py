@@ -1,9 +1,10 @@
 """The runs of the session as a table: number, time, height of fall, impact speed, e, g, verdict."""
 
 from bisect import bisect_left
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import datetime
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -12,19 +13,13 @@ from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication
 
 from radargui.experiment.event import RecordedRun
-from radargui.files.run_card import read_health
+from radargui.files.run_card import RunCard, Thumbnail, read_health, summarise
 from radargui.gui.table import RowModel
-from radargui.model.drop import Drop, RunOrigin, drop_of, gravity_words, restitution_words
+from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.restitution.series import Series, drop_labels, series_of
 from radargui.session.session import BY_OPERATOR
-
-COLUMNS = ("Drop", "Time", "Fall [mm]", "Impact [m/s]", "e", "g [m/s²]", "Verdict")
-_STATISTICAL = {
-    COLUMNS.index("e"): lambda summary: f"statistical part of ±: {restitution_words(summary, statistical=True)}",
-    COLUMNS.index("g [m/s²]"): lambda summary: f"statistical part of ±: {gravity_words(summary, statistical=True)}",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +48,8 @@ class RunEntry:
         Why it is not in the statistics of the series, though nobody set it aside; empty where it is.
     waits
         Whether its result is still to come.
+    thumbnail
+        z(t) in small, for the browser; None where there is none, or nobody wants to see it.
     """
 
     path: Path
@@ -66,6 +63,7 @@ class RunEntry:
     label: str = UNKNOWN
     left_out: str = ""
     waits: bool = False
+    thumbnail: Thumbnail | None = field(default=None, repr=False, compare=False)
 
     @property
     def name(self) -> str:
@@ -130,23 +128,27 @@ class RunEntry:
 
     def cells(self) -> tuple[str, ...]:
         """Return the texts of the columns."""
-        summary = self.summary or {}
-        return (
-            self.label,
-            self.clock,
-            plain(summary.get("drop_height_m"), scale=1000.0),
-            plain(summary.get("impact_speed_m_s")),
-            self.restitution(),
-            gravity_words(self.summary),
-            self.verdict,
-        )
+        return tuple(text(self) for text in COLUMNS.values())
+
+
+COLUMNS: dict[str, Callable[[RunEntry], str]] = {
+    "Drop": attrgetter("label"),
+    "Time": attrgetter("clock"),
+    "Fall [mm]": lambda run: plain(figure_in(run.summary, "drop_height_m"), scale=1000.0),
+    "Impact [m/s]": lambda run: plain(figure_in(run.summary, "impact_speed_m_s")),
+    "e": RunEntry.restitution,
+    "g [m/s²]": lambda run: gravity_words(run.summary),
+    "Verdict": attrgetter("verdict"),
+}
+_STATISTICAL = {"e": restitution_words, "g [m/s²]": gravity_words}
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 class RunModel(RowModel[RunEntry]):
     """The runs of a session, in the order of their numbers."""
 
     def __init__(self) -> None:
-        super().__init__(COLUMNS)
+        super().__init__(COLUMNS, lambda entry: str(entry.path))
 
     def replace_all(self, entries: Iterable[RunEntry]) -> None:
         """Show another session."""
@@ -216,21 +218,15 @@ class RunModel(RowModel[RunEntry]):
 
     def cell(self, entry: RunEntry, column: int, role: int) -> Any:
         """Return a cell's text, full text, colour or alignment."""
-        match role:
-            case Qt.ItemDataRole.DisplayRole:
-                return entry.cells()[column]
-            case Qt.ItemDataRole.ToolTipRole if column in _STATISTICAL:
-                return _STATISTICAL[column](entry.summary)
-            case Qt.ItemDataRole.ToolTipRole if column < len(COLUMNS) - 1:
-                return str(entry.path)
-            case Qt.ItemDataRole.ToolTipRole:
-                out = f"not in the statistics: {entry.left_out}" if entry.left_out else ""
-                return "\n".join(filter(None, (entry.verdict, out, entry.agreement, entry.health)))
-            case Qt.ItemDataRole.ForegroundRole if entry.rejected or entry.left_out:
-                return QApplication.palette().brush(QPalette.ColorGroup.Disabled, QPalette.ColorRole.Text)
-            case Qt.ItemDataRole.TextAlignmentRole:
-                return Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        return None
+        title, roles = self._titles[column], Qt.ItemDataRole
+        if role == roles.ToolTipRole and title in _STATISTICAL:
+            return f"statistical part of ±: {_STATISTICAL[title](entry.summary, statistical=True)}"
+        if role == roles.ToolTipRole and title == "Verdict":
+            out = f"not in the statistics: {entry.left_out}" if entry.left_out else ""
+            return "\n".join(filter(None, (entry.verdict, out, entry.agreement, entry.health)))
+        if role == roles.ForegroundRole and (entry.rejected or entry.left_out):
+            return QApplication.palette().brush(QPalette.ColorGroup.Disabled, QPalette.ColorRole.Text)
+        return _LEFT if role == roles.TextAlignmentRole else super().cell(entry, column, role)
 
 
 def _place(entry: RunEntry) -> tuple[int, str]:
@@ -238,14 +234,23 @@ def _place(entry: RunEntry) -> tuple[int, str]:
     return len(entry.name), entry.name
 
 
-def notes_of_run(recorded: RecordedRun) -> tuple[str, str]:
-    """Return the agreement of live and offline, and the health line, of a run just recorded; empty where unknown."""
-    agreement = recorded.agreement
-    return ("" if agreement is None else agreement_words(agreement.record())), recorded.health_line
+def entry_of_recorded(recorded: RecordedRun, path: Path, card: RunCard | None = None) -> RunEntry:
+    """Return what the list shows of a run just recorded; with its `card` while its result is still to come."""
+    result, agreement = recorded.result, recorded.agreement
+    return RunEntry(
+        path,
+        started_at=card.started_at if card else result.recording.started_at if result else "",
+        summary=summarise(result) if result else None,
+        rejected=recorded.set_aside or None,
+        agreement=agreement_words(agreement.record()) if agreement else "",
+        health=recorded.health_line,
+        origin=card.origin if card else None,
+        waits=card is not None and not recorded.set_aside,
+    )
 
 
 def notes_of_file(path: Path) -> tuple[str, str]:
-    """Return the same from the run's file."""
+    """Return the agreement of live and offline, and the health line, from a run's file; empty where unknown."""
     try:
         health = read_health(path)
     except RadarGuiError:

@@ -3,7 +3,7 @@
 import numpy as np
 from PySide6.QtWidgets import QGridLayout, QWidget
 
-from radargui.gui.control.feed import Feed
+from radargui.gui.control.state import Feed
 from radargui.gui.layout import take_out
 from radargui.gui.plots.envelope import thin
 from radargui.gui.plots.plot import Plot
@@ -40,12 +40,6 @@ class IQPlane(Plot):
         )
         self._show(1.3)
 
-    @property
-    def points(self) -> int:
-        """How many points are drawn."""
-        data = self._curve.getData()[0]
-        return 0 if data is None else len(data)
-
     def draw(self, i: FloatArray, q: FloatArray) -> None:
         """Draw points in time order, shape (n,) each; NaN is left out."""
         self._curve.setData(i, q)
@@ -62,11 +56,6 @@ class IQPlane(Plot):
         """Show a square of that half width, with room for the words above."""
         self.setRange(xRange=(-half, half), yRange=(-half, 1.3 * half), padding=0)
 
-    def clear_data(self) -> None:
-        """Show nothing."""
-        self._curve.setData([], [])
-        self._now.setData([], [])
-
 
 class IQPlanePanel(QWidget):
     """The latest second and a half of each receiver."""
@@ -77,7 +66,6 @@ class IQPlanePanel(QWidget):
         self._feed: Feed | None = None
         self._frame = 0
         self._drawn = -1
-        self.paused = False
         self.raw: list[IQPlane] = []
         self.corrected: list[IQPlane] = []
         self._grid = QGridLayout(self)
@@ -95,10 +83,6 @@ class IQPlanePanel(QWidget):
             for row, plane in enumerate(planes):
                 self._grid.addWidget(plane, row, column)
 
-    def set_paused(self, paused: bool) -> None:
-        """Hold the picture, or let it go on."""
-        self.paused = paused
-
     def show_feed(self, feed: Feed | None) -> None:
         """Show another acquisition; None keeps the last picture."""
         self._feed = feed
@@ -110,13 +94,13 @@ class IQPlanePanel(QWidget):
     def clear(self) -> None:
         """Forget what was shown."""
         for plane in (*self.raw, *self.corrected):
-            plane.clear_data()
+            plane.draw(np.empty(0), np.empty(0))
 
     def refresh(self) -> None:
         """Draw the latest points; called by the window's timer."""
         feed = self._feed
         self._frame += 1
-        if feed is None or feed.ring is None or self.paused or not self.isVisible() or self._frame % _EVERY:
+        if feed is None or feed.ring is None or not self.isVisible() or self._frame % _EVERY:
             return
         if feed.ring.latest == self._drawn:
             return

@@ -1,19 +1,89 @@
-"""The panel of the live scopes: one a receiver, with levels, a window of seconds and a pause."""
+"""The panel of the live scopes: I and Q of each receiver against time, with levels, a window of seconds and a pause."""
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPaintEvent
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
 from radargui.acquisition.health import Health
-from radargui.acquisition.level import Level
-from radargui.gui.control.feed import Feed
+from radargui.acquisition.run_output import Level
+from radargui.gui.control.state import Feed
 from radargui.gui.layout import Choice, fill, take_out
 from radargui.gui.plots.envelope import Envelope
-from radargui.gui.plots.plot import Key
-from radargui.gui.scopes.scope import Scope
+from radargui.gui.plots.plot import IQ_KEY, LAST, NOW, Key, Plot
+from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme, scaled_font
+from radargui.model.arrays import BoolArray, FloatArray
+
+_FAR_V = 1000.0
+"""A shade reaches beyond every range of voltage."""
+
+
+class Scope(Plot):
+    """Rolling view; the newest sample shown is at 0, the past to the left."""
+
+    def __init__(self, theme: Theme, number: int, *, with_time: bool) -> None:
+        self._lost = pg.BarGraphItem(x0=[], x1=[], y0=-_FAR_V, y1=_FAR_V, pen=None)
+        super().__init__(theme, LAST if with_time else "", f"Rx {number} [V]", left_px=50, live=True)
+        # on a small screen three of them share a hand's breadth: fewer figures, none upon another
+        self.getPlotItem().getAxis("left").setTickDensity(0.6)
+        self._with_time = with_time
+        self._lost.setZValue(-10)
+        self.addItem(self._lost, ignoreBounds=True)
+        self._range = SteadyRange()
+        self._curves = (self.fast_line("i"), self.fast_line("q"))
+        self.setYRange(-1.0, 1.0, padding=0)
+        self.set_window(3.0)
+
+    def follow(self, now: bool) -> None:
+        """Say on the axis whether its right edge is now."""
+        if self._with_time:
+            self.relabel(NOW if now else LAST)
+
+    def set_window(self, seconds: float) -> None:
+        """Show so many seconds."""
+        self.setXRange(-seconds, 0.0, padding=0)
+
+    def draw(self, time_s: FloatArray, volts: FloatArray, lost: BoolArray) -> None:
+        """Draw minimum and maximum of each pixel column.
+
+        Parameters
+        ----------
+        time_s
+            Shape (2 n,), 0 is now.
+        volts
+            I and Q, shape (2, 2 n).
+        lost
+            Whether samples of the column were lost, shape (n,).
+        """
+        for curve, values in zip(self._curves, volts, strict=True):
+            curve.setData(time_s, values)
+        known = volts[np.isfinite(volts)]
+        if known.size and self._range.fit(float(known.min()), float(known.max())):
+            self.setYRange(*self._range.span, padding=0)
+        self._shade(time_s, lost)
+
+    def show_nothing(self) -> None:
+        """Empty all curves, and shade nothing."""
+        self.draw(np.empty(0), np.empty((2, 0)), np.empty(0, dtype=np.bool_))
+
+    def retheme(self) -> None:
+        """Take over the colours of the theme."""
+        super().retheme()
+        colour = QColor(self.colour("gap"))
+        colour.setAlpha(150)
+        self._lost.setOpts(brush=colour)
+
+    def _shade(self, time_s: FloatArray, lost: BoolArray) -> None:
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], lost, [False])).astype(np.int8)))
+        width = time_s[2] - time_s[0] if time_s.size > 2 else 0.0
+        first, last = time_s[2 * edges[::2]] - 0.5 * width, time_s[2 * edges[1::2] - 1] + 0.5 * width
+        if first.size or len(self._lost.opts["x0"]):
+            self._lost.setOpts(x0=first, x1=last)
+
 
 _HOLD_LOOKS = 5
+_BAR_PX = 7
 
 
 class LevelBar(QWidget):
@@ -21,20 +91,16 @@ class LevelBar(QWidget):
 
     def __init__(self, theme: Theme, name: str, role: str, full_scale_v: float) -> None:
         super().__init__()
-        self._theme = theme
-        self._name = name
-        self._role = role
-        self._full_scale_v = full_scale_v
-        self._peak_v: float | None = None
+        self._theme, self.name, self._role, self._full_scale_v = theme, name, role, full_scale_v
         self._held = 0
-        self.setFont(scaled_font(self.font(), 0.85))
-        self.setMinimumSize(self.sizeHint())
-        theme.changed.connect(self.update)
-
-    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
-        """Return the size that fits name, voltage and bar."""
-        metrics = self.fontMetrics()
-        return QSize(metrics.horizontalAdvance("I1 00.00 V") + 12, 2 * metrics.height() + 8)
+        self._peak_v: float | None = None
+        self._words, self._bar = QLabel(), QProgressBar(textVisible=False, maximum=1000)
+        self._words.setFont(scaled_font(self.font(), 0.85))
+        self.setFixedWidth(self.fontMetrics().horizontalAdvance("I1 00.00 V") + 8)
+        self._bar.setFixedHeight(_BAR_PX)
+        fill(QVBoxLayout(self), self._words, self._bar, margins=(4, 1, 4, 1), spacing=1)
+        theme.changed.connect(self._paint)
+        self.show_level(None)
 
     @property
     def clipping(self) -> bool:
@@ -44,49 +110,36 @@ class LevelBar(QWidget):
     def show_level(self, level: Level | None) -> None:
         """Show a level; None: nothing is known."""
         clipped = level is not None and level.clipped
-        self._held = _HOLD_LOOKS if clipped else max(0, self._held - 1)
+        self._held = _HOLD_LOOKS if clipped else max(0, self._held - 1) if level is not None else 0
         self._peak_v = None if level is None else level.peak_v
-        if level is None:
-            self._held = 0
-        elif level.full_scale_v:
-            self._full_scale_v = level.full_scale_v
-        share = "" if self._peak_v is None else f"{100 * self._peak_v / self._full_scale_v:.0f} % of the range"
-        self.setToolTip(f"{self._name}: {share}{', clipping: lower the gain or raise the range' * self.clipping}")
-        self.update()
+        self._full_scale_v = (level and level.full_scale_v) or self._full_scale_v
+        share = (self._peak_v or 0.0) / self._full_scale_v
+        peak, said = ("–", "") if level is None else (f"{self._peak_v:.2f} V", f"{100.0 * share:.0f} % of the range")
+        self.setToolTip(f"{self.name}: {said}{', clipping: lower the gain or raise the range' * self.clipping}")
+        self._words.setText(f"{self.name} {'CLIP' if self.clipping else peak}")
+        self._bar.setValue(round(1000.0 * min(1.0, share)))
+        self._paint()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        """Draw name, voltage and bar."""
-        colours = self._theme.colours
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        height = self.fontMetrics().height()
-        top = QRectF(4, 1, self.width() - 8, height)
-        value = "–" if self._peak_v is None else f"{self._peak_v:.2f} V"
-        painter.setPen(QColor(colours.alarm if self.clipping else colours.text))
-        painter.drawText(top, Qt.AlignmentFlag.AlignLeft, self._name)
-        painter.drawText(top, Qt.AlignmentFlag.AlignRight, "CLIP" if self.clipping else value)
-        bar = QRectF(4, height + 4, self.width() - 8, max(6.0, 0.5 * height))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(colours.raised))
-        painter.drawRoundedRect(bar, 3, 3)
-        share = 0.0 if self._peak_v is None else min(1.0, self._peak_v / self._full_scale_v)
-        if share > 0.0:
-            bar.setWidth(max(4.0, bar.width() * share))
-            painter.setBrush(QColor(colours.alarm if self.clipping else colours.role(self._role)))
-            painter.drawRoundedRect(bar, 3, 3)
-        painter.end()
+    def _paint(self) -> None:
+        colours, alarm = self._theme.colours, self._theme.colours.alarm
+        colour = alarm if self.clipping else colours.role(self._role)
+        sheet = (
+            f"QLabel {{ color: {alarm if self.clipping else colours.text}; }}"
+            f"QProgressBar {{ background: {colours.raised}; border: none; border-radius: 3px; }}"
+            f"QProgressBar::chunk {{ background: {colour}; border-radius: 3px; }}"
+        )
+        # a sheet that is set anew is read anew
+        if sheet != self.styleSheet():
+            self.setStyleSheet(sheet)
 
 
 WINDOWS_S = (0.5, 1.0, 2.0, 3.0, 5.0, 9.0)
 """What may be chosen: the ring holds ten seconds."""
-_KEY = (("▬", "i", "I"), ("▬", "q", "Q"))
 _LOST = ("■", "gap", "samples lost")
 
 
 class ScopePanel(QWidget):
     """I and Q against time; pausing holds the picture, never the samples."""
-
-    paused_changed = Signal(bool)
 
     def __init__(self, theme: Theme, window_s: float = 3.0) -> None:
         super().__init__()
@@ -99,11 +152,11 @@ class ScopePanel(QWidget):
         self.span = Choice((seconds, f"{seconds:g} s") for seconds in WINDOWS_S)
         self.span.setObjectName("scope.window")
         self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
-        self.span.currentIndexChanged.connect(self._new_window)
+        self.span.currentIndexChanged.connect(self._renew)
         self.pause = QCheckBox("Pause")
         self.pause.setToolTip("Holds the picture; recording goes on")
-        self.pause.toggled.connect(self._pause)
-        self.key = Key(theme, *_KEY)
+        self.pause.toggled.connect(self._renew)
+        self.key = Key(theme, *IQ_KEY)
         parts = (QLabel("Window"), self.span, self.pause, 1, self.key)
         top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
         self._grid = QGridLayout()
@@ -139,32 +192,34 @@ class ScopePanel(QWidget):
     def show_feed(self, feed: Feed | None) -> None:
         """Show another acquisition from its start; None keeps the last picture."""
         self._feed = feed
-        self._envelope = None
         if feed is not None:
-            self.set_receivers(feed.n_receivers, feed.range_v)
+            self.set_receivers(feed.n_receivers, feed.setup.daq.range_v)
             self.clear()
         else:
             self._forget_levels()
-        self._follow()
+        self._renew()
 
     def clear(self) -> None:
         """Forget what was shown: it belongs to another session."""
         self._envelope = None
         for scope in self.scopes:
-            scope.clear_data()
-        self.key.show_entries(*_KEY)
+            scope.show_nothing()
+        self.key.show_entries(*IQ_KEY)
         self._forget_levels()
 
     def refresh(self, health: Health | None) -> None:
         """Draw what is new; called by the window's timer."""
         if health is not None:
             by_name = {level.name: level for level in health.levels}
-            for bar, name in zip(self.levels, self._names(), strict=False):
-                bar.show_level(by_name.get(name))
+            for bar in self.levels:
+                bar.show_level(by_name.get(bar.name))
         feed = self._feed
         if feed is None or self.pause.isChecked() or not self.isVisible() or feed.ring is None:
             return
-        envelope = self._envelope_for(feed)
+        if self._envelope is None:
+            bins = max(200, min(2000, self.scopes[0].width() if self.scopes else 0))
+            self._envelope = Envelope(2 * len(self.scopes), feed.samples(self.window_s), bins)
+        envelope = self._envelope
         if feed.ring.latest == envelope.end:
             return
         span = feed.ring.since(max(envelope.end, feed.ring.latest - feed.samples(self.window_s)))
@@ -173,31 +228,15 @@ class ScopePanel(QWidget):
         time_s = (index - envelope.end) / feed.rate_hz
         for number, scope in enumerate(self.scopes):
             scope.draw(time_s, pairs[2 * number : 2 * number + 2], lost)
-        self.key.show_entries(*_KEY, *([_LOST] if lost.any() else []))
+        self.key.show_entries(*IQ_KEY, *([_LOST] if lost.any() else []))
 
     def _forget_levels(self) -> None:
         for bar in self.levels:
             bar.show_level(None)
 
-    def _names(self) -> list[str]:
-        return [f"{part}{index + 1}" for index in range(len(self.scopes)) for part in "IQ"]
-
-    def _envelope_for(self, feed: Feed) -> Envelope:
-        if self._envelope is None:
-            bins = max(200, min(2000, self.scopes[0].width() if self.scopes else 0))
-            self._envelope = Envelope(2 * len(self.scopes), feed.samples(self.window_s), bins)
-        return self._envelope
-
-    def _new_window(self) -> None:
+    def _renew(self) -> None:
+        """Draw anew: with another window, of another acquisition, after a pause."""
         self._envelope = None
         for scope in self.scopes:
             scope.set_window(self.window_s)
-
-    def _pause(self, paused: bool) -> None:
-        self._envelope = None
-        self._follow()
-        self.paused_changed.emit(paused)
-
-    def _follow(self) -> None:
-        for scope in self.scopes:
             scope.follow(self._feed is not None and not self.pause.isChecked())

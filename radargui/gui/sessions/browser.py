@@ -9,28 +9,26 @@ from PySide6.QtCore import Qt, QTimer, Signal, SignalInstance
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QSplitter, QVBoxLayout, QWidget
 
-from radargui.gui.background import Jobs
-from radargui.gui.layout import Dialog, FaultText, PlainLabel, button, fill
-from radargui.gui.sessions.session_model import COLUMNS, SessionLook, SessionModel, look_at
-from radargui.gui.sessions.thumbnail_view import ThumbnailView
-from radargui.gui.table import RowTable
+from radargui.gui.background import Jobs, Task, WorkStrip
+from radargui.gui.layout import FRAMED, Dialog, FaultText, PlainLabel, button, fill
+from radargui.gui.runs.run_model import RunEntry
+from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
+from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
-from radargui.gui.work_strip import Task, WorkStrip
 from radargui.session.catalogue import Catalogue, Query, SessionSummary
 
 _WAIT_MS = 250
 """Between two keys of somebody who types: nothing is searched for half a word."""
-_FIELDS: tuple[tuple[str, str, str, Callable[[str], Any]], ...] = (
-    ("text", "Text", "words in notes, markers, names", str),
-    ("operator", "Operator", "any", str),
-    ("sample", "Sample or target", "any", str),
-    ("since", "From day", "2026-01-31", date.fromisoformat),
-    ("until", "To day", "2026-12-31", date.fromisoformat),
-    ("e_min", "e from", "0", lambda text: float(text.replace(",", "."))),
-    ("e_max", "e to", "1", lambda text: float(text.replace(",", "."))),
+_FIELDS: tuple[tuple[str, str, str, Callable[[str], Any], int, int], ...] = (
+    ("text", "Text", "words in notes, markers, names", str, 0, 0),
+    ("operator", "Operator", "any", str, 0, 2),
+    ("sample", "Sample or target", "any", str, 0, 4),
+    ("since", "From day", "2026-01-31", date.fromisoformat, 2, 0),
+    ("until", "To day", "2026-12-31", date.fromisoformat, 2, 2),
+    ("e_min", "e from", "0", lambda text: float(text.replace(",", ".")), 2, 4),
+    ("e_max", "e to", "1", lambda text: float(text.replace(",", ".")), 2, 6),
 )
-_PLACES = {"text": (0, 0), "operator": (0, 2), "sample": (0, 4)}
-_PLACES |= {"since": (2, 0), "until": (2, 2), "e_min": (2, 4), "e_max": (2, 6)}
+"""Name in the query, words, an example, what the text means, row and column."""
 
 
 class SearchForm(QWidget):
@@ -38,16 +36,15 @@ class SearchForm(QWidget):
 
     changed = Signal()
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._theme = theme
         self.fields: dict[str, QLineEdit] = {}
         self.faults: dict[str, FaultText] = {}
         self._wait = QTimer(self, singleShot=True, interval=_WAIT_MS)
         self._wait.timeout.connect(self.changed)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
-        for name, words, example, _ in _FIELDS:
+        for name, words, example, _, row, column in _FIELDS:
             field = QLineEdit()
             field.setObjectName(f"search.{name}")
             field.setPlaceholderText(example)
@@ -57,8 +54,7 @@ class SearchForm(QWidget):
             self.fields[name] = field
             label = QLabel(words)
             label.setBuddy(field)
-            self.faults[name] = FaultText(theme)
-            row, column = _PLACES[name]
+            self.faults[name] = FaultText()
             grid.addWidget(label, row, column)
             grid.addWidget(field, row, column + 1, 1, 3 if name == "sample" else 1)
             grid.addWidget(self.faults[name], row + 1, column, 1, 2)
@@ -79,7 +75,7 @@ class SearchForm(QWidget):
 
     def _values(self) -> dict[str, Any]:
         values: dict[str, Any] = {}
-        for name, _, _, read in _FIELDS:
+        for name, _, _, read, *_ in _FIELDS:
             text = self.fields[name].text().strip()
             if text:
                 try:
@@ -91,7 +87,7 @@ class SearchForm(QWidget):
     def _typed(self) -> None:
         faulty = self.faulty
         for name, field in self.fields.items():
-            field.setStyleSheet(f"border: 2px solid {self._theme.colours.alarm};" if name in faulty else "")
+            field.setStyleSheet(FRAMED if name in faulty else "")
             self.faults[name].say(f"Write it as {field.placeholderText()}" if name in faulty else "")
         self._wait.start()
 
@@ -117,16 +113,15 @@ class SessionBrowser(Dialog):
         self._task = Task()
         self._data_folder = data_folder
         self.looking = self._look_later = False
-        self._wanted: Path | None = None
         self._folder_words = ""
         # the first look at a large folder takes its time
         self._timer = QTimer(self, interval=_SHARE_MS)
         self._timer.timeout.connect(self._show_share)
-        self.search = SearchForm(theme)
-        self.model = SessionModel()
+        self.search = SearchForm()
+        self.model = RowModel(COLUMNS, lambda one: one.problem or one.notes or str(one.path))
         self.table = RowTable(self.model, "sessions.list")
         for name, width in _WIDTHS.items():
-            self.table.fit(COLUMNS.index(name), width)
+            self.table.fit(list(COLUMNS).index(name), width)
         self.words = PlainLabel()
         self.details = PlainLabel()
         self.thumbnails = ThumbnailView(theme)
@@ -138,12 +133,6 @@ class SessionBrowser(Dialog):
         self.table.selectionModel().selectionChanged.connect(self._chosen)
         self.table.doubleClicked.connect(lambda _index: self._ask(self.open_asked))
         self._show_buttons()
-
-    @property
-    def chosen(self) -> SessionSummary | None:
-        """The selected session."""
-        rows = self.table.selectionModel().selectedRows()
-        return self.model.entries[rows[0].row()] if rows else None
 
     def refresh(self) -> None:
         """Look at the folders again, in the background."""
@@ -169,15 +158,12 @@ class SessionBrowser(Dialog):
         if self._look_later:
             self.refresh()
             return
-        before = self.chosen
+        before = self.table.chosen
         self.model.replace_all(found)
         runs = sum(one.n_runs for one in found)
         where = f"below {self._data_folder()}"
         self.words.setText(f"{_counted(len(found), 'session')} with {_counted(runs, 'run')} {where}")
-        rows = [row for row, one in enumerate(found) if before is not None and one.path == before.path]
-        if rows:
-            self.table.selectRow(rows[0])
-        else:
+        if before is None or not self.table.choose(lambda one: one.path == before.path):
             self._chosen()
 
     def _show_share(self) -> None:
@@ -191,8 +177,7 @@ class SessionBrowser(Dialog):
 
     def _chosen(self, *_selections: object) -> None:
         self._show_buttons()
-        chosen = self.chosen
-        self._wanted = chosen.path if chosen else None
+        chosen = self.table.chosen
         self.thumbnails.show_runs(())
         if chosen is None:
             self.details.setText("")
@@ -202,24 +187,24 @@ class SessionBrowser(Dialog):
         self._jobs.start(
             "looking at a session",
             lambda: look_at(path),
-            self._show_look,
+            lambda look: self._show_look(chosen, *look),
             lambda error: self.details.setText(str(error)),
+            lambda: self.table.chosen is chosen,
         )
 
-    def _show_look(self, look: SessionLook) -> None:
-        if look.path != self._wanted or self.chosen is None:
-            return
-        facts = (self.chosen.name, self.chosen.problem, look.busy and f"for looking only: {look.busy}")
-        self.details.setText(" · ".join(filter(None, facts)))
-        self.thumbnails.show_runs(look.runs)
+    def _show_look(self, chosen: SessionSummary, runs: tuple[RunEntry, ...], busy: str) -> None:
+        self.details.setText(
+            " · ".join(filter(None, (chosen.name, chosen.problem, busy and f"for looking only: {busy}")))
+        )
+        self.thumbnails.show_runs(runs)
 
     def _ask(self, signal: SignalInstance) -> None:
-        chosen = self.chosen
+        chosen = self.table.chosen
         if chosen is not None and not chosen.problem:
             signal.emit(chosen.path)
 
     def _show_buttons(self) -> None:
-        chosen = self.chosen
+        chosen = self.table.chosen
         for one in (self.review, self.take_setup):
             one.setEnabled(chosen is not None and not chosen.problem)
 

@@ -1,31 +1,19 @@
 """The import dialog: files, which channel is which, rate, setup."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import QSignalBlocker, Signal
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QComboBox,
-    QDoubleSpinBox,
-    QFileDialog,
-    QHBoxLayout,
-    QHeaderView,
-    QSpinBox,
-    QTableWidget,
-    QTableWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
 
 from radargui.experiment.importing import FilesLook, ImportOrder, inputs_of, look_into
 from radargui.files.formats import SUFFIXES
 from radargui.files.raw_file import first_seconds
 from radargui.files.reading import LARGEST
 from radargui.files.signals import ChannelInfo
-from radargui.gui.background import Jobs
+from radargui.gui.background import Jobs, Then, Work
 from radargui.gui.layout import (
     Choice,
     Dialog,
@@ -39,12 +27,13 @@ from radargui.gui.layout import (
     side_by_side,
 )
 from radargui.gui.sessions.raw_form import PREVIEW_S, PREVIEW_SAMPLES, RawForm
+from radargui.gui.setup.session_panel import SessionPanel
+from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
-from radargui.model.digitisation import iq_names
 from radargui.model.errors import RadarGuiError
-from radargui.model.setup import Setup
-from radargui.model.setup_file import read_setup
+from radargui.model.recording import iq_names
+from radargui.model.setup import Setup, read_setup
 
 _BASIS = {
     "names": "The names tell which is which.",
@@ -54,42 +43,33 @@ _BASIS = {
 }
 
 
-class MappingTable(QWidget):
-    """A line for each of I1, Q1, ... with the channel that it is."""
+class MappingForm(Group):
+    """A line for each of I1, Q1, ... with the channel that it is; what is wrong with them stands above."""
 
     changed = Signal()
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__("Which channel is which")
         self._infos: tuple[ChannelInfo, ...] = ()
-        self._boxes: list[QComboBox] = []
-        self.words = PlainLabel("Choose files first.")
-        self.count = QSpinBox()
+        self.boxes: list[QtWidgets.QComboBox] = []
+        self.words, self.fault = PlainLabel("Choose files first."), FaultText()
+        self.count = QtWidgets.QSpinBox()
         self.count.setRange(1, LARGEST)
-        self.count.setAccessibleName("Receivers")
         self.count.setMaximumWidth(70)
         self.count.valueChanged.connect(lambda _count: self._fill(self.names))
-        self.table = QTableWidget(0, 2)
-        self.table.setHorizontalHeaderLabels(["Channel", "Column or variable of the file"])
-        self.table.verticalHeader().hide()
-        self.table.horizontalHeader().setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
-        self.table.setMinimumHeight(200)
-        fill(QVBoxLayout(self), side_by_side(PlainLabel("Receivers"), self.count, self.words), (self.table, 1))
+        self.row("Receivers", side_by_side(self.count, self.words), fault=self.fault)
+        self.count.setAccessibleName("Receivers")
 
     @property
     def names(self) -> tuple[str, ...]:
         """The chosen channels as I1, Q1, ...; empty texts where none is chosen."""
-        return tuple(box.currentData() or "" for box in self._boxes)
+        return tuple(box.currentData() or "" for box in self.boxes)
 
     @property
     def complete(self) -> bool:
         """Whether every channel is chosen, none twice."""
         names = self.names
         return bool(names) and all(names) and len(set(names)) == len(names)
-
-    def box(self, row: int) -> QComboBox:
-        """Return the choice of a row."""
-        return self._boxes[row]
 
     def show_look(self, look: FilesLook) -> None:
         """Show other files with what was guessed for them."""
@@ -103,28 +83,20 @@ class MappingTable(QWidget):
         """Show that there is nothing to choose from."""
         self._infos = ()
         self.words.setText(words)
-        self.table.setRowCount(0)
-        self._boxes.clear()
-        self.changed.emit()
+        self._fill(())
 
     def _fill(self, names: Sequence[str]) -> None:
-        targets = iq_names(self.count.value()) if self._infos else []
-        self.table.setRowCount(len(targets))
-        self._boxes.clear()
-        for row, target in enumerate(targets):
-            self.table.setItem(row, 0, QTableWidgetItem(target))
-            box = Choice((("", "not chosen"), *((info.name, _described(info)) for info in self._infos)))
-            box.setAccessibleName(target)
+        for box in self.boxes:
+            self.rows.removeRow(box)
+        self.boxes = []
+        for row, target in enumerate(iq_names(self.count.value()) if self._infos else ()):
+            facts = ((one.name, filter(None, (f"{one.count} samples", one.unit))) for one in self._infos)
+            box = Choice((("", "not chosen"), *((name, f"{name}  ({', '.join(said)})") for name, said in facts)))
             box.setCurrentIndex(max(box.findData(names[row]) if row < len(names) else 0, 0))
             box.currentIndexChanged.connect(lambda _index: self.changed.emit())
-            self.table.setCellWidget(row, 1, box)
-            self._boxes.append(box)
+            self.row(target, box)
+            self.boxes.append(box)
         self.changed.emit()
-
-
-def _described(info: ChannelInfo) -> str:
-    facts = filter(None, (f"{info.count} samples", info.unit))
-    return f"{info.name}  ({', '.join(facts)})"
 
 
 _FILTER = (
@@ -136,65 +108,52 @@ _SIZE = (560, 640)
 """Of the dialog at first; twice as wide with the layout of a binary file."""
 
 
-@dataclass(frozen=True, slots=True)
-class ImportDefaults:
-    """What the window says where the dialog says nothing: setup and its file, data folder, operator."""
-
-    setup: Setup
-    setup_file: Path | None
-    data_folder: Path
-    operator: str
-
-
 class ImportDialog(Dialog):
     """Asks what to import; files are looked into in the background."""
 
     ordered = Signal(object)
 
     def __init__(
-        self, jobs: Jobs, theme: Theme, defaults: Callable[[], ImportDefaults], parent: QWidget | None = None
+        self, jobs: Jobs, theme: Theme, model: SetupModel, panel: SessionPanel, parent: QtWidgets.QWidget
     ) -> None:
         super().__init__("Import recordings", _SIZE, parent)
-        self._jobs, self._defaults = jobs, defaults
+        self._jobs, self._model, self._panel = jobs, model, panel
         self._files: tuple[Path, ...] = ()
         self._look: FilesLook | None = None
         self._n_looks = 0
         self._chosen: tuple[str, ...] = ()
         self._other: tuple[Setup, Path] | None = None
         self._named = PlainLabel("none")
-        self.together = QCheckBox("The files together are one run: each holds some of its channels")
+        self.together = QtWidgets.QCheckBox("The files together are one run: each holds some of its channels")
         self.together.setEnabled(False)
         self.together.toggled.connect(lambda _on: self._renew_look())
-        self.binary = QCheckBox("Plain binary: its layout is told beside")
+        self.binary = QtWidgets.QCheckBox("Plain binary: its layout is told beside")
         self.raw = RawForm(theme)
         self.binary.toggled.connect(self._show_raw)
         self.raw.changed.connect(self._renew_look)
-        self.mapping = MappingTable()
-        self.rate = QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
-        self.setup = QComboBox()
+        self.mapping = MappingForm()
+        self.rate = QtWidgets.QDoubleSpinBox(maximum=_FASTEST_HZ, decimals=3)
+        self.setup = QtWidgets.QComboBox()
         self.setup.currentIndexChanged.connect(lambda _index: self._show_fault())
-        self.process = QCheckBox("Process the runs")
+        self.process = QtWidgets.QCheckBox("Process the runs")
         self.process.setChecked(True)
-        self.files_fault, self.mapping_fault, self.setup_fault = (FaultText(theme) for _ in range(3))
+        self.files_fault, self.setup_fault = FaultText(), FaultText()
         self.go = button("Import as a session", self._order, default=True)
         self.mapping.changed.connect(self._show_fault)
         self.rate.editingFinished.connect(self._preview)
 
-        files, columns, how = Group("Files"), Group("Which channel is which"), Group("Session")
+        files, how = Group("Files"), Group("Session")
         files.row("Chosen", side_by_side(self._named, button("Choose files…", self._choose)))
         how.row("Sample rate [Hz]", self.rate, "Where the file does not say it, or says it wrong")
         other = button("Another setup file…", self._choose_setup)
         how.row("Setup", side_by_side(self.setup, other), "Antennas and processing")
-        for group, parts in (
-            (files, (self.files_fault, self.together, self.binary)),
-            (columns, (self.mapping, self.mapping_fault)),
-            (how, (self.setup_fault, self.process)),
-        ):
-            for part in parts:
-                group.whole(part)
+        for part in (self.files_fault, self.together, self.binary):
+            files.whole(part)
+        for part in (self.setup_fault, self.process):
+            how.whole(part)
         self._beside = FormScroll(self.raw)
         self._beside.setVisible(False)
-        sides = fill(QHBoxLayout(), (FormScroll(files, columns, how), 1), (self._beside, 1), spacing=6)
+        sides = fill(QtWidgets.QHBoxLayout(), (FormScroll(files, self.mapping, how), 1), (self._beside, 1), spacing=6)
         ends = side_by_side(self.go, button("Cancel", self.reject))
         self.lay_out((sides, 1), ends)
         self._show_rate()
@@ -219,12 +178,12 @@ class ImportDialog(Dialog):
 
     def _choose(self) -> None:
         start = str(self._files[0].parent) if self._files else ""
-        names, _ = QFileDialog.getOpenFileNames(self, "Recordings to import", start, _FILTER)
+        names, _ = QtWidgets.QFileDialog.getOpenFileNames(self, "Recordings to import", start, _FILTER)
         if names:
             self.choose([Path(name) for name in names])
 
     def _choose_setup(self) -> None:
-        name, _ = QFileDialog.getOpenFileName(self, "Setup", "", "Setup files (*.toml);;All files (*)")
+        name, _ = QtWidgets.QFileDialog.getOpenFileName(self, "Setup", "", "Setup files (*.toml);;All files (*)")
         if name:
             self.use_setup(Path(name))
 
@@ -246,42 +205,32 @@ class ImportDialog(Dialog):
         self._look = None
         self.mapping.clear("Looking into the files …")
         self._n_looks += 1
-        number = self._n_looks
         raw = self.raw.layout_told() if self.binary.isChecked() else None
         if self.binary.isChecked() and raw is None:
-            self._not_read(None, number)
+            self._not_read()
             return
-        self._jobs.start(
-            "looking into files",
-            lambda: look_into(files, together=together, raw=raw),
-            lambda look: self._show_look(look, number),
-            lambda error: self._not_read(error, number),
-        )
+        self._ask(lambda: look_into(files, together=together, raw=raw), self._show_look)
+
+    def _ask(self, work: Work, then: Then) -> None:
+        """Look into the files; what was looked at before something else was chosen does not count."""
+        number = self._n_looks
+        self._jobs.start("looking into files", work, then, self._not_read, lambda: number == self._n_looks)
 
     def _preview(self) -> None:
         """Show the first seconds of the first file as its layout makes them."""
-        look, number = self._look, self._n_looks
+        look = self._look
         if look is None or look.raw is None:
             return
         rate_hz = self.rate.value() or None
         file, layout = look.files[0], replace(look.raw, rate_hz=rate_hz)
 
         def show(columns: FloatArray) -> None:
-            if number == self._n_looks:
-                self.raw.show_preview(columns, rate_hz)
-                self._show_fault()
+            self.raw.show_preview(columns, rate_hz)
+            self._show_fault()
 
-        self._jobs.start(
-            "looking into files",
-            lambda: first_seconds(file, layout, PREVIEW_S, PREVIEW_SAMPLES),
-            show,
-            lambda error: self._not_read(error, number),
-        )
+        self._ask(lambda: first_seconds(file, layout, PREVIEW_S, PREVIEW_SAMPLES), show)
 
-    def _show_look(self, look: FilesLook, number: int) -> None:
-        # what was looked at before something else was chosen does not count
-        if number != self._n_looks:
-            return
+    def _show_look(self, look: FilesLook) -> None:
         if self._chosen and look.raw is not None and {info.name for info in look.infos}.issuperset(self._chosen):
             # what was chosen for this layout stays while another field of it is corrected
             look = replace(look, names=self._chosen, basis="remembered")
@@ -293,12 +242,11 @@ class ImportDialog(Dialog):
         self._show_setups("own" if look.setup is not None else "window")
         self._preview()
 
-    def _not_read(self, error: BaseException | None, number: int) -> None:
+    def _not_read(self, error: BaseException | None = None) -> None:
         """Show nothing of the files; why is said at their names, or already at the field that is wrong."""
-        if number == self._n_looks:
-            self.raw.clear_preview()
-            self.mapping.clear("The files cannot be read.")
-            self.files_fault.say(str(error or ""))
+        self.raw.clear_preview()
+        self.mapping.clear("The files cannot be read.")
+        self.files_fault.say(str(error or ""))
 
     def _show_rate(self) -> None:
         rate = self._look.rate_hz if self._look else None
@@ -321,15 +269,14 @@ class ImportDialog(Dialog):
             return self._other
         if kind == "own" and self._look is not None and self._look.setup is not None:
             return self._look.setup, None
-        now = self._defaults()
-        return now.setup, now.setup_file
+        return self._model.setup, self._model.path
 
     def _show_fault(self) -> None:
         looked, names = self._look is not None, self.mapping.names
         wanted, there = self._chosen_setup()[0].n_receivers, len(names) // 2
         complete = self.mapping.complete
         incomplete = "Choose one channel of the file for each of I1, Q1, ...; none twice." if not complete else ""
-        self.mapping_fault.say(incomplete if looked else "")
+        self.mapping.fault.say(incomplete if looked else "")
         others = f"The setup has {wanted} receivers, {there} are chosen: choose as many, or another setup."
         self.setup_fault.say(others if looked and complete and wanted != there else "")
         if looked:
@@ -342,7 +289,8 @@ class ImportDialog(Dialog):
         if look is None:
             return
         setup, file = self._chosen_setup()
-        names, rate_hz, now = self.mapping.names, self.rate.value() or None, self._defaults()
+        names, rate_hz, panel = self.mapping.names, self.rate.value() or None, self._panel
         inputs, process = partial(inputs_of, look, names, rate_hz), self.process.isChecked()
-        self.ordered.emit(ImportOrder(inputs, setup, file, now.data_folder, now.operator, process=process))
+        operator = panel.details.operator
+        self.ordered.emit(ImportOrder(inputs, setup, file, panel.data_folder, operator, process=process))
         self.accept()

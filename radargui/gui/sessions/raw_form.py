@@ -49,7 +49,7 @@ class RawForm(Group):
         self.row("Columns", self.columns, "Numbers of one sample, one after another")
         self.row("Header [bytes]", self.header, "Bytes before the first sample")
         self.row("Skip [samples]", self.skip, "Samples of each column left out at the beginning")
-        self.faults = {"scale": FaultText(theme), "offset": FaultText(theme)}
+        self.faults = {"scale": FaultText(), "offset": FaultText()}
         tip = "Volts of one step: volts = offset + scale x number"
         self.row("Scale [V]", self.scale, tip, self.faults["scale"])
         self.row("Offset [V]", self.offset, "Volts of the number 0", self.faults["offset"])
@@ -92,7 +92,7 @@ class RawForm(Group):
             low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
             ranges.append(f"{low:.4g} … {high:.4g}")
             middle, half = 0.5 * (low + high), 0.5 * (high - low) or 1.0
-            curve = self.plot.line("faint", autoDownsample=True, downsampleMethod="peak")
+            curve = self.plot.still_line("faint")
             self._curves.append(curve)
             curve.setData(time, (values - middle) / half * _LANE - place)
         self._ranges = tuple(ranges)
@@ -113,8 +113,7 @@ class RawForm(Group):
 
     def clear_preview(self) -> None:
         """Show nothing: the layout does not fit the file."""
-        for curve in self._curves:
-            self.plot.drop(curve)
+        self.plot.take_all_out()
         self._curves.clear()
         self._ranges = ()
         self.name_columns({})

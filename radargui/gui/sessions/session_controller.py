@@ -1,5 +1,7 @@
-"""What the window does with sessions: browse, open for review, take the setup of one, keep what is said of it."""
+"""What the window does with sessions: offers at the start; browse, open, take the setup of one, keep what is said."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Literal
@@ -7,106 +9,264 @@ from typing import Literal
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
+from radargui.experiment.reprocess import RecoveredRun, compute_later, recover_run
+from radargui.files.access import Outcome, Progress, each_run
+from radargui.gui.background import Task
 from radargui.gui.control.run_control import RunControl
+from radargui.gui.control.state import Asked, Details
+from radargui.gui.layout import Edge, Strip, button
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
-from radargui.gui.setup.session_panel import Details, SessionPanel
-from radargui.gui.setup.setup_file import SetupFileController
-from radargui.model.errors import RadarGuiError
+from radargui.gui.setup.session_panel import SessionPanel
+from radargui.gui.setup.setup_model import SetupFileController
+from radargui.model.errors import CancelledError, RadarGuiError
+from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.info import SessionInfo, read_info
+from radargui.session.recovery import unfinished_runs
 from radargui.session.session import Session
+
+_NAMED = 3
+"""Runs named in an offer; more would not fit its line."""
+_RECOVERY_AFTER_MS, _LATER_AFTER_MS = 300, 600
+"""The window is drawn first; the second look finds the index that the first one, of the same folders, has renewed."""
+
+
+class _Offer(Strip):
+    """Words and two buttons; hidden where there is nothing to offer, and nothing is done without being asked for."""
+
+    accepted, tip, refusal_tip = "", "", ""
+    edge: Edge = "link-visited"
+    after_ms = 0
+    what = ""
+
+    def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
+        self.accept = button(self.accepted, self._accept, self.tip)
+        self.refuse = button("Not now", self.hide, self.refusal_tip)
+        super().__init__(self.edge, self.accept, self.refuse)
+        self._control, self._panel, self._services = control, panel, services
+        self.runs: tuple[RunLine, ...] = ()
+        QTimer.singleShot(self.after_ms, self, self.look)
+
+    def look(self) -> None:
+        """Look for such runs, in the background; the first look at a large folder takes its time."""
+        folder = self._panel.data_folder
+        if folder.is_dir() and not self._busy:
+            task, find = self._services.work.quiet(), self._find
+            self._services.jobs.start(self.what, lambda: find(folder, task), self._offer, self._failed)
+
+    @property
+    def _busy(self) -> bool:
+        return False
+
+    def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
+        raise NotImplementedError
+
+    def _offer(self, runs: tuple[RunLine, ...]) -> None:
+        raise NotImplementedError
+
+    def _accept(self) -> None:
+        raise NotImplementedError
+
+    def _failed(self, error: BaseException) -> None:
+        if not isinstance(error, CancelledError):
+            self._services.board.post_error(error)
+
+
+class RecoveryOffer(_Offer):
+    """Runs that a crash or a power cut left unfinished."""
+
+    recovered = Signal(object)
+    accepted = "Recover"
+    tip = "Finish the runs, mark them as recovered, process them; the samples stay as they are"
+    refusal_tip = "Leave them as they are; offered again at the next start"
+    after_ms = _RECOVERY_AFTER_MS
+    what = "looking for unfinished runs"
+
+    def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
+        with Catalogue(folder) as catalogue:
+            catalogue.refresh(task.report)
+        return unfinished_runs(folder)
+
+    def _offer(self, runs: tuple[RunLine, ...]) -> None:
+        recording = self._control.session
+        own = None if recording is None else recording.recording
+        self.runs = tuple(run for run in runs if run.path != own)
+        names = [f"{run.path.parent.name}/{run.path.name} ({run.duration_s:.1f} s)" for run in self.runs[:_NAMED]]
+        more = len(self.runs) - len(names)
+        self.words.setText(
+            f"{_counted(self.runs, 'was', 'were')} left unfinished by a crash or a power cut: {', '.join(names)}"
+            f"{f' and {more} more' if more else ''}. What was recorded until then is there."
+        )
+        self.setVisible(bool(self.runs))
+
+    def _accept(self) -> None:
+        paths, work = [run.path for run in self.runs], self._services.work
+        self.hide()
+        work.start("recovering runs", lambda task: _recovered(paths, task), self._done, cancelled=self.look)
+
+    def _done(self, outcomes: tuple[Outcome[RecoveredRun], ...]) -> None:
+        board = self._services.board
+        good = [one.value for one in outcomes if one.value is not None]
+        for outcome in outcomes:
+            if outcome.error is not None:
+                board.post_error(outcome.error)
+            elif outcome.value is not None and outcome.value.error is not None:
+                board.post("warning", f"{outcome.run.name} is recovered, but not processed: {outcome.value.error}")
+        if good:
+            folders = ", ".join(sorted({one.path.parent.name for one in good}))
+            board.post("info", f"{_counted(good, 'is', 'are')} recovered, in {folders}")
+        self.recovered.emit(good)
+
+
+class LaterOffer(_Offer):
+    """Runs whose results were left for later; `computed` comes when they got theirs."""
+
+    computed = Signal()
+    accepted = "Compute in the background"
+    tip = "One after the other, in a process of its own; runs can be recorded meanwhile"
+    refusal_tip = "Offered again at the next start; radargui batch computes them too"
+    edge = "link"
+    after_ms = _LATER_AFTER_MS
+    what = "looking for runs to compute"
+
+    def __init__(self, control: RunControl, panel: SessionPanel, services: Services) -> None:
+        super().__init__(control, panel, services)
+        control.state_changed.connect(self._look_again)
+
+    @property
+    def _busy(self) -> bool:
+        return self._control.state.running
+
+    def _find(self, folder: Path, task: Task) -> tuple[RunLine, ...]:
+        with Catalogue(folder) as catalogue:
+            catalogue.refresh(task.report)
+            return catalogue.to_compute()
+
+    def _look_again(self) -> None:
+        """Take the offer back while runs are recorded; afterwards look again where some were left."""
+        if self._busy:
+            self.hide()
+        elif self._control.reached.asked is Asked.LEAVE:
+            self.look()
+
+    def _offer(self, runs: tuple[RunLine, ...]) -> None:
+        self.runs = runs
+        count = _counted(runs, "waits for its result", "wait for their results")
+        folders = sorted({run.path.parent.name for run in runs})
+        where = folders[-1] if len(folders) == 1 else f"{len(folders)} sessions"
+        self.words.setText(f"{count}, in {where}: left for later.")
+        self.setVisible(bool(runs) and not self._busy)
+
+    def _accept(self) -> None:
+        paths, what = [run.path for run in self.runs], f"computing {len(self.runs)} results"
+        self.hide()
+        work = self._services.work
+        work.start(what, lambda task: compute_later(paths, task.report), self._done, cancelled=self.computed.emit)
+
+    def _done(self, outcomes: tuple[Outcome[RunResult], ...]) -> None:
+        board = self._services.board
+        for outcome in outcomes:
+            if outcome.error is not None:
+                board.post("error", f"{outcome.run.name}: {outcome.error}", topic="computed later")
+        good = sum(outcome.value is not None for outcome in outcomes)
+        board.post("info", f"{good} of {len(outcomes)} results that were left for later are computed")
+        self.computed.emit()
+
+
+def _counted(runs: Sequence[object], one: str, many: str) -> str:
+    return f"1 run {one}" if len(runs) == 1 else f"{len(runs)} runs {many}"
+
+
+def _recovered(paths: list[Path], task: Task) -> tuple[Outcome[RecoveredRun], ...]:
+    def recover(path: Path, report: Progress) -> RecoveredRun:
+        return recover_run(path, now=datetime.now().astimezone(), progress=report)
+
+    return tuple(each_run(paths, recover, task.report))
+
 
 _SAVE_DETAILS_MS = 800
 
 
+@dataclass(eq=False, repr=False)
 class SessionController(QObject):
     """Joins browser, session panel and the session that is open."""
 
+    control: RunControl
+    panel: SessionPanel
+    runs: RunListPanel
+    run_controller: RunController
+    setup_file: SetupFileController
+    services: Services
+
     setup_taken = Signal()
 
-    def __init__(
-        self,
-        control: RunControl,
-        panel: SessionPanel,
-        runs: RunListPanel,
-        run_controller: RunController,
-        setup_file: SetupFileController,
-        services: Services,
-    ) -> None:
+    def __post_init__(self) -> None:
+        panel, services = self.panel, self.services
         super().__init__(services.parent)
-        self._control, self._panel, self._runs, self._run_controller = control, panel, runs, run_controller
-        self._setup_file = setup_file
-        self._services = services
-        self._board, self._jobs = services.board, services.jobs
-        self._browser: SessionBrowser | None = None
+        self.browser = SessionBrowser(
+            services.theme, services.jobs, services.work, lambda: panel.data_folder, services.parent
+        )
+        services.settings.restore_sizes(self.browser)
+        self.browser.open_asked.connect(self.open)
+        self.browser.setup_asked.connect(self.take_setup)
+        self.browser.elsewhere_asked.connect(self.ask_folder)
         self._save = QTimer(self, singleShot=True, interval=_SAVE_DETAILS_MS)
         self._save.timeout.connect(self._save_aside)
         panel.details_changed.connect(self._save.start)
         self._held: Session | None = None
         self._typed: Details | None = None
-        control.session_changed.connect(self._let_go)
+        self.control.session_changed.connect(self._let_go)
         panel.mark_asked.connect(self.mark)
 
-    @property
-    def browser(self) -> SessionBrowser:
-        """The browser, made when it is first asked for."""
-        if self._browser is None:
-            own = self._services
-            self._browser = SessionBrowser(own.theme, own.jobs, own.work, lambda: self._panel.data_folder, own.parent)
-            own.settings.restore_sizes(self._browser)
-            self._browser.open_asked.connect(self.open)
-            self._browser.setup_asked.connect(self.take_setup)
-            self._browser.elsewhere_asked.connect(self.ask_folder)
-        return self._browser
-
-    def browse(self) -> None:
-        """Show the browser."""
-        self.browser.come_up()
+    def begin_new(self) -> None:
+        """Let the next Record make a new session."""
+        self.control.use_session(None)
 
     def ask_folder(self) -> None:
         """Let the operator choose a session folder anywhere."""
-        name = QFileDialog.getExistingDirectory(self._services.parent, "Open session", str(self._panel.data_folder))
+        name = QFileDialog.getExistingDirectory(self.services.parent, "Open session", str(self.panel.data_folder))
         if name:
             self.open(Path(name))
 
     def open(self, path: Path) -> None:
         """Show a session that was recorded before; one that cannot be written is opened for looking."""
-        if self._control.state.running:
-            self._board.post("warning", "Stop before another session is opened.")
+        if self.control.state.running:
+            self.services.board.post("warning", "Stop before another session is opened.")
             return
         self.flush()
         try:
             session = Session.open(path)
         except RadarGuiError as error:
-            self._board.post_error(error)
+            self.services.board.post_error(error)
             return
         info = session.info
         if self._typed is None:
-            self._typed = self._panel.details
-        self._panel.set_details(info.operator, info.notes, info.sample, info.target)
-        self._control.use_session(session, reviewed=True)
+            self._typed = self.panel.details
+        self.panel.set_details(info.operator, info.notes, info.sample, info.target)
+        self.control.use_session(session, reviewed=True)
         if session.read_only:
-            self._board.post("warning", f"{path.name} is opened for looking only. {session.read_only}")
+            self.services.board.post("warning", f"{path.name} is opened for looking only. {session.read_only}")
 
     def may_add(self, setup: Setup) -> bool:
         """Return whether Record may begin; asks where it would add to a session that was opened for review."""
-        session = self._control.session
-        if session is None or session.read_only or not self._control.is_reviewed or session.setup != setup:
+        session = self.control.session
+        if session is None or session.read_only or not self.control.is_reviewed or session.setup != setup:
             return True
         answer = self.ask_where(session.path.name)
         if answer == "new":
-            self._control.use_session(None)
+            self.control.use_session(None)
         elif answer == "add":
-            self._control.is_reviewed = False
+            self.control.is_reviewed = False
             self._typed = None
         return answer != ""
 
     def ask_where(self, name: str) -> Literal["new", "add", ""]:
         """Ask the operator where the next runs go; empty: nowhere, do not record."""
-        box = QMessageBox(self._services.parent)
+        box = QMessageBox(self.services.parent)
         box.setWindowTitle("RadarGUI")
         box.setText(f"{name} was opened for review. Where shall the next runs go?")
         new = box.addButton("New session", QMessageBox.ButtonRole.AcceptRole)
@@ -119,29 +279,28 @@ class SessionController(QObject):
 
     def take_setup(self, path: Path) -> None:
         """Use the settings of a session for the next one."""
-        self._jobs.start("the setup of a session", lambda: read_info(path), self._take)
+        self.services.jobs.start("the setup of a session", lambda: read_info(path), self._take)
 
     def mark(self, text: str) -> None:
         """Keep a note of this moment, in the background: the disk may take its time."""
-        session = self._control.session
+        session = self.control.session
         if session is None:
-            self._board.post("warning", "There is no session yet: record a run, or open a session.")
+            self.services.board.post("warning", "There is no session yet: record a run, or open a session.")
             return
         # the moment is now, not when a thread gets its turn
         now = datetime.now().astimezone()
-        self._jobs.start("a note", lambda: session.mark(text, now=now), self._panel.show_marked)
+        self.services.jobs.start("a note", lambda: session.mark(text, now=now), self.panel.show_marked)
 
     def reread(self) -> None:
         """Show anew what may have changed on the disk: the list of runs, the browser."""
-        session = self._control.session
-        if session is not None and not self._control.state.running:
-            chosen = self._runs.chosen
-            self._run_controller.show_session(session)
-            rows = [row for row, one in enumerate(self._runs.model.entries) if chosen and one.path == chosen.path]
-            if rows:
-                self._runs.table.selectRow(rows[0])
-        if self._browser is not None and self._browser.isVisible():
-            self._browser.refresh()
+        session = self.control.session
+        if session is not None and not self.control.state.running:
+            chosen = self.runs.table.chosen
+            self.run_controller.show_session(session)
+            if chosen is not None:
+                self.runs.table.choose(lambda one: one.path == chosen.path)
+        if self.browser.isVisible():
+            self.browser.refresh()
 
     def flush(self) -> None:
         """Save now what was typed of the session that is open, in the background."""
@@ -151,27 +310,27 @@ class SessionController(QObject):
 
     def _let_go(self) -> None:
         """Let other programs write to the session that was open before."""
-        before, self._held = self._held, self._control.session
+        before, self._held = self._held, self.control.session
         if before is not None and before is not self._held:
             before.close()
-        if not self._control.is_reviewed and self._typed is not None:
+        if not self.control.is_reviewed and self._typed is not None:
             # what an old session says of itself is not said of the next one
-            self._panel.set_details(*self._typed)
+            self.panel.set_details(*self._typed)
             self._typed = None
 
     def _save_aside(self) -> None:
-        session, panel = self._control.session, self._panel
+        session, panel = self.control.session, self.panel
         if session is None or session.read_only:
             return
         details = panel.details._asdict()
-        self._jobs.start("the session's record", lambda: session.update(**details))
+        self.services.jobs.start("the session's record", lambda: session.update(**details))
 
     def _take(self, info: SessionInfo) -> None:
-        if self._control.state.running:
-            self._board.post("warning", "Stop before the setup is changed.")
+        if self.control.state.running:
+            self.services.board.post("warning", "Stop before the setup is changed.")
             return
-        if not self._setup_file.take(info.setup):
+        if not self.setup_file.take(info.setup):
             return
-        self._control.use_session(None)
+        self.control.use_session(None)
         self.setup_taken.emit()
-        self._board.post("info", f"Set up as in {info.name}. The next Record makes a new session.")
+        self.services.board.post("info", f"Set up as in {info.name}. The next Record makes a new session.")

@@ -1,37 +1,27 @@
-"""The sessions found as a table; and what is read of one before it is opened: its runs, and who writes to it."""
+"""The sessions found as a table; what is read of one before it is opened, and its runs as thumbnails of z(t)."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
+from operator import attrgetter
 from pathlib import Path
-from typing import Any
 
-from PySide6.QtCore import Qt
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
+from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem, QStyledItemDelegate, QStyleOptionViewItem
 
 from radargui.files.run_card import Thumbnail, read_run_card, read_thumbnail
 from radargui.gui.runs.run_model import RunEntry
-from radargui.gui.table import RowModel
+from radargui.gui.table import Index
+from radargui.gui.theme import Theme
 from radargui.model.errors import RadarGuiError
+from radargui.model.rounding import UNKNOWN
 from radargui.restitution.series import drop_labels, series_of
 from radargui.session.catalogue import SessionSummary
 from radargui.session.info import read_info
 from radargui.session.lock import owner_of
 from radargui.session.session import run_paths
-
-COLUMNS = ("Date", "Operator", "Sample", "Target", "Runs", "e", "Setup", "Notes")
-
-
-def cells(found: SessionSummary) -> tuple[str, ...]:
-    """Return the texts of the columns."""
-    return (
-        _when(found),
-        found.operator,
-        found.sample,
-        found.target,
-        _runs(found),
-        _restitution(found),
-        found.setup_name,
-        found.problem or " ".join(found.notes.split()),
-    )
 
 
 def _when(found: SessionSummary) -> str:
@@ -54,45 +44,22 @@ def _restitution(found: SessionSummary) -> str:
     return f"{series.e.words()}{many}{mark}"
 
 
-class SessionModel(RowModel[SessionSummary]):
-    """The sessions that were found."""
-
-    def __init__(self) -> None:
-        super().__init__(COLUMNS)
-
-    def cell(self, entry: SessionSummary, column: int, role: int) -> Any:
-        """Return a cell's text or full text."""
-        if role == Qt.ItemDataRole.DisplayRole:
-            return cells(entry)[column]
-        if role == Qt.ItemDataRole.ToolTipRole:
-            # a tool tip that looks like markup would be taken for it
-            return (entry.problem or entry.notes or str(entry.path)).replace("<", "‹")
-        return None
+COLUMNS: dict[str, Callable[[SessionSummary], str]] = {
+    "Date": _when,
+    "Operator": attrgetter("operator"),
+    "Sample": attrgetter("sample"),
+    "Target": attrgetter("target"),
+    "Runs": _runs,
+    "e": _restitution,
+    "Setup": attrgetter("setup_name"),
+    "Notes": lambda found: found.problem or " ".join(found.notes.split()),
+}
 
 
-@dataclass(frozen=True, slots=True)
-class RunLook:
-    """A run and its picture; None where it has none."""
-
-    entry: RunEntry
-    thumbnail: Thumbnail | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class SessionLook:
-    """Runs of a session, and why it can only be looked at now; empty where nobody writes to it."""
-
-    path: Path
-    runs: tuple[RunLook, ...]
-    busy: str = ""
-
-
-def look_at(session: Path) -> SessionLook:
-    """Read what there is to show of a session; takes some milliseconds a run."""
+def look_at(session: Path) -> tuple[tuple[RunEntry, ...], str]:
+    """Return the runs of a session, some milliseconds each, and who writes to it now; empty where nobody does."""
     owner = owner_of(session)
-    return SessionLook(
-        session, _looks(session), f"{owner} writes to it" if owner is not None and not owner.is_me else ""
-    )
+    return _looks(session), f"{owner} writes to it" if owner is not None and not owner.is_me else ""
 
 
 def entry_of(path: Path) -> RunEntry:
@@ -105,20 +72,100 @@ def entry_of(path: Path) -> RunEntry:
     return RunEntry(path, card.started_at, card.summary or None, problem, origin=card.origin)
 
 
-def _looks(session: Path) -> tuple[RunLook, ...]:
+def _looks(session: Path) -> tuple[RunEntry, ...]:
     rejected = read_info(session).rejected
-    looks = [_look(path) for path in run_paths(session)]
-    entries = [replace(look.entry, rejected=rejected.get(look.entry.path.name)) for look in looks]
+    entries = [
+        replace(entry_of(path), rejected=rejected.get(path.name), thumbnail=_thumbnail(path))
+        for path in run_paths(session)
+    ]
     labels = drop_labels((entry.name, entry.origin, entry.is_drop) for entry in entries)
-    return tuple(
-        replace(look, entry=replace(entry, label=labels[entry.name]))
-        for look, entry in zip(looks, entries, strict=True)
-    )
+    return tuple(replace(entry, label=labels[entry.name]) for entry in entries)
 
 
-def _look(path: Path) -> RunLook:
-    entry = entry_of(path)
+def _thumbnail(path: Path) -> Thumbnail | None:
     try:
-        return RunLook(entry, read_thumbnail(path))
+        return read_thumbnail(path)
     except RadarGuiError:
-        return RunLook(entry)
+        return None
+
+
+_WIDTH, _HEIGHT, _GAP = 148, 96, 5
+"""Of a picture in pixels: six beside each other in the dialog, high enough to tell bounces apart (chosen by hand)."""
+
+
+class ThumbnailView(QListWidget):
+    """The runs of a session as pictures."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self.looks: tuple[RunEntry, ...] = ()
+        self.setItemDelegate(_Painter(theme, self))
+        self.setViewMode(QListView.ViewMode.IconMode)
+        self.setMovement(QListView.Movement.Static)
+        self.setResizeMode(QListView.ResizeMode.Adjust)
+        self.setUniformItemSizes(True)
+        self.setSelectionMode(QListView.SelectionMode.NoSelection)
+        self.setMinimumHeight(_HEIGHT + 2 * _GAP)
+        self.setAccessibleName("Height against time of each run")
+
+    def show_runs(self, runs: tuple[RunEntry, ...]) -> None:
+        """Show other runs."""
+        self.looks = runs
+        self.clear()
+        for look in runs:
+            item = QListWidgetItem(look.name, self)
+            # a tool tip that looks like markup would be taken for it
+            item.setToolTip(f"{look.name}: {look.verdict}".replace("<", "‹"))
+
+
+class _Painter(QStyledItemDelegate):
+    """Draws number, e and the curve."""
+
+    def __init__(self, theme: Theme, view: ThumbnailView) -> None:
+        super().__init__(view)
+        self._theme, self._view = theme, view
+
+    def sizeHint(self, _option: QStyleOptionViewItem, _index: Index) -> QSize:  # noqa: N802 - Qt's name
+        """Return the size of one picture."""
+        return QSize(_WIDTH, _HEIGHT)
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Draw one picture."""
+        look = self._view.looks[index.row()]
+        colours = self._theme.colours
+        box = QRectF(option.rect).adjusted(_GAP, _GAP, -_GAP, -_GAP)
+        painter.save()
+        painter.setPen(QPen(QColor(colours.line)))
+        painter.drawRect(box)
+        line = painter.fontMetrics().height()
+        head = box.adjusted(4, 1, -4, 0)
+        head.setHeight(line + 2)
+        painter.setPen(QColor(colours.text))
+        painter.drawText(head, Qt.AlignmentFlag.AlignLeft, look.cells()[0])
+        e = look.restitution().partition(" ± ")[0]
+        e = "" if e == UNKNOWN else f"e = {e}"
+        painter.drawText(head, Qt.AlignmentFlag.AlignRight, e)
+        body = box.adjusted(4, line + 4, -4, -4)
+        if look.thumbnail is None:
+            painter.setPen(QColor(colours.faint))
+            painter.drawText(body, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, look.verdict)
+        else:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setPen(QPen(QColor(colours.track), 1.3))
+            for curve in curves(look.thumbnail, body):
+                painter.drawPolyline(curve)
+        painter.restore()
+
+
+def curves(thumbnail: Thumbnail, box: QRectF) -> list[QPolygonF]:
+    """Return z(t) scaled into a box, broken where it is unknown."""
+    known = np.isfinite(thumbnail.z_m) & np.isfinite(thumbnail.time_s)
+    if not known.any():
+        return []
+    t, z = thumbnail.time_s, thumbnail.z_m
+    t0, t1 = float(t[known].min()), float(t[known].max())
+    z0, z1 = float(z[known].min()), float(z[known].max())
+    x = box.left() + box.width() * (t - t0) / ((t1 - t0) or 1.0)
+    y = box.bottom() - box.height() * (z - z0) / ((z1 - z0) or 1.0)
+    pieces = np.split(np.arange(t.size), np.flatnonzero(np.diff(known.astype(int))) + 1)
+    return [QPolygonF([QPointF(x[k], y[k]) for k in piece]) for piece in pieces if known[piece[0]]]

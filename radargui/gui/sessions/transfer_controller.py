@@ -1,24 +1,192 @@
-"""Import and export: the dialogs, the work behind them, and what is said afterwards."""
+"""Import, export and processing again: the dialogs, the work behind them, and what is said afterwards."""
 
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QCheckBox, QDialog, QFileDialog, QLineEdit, QWidget
+from PySide6.QtWidgets import QCheckBox, QDialog, QWidget
 
+from radargui.experiment.compare import ComparedFigure, Comparison, Side, compare_with
 from radargui.experiment.importing import Imported, ImportOrder, import_recordings
-from radargui.files.export import EXPORT_FORMATS, ExportFormat
-from radargui.files.fresh_file import make_folder
-from radargui.gui.background import Jobs
+from radargui.files.access import Outcome, each_run, make_folder
+from radargui.files.formats import EXPORT_FORMATS, ExportFormat
+from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.layout import Choice, Dialog, FaultText, Group, button, side_by_side
+from radargui.gui.layout import Choice, Dialog, Group, PathField, PlainLabel, button, side_by_side
 from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
-from radargui.gui.sessions.import_dialog import ImportDefaults, ImportDialog
+from radargui.gui.sessions.import_dialog import ImportDialog
+from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.theme import Theme
+from radargui.gui.setup.words import words_of
+from radargui.gui.table import RowModel, RowTable
 from radargui.model.errors import FileError
-from radargui.session.transfer import FOLDER, ExportedRun, ExportPlan, plan_export
+from radargui.model.rounding import alone, plain, quantity
+from radargui.model.setup import Setup
+from radargui.session.transfer import FOLDER, ExportPlan, plan_export
+
+HEADS = ("Run", "Quantity", "Stored", "New", "New − stored")
+_NAMES = {
+    "e": ("e", "", 1.0),
+    "drop_height_m": ("Drop height", "mm", 1000.0),
+    "impact_speed_m_s": ("Impact speed", "m/s", 1.0),
+    "g_m_s2": ("g", "m/s²", 1.0),
+}
+
+
+class ReprocessDialog(Dialog):
+    """The samples are never touched; stored results stay until the new ones are kept."""
+
+    kept = Signal(object)
+
+    def __init__(
+        self,
+        jobs: Jobs,
+        runs: Sequence[Path],
+        chosen: Path | None,
+        setup: Setup,
+        *,
+        read_only: bool = False,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__("Process again and compare", (760, 620), parent)
+        self._read_only = read_only
+        self._other: tuple[Setup | None, dict[str, str]] = (None, {})
+        self._good: tuple[Path, ...] = ()
+        one = [((chosen,), f"The chosen run, {chosen.stem}")] if chosen is not None else []
+        self.what = Choice((*one, (tuple(runs), f"All {len(runs)} runs of the session")))
+        self.setup = Choice(((None, "As recorded"), (setup, "Setup in the window")))
+        as_set = (None, "As in the setup")
+        self.correction = Choice((as_set, *words_of("processing.correction").choices.items()))
+        self.geometry_choice = Choice((as_set, *words_of("processing.geometry").choices.items()))
+        self._choices = {
+            "Runs": self.what,
+            "Antennas and processing": self.setup,
+            "IQ correction": self.correction,
+            "Geometry": self.geometry_choice,
+        }
+        group = Group("With")
+        for words, choice in self._choices.items():
+            group.row(words, choice)
+            choice.currentIndexChanged.connect(lambda _index: self._forget())
+        self.compare = button("Process and compare", self._compare, default=True)
+        self.work = WorkStrip(jobs)
+        self.settings, self.words = PlainLabel(), PlainLabel()
+        self.lines = RowModel[tuple[str, ...]]({title: itemgetter(place) for place, title in enumerate(HEADS)})
+        self.table = RowTable(self.lines, "comparison")
+        tip = "They take the place of the stored ones, whose figures stay beside them"
+        self.keep = button("Keep the new results", self._keep, tip)
+        self.discard = button("Discard", self.reject)
+        ends = side_by_side(self.keep, self.discard)
+        self.lay_out(group, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
+        self._show_buttons()
+
+    def done(self, result: int) -> None:
+        """Cancel what is under way, and close."""
+        self.work.cancel()
+        super().done(result)
+
+    def _compare(self) -> None:
+        self._forget()
+        changes = {"correction": self.correction.currentData(), "geometry": self.geometry_choice.currentData()}
+        wanted = {f"processing.{name}": value for name, value in changes.items() if value}
+        self._other = self.setup.currentData(), wanted
+        runs = tuple(map(Path, self.what.currentData()))
+        self._work("processing again", runs, self._show_outcomes, "nothing was changed", keep=False)
+
+    def _keep(self) -> None:
+        left = "runs that were done keep their new results"
+        self._work("keeping the new results", self._good, self._kept, left, keep=True)
+
+    def _work(self, what: str, runs: tuple[Path, ...], then: Callable[[Any], None], left: str, *, keep: bool) -> None:
+        setup, wanted = self._other
+        compared = partial(compare_with, setup=setup, changes=wanted, keep=keep)
+        self.work.start(
+            what,
+            lambda task: tuple(each_run(runs, compared, task.report)),
+            then,
+            lambda error: self._ended(str(error)),
+            lambda: self._ended(f"Cancelled; {left}."),
+        )
+        self._show_buttons()
+
+    def _show_outcomes(self, outcomes: tuple[Outcome[Comparison], ...]) -> None:
+        self.lines.replace_all(line for outcome in outcomes for line in lines_of(outcome))
+        self.table.fit_all()
+        compared = [one.value for one in outcomes if one.value is not None]
+        self._good = tuple(one.run for one in compared)
+        self.settings.setText(settings_words(compared[0]) if compared else "")
+        self._ended("Nothing is changed yet." if compared else "")
+
+    def _kept(self, outcomes: tuple[Outcome[Comparison], ...]) -> None:
+        failed = [one for one in outcomes if one.error is not None]
+        self._good = ()
+        self._ended("\n".join(str(one.error) for one in failed) or "The new results are kept with the runs.")
+        self.kept.emit(tuple(one.run for one in outcomes if one.error is None))
+
+    def _ended(self, words: str) -> None:
+        self.words.setText(words)
+        self._show_buttons()
+
+    def _forget(self) -> None:
+        self._good = ()
+        self.settings.setText("")
+        self.lines.replace_all(())
+        self._ended("")
+
+    def _show_buttons(self) -> None:
+        busy = self.work.busy
+        for widget in (self.compare, *self._choices.values()):
+            widget.setEnabled(not busy)
+        self.keep.setEnabled(bool(self._good) and not busy and not self._read_only)
+        if self._read_only:
+            self.keep.setToolTip("The session is opened for looking only.")
+
+
+def lines_of(outcome: Outcome[Comparison]) -> Iterator[tuple[str, str, str, str, str]]:
+    """Yield the lines of a run."""
+    name = outcome.run.stem
+    comparison = outcome.value
+    if comparison is None:
+        yield name, "failed", "", "", str(outcome.error)
+        return
+    yield name, "Verdict", _verdict(comparison, comparison.before), _verdict(comparison, comparison.after), ""
+    for figure in comparison.figures:
+        yield "", *_line(figure)
+
+
+def settings_words(comparison: Comparison) -> str:
+    """Return what was set differently, a line each."""
+    lines = [f"{one.key}: {_said(one.before)} → {_said(one.after)}" for one in comparison.settings]
+    return "\n".join(lines) or "The settings are the same as those of the stored results."
+
+
+def _line(figure: ComparedFigure) -> tuple[str, str, str, str]:
+    words, unit, scale = _NAMES.get(figure.name, (figure.name, figure.unit, 1.0))
+    return (
+        f"{words} [{unit}]" if unit else words,
+        _value(figure.before, figure.u_before, scale),
+        _value(figure.after, figure.u_after, scale),
+        alone(figure.difference, figure.u_difference, scale, signed=True),
+    )
+
+
+def _value(value: float | None, uncertainty: float | None, scale: float) -> str:
+    return plain(value, scale=scale) if uncertainty is None else quantity(value, uncertainty)
+
+
+def _verdict(comparison: Comparison, side: Side) -> str:
+    return RunEntry(comparison.run, summary=side.summary).verdict
+
+
+def _said(value: object) -> str:
+    return "not set" if value is None else str(value)
 
 
 class ExportDialog(Dialog):
@@ -26,36 +194,31 @@ class ExportDialog(Dialog):
 
     ordered = Signal(object)
 
-    def __init__(
-        self, jobs: Jobs, theme: Theme, session: Path, run: Path | None, parent: QWidget | None = None
-    ) -> None:
+    def __init__(self, jobs: Jobs, session: Path, run: Path | None, parent: QWidget | None = None) -> None:
         super().__init__("Export samples", (520, 200), parent)
         self._jobs = jobs
         one = [(run, f"The chosen run, {run.stem}")] if run is not None else []
         self.what = Choice((*one, (session, f"All runs of the session {session.name}")))
         self.kind = Choice((one.name, f"{one.title} ({', '.join(one.suffixes)})") for one in EXPORT_FORMATS.values())
-        self.folder = QLineEdit(str(session / FOLDER))
+        self.folder = PathField("Export to", session / FOLDER)
+        self.fault = self.folder.fault
         self.replace = QCheckBox("Replace files that are there")
         self.go = go = button("Export", self._order, default=True)
         group = Group()
         group.row("What", self.what)
         group.row("Format", self.kind, "Each file carries the settings and units")
-        self.fault = FaultText(theme)
-        group.row("Folder", side_by_side(self.folder, button("Choose…", self._browse)), fault=self.fault)
+        group.row("Folder", self.folder, fault=self.fault)
         group.whole(self.replace)
         ends = side_by_side(go, button("Cancel", self.reject))
         self.lay_out(group, ends)
-        self.folder.textChanged.connect(lambda text: go.setEnabled(bool(text.strip())))
-        for changed in (self.folder.textChanged, self.replace.toggled, self.kind.activated, self.what.activated):
+        self.folder.line.textChanged.connect(lambda text: go.setEnabled(bool(text.strip())))
+        for changed in (self.replace.toggled, self.kind.activated, self.what.activated):
             changed.connect(lambda _value: self.fault.say(""))
 
-    def _browse(self) -> None:
-        name = QFileDialog.getExistingDirectory(self, "Export to", self.folder.text())
-        if name:
-            self.folder.setText(name)
-
     def _order(self) -> None:
-        folder = Path(self.folder.text().strip().strip('"')).expanduser()
+        folder = self.folder.path
+        if folder is None:
+            return
         what, kind, force = self.what.currentData(), EXPORT_FORMATS[self.kind.currentData()], self.replace.isChecked()
         self.go.setEnabled(False)
         self._jobs.start(
@@ -73,96 +236,107 @@ class ExportDialog(Dialog):
         self.fault.say(said.replace("write over with --force", f"tick “{self.replace.text()}”"))
 
 
+@dataclass(eq=False, repr=False)
 class TransferController(QObject):
-    """Joins the dialogs with the work strip and the session that is open."""
+    """Joins the dialogs of import, export and comparison with the work strip and the session that is open."""
 
-    imported = Signal(object)
-    """The folder of a session that was made by an import."""
+    control: RunControl
+    panel: SessionPanel
+    runs: RunListPanel
+    setup_model: SetupModel
+    sessions: SessionController
+    services: Services
 
-    def __init__(
-        self, control: RunControl, panel: SessionPanel, runs: RunListPanel, setup_model: SetupModel, services: Services
-    ) -> None:
-        super().__init__(services.parent)
-        self._control, self._panel, self._runs, self._setup_model = control, panel, runs, setup_model
-        self._services, self._board = services, services.board
+    def __post_init__(self) -> None:
+        super().__init__(self.services.parent)
         self.dialog: QDialog | None = None
 
     def ask_import(self) -> None:
         """Let the operator choose what to import."""
-        model, panel = self._setup_model, self._panel
-        dialog = ImportDialog(
-            self._services.jobs,
-            self._services.theme,
-            lambda: ImportDefaults(model.setup, model.path, panel.data_folder, panel.details.operator),
-            self._services.parent,
-        )
+        own = self.services
+        dialog = ImportDialog(own.jobs, own.theme, self.setup_model, self.panel, own.parent)
         dialog.ordered.connect(self.bring_in)
         self._show(dialog)
 
     def ask_export(self) -> None:
         """Let the operator choose what to export."""
-        session = self._control.session
+        session = self.control.session
         if session is None:
-            self._board.post("warning", "There is nothing to export: record a run, or open a session.")
+            self.services.board.post("warning", "There is nothing to export: record a run, or open a session.")
             return
-        chosen = self._runs.chosen
-        dialog = ExportDialog(
-            self._services.jobs,
-            self._services.theme,
-            session.path,
-            chosen.path if chosen else None,
-            self._services.parent,
-        )
+        own, chosen = self.services, self.runs.table.chosen
+        dialog = ExportDialog(own.jobs, session.path, chosen.path if chosen else None, own.parent)
         dialog.ordered.connect(self.take_out)
+        self._show(dialog)
+
+    def ask_compare(self) -> None:
+        """Let the operator process runs with other settings."""
+        own, session, chosen = self.services, self.control.session, self.runs.table.chosen
+        runs = session.run_paths() if session is not None else ()
+        if session is None or not runs or self.control.state.holds_a_run:
+            self.services.board.post("warning", "There is no run to process again: record one, or open a session.")
+            return
+        run, setup, closed = chosen.path if chosen else None, self.setup_model.setup, bool(session.read_only)
+        dialog = ReprocessDialog(own.jobs, runs, run, setup, read_only=closed, parent=own.parent)
+        dialog.kept.connect(self.sessions.reread)
         self._show(dialog)
 
     def bring_in(self, order: ImportOrder) -> None:
         """Import in the background, then open the new session."""
-        self._services.work.start(
+        self.services.work.start(
             "importing recordings",
             lambda task: import_recordings(order, task.report),
             self._brought_in,
             self._not_brought_in,
-            lambda: self._board.post("info", "The import was cancelled; runs that were there already are kept."),
+            lambda: self.services.board.post(
+                "info", "The import was cancelled; runs that were there already are kept."
+            ),
         )
 
     def take_out(self, plan: ExportPlan) -> None:
         """Export in the background."""
-        self._services.work.start(
+        self.services.work.start(
             "exporting samples",
             lambda task: tuple(plan.carry_out(task.report)),
             lambda runs: self._taken(plan, runs),
-            cancelled=lambda: self._board.post(
+            cancelled=lambda: self.services.board.post(
                 "info", f"The export was cancelled; files that were done: {plan.folder}"
             ),
         )
 
     def _not_brought_in(self, error: BaseException) -> None:
-        self._board.post_error(error)
-        self._panel.say_at_field(error)
+        self.services.board.post_error(error)
+        self.panel.say_at_field(error)
 
     def _brought_in(self, imported: Imported) -> None:
         for error in imported.errors:
-            self._board.post_error(error)
+            self.services.board.post_error(error)
         if imported.session is None:
             return
         count = "1 run was" if len(imported.paths) == 1 else f"{len(imported.paths)} runs were"
-        self._board.post("info", f"{count} imported as session {imported.session.name}")
-        if not self._control.state.running:
-            self.imported.emit(imported.session)
+        self.services.board.post("info", f"{count} imported as session {imported.session.name}")
+        if not self.control.state.running:
+            self.sessions.open(imported.session)
 
-    def _taken(self, plan: ExportPlan, runs: tuple[ExportedRun, ...]) -> None:
+    def _taken(self, plan: ExportPlan, runs: tuple[Outcome[tuple[Path, ...]], ...]) -> None:
         for run in runs:
             if run.error is not None:
-                self._board.post_error(run.error)
-        files = sum(len(run.paths) for run in runs)
+                self.services.board.post_error(run.error)
+        files = sum(len(run.value or ()) for run in runs)
         if files:
-            self._board.post("info", f"{files} files written to {plan.folder}")
+            self.services.board.post("info", f"{files} files written to {plan.folder}")
+
+    def close(self) -> None:
+        """Cancel and close the dialog."""
+        if self.dialog is not None:
+            self.dialog.reject()
+            # what still runs may come back to it
+            if not self.services.jobs.running:
+                self.dialog.deleteLater()
+            self.dialog = None
 
     def _show(self, dialog: QDialog) -> None:
-        if self.dialog is not None:
-            self.dialog.close()
-            self.dialog.deleteLater()
+        self.close()
         self.dialog = dialog
         dialog.show()
 

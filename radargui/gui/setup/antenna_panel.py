@@ -1,21 +1,190 @@
-"""The antenna calibration panel: receivers, transmitter, wave, tracer, and the matrix T they make."""
+"""The antenna calibration panel: receivers and the matrix T they make, polarisations, transmitter, wave, tracer."""
 
 import math
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.plane_wave import condition_number, t_matrix
-from radargui.gui.layout import FaultText, Group, PlainLabel, button, fill
-from radargui.gui.setup.fields import FieldGrid, FormPanel, NumberField, SetupForm
-from radargui.gui.setup.polarization import PolarizationForm
+from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.gui.layout import FaultText, Group, PlainLabel, button, fill, follow
+from radargui.gui.setup.fields import AntennaGrid, FormPanel, SetupForm
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
-from radargui.gui.setup.words import words_of
 from radargui.gui.theme import Theme
 from radargui.model.assumed import ASSUMED
+from radargui.model.scattering import LEAST_SHARE, received_fields
+
+_ASSUMED_DEG = ASSUMED["u_polarization_deg"]
+_HEIGHT, _MARGIN = 108, 4
+
+
+class PolarizationForm(Group):
+    """Angle and uncertainty of each antenna's electric field, and the drawing."""
+
+    def __init__(self, model: SetupModel, theme: Theme) -> None:
+        super().__init__("Polarisation")
+        table = AntennaGrid(model, ("polarization_deg", "u_polarization_deg"), first=0)
+        self._angles = [fields[0] for fields in table.fields.values()]
+        self.sketch = PolarizationSketch(model, theme)
+        said = (
+            "Each antenna from behind, looking at the centre. Arrow: electric field; wedge: uncertainty; dashed: "
+            "strongest signal, of which the receiver gets so much."
+        )
+        for part in (table, self.sketch, PlainLabel(said)):
+            self.whole(part)
+        follow(model.changed, self._refresh)
+
+    def _refresh(self) -> None:
+        drawn = self.sketch.antennas
+        for place, angle in enumerate(self._angles):
+            strongest_deg = drawn[place].strongest_deg if place < len(drawn) else None
+            angle.setPlaceholderText("not given" if strongest_deg is None else f"strongest, {strongest_deg:.1f}")
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnAntenna:
+    """One dial of the drawing.
+
+    Attributes
+    ----------
+    name, axes
+        Beneath it; what points right and what up.
+    angle_deg, u_deg
+        Of the field; None: not given.
+    strongest_deg, share
+        Of a receiver: the angle of the strongest signal, and what it gets of it; None where that is not known.
+    """
+
+    name: str
+    axes: tuple[str, str]
+    angle_deg: float | None
+    u_deg: float
+    strongest_deg: float | None = None
+    share: float | None = None
+
+    @property
+    def words(self) -> str:
+        """What is drawn, in words."""
+        if self.angle_deg is None:
+            return f"{self.name}: not given"
+        got = f", {self.share:.0%} of the strongest signal" if self.share is not None else ""
+        return f"{self.name}: {self.angle_deg:.1f}° ± {self.u_deg:g}° from {self.axes[0]} towards {self.axes[1]}{got}"
+
+
+class PolarizationSketch(QWidget):
+    """A dial for each antenna; follows typing, also where the setup is refused for it."""
+
+    def __init__(self, model: SetupModel, theme: Theme) -> None:
+        super().__init__()
+        self._model, self._theme = model, theme
+        self.antennas: list[DrawnAntenna] = []
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName("Drawing of the polarisations")
+        model.changed.connect(self.refresh)
+        self.refresh()
+
+    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        """Return room for a dial each."""
+        return QSize(60 * (1 + self._model.n_receivers), _HEIGHT)
+
+    def refresh(self) -> None:
+        """Take over what the draft says."""
+        setup, sent = self._model.setup, self._number("transmitter.polarization_deg")
+        self.antennas = [DrawnAntenna("Tx", ("x", "y"), sent, self._u("transmitter"))]
+        receivers = [
+            one.model_copy(update={"polarization_deg": self._number(f"receiver[{number}].polarization_deg")})
+            for number, one in enumerate(setup.receiver, 1)
+        ]
+        fields = () if sent is None else received_fields(setup.radar, setup.transmitter, receivers, setup.tracer, sent)
+        for number in range(1, len(receivers) + 1):
+            drawn = DrawnAntenna(f"Rx {number}", ("h", "v"), None, self._u(f"receiver[{number}]"))
+            if fields:
+                own = fields[number - 1]
+                drawn = replace(drawn, angle_deg=own.angle_deg, strongest_deg=own.strongest_deg, share=own.share)
+            self.antennas.append(drawn)
+        words = "\n".join(one.words for one in self.antennas)
+        self.setAccessibleDescription(words)
+        self.setToolTip(f"{words}\nh is horizontal, v points up as far as the antenna's tilt lets it")
+        self.update()
+
+    def _number(self, key: str) -> float | None:
+        value = self._model.value(key)
+        return float(value) if isinstance(value, (int, float)) else None
+
+    def _u(self, antenna: str) -> float:
+        u_deg = self._number(f"{antenna}.u_polarization_deg")
+        return _ASSUMED_DEG if u_deg is None else min(max(u_deg, 0.0), 90.0)
+
+    @property
+    def middle_y(self) -> float:
+        """How far below the top the middles of the dials are, in pixels."""
+        return self._radius + 3 * _MARGIN
+
+    @property
+    def _radius(self) -> float:
+        below = 2 * self.fontMetrics().height()
+        return min(0.5 * self.width() / len(self.antennas) - 12.0, 0.5 * (self.height() - below) - 2 * _MARGIN)
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the dials side by side."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        width, line, radius = self.width() / len(self.antennas), self.fontMetrics().height(), self._radius
+        colours = (self._theme.colours.mark, *self._theme.colours.receivers)
+        for place, antenna in enumerate(self.antennas):
+            middle = QPointF((place + 0.5) * width, self.middle_y)
+            self._dial(painter, antenna, middle, radius, QColor(colours[place]))
+            below = QRectF(place * width, self.height() - 2 * line, width, line)
+            painter.setPen(QColor(self._theme.colours.text))
+            painter.drawText(below, Qt.AlignmentFlag.AlignCenter, antenna.name)
+            said = "" if antenna.angle_deg is None else f"{antenna.angle_deg:.0f}°"
+            if antenna.share is not None:
+                said = f"{antenna.share:.0%}"
+                weak = antenna.share < LEAST_SHARE
+                painter.setPen(QColor(self._theme.colours.alarm if weak else self._theme.colours.faint))
+            painter.drawText(below.translated(0.0, line), Qt.AlignmentFlag.AlignCenter, said)
+
+    def _dial(self, painter: QPainter, antenna: DrawnAntenna, middle: QPointF, radius: float, colour: QColor) -> None:
+        faint = QColor(self._theme.colours.faint)
+        box = QRectF(middle.x() - radius, middle.y() - radius, 2.0 * radius, 2.0 * radius)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(self._theme.colours.line), 1.0))
+        painter.drawEllipse(box)
+        for angle_deg in (0.0, 90.0):
+            painter.drawLine(_at(middle, radius, angle_deg + 180.0), _at(middle, radius, angle_deg))
+        painter.setPen(faint)
+        for name, angle_deg in zip(antenna.axes, (0.0, 90.0), strict=True):
+            place = _at(middle, radius + 7.0, angle_deg)
+            painter.drawText(QRectF(place.x() - 8.0, place.y() - 8.0, 16.0, 16.0), Qt.AlignmentFlag.AlignCenter, name)
+        if antenna.strongest_deg is not None:
+            painter.setPen(QPen(faint, 1.0, Qt.PenStyle.DashLine))
+            across = antenna.strongest_deg + 180.0
+            painter.drawLine(_at(middle, radius, antenna.strongest_deg), _at(middle, radius, across))
+        if antenna.angle_deg is None:
+            return
+        wedge = QColor(colour)
+        wedge.setAlpha(120)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(wedge)
+        for end_deg in (antenna.angle_deg, antenna.angle_deg + 180.0):
+            # sixteenths of a degree, counted as the angle is
+            painter.drawPie(box, round(16.0 * (end_deg - antenna.u_deg)), round(32.0 * antenna.u_deg))
+        painter.setPen(QPen(colour, 2.0))
+        for end_deg in (antenna.angle_deg, antenna.angle_deg + 180.0):
+            tip = _at(middle, radius, end_deg)
+            painter.drawLine(middle, tip)
+            for side in (150.0, -150.0):
+                painter.drawLine(tip, _at(tip, 0.25 * radius, end_deg + side))
+
+
+def _at(middle: QPointF, radius: float, angle_deg: float) -> QPointF:
+    """Return the point so far from the middle, the angle counted from the right upwards."""
+    angle = math.radians(angle_deg)
+    return QPointF(middle.x() + radius * math.cos(angle), middle.y() - radius * math.sin(angle))
+
 
 COLUMNS = ("tilt_deg", "azimuth_deg", "distance_m")
 LARGE_CONDITION = 20.0
@@ -28,25 +197,12 @@ class AntennaPanel(FormPanel):
     """Entry of the geometry; closed for changes while samples come in."""
 
     def __init__(self, model: SetupModel, theme: Theme) -> None:
-        super().__init__(model, theme)
-        self.table, self.matrix = ReceiverTable(model, theme), TMatrixView(model, theme)
+        super().__init__(model)
+        self.table, self.matrix = ReceiverTable(model), TMatrixView(model)
         receivers, matrix = Group("Receivers"), Group("Matrix T")
         receivers.whole(self.table)
         matrix.whole(self.matrix)
-        wave = SetupForm("Transmitter and wave", model, theme)
-        wave.number("transmitter.distance_m")
-        wave.vector("transmitter.position_m")
-        wave.number("radar.frequency_hz")
-        wave.number("radar.refractive_index", optional=True, hint="vacuum")
-        wave.choice("radar.phase_sign")
-        tracer = SetupForm("Tracer and floor", model, theme)
-        tracer.number("tracer.diameter_m")
-        tracer.number("tracer.u_diameter_m", optional=True, hint=f"{1e3 * ASSUMED['u_diameter_m']:g} assumed")
-        tracer.number("tracer.density_kg_m3", optional=True, hint="no buoyancy")
-        tracer.vector("tracer.release_position_m")
-        tracer.number("floor.height_m", optional=True, hint="from the impacts")
-        site = SetupForm("Site", model, theme)
-        site.numbers("site", "latitude_deg", "height_m", "g_m_s2", "u_g_m_s2", optional=True)
+        wave, tracer, site = (SetupForm(name, model) for name in ("wave", "tracer", "site"))
         self._place = wave.rows
         self.lay_out(receivers, matrix, wave, PolarizationForm(model, theme), tracer, site)
 
@@ -59,30 +215,27 @@ class AntennaPanel(FormPanel):
         self._place.setRowVisible(2, by_position)
 
 
-class ReceiverTable(FieldGrid):
+class ReceiverTable(AntennaGrid):
     """One row a receiver, from 1 to 4 of them."""
 
-    def __init__(self, model: SetupModel, theme: Theme) -> None:
-        super().__init__(*(words_of(f"receiver.{name}").label for name in COLUMNS))
-        self._model = model
-        self._rows = []
-        for number in range(1, MOST_RECEIVERS + 1):
-            remove = QToolButton()
-            remove.setText("−")
-            remove.setToolTip(f"Remove receiver {number}")
-            remove.clicked.connect(partial(model.remove_receiver, number))
-            fields = [NumberField(model, theme, f"receiver[{number}].{name}") for name in COLUMNS]
-            self._rows.append(self.add_row(f"Rx {number}", fields, remove))
+    def __init__(self, model: SetupModel) -> None:
         self.add = button("Add receiver", model.add_receiver)
+        super().__init__(model, COLUMNS)
         self._grid.addWidget(self.add, self._grid.rowCount(), 0, 1, len(COLUMNS) + 2)
-        model.changed.connect(self._refresh)
-        self._refresh()
 
-    def _refresh(self) -> None:
+    def beside(self, number: int) -> list[QWidget]:
+        """Return the button that removes a receiver."""
+        remove = QToolButton()
+        remove.setText("−")
+        remove.setToolTip(f"Remove receiver {number}")
+        remove.clicked.connect(partial(self._model.remove_receiver, number))
+        return [remove]
+
+    def refresh(self) -> None:
+        """Show the rows of the receivers that are there."""
+        super().refresh()
         count = self._model.n_receivers
-        for number, row in enumerate(self._rows, start=1):
-            for widget in row:
-                widget.setVisible(number <= count)
+        for row in self.rows.values():
             row[-1].setEnabled(count > 1)
         self.add.setEnabled(count < MOST_RECEIVERS)
 
@@ -90,16 +243,15 @@ class ReceiverTable(FieldGrid):
 class TMatrixView(QWidget):
     """T row by row, its condition number, and a warning where the antennas cannot tell the three directions apart."""
 
-    def __init__(self, model: SetupModel, theme: Theme) -> None:
+    def __init__(self, model: SetupModel) -> None:
         super().__init__()
         self._model = model
         self.matrix = QLabel()
         self.matrix.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         self.condition = PlainLabel()
-        self.warning = FaultText(theme)
+        self.warning = FaultText()
         fill(QVBoxLayout(self), self.matrix, self.condition, self.warning, spacing=4)
-        model.changed.connect(self.refresh)
-        self.refresh()
+        follow(model.changed, self.refresh)
 
     def refresh(self) -> None:
         """Compute T of the setup anew; a faulty draft leaves the last one, greyed."""
@@ -118,12 +270,9 @@ class TMatrixView(QWidget):
         number = condition_number(antennas)
         singular = not math.isfinite(number) or number > SINGULAR_CONDITION or np.linalg.matrix_rank(matrix) < 3
         self.condition.setText(f"Condition number: {'infinite' if singular else f'{number:.2f}'}")
-        self.warning.say(_warning(number, singular=singular))
-
-
-def _warning(number: float, *, singular: bool) -> str:
-    if singular:
-        return "T is singular: these antennas cannot tell three directions apart. Spread the azimuths, or tilt them."
-    if number > LARGE_CONDITION:
-        return f"An error of path length grows up to {number:.0f} times in the position. Spread the antennas further."
-    return ""
+        if singular:
+            words = "these antennas cannot tell three directions apart. Spread the azimuths, or tilt them."
+            self.warning.say(f"T is singular: {words}")
+        elif number > LARGE_CONDITION:
+            words = f"grows up to {number:.0f} times in the position. Spread the antennas further."
+            self.warning.say(f"An error of path length {words}")

@@ -1,18 +1,161 @@
-"""The hardware setup panel: setup file, source and its settings, recording, processing."""
+"""The hardware setup panel: setup file, source and its settings, the search for NI devices, recording, processing."""
 
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from PySide6.QtWidgets import QFileDialog, QLineEdit
+from PySide6.QtWidgets import QFileDialog, QWidget
 
-from radargui.gui.background import Jobs
-from radargui.gui.layout import Choice, FaultText, Group, PlainLabel, button, side_by_side
-from radargui.gui.menus import Actions
+from radargui.gui.background import Jobs, Then, Work
+from radargui.gui.layout import Answer, Choice, Group, PathField, PlainLabel, button, follow, side_by_side
+from radargui.gui.panels import Actions
 from radargui.gui.setup.fields import FormPanel, SetupForm
-from radargui.gui.setup.ni_form import FindDevices, NiForm, find_ni_devices
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import called
-from radargui.gui.theme import Theme
+from radargui.model.setup import Setup
 from radargui.sources.factory import SourceKind
+
+_START = (
+    *("daq.start", "daq.start_source", "daq.start_edge", "daq.start_level_v", "daq.start_pretrigger"),
+    *("recording.restart_after_error", "recording.restart_within_s"),
+)
+"""When a run starts, and what happens after an error."""
+CERTIFICATES = "Certificates (*.pem *.crt *.cer);;All files (*)"
+FindDevices = Callable[[str | None, str | None], Sequence[Any]]
+CheckSetup = Callable[[Setup], Any]
+
+
+def find_ni_devices(remote: str | None, certificate: str | None = None) -> Sequence[Any]:
+    """Ask the driver, or the device server `remote`, for its devices; the driver's package is loaded only now."""
+    from radargui.sources.ni.discovery import find_devices
+
+    return find_devices(remote, certificate)
+
+
+def check_on_device(setup: Setup) -> Any:
+    """Try a setup on its device without sampling; the driver's package is loaded only now."""
+    from radargui.sources.ni.source import check_setup
+
+    return check_setup(setup)
+
+
+class NiForm(SetupForm):
+    """Device, channels, terminal, range, start; the search for devices and the check of the setup.
+
+    Attributes
+    ----------
+    check
+        Tries a setup on its device; tests put another one here.
+    """
+
+    def __init__(self, model: SetupModel, jobs: Jobs, find: FindDevices = find_ni_devices) -> None:
+        super().__init__("ni", model)
+        self._jobs, self._find = jobs, find
+        self.check: CheckSetup = check_on_device
+        self.add("daq.remote_certificate", beside=[button("Choose…", self._browse)])
+        self.found = Choice()
+        self.found.setVisible(False)
+        self.found.activated.connect(self._take)
+        self.button = button("Find devices", self.search)
+        self.answer, self.checked = Answer(), Answer()
+        for part in (self.button, self.found, self.answer):
+            self.whole(part)
+        self.add("daq.channels", "daq.terminal", "daq.range_v", "daq.channel_skew_s", *_START)
+        start = self.fields["daq.start"]
+        if isinstance(start, Choice):
+            start.activated.connect(lambda _index: self._settle(start.currentData()))
+        tip = "Tries it on the device without sampling, and says what will be in force"
+        self.check_button = button("Check this setup", self.try_out, tip)
+        self.whole(self.check_button)
+        self.whole(self.checked)
+        model.changed.connect(self._setup_changed)
+        follow(model.changed, self._show_start)
+
+    def _settle(self, start: str) -> None:
+        """Let what goes with a start that was just chosen be there, and nothing that cannot go with it."""
+        if start == "now":
+            self._model.assign("daq.start_pretrigger", None)
+        elif self._model.value("daq.start_source") is None:
+            self._model.assign("daq.start_source", "PFI0" if start == "digital" else "I1")
+
+    def _show_start(self) -> None:
+        """Hide what does not belong to the chosen start."""
+        start = self._model.value("daq.start")
+        shown = dict.fromkeys(("daq.start_source", "daq.start_edge", "daq.start_pretrigger"), start != "now")
+        shown["daq.start_level_v"] = start == "analog"
+        shown["recording.restart_within_s"] = self._model.value("recording.restart_after_error") is True
+        for key, visible in shown.items():
+            self.rows.setRowVisible(self.fields[key], visible)
+
+    def search(self) -> None:
+        """Look for devices without holding up the window."""
+        find, remote, certificate = self._find, self._text("daq.remote"), self._text("daq.remote_certificate")
+        work = partial(find, remote, certificate)
+        self.found.setVisible(False)
+        self._ask("the search for devices", self.button, self.answer, "Searching for devices …", work, self._show)
+
+    def try_out(self) -> None:
+        """Try the setup on its device without holding up the window."""
+        work = partial(self.check, self._model.setup)
+        self._ask("the check of the setup", self.check_button, self.checked, "Asking the device …", work, self._passed)
+
+    def _ask(self, what: str, asks: QWidget, answer: Answer, said: str, work: Work, then: Then) -> None:
+        """Ask the device in the background; what keeps it from answering stands where the answer would."""
+        asks.setEnabled(False)
+        answer.say(said)
+
+        def refuse(error: BaseException) -> None:
+            answer.say(str(error) or type(error).__name__)
+
+        def ended(take: Then, value: Any) -> None:
+            take(value)
+            asks.setEnabled(asks is not self.check_button or self._model.valid)
+
+        self._jobs.start(what, work, partial(ended, then), partial(ended, refuse))
+
+    def _passed(self, found: Any) -> None:
+        lines = (f"{what.capitalize()}: {how}" for what, how in found.lines)
+        self.checked.say("\n".join((f"The setup works on {found.device.title}.", *lines)))
+
+    def _setup_changed(self) -> None:
+        # what was found is about another setup
+        self.checked.say("")
+        self.check_button.setEnabled(self._model.valid)
+
+    def _browse(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(self, "Certificate of the device server", "", CERTIFICATES)
+        if name:
+            self._model.assign("daq.remote_certificate", name)
+
+    def _text(self, key: str) -> str | None:
+        value = self._model.value(key)
+        return value if isinstance(value, str) and value else None
+
+    def _show(self, devices: Sequence[Any]) -> None:
+        self.found.clear()
+        for device in devices:
+            self.found.addItem(describe_device(device), device.name)
+        self.found.setVisible(bool(devices))
+        if not devices:
+            self.answer.say("No device found. Is it plugged in and powered, and does NI MAX show it?")
+            return
+        self.answer.say(f"{len(devices)} device{'s' if len(devices) > 1 else ''} found: choose one.")
+        index = self.found.findData(self._model.value("daq.device"))
+        self.found.setCurrentIndex(max(index, 0))
+        if len(devices) == 1:
+            self._take(0)
+
+    def _take(self, index: int) -> None:
+        self._model.assign("daq.device", self.found.itemData(index))
+
+
+def describe_device(device: Any) -> str:
+    """Return one line for a device found."""
+    state = "" if device.connected else ", not connected"
+    simulated = ", simulated by the driver" if device.simulated else ""
+    return f"{device.title}{simulated}{state}"
+
 
 SOURCES: dict[SourceKind, str] = {"simulated": "Simulated", "ni": "NI device", "replay": "Replay file"}
 FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf);;All files (*)"
@@ -24,7 +167,6 @@ class HardwarePanel(FormPanel):
     def __init__(
         self,
         model: SetupModel,
-        theme: Theme,
         jobs: Jobs,
         does: Actions,
         *,
@@ -32,25 +174,16 @@ class HardwarePanel(FormPanel):
         replay_file: Path | None = None,
         find_devices: FindDevices = find_ni_devices,
     ) -> None:
-        super().__init__(model, theme)
+        super().__init__(model)
         self._does = does
         self.source = Choice(SOURCES.items())
         self.source.setObjectName("source")
         group = Group("Source")
         group.row("Samples from", self.source)
-        self.replay = ReplayForm(theme, replay_file)
-        self.ni = NiForm(model, theme, jobs, find_devices)
-        simulated = SetupForm("Simulated source", model, theme)
-        simulated.choice("simulation.scene")
-        simulated.number("simulation.drop_height_m", optional=True, hint="release to floor")
-        simulated.numbers("simulation", "restitution", "lateral_speed_m_s", "snr_db", "mismatch")
-        simulated.number("simulation.seed", whole=True)
-        recording = SetupForm("Recording", model, theme)
-        recording.number("daq.rate_hz")
-        recording.numbers("recording", "pretrigger_s", "quiet_s", "maximum_s", "threshold")
-        processing = SetupForm("Processing", model, theme)
-        processing.choice("processing.correction")
-        processing.choice("processing.geometry")
+        self.replay = ReplayForm(replay_file)
+        self.ni = NiForm(model, jobs, find_devices)
+        names = ("simulated", "recording", "processing")
+        simulated, recording, processing = (SetupForm(name, model) for name in names)
         self._forms: dict[str, Group] = {"simulated": simulated, "ni": self.ni, "replay": self.replay}
         self.lay_out(self._file_group(), group, *self._forms.values(), recording, processing)
         self.choose(source)
@@ -101,28 +234,20 @@ class HardwarePanel(FormPanel):
 class ReplayForm(Group):
     """The file whose samples are played back in real time."""
 
-    def __init__(self, theme: Theme, path: Path | None = None) -> None:
+    def __init__(self, path: Path | None = None) -> None:
         super().__init__("Replay")
-        self._line = QLineEdit(str(path) if path else "")
-        self._line.setPlaceholderText("recording to play back")
-        self._line.setObjectName("replay.file")
-        self.fault = fault = FaultText(theme)
-        self._line.textChanged.connect(lambda _text: fault.say(""))
-        self.row("File", side_by_side(self._line, button("Choose…", self._browse)), fault=fault)
+        self._file = PathField("File to replay", path, FILTER)
+        self._file.line.setPlaceholderText("recording to play back")
+        self._file.line.setObjectName("replay.file")
+        self.fault = self._file.fault
+        self.row("File", self._file, fault=self.fault)
         self.whole(PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …"))
 
     @property
     def path(self) -> Path | None:
         """The chosen file."""
-        text = self._line.text().strip().strip('"')
-        return Path(text) if text else None
+        return self._file.path
 
     def choose(self, path: Path) -> None:
         """Take a file."""
-        self._line.setText(str(path))
-
-    def _browse(self) -> None:
-        start = str(self.path.parent) if self.path else ""
-        name, _ = QFileDialog.getOpenFileName(self, "File to replay", start, FILTER)
-        if name:
-            self.choose(Path(name))
+        self._file.line.setText(str(path))

@@ -1,25 +1,14 @@
 """Where sessions are kept, who measures, what, and notes, also of a moment."""
 
 from pathlib import Path
-from typing import NamedTuple
 
 from PySide6.QtCore import QSignalBlocker, Signal
-from PySide6.QtWidgets import QFileDialog, QLineEdit, QPlainTextEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLineEdit, QPlainTextEdit, QVBoxLayout, QWidget
 
-from radargui.gui.layout import FaultText, FormScroll, Group, PlainLabel, button, fill, side_by_side
-from radargui.gui.menus import Actions
-from radargui.gui.theme import Theme
-from radargui.session.folder import DataFolderError, default_data_folder
-from radargui.session.info import JournalEntry
-
-
-class Details(NamedTuple):
-    """What the operator says of a session."""
-
-    operator: str
-    notes: str
-    sample: str = ""
-    target: str = ""
+from radargui.gui.control.state import Details
+from radargui.gui.layout import FormScroll, Group, PathField, PlainLabel, button, fill, side_by_side
+from radargui.gui.panels import Actions
+from radargui.session.info import DataFolderError, JournalEntry, default_data_folder
 
 
 class SessionPanel(QWidget):
@@ -29,16 +18,15 @@ class SessionPanel(QWidget):
     folder_changed = Signal()
     mark_asked = Signal(str)
 
-    def __init__(self, theme: Theme, does: Actions, data_folder: Path, operator: str = "") -> None:
+    def __init__(self, does: Actions, data_folder: Path, operator: str = "") -> None:
         super().__init__()
         group = Group("Session")
-        self._folder = self._line("data_folder", str(data_folder))
-        self._folder.setPlaceholderText(str(default_data_folder()))
-        self.folder_fault = fault = FaultText(theme)
-        self._folder.textChanged.connect(lambda _text: fault.say(""))
-        self._folder.textChanged.connect(lambda _text: self.folder_changed.emit())
-        self._choose = button("Choose…", self._browse)
-        group.row("Data folder", side_by_side(self._folder, self._choose), "A new session makes its folder here", fault)
+        self._folder = PathField("Data folder", data_folder)
+        self._folder.line.setObjectName("session.data_folder")
+        self._folder.line.setPlaceholderText(str(default_data_folder()))
+        self._folder.line.textChanged.connect(lambda _text: self.folder_changed.emit())
+        self.folder_fault = self._folder.fault
+        group.row("Data folder", self._folder, "A new session makes its folder here", self.folder_fault)
         self._operator = self._line("operator", operator)
         self._sample, self._target = self._line("sample"), self._line("target")
         for field, words, tip in (
@@ -72,8 +60,7 @@ class SessionPanel(QWidget):
     @property
     def data_folder(self) -> Path:
         """Where new sessions go; the folder that the empty field shows, where nothing was typed."""
-        text = self._folder.text().strip().strip('"')
-        return Path(text).expanduser() if text else default_data_folder()
+        return self._folder.path or default_data_folder()
 
     @property
     def details(self) -> Details:
@@ -123,7 +110,7 @@ class SessionPanel(QWidget):
 
     def set_running(self, running: bool) -> None:
         """Close or open what must not change while runs are recorded; notes stay open."""
-        for widget in (self._folder, self._choose, *self._buttons):
+        for widget in (self._folder, *self._buttons):
             widget.setEnabled(not running)
 
     @staticmethod
@@ -131,8 +118,3 @@ class SessionPanel(QWidget):
         field = QLineEdit(text)
         field.setObjectName(f"session.{name}")
         return field
-
-    def _browse(self) -> None:
-        name = QFileDialog.getExistingDirectory(self, "Data folder", str(self.data_folder))
-        if name:
-            self._folder.setText(name)

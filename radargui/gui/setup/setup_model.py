@@ -1,16 +1,21 @@
-"""The setup being edited: a draft that may be wrong for a moment, and the last setup that was right."""
+"""The setup that is edited: a draft that may be wrong for a moment, the last one that was right, and its file."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 
-from radargui.gui.setup.words import faults_of
+from radargui.gui.notices import NoticeBoard
+from radargui.gui.services import Services
+from radargui.gui.settings import Settings
+from radargui.gui.setup.words import called, faults_of, parts_of
+from radargui.model.errors import RadarGuiError, SetupError
 from radargui.model.radar import Radar
-from radargui.model.resources import shipped_setups
-from radargui.model.setup import Setup
-from radargui.model.setup_file import plain, read_setup, write_setup
+from radargui.model.resources import default_setup_path, shipped_setups
+from radargui.model.setup import Setup, dump_setup, parse_setup, plain, read_setup, write_setup
 
 MOST_RECEIVERS = 4
 _TABLES = {name: info.default for name, info in Setup.model_fields.items()} | {"radar": Radar()}
@@ -66,14 +71,12 @@ class SetupModel(QObject):
         """Keys whose values are others now than at the last run, with those of then; empty before the first run."""
         if self._of_last_run is None or not self.valid:
             return {}
-        before, now = _flat(self._of_last_run.model_dump()), _flat(self.setup.model_dump())
-        return {key: before.get(key) for key in (before | now) if before.get(key) != now.get(key)}
+        return _changes(self._of_last_run.model_dump(), self.setup.model_dump())
 
     @property
     def unsaved(self) -> tuple[str, ...]:
         """Keys whose values are not those of the file."""
-        before, now = _flat(plain(self._saved)), _flat(self._draft)
-        return tuple(key for key in (before | now) if before.get(key) != now.get(key))
+        return tuple(_changes(plain(self._saved), self._draft))
 
     def fault_of(self, key: str) -> str:
         """Return what is wrong with a value, in the words and the unit of its field; empty where nothing is."""
@@ -96,14 +99,11 @@ class SetupModel(QObject):
         if not key:
             self.replace(self._saved)
             return
-        table: Any = plain(self._saved)
-        for part in _parts(key):
-            table = table[part] if isinstance(part, int) else table.get(part, {})
-        self.assign(key, None if table == {} else table)
+        self.assign(key, _found(plain(self._saved), key))
 
-    def take(self, setup: Setup) -> None:
-        """Begin with a setup that belongs to no file."""
-        self.path, self._saved = None, setup
+    def take(self, setup: Setup, path: Path | None = None) -> None:
+        """Begin with a setup; without a path it belongs to no file."""
+        self.path, self._saved = path, setup
         self.replace(setup)
 
     def load(self, path: Path) -> None:
@@ -114,10 +114,7 @@ class SetupModel(QObject):
         SetupError
             The file cannot be used; the draft stays as it was.
         """
-        setup = read_setup(path)
-        self.path = path
-        self._saved = setup
-        self.replace(setup)
+        self.take(read_setup(path), path)
 
     def save(self, path: Path) -> None:
         """Write the setup; comments of a file that is there survive.
@@ -128,8 +125,7 @@ class SetupModel(QObject):
             The file cannot be written.
         """
         write_setup(self.setup, path)
-        self.path = path
-        self._saved = self.setup
+        self.path, self._saved = path, self.setup
         self.changed.emit()
 
     def replace(self, setup: Setup) -> None:
@@ -146,7 +142,7 @@ class SetupModel(QObject):
 
     def assign(self, key: str, value: object) -> None:
         """Set a value of the draft; None takes the key out, so that the default holds."""
-        *way, name = _parts(key)
+        *way, name = parts_of(key)
         table: Any = self._draft
         for number, part in enumerate(way):
             if not isinstance(part, int) and part not in table:
@@ -202,28 +198,23 @@ def _is_entry(key: str, of: str) -> bool:
 
 def _receiver(key: str) -> int:
     """Return the index of the receiver that a key belongs to, 0 for other keys."""
-    return next((part for part in _parts(key) if isinstance(part, int)), 0) if key.startswith("receiver") else 0
-
-
-def _parts(key: str) -> list[str | int]:
-    """Split `receiver[2].tilt_deg` into receiver, 1, tilt_deg."""
-    parts: list[str | int] = []
-    for piece in key.split("."):
-        name, _, index = piece.partition("[")
-        parts.append(name)
-        if index:
-            parts.append(int(index.rstrip("]")) - 1)
-    return parts
+    return next((part for part in parts_of(key) if isinstance(part, int)), 0) if key.startswith("receiver") else 0
 
 
 def _found(tables: Any, key: str) -> Any:
     """Return what stands at a key below plain tables, None where nothing does."""
     try:
-        for part in _parts(key):
+        for part in parts_of(key):
             tables = tables[part]
     except (KeyError, IndexError, TypeError):
         return None
     return tables
+
+
+def _changes(tables: Any, others: Any) -> dict[str, Any]:
+    """Return the keys whose values differ, with those of the first tables."""
+    before, now = _flat(tables), _flat(others)
+    return {key: before.get(key) for key in (before | now) if before.get(key) != now.get(key)}
 
 
 def _flat(value: Any, name: str = "") -> dict[str, Any]:
@@ -235,3 +226,121 @@ def _flat(value: Any, name: str = "") -> dict[str, Any]:
     else:
         return {name: value}
     return {key: one for part, below in parts for key, one in _flat(below, part).items()}
+
+
+FILTER = "Setup files (*.toml);;All files (*)"
+_FILE, _DRAFT = "setup_file", "setup_draft"
+_MOST_NAMED = 4
+
+
+def first_setup(path: Path | None, settings: Settings, board: NoticeBoard) -> SetupModel:
+    """Return the setup to begin with: the one asked for, the last one, or the shipped default."""
+    remembered = settings.path(_FILE)
+    for candidate in (path, remembered):
+        if candidate is None:
+            continue
+        try:
+            model = SetupModel(read_setup(candidate), candidate)
+        except SetupError as error:
+            board.post_error(error)
+            continue
+        if candidate == remembered and path is None:
+            _take_draft(model, settings, board)
+        return model
+    return SetupModel(read_setup(default_setup_path()), default_setup_path())
+
+
+def _take_draft(model: SetupModel, settings: Settings, board: NoticeBoard) -> None:
+    text = settings.text(_DRAFT)
+    if not text:
+        return
+    try:
+        model.replace(parse_setup(text, "the setup edited last"))
+    except SetupError as error:
+        board.post("warning", f"What was edited last could not be taken over. {error}")
+
+
+class SetupFileController(QObject):
+    """The dialogs around the setup file."""
+
+    def __init__(self, model: SetupModel, services: Services) -> None:
+        super().__init__(services.parent)
+        self._model, self._window = model, services.parent
+        self._settings, self._board = services.settings, services.board
+
+    def undo(self) -> None:
+        """Take back all that was changed since the file was read or saved."""
+        self._model.undo()
+
+    def may_discard(self) -> bool:
+        """Ask before edits are lost that stand in no file; saving them first is an answer too."""
+        changed = self._model.unsaved
+        if not changed:
+            return True
+        named = ", ".join(map(called, changed[:_MOST_NAMED])) + (" …" if len(changed) > _MOST_NAMED else "")
+        button = QMessageBox.StandardButton
+        answer = QMessageBox.question(
+            self._window,
+            "RadarGUI",
+            f"Changes of the setup are not saved: {named}. Without saving they are lost.",
+            button.Save | button.Discard | button.Cancel,
+            button.Cancel,
+        )
+        return answer == button.Discard or (answer == button.Save and self.save())
+
+    def take(self, setup: Setup) -> bool:
+        """Take over the setup of a session, unless the operator wants to keep what he edited."""
+        if not self.may_discard():
+            return False
+        self._model.take(setup)
+        return True
+
+    def ask_open(self) -> None:
+        """Let the operator choose a setup file."""
+        if not self.may_discard():
+            return
+        start = str(self._model.path.parent) if self._model.path else ""
+        name, _ = QFileDialog.getOpenFileName(self._window, "Open setup", start, FILTER)
+        if name:
+            self.open(Path(name))
+
+    def open(self, path: Path) -> bool:
+        """Read a setup file; what is wrong with it is shown and the setup stays."""
+        return self._tried(lambda: self._model.load(path))
+
+    def save(self) -> bool:
+        """Save where the setup came from; a shipped file is never written over."""
+        if self._model.path is None or self._model.shipped:
+            return self.ask_save()
+        return self.save_to(self._model.path)
+
+    def ask_save(self) -> bool:
+        """Let the operator choose where to save."""
+        folder = Path.home() if self._model.path is None or self._model.shipped else self._model.path.parent
+        start = folder / (self._model.path.name if self._model.path else "setup.toml")
+        name, _ = QFileDialog.getSaveFileName(self._window, "Save setup", str(start), FILTER)
+        return bool(name) and self.save_to(Path(name))
+
+    def save_to(self, path: Path) -> bool:
+        """Save; comments of the user's file survive."""
+        if not self._model.valid:
+            self._board.post("error", f"The setup is not saved: {self._model.error}")
+            return False
+        return self._tried(lambda: self._model.save(path))
+
+    def remember(self) -> None:
+        """Keep the file's name, and edits that were not saved."""
+        if self._model.path is not None:
+            self._settings.put(_FILE, self._model.path)
+        if self._model.valid and (self._model.modified or self._model.path is None):
+            self._settings.put(_DRAFT, dump_setup(self._model.setup))
+        else:
+            self._settings.forget(_DRAFT)
+
+    def _tried(self, step: Callable[[], None]) -> bool:
+        try:
+            step()
+        except RadarGuiError as error:
+            self._board.post_error(error)
+            return False
+        return True

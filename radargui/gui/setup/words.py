@@ -1,13 +1,13 @@
 """The setup in the operator's words: what each value is called, in which unit it is shown, what is wrong with it."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pydantic import ValidationError
 
-from radargui.model.resources import window_table
+from radargui.model.resources import resource_table
 from radargui.model.setup import Setup
 from radargui.model.setup_error import describe, dotted, faults_in_order, find_place
 
@@ -27,6 +27,20 @@ def parse_number(text: str, scale: float = 1.0) -> float | str | None:
     except ValueError:
         return cleaned
     return float(f"{value / scale:.12g}")
+
+
+def _whole(text: str, scale: float) -> object:
+    value = parse_number(text, scale)
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+READERS: dict[str, Callable[[str, float], object]] = {
+    "number": parse_number,
+    "integer": _whole,
+    "string": lambda text, _scale: text.strip() or None,
+    "array": lambda text, _scale: [part.strip() for part in text.split(",") if part.strip()] or None,
+}
+"""What a text means, by the kind of its value; None where it is empty."""
 
 
 def show_number(value: object, scale: float = 1.0) -> str:
@@ -50,6 +64,8 @@ class Words:
         What it means.
     choices
         What may be chosen, stored value to words; empty where it is typed.
+    empty
+        What holds where nothing is typed, said in the empty field; None: something must be typed.
     """
 
     name: str
@@ -57,6 +73,7 @@ class Words:
     scale: float = 1.0
     tip: str = ""
     choices: Mapping[Any, str] = field(default_factory=dict)
+    empty: str | None = None
 
     @property
     def label(self) -> str:
@@ -76,7 +93,8 @@ class Words:
         return " ".join(filter(None, (self.shown(value), self.unit))) if value is not None else "not set"
 
 
-_TABLE = window_table("words")
+_TABLE = resource_table("window/words")
+FORMS: dict[str, dict[str, Any]] = _TABLE["forms"]
 _ANTENNAS: dict[str, str] = _TABLE["antennas"]
 _WORDS = {key: Words(**found | {"choices": dict(found.get("choices", ()))}) for key, found in _TABLE["values"].items()}
 
@@ -95,6 +113,21 @@ def words_of(key: str) -> Words:
     if words.name.endswith(" x, y, z") and key.endswith("]"):
         return replace(words, name=f"{words.name.removesuffix(' x, y, z')} {'xyz'[int(key[-2]) - 1]}")
     return words
+
+
+def parts_of(key: str) -> list[str | int]:
+    """Split `receiver[2].tilt_deg` into receiver, 1, tilt_deg."""
+    names = re.findall(r"[^.\[\]]+", key)
+    return [int(name) - 1 if name.isdecimal() else name for name in names]
+
+
+def kind_of(key: str) -> str:
+    """Return what stands at a key: a string, number, integer, boolean or array of texts, or a place in space."""
+    place = find_place(Setup, parts_of(key))
+    if place is None:
+        raise KeyError(key)
+    is_vector = place.is_list and place.entry(0).schema["type"] == "number"
+    return "place" if is_vector else str(place.schema["type"])
 
 
 def called(key: str) -> str:

@@ -4,9 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from radargui.geometry.antennas import place_antennas
-from radargui.gui.control.feed import Feed
-from radargui.gui.plots.envelope import thin
+from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
@@ -24,21 +22,15 @@ class Space:
     ----------
     low_mm, high_mm
         Corners, shape (3,).
-    release_mm
-        Centre of the sphere at rest, shape (3,).
     floor_mm
         z of the centre where it touches.
-    diameter_mm
-        Of the sphere.
     antennas
         Name and direction (unit vector, shape (3,)) of each antenna, the transmitter first.
     """
 
     low_mm: FloatArray
     high_mm: FloatArray
-    release_mm: FloatArray
     floor_mm: float
-    diameter_mm: float
     antennas: tuple[tuple[str, FloatArray], ...]
 
     @property
@@ -64,15 +56,12 @@ def space_of(setup: Setup) -> Space:
     return Space(
         low_mm=low,
         high_mm=high,
-        release_mm=release,
         floor_mm=floor,
-        diameter_mm=setup.tracer.diameter_m * MM,
         antennas=tuple(zip(names, directions, strict=True)),
     )
 
 
 _MOST_POINTS = 6000
-_MOST_LIVE_POINTS = 1500
 _BREAK_POINTS = 8
 """Unknown points where a path was lost: the height's plot draws two of four points, and fewer could vanish in it."""
 
@@ -104,30 +93,7 @@ class ShownTrack:
     zero: str = ""
 
 
-class LiveTrail:
-    """Pulls the newest positions of one acquisition."""
-
-    def __init__(self, feed: Feed, seconds: float) -> None:
-        self._feed = feed
-        self._seconds = seconds
-        self._drawn = -1
-        self.moving = self.began_anew = False
-
-    def pull(self) -> ShownTrack | None:
-        """Return the trail, its newest point last; None where there is nothing new."""
-        live = self._feed.live
-        if live is None:
-            return None
-        self.moving, self.began_anew = live.moving, live.began_anew
-        latest = live.latest
-        if latest == self._drawn:
-            return None
-        self._drawn = latest
-        span = live.since(max(0, latest - self._feed.samples(self._seconds)))
-        if span.index.size == 0:
-            return None
-        rows: FloatArray = thin(np.vstack([span.index[None], span.position_m]), _MOST_LIVE_POINTS)
-        return ShownTrack((rows[0] - latest) / self._feed.rate_hz, rows[1:] * MM)
+NO_TRACK = ShownTrack(np.empty(0), np.empty((3, 0)))
 
 
 def result_track(result: RunResult) -> ShownTrack | None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QColor, QFont, QResizeEvent, QVector3D, QWheelEvent
 
 from radargui.gui.theme import Theme
-from radargui.gui.track.shown_track import ShownTrack, Space
+from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
 from radargui.model.arrays import FloatArray
 
 Points = NDArray[np.float32]
@@ -25,7 +25,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         super().__init__()
         self._theme = theme
         self._space: Space | None = None
-        self._track: ShownTrack | None = None
+        self._track = NO_TRACK
         self._fixed: list[Any] = []
         self._distance_chosen = False
         # sizes are in pixels of the screen, which are small on a fine one
@@ -82,11 +82,10 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             self.opts["distance"] = distance
         self.update()
 
-    def show_track(self, track: ShownTrack | None) -> None:
-        """Draw a track; None: nothing."""
+    def show_track(self, track: ShownTrack) -> None:
+        """Draw a track."""
         self._track = track
-        nothing = np.empty((0, 3), dtype=np.float32)
-        points = nothing if track is None else track.position_mm.T.astype(np.float32)
+        points = track.position_mm.T.astype(np.float32)
         known = points[np.isfinite(points).all(axis=1)]
         points = _spaced(points)
         self._draw_line(self._trail, points, self._rgba("track"))
@@ -95,7 +94,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             shadow[:, 2] = self._space.floor_mm
         self._draw_line(self._shadow, shadow, self._rgba("faint", 0.6))
         self._sphere.setData(pos=known[-1:], color=self._rgba("text"))
-        impacts = nothing if track is None else track.impact_mm.T.astype(np.float32)
+        impacts = track.impact_mm.T.astype(np.float32)
         self._impacts.setData(pos=impacts[np.isfinite(impacts).all(axis=1)], color=self._rgba("mark"))
 
     @staticmethod
@@ -150,13 +149,10 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             )
             for points, colour in ((lines, self._rgba("line", 0.8)), (axes, self._rgba("faint")))
         )
-        self._fixed = [grid, frame, *(self._label(place, text) for place, text in words)]
+        looks = {"color": QColor(self._theme.colours.faint), "font": QFont(self.font())}
+        self._fixed = [grid, frame, *(gl.GLTextItem(pos=place, text=text, **looks) for place, text in words)]
         for item in self._fixed:
             self.addItem(item)
-
-    def _label(self, place: FloatArray, text: str) -> Any:
-        font = QFont(self.font())
-        return gl.GLTextItem(pos=place, text=text, color=QColor(self._theme.colours.faint), font=font)
 
 
 def _multiples(low: float, high: float, step: float) -> FloatArray:

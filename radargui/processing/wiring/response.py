@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from radargui.correction.ellipse import fit_ellipse
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
@@ -111,6 +110,9 @@ def owners(waves_v: FloatArray, dead: BoolArray) -> tuple[IntArray, BoolArray]:
     biased = score.copy()
     biased[expected, channels] += 0.5 * np.log(CLEAR_ANSWER)
     # two channels an antenna, all at once: greedy choices strand the last one
+    # a quarter of a second to load, for who checks wires
+    from scipy.optimize import linear_sum_assignment
+
     rows, columns = linear_sum_assignment(np.repeat(biased, 2, axis=0), maximize=True)
     owner = np.empty(n_channels, dtype=np.intp)
     owner[columns] = rows // 2

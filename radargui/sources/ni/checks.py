@@ -1,19 +1,14 @@
 """The settings of a setup, the start on an edge among them, checked against a device before anything starts."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from radargui.model.daq import Edge, Terminal
+from radargui.model.daq import Daq
 from radargui.model.errors import DeviceError
 from radargui.model.setup import Setup
 from radargui.sources.ni.discovery import NiDevice
-
-_NO_PRETRIGGER = (
-    "Set daq.start_pretrigger = false to begin at the edge; or set daq.start = 'now': a run then begins "
-    "recording.pretrigger_s before the motion, from the samples kept in memory."
-)
+from radargui.sources.ni.words import device_error
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,24 +17,18 @@ class StartEdge:
 
     Attributes
     ----------
-    kind
-        digital or analog.
+    daq
+        Its kind, direction and level.
     source
         As NI-DAQmx wants it: a terminal, /Dev1/PFI0, or the name of a channel in the task, I1.
-    edge
-        rising or falling.
-    level_v
-        Where an analogue edge is, in V.
     pretrigger_samples
         Samples of each channel before the edge; 0: sampling begins at the edge.
     posttrigger_samples
         Samples of each channel from the edge on; 0: until it is stopped.
     """
 
-    kind: Literal["digital", "analog"]
+    daq: Daq
     source: str
-    edge: Edge
-    level_v: float = 0.0
     pretrigger_samples: int = 0
     posttrigger_samples: int = 0
 
@@ -50,8 +39,8 @@ class StartEdge:
 
     def title(self) -> str:
         """Return the edge for people: a rising edge at /Dev1/PFI0."""
-        level = f" through {self.level_v:g} V" if self.kind == "analog" else ""
-        return f"a {self.edge} edge{level} at {self.source}"
+        level = f" through {self.daq.start_level_v:g} V" if self.daq.start == "analog" else ""
+        return f"a {self.daq.start_edge} edge{level} at {self.source}"
 
 
 def checked_start(setup: Setup, device: NiDevice) -> StartEdge | None:
@@ -65,48 +54,29 @@ def checked_start(setup: Setup, device: NiDevice) -> StartEdge | None:
     daq = setup.daq
     if daq.start == "now":
         return None
-    digital = daq.start == "digital"
-    source = _terminal(setup, device) if digital else _analog_source(setup, device)
+    source = _terminal(setup, device) if daq.start == "digital" else _analog_source(setup, device)
     if not daq.start_pretrigger:
-        return StartEdge(daq.start, source, daq.start_edge, daq.start_level_v)
+        return StartEdge(daq, source)
     if not device.reference_trigger:
-        raise DeviceError(
-            f"{device.title} cannot keep samples from before an edge: it has no reference trigger.",
-            remedy=_NO_PRETRIGGER,
-        )
-    return StartEdge(
-        daq.start,
-        source,
-        daq.start_edge,
-        daq.start_level_v,
-        # NI-DAQmx wants two at least
-        pretrigger_samples=max(2, round(setup.recording.pretrigger_s * daq.rate_hz)),
-        posttrigger_samples=max(2, round(setup.recording.maximum_s * daq.rate_hz)),
-    )
+        raise device_error("no_reference_trigger", device=device)
+    limits = setup.recording
+    # NI-DAQmx wants two at least
+    return StartEdge(daq, source, *(max(2, round(s * daq.rate_hz)) for s in (limits.pretrigger_s, limits.maximum_s)))
 
 
 def _terminal(setup: Setup, device: NiDevice) -> str:
     if not device.digital_trigger:
-        raise DeviceError(
-            f"{device.title} cannot start on a digital edge.",
-            remedy="Set daq.start = 'now': each run then waits for motion.",
-        )
+        raise device_error("no_digital_edge", device=device)
     wanted = (setup.daq.start_source or "").rpartition("/")[2]
     known = {line.casefold(): line for line in device.trigger_lines}
     if known and wanted.casefold() not in known:
-        raise DeviceError(
-            f"{device.title} has no trigger line {wanted}; it has {', '.join(device.trigger_lines)}.",
-            remedy="Set daq.start_source to one of these.",
-        )
+        raise device_error("no_trigger_line", device=device, wanted=wanted, lines=", ".join(device.trigger_lines))
     return f"/{device.name}/{known.get(wanted.casefold(), wanted)}"
 
 
 def _analog_source(setup: Setup, device: NiDevice) -> str:
     if not device.analog_trigger:
-        raise DeviceError(
-            f"{device.title} cannot start on an analogue edge.",
-            remedy="Set daq.start = 'now': each run then waits for motion; or 'digital' with a PFI line.",
-        )
+        raise device_error("no_analog_edge", device=device)
     wanted = setup.daq.start_source or ""
     bare = wanted.rpartition("/")[2]
     if bare.casefold().startswith("apfi"):
@@ -114,21 +84,10 @@ def _analog_source(setup: Setup, device: NiDevice) -> str:
     inputs = [channel.rpartition("/")[2].casefold() for channel in setup.physical_channels]
     for name, channel in zip(setup.channel_names, inputs, strict=True):
         if bare.casefold() in (name.casefold(), channel):
-            _check_level(setup, device)
+            if abs(setup.daq.start_level_v) >= setup.daq.range_v:
+                raise device_error("level_outside_range", daq=setup.daq, device=device)
             return name
-    raise DeviceError(
-        f"{wanted} is no analogue trigger source of {device.title}.",
-        remedy=f"Set daq.start_source to APFI0 or to one of the recorded channels {', '.join(setup.channel_names)}.",
-    )
-
-
-def _check_level(setup: Setup, device: NiDevice) -> None:
-    daq = setup.daq
-    if abs(daq.start_level_v) >= daq.range_v:
-        raise DeviceError(
-            f"The start level {daq.start_level_v:g} V is outside the range +-{daq.range_v:g} V of {device.title}.",
-            remedy="Set daq.start_level_v inside the range, or raise daq.range_v.",
-        )
+    raise device_error("no_analog_source", wanted=wanted, device=device, names=", ".join(setup.channel_names))
 
 
 _ROUNDING = 1e-6
@@ -147,36 +106,27 @@ class TaskSettings:
 
     Attributes
     ----------
-    names
-        Canonical names I1, Q1, ...
+    setup
+        Names of the channels, terminal configuration, and the rates asked for.
     channels
-        Physical channels with the device's name, in the order of `names`.
-    terminal
-        Terminal configuration of all channels.
+        Physical channels with the device's name, in the order of the setup's names.
     low_v, high_v
         Input range of the device that is used, in V.
-    rate_hz
-        Rate of each channel asked for, in S/s.
     buffer_samples
         Samples per channel that the driver keeps for us.
     block_samples
         Samples per channel read at a time.
-    convert_rate_hz
-        Rate of the converter asked for, in conversions/s; None: the driver's choice.
     start
         Edge that sampling waits for; None: it begins at once.
     """
 
-    names: tuple[str, ...]
+    setup: Setup
     channels: tuple[str, ...]
-    terminal: Terminal
     low_v: float
     high_v: float
-    rate_hz: float
     buffer_samples: int
     block_samples: int
-    convert_rate_hz: float | None = None
-    start: StartEdge | None = None
+    start: StartEdge | None
 
     @property
     def total_samples(self) -> int | None:
@@ -204,18 +154,8 @@ def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
     # whole blocks: some devices want an even number of samples
     buffer = 2 * block * max(1, int(np.ceil(rate_hz * setup.daq.buffer_s / (2 * block))))
     _check_buffer(setup, device, start, buffer)
-    return TaskSettings(
-        names=setup.channel_names,
-        channels=tuple(f"{device.name}/{channel}" for channel in channels),
-        terminal=setup.daq.terminal,
-        low_v=low_v,
-        high_v=high_v,
-        rate_hz=rate_hz,
-        buffer_samples=buffer,
-        block_samples=block,
-        convert_rate_hz=setup.daq.convert_rate_hz,
-        start=start,
-    )
+    physical = tuple(f"{device.name}/{channel}" for channel in channels)
+    return TaskSettings(setup, physical, low_v, high_v, buffer, block, start)
 
 
 def rate_limit_hz(device: NiDevice, n_channels: int) -> float | None:
@@ -250,17 +190,18 @@ def format_rate(rate_hz: float) -> str:
 
 def _channels(setup: Setup, device: NiDevice) -> tuple[str, ...]:
     if not device.channels:
-        raise DeviceError(
-            f"{device.title} has no analogue inputs.",
-            remedy="Set daq.device to a device that has some; 'radargui devices' lists them.",
-        )
+        raise device_error("no_inputs", device=device)
     known = {channel.casefold(): channel for channel in device.channels}
     wanted = [channel.rpartition("/")[2] for channel in setup.physical_channels]
     missing = [channel for channel in wanted if channel.casefold() not in known]
     if missing:
-        raise DeviceError(
-            f"{device.title} has no channel {', '.join(missing)}; it has {_shortened(device.channels)}.",
-            remedy=f"Set daq.channels to {len(wanted)} of these, in the order {', '.join(setup.channel_names)}.",
+        raise device_error(
+            "no_channel",
+            device=device,
+            missing=", ".join(missing),
+            there=_shortened(device.channels),
+            count=len(wanted),
+            names=", ".join(setup.channel_names),
         )
     return tuple(known[channel.casefold()] for channel in wanted)
 
@@ -297,10 +238,7 @@ def _range(setup: Setup, device: NiDevice) -> tuple[float, float]:
     if not device.ranges_v:
         return -wanted, wanted
     ranges = ", ".join(_format_range(low, high) for low, high in device.ranges_v)
-    raise DeviceError(
-        f"{device.title} has no input range that covers +-{wanted:g} V; it has {ranges}.",
-        remedy="Set daq.range_v to one of these.",
-    )
+    raise device_error("no_range", device=device, wanted=wanted, ranges=ranges)
 
 
 def _format_range(low: float, high: float) -> str:
@@ -311,16 +249,11 @@ def _check_rate(setup: Setup, device: NiDevice, n_channels: int) -> None:
     rate_hz = setup.daq.rate_hz
     limit_hz = rate_limit_hz(device, n_channels)
     if limit_hz is not None and rate_hz > limit_hz * (1.0 + _ROUNDING):
-        raise DeviceError(
-            f"{device.title} is not fast enough: {rate_sentence(device, n_channels, rate_hz)}.",
-            remedy=f"Set daq.rate_hz to {np.floor(limit_hz):.0f} or less.",
+        raise device_error(
+            "too_fast", device=device, rates=rate_sentence(device, n_channels, rate_hz), limit_hz=np.floor(limit_hz)
         )
     if device.min_rate_hz and rate_hz < device.min_rate_hz:
-        raise DeviceError(
-            f"{device.title} cannot sample as slowly as {format_rate(rate_hz)}: "
-            f"its lowest rate is {format_rate(device.min_rate_hz)}.",
-            remedy=f"Set daq.rate_hz to {device.min_rate_hz:g} or more.",
-        )
+        raise device_error("too_slow", device=device, rate=format_rate(rate_hz), lowest=format_rate(device.min_rate_hz))
 
 
 def _check_convert_rate(setup: Setup, device: NiDevice, n_channels: int) -> None:
@@ -328,22 +261,23 @@ def _check_convert_rate(setup: Setup, device: NiDevice, n_channels: int) -> None
     if convert_hz is None:
         return
     if device.simultaneous:
-        raise DeviceError(
-            f"{device.title} has no convert clock: it samples all channels at the same instant.",
-            remedy="Leave out daq.convert_rate_hz.",
-        )
+        raise device_error("no_convert_clock", device=device)
     # all channels must be converted within one sample
     if convert_hz < n_channels * rate_hz * (1.0 - _ROUNDING):
-        raise DeviceError(
-            f"{format_rate(convert_hz)} of conversions are too few for {rate_sentence(device, n_channels, rate_hz)}.",
-            remedy=f"Set daq.convert_rate_hz to {np.ceil(n_channels * rate_hz):.0f} or more, or leave it out.",
+        raise device_error(
+            "too_few_conversions",
+            conversions=format_rate(convert_hz),
+            rates=rate_sentence(device, n_channels, rate_hz),
+            least_hz=np.ceil(n_channels * rate_hz),
         )
     limit_hz = device.max_rate_multi_hz
     if limit_hz and convert_hz > limit_hz * (1.0 + _ROUNDING):
-        raise DeviceError(
-            f"{device.title} cannot convert as fast as {format_rate(convert_hz)}: "
-            f"its fastest is {format_rate(limit_hz)}.",
-            remedy=f"Set daq.convert_rate_hz to {np.floor(limit_hz):.0f} or less, or leave it out.",
+        raise device_error(
+            "converts_too_fast",
+            device=device,
+            conversions=format_rate(convert_hz),
+            limit=format_rate(limit_hz),
+            limit_hz=np.floor(limit_hz),
         )
 
 
@@ -358,8 +292,11 @@ def _check_buffer(setup: Setup, device: NiDevice, start: StartEdge | None, buffe
         if total is None
         else ("A run with samples from before its start", "recording.pretrigger_s or recording.maximum_s")
     )
-    raise DeviceError(
-        f"{what} would make the driver's buffer for {device.title} {n_bytes / 1e9:.1f} GB; "
-        f"{LARGEST_BUFFER_BYTES / 1e9:g} GB is the most.",
-        remedy=f"Lower {keys}, or daq.rate_hz.",
+    raise device_error(
+        "buffer_too_large",
+        what=what,
+        device=device,
+        size_gb=n_bytes / 1e9,
+        most_gb=LARGEST_BUFFER_BYTES / 1e9,
+        keys=keys,
     )

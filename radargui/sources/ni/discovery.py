@@ -7,7 +7,8 @@ from typing import Any, Literal, TypeAlias
 
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.driver import Driver, load_nidaqmx
-from radargui.sources.ni.explain import device_errors, error_code, not_connected
+from radargui.sources.ni.explain import NOT_CONNECTED, device_errors, error_code, of_code
+from radargui.sources.ni.words import device_error
 
 TerminalChoice: TypeAlias = Literal["differential", "rse", "nrse", "pseudodifferential"]
 TERMINALS: dict[TerminalChoice, str] = {
@@ -97,10 +98,7 @@ def find_devices(remote: str | None = None, certificate: str | None = None) -> t
     DeviceError
         The package or the driver is missing, or the device server cannot be reached.
     """
-    with (
-        closing(Driver(remote, certificate)) as driver,
-        device_errors("the devices", driver.place, "looking for"),
-    ):
+    with closing(Driver(remote, certificate)) as driver, device_errors("the devices", driver.place, "looking for"):
         return tuple(_describe(device) for device in driver.system().devices)
 
 
@@ -143,19 +141,12 @@ def find_device(driver: Driver, name: str) -> NiDevice:
             if device.name.casefold() == name.casefold():
                 found = _describe(device)
                 if not found.connected:
-                    raise not_connected(found.title)
+                    raise of_code(NOT_CONNECTED, found.title)
                 return found
         there = [_describe_shortly(device) for device in devices]
     if not there:
-        raise DeviceError(
-            f"No NI device is connected to {driver.place}.",
-            reasons=("its power is off or its cable is out", "its driver was installed after it was plugged in"),
-            remedy="Plug the device in and check that NI MAX shows it.",
-        )
-    raise DeviceError(
-        f"There is no NI device named {name} on {driver.place}; there is {', '.join(there)}.",
-        remedy="Set daq.device to one of these names, or rename the device in NI MAX.",
-    )
+        raise device_error("no_device", driver=driver)
+    raise device_error("no_such_device", name=name, driver=driver, there=", ".join(there))
 
 
 def _describe_shortly(device: Any) -> str:

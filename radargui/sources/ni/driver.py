@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Any
 
 from radargui.model.errors import DeviceError
+from radargui.sources.ni.words import device_error
 
 _HOSTNAME_MISMATCH = (62, 64)
 """OpenSSL: the certificate is for another name, or for another address."""
@@ -23,21 +24,16 @@ def read_certificate(path: str) -> bytes:
     DeviceError
         The file cannot be read or holds no certificate.
     """
-    remedy = "Set daq.remote_certificate (or --certificate) to the server's certificate, a .pem or .crt file with text."
     try:
         with Path(path).expanduser().open("rb") as file:
             content = file.read(_LARGEST)
     except (OSError, ValueError, RuntimeError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise DeviceError(f"The certificate file {path} cannot be read: {reason}.", remedy=remedy) from error
+        raise device_error("unreadable_certificate", path=path, reason=reason) from error
     try:
         _trusting(content)
     except (ssl.SSLError, ValueError) as error:
-        raise DeviceError(
-            f"The file {path} holds no certificate in PEM form.",
-            reasons=("it is a key, a DER file or something else",),
-            remedy=remedy,
-        ) from error
+        raise device_error("no_certificate", path=path) from error
     return content
 
 
@@ -58,24 +54,10 @@ def check_encryption(host: str, port: int, certificate: bytes, timeout_s: float)
         _shake_hands(_trusting(certificate), host, port, timeout_s)
     except ssl.SSLCertVerificationError as error:
         if error.verify_code in _HOSTNAME_MISMATCH:
-            return DeviceError(
-                f"The certificate of the NI gRPC device server at {address} is for another name: "
-                f"{error.verify_message}.",
-                remedy="Use the name in the certificate in daq.remote, or give the server a certificate for this name.",
-            )
-        return DeviceError(
-            f"The NI gRPC device server at {address} has another certificate than the one given: "
-            f"{error.verify_message}.",
-            reasons=("the certificate of another server was given", "it has run out or was replaced on the server"),
-            remedy="Copy the server's present certificate (server_cert in its configuration) to this computer.",
-        )
+            return device_error("certificate_of_another_name", address=address, error=error)
+        return device_error("other_certificate", address=address, error=error)
     except OSError as error:
-        return DeviceError(
-            f"The NI gRPC device server at {address} does not answer encrypted: {_short(error)}.",
-            reasons=("it runs without encryption", "it wants a certificate of this computer too (root_cert)"),
-            remedy="Leave out daq.remote_certificate, or set server_cert and server_key in the server's configuration "
-            "and leave root_cert empty.",
-        )
+        return device_error("no_encryption", address=address, said=_short(error))
     return None
 
 
@@ -150,10 +132,7 @@ def split_address(remote: str) -> tuple[str, int]:
     """
     host, colon, port = remote.rpartition(":")
     if not colon or not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
-        raise DeviceError(
-            f"'{remote}' is not the address of an NI gRPC device server.",
-            remedy=f"Give HOST:PORT, for example lab-pc:{DEFAULT_PORT}; the port is a number from 1 to 65535.",
-        )
+        raise device_error("no_address", remote=remote, port=DEFAULT_PORT)
     return host, int(port)
 
 
@@ -177,10 +156,7 @@ def open_channel(remote: str, certificate: str | None = None) -> Any:
     try:
         import grpc
     except ImportError as error:
-        raise DeviceError(
-            f"The Python package grpcio cannot be loaded, so the device server {remote} cannot be used: {error}.",
-            remedy="Install it into the same environment: python -m pip install 'nidaqmx[grpc]'.",
-        ) from error
+        raise device_error("no_grpc", remote=remote, error=error) from error
     known_by = None if certificate is None else read_certificate(certificate)
     _knock(host, port)
     if known_by is None:
@@ -198,16 +174,8 @@ def open_channel(remote: str, certificate: str | None = None) -> Any:
             return channel
         channel.close()
         if known_by is None and answers_encrypted(host, port, CONNECT_S):
-            raise DeviceError(
-                f"The NI gRPC device server at {remote} answers only encrypted (TLS).",
-                remedy="Copy its certificate (server_cert in its configuration) to this computer and name the file in "
-                "daq.remote_certificate (or --certificate).",
-            ) from error
-        raise DeviceError(
-            f"Something listens at {remote}, but it does not answer as an NI gRPC device server.",
-            reasons=("another program uses this port", "the server hangs"),
-            remedy="Check the port in the configuration file of the NI gRPC device server, or start it again.",
-        ) from error
+            raise device_error("encrypted_only", remote=remote) from error
+        raise device_error("no_device_server", remote=remote) from error
     return channel
 
 
@@ -217,23 +185,11 @@ def _knock(host: str, port: int) -> None:
     try:
         socket.create_connection((host.strip("[]"), port), timeout=CONNECT_S).close()
     except (socket.gaierror, UnicodeError) as error:
-        raise DeviceError(
-            f"The computer {host} is not known here, so its NI gRPC device server cannot be reached.",
-            reasons=("the name is misspelt", "that computer is off or in another network"),
-            remedy="Check daq.remote (or --remote), or give the IP address instead of the name.",
-        ) from error
+        raise device_error("unknown_computer", host=host) from error
     except ConnectionRefusedError as error:
-        raise DeviceError(
-            f"No NI gRPC device server is running at {address}: the connection was refused.",
-            reasons=("the server is not started there", "it listens on another port or only on its own computer"),
-            remedy="Start ni_grpc_device_server on that computer and check address and port in its configuration.",
-        ) from error
+        raise device_error("connection_refused", address=address) from error
     except OSError as error:
-        raise DeviceError(
-            f"The NI gRPC device server at {address} does not answer: {error.strerror or error}.",
-            reasons=("that computer is off", "a firewall blocks the port", "the network is down"),
-            remedy="Switch that computer on, open the port in its firewall, then try again.",
-        ) from error
+        raise device_error("no_answer", address=address, said=error.strerror or error) from error
 
 
 def load_nidaqmx() -> ModuleType:
@@ -251,22 +207,14 @@ def load_nidaqmx() -> ModuleType:
     except ModuleNotFoundError as error:
         if error.name != "nidaqmx":
             raise _broken_package(error) from error
-        raise DeviceError(
-            "The Python package nidaqmx is not installed, so no NI device can be used.",
-            reasons=("RadarGUI was installed without its dependencies",),
-            remedy="Install it into the same environment: python -m pip install 'nidaqmx[grpc]'.",
-        ) from error
+        raise device_error("no_package") from error
     except ImportError as error:
         raise _broken_package(error) from error
     return nidaqmx  # type: ignore[no-any-return]
 
 
 def _broken_package(error: ImportError) -> DeviceError:
-    return DeviceError(
-        f"The Python package nidaqmx is installed but cannot be loaded: {error}.",
-        reasons=("one of the packages it needs is missing or does not fit",),
-        remedy="Install it again: python -m pip install --force-reinstall 'nidaqmx[grpc]'.",
-    )
+    return device_error("broken_package", error=error)
 
 
 def driver_errors() -> tuple[type[Exception], ...]:
@@ -310,9 +258,7 @@ class Driver:
 
     def new_task(self) -> Any:
         """Return a new nidaqmx Task; whoever asks closes it."""
-        if self._channel is None:
-            return self._nidaqmx.Task()
-        return self._nidaqmx.Task(grpc_options=self._options())
+        return self._nidaqmx.Task(grpc_options=None if self._channel is None else self._options())
 
     def close(self) -> None:
         """Close the connection to a device server; idempotent."""

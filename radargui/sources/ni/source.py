@@ -5,18 +5,17 @@ import threading
 from dataclasses import dataclass
 
 from radargui.model.arrays import RawArray
-from radargui.model.block import Block
 from radargui.model.daq import Daq
-from radargui.model.digitisation import Digitisation, channel_skew
 from radargui.model.errors import DeviceError
+from radargui.model.recording import Block, Digitisation, channel_skew
 from radargui.model.setup import Setup
-from radargui.model.truth import Truth
-from radargui.sources.contract import SYSTEM_CLOCK, Clock
+from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
 from radargui.sources.ni.checks import StartEdge, checked_settings, rate_sentence
 from radargui.sources.ni.discovery import NiDevice, find_device
 from radargui.sources.ni.driver import Driver, driver_errors
-from radargui.sources.ni.explain import no_edge, no_samples
+from radargui.sources.ni.explain import TIMEOUT, of_code
 from radargui.sources.ni.task import InputTask
+from radargui.sources.ni.words import device_error
 
 _log = logging.getLogger(__name__)
 
@@ -30,7 +29,7 @@ _STOP_WAIT_S = 2.0
 """Eight slices of a read: a reader that needs longer hangs in a dead connection."""
 
 
-class NiSource:
+class NiSource(Source):
     """Samples of an NI device, local or behind an NI gRPC device server; keeps the contract of a source.
 
     Parameters
@@ -48,6 +47,7 @@ class NiSource:
         Whether sampling was started and the edge it begins at has not come yet.
     """
 
+    is_waiting = False
     restarts = 0
 
     def __init__(self, setup: Setup, *, clock: Clock = SYSTEM_CLOCK) -> None:
@@ -63,7 +63,6 @@ class NiSource:
         self._index = 0
         self._backlog = 0
         self._error: DeviceError | None = None
-        self.is_waiting = False
         self._started_s = 0.0
 
     def open(self) -> Digitisation:
@@ -89,7 +88,7 @@ class NiSource:
         _log.info(
             "%s: %s, range %g to %g V, buffer of %s samples a channel, converter at %s conversions/s",
             device.title,
-            rate_sentence(device, len(settings.names), task.rate_hz),
+            rate_sentence(device, len(self._setup.channel_names), task.rate_hz),
             settings.low_v,
             settings.high_v,
             task.buffer_samples,
@@ -97,7 +96,7 @@ class NiSource:
         )
         serial = f", serial {device.serial_number}" if device.serial_number else ""
         return Digitisation(
-            channel_names=settings.names,
+            channel_names=self._setup.channel_names,
             sample_rate_hz=task.rate_hz,
             scaling=task.scaling,
             channel_skew_s=self._skew_s(device, task),
@@ -165,8 +164,11 @@ class NiSource:
         title = self.device.title if self.device else self._setup.daq.device
         if self.is_waiting and self._start is not None:
             wait_s = self._setup.recording.wait_s
-            return no_edge(title, self._start.title(), wait_s) if self._clock.now() > self._started_s + wait_s else None
-        return no_samples(title, EMPTY_READS * READ_SLICE_S) if empty_reads >= EMPTY_READS else None
+            late = self._clock.now() > self._started_s + wait_s
+            edge = self._start.title().removeprefix("a ")
+            return device_error("no_edge", device=title, edge=edge, seconds=wait_s) if late else None
+        said = f": none arrived within {EMPTY_READS * READ_SLICE_S:g} s (NI-DAQmx error {TIMEOUT})"
+        return of_code(TIMEOUT, title, said) if empty_reads >= EMPTY_READS else None
 
     def stop(self) -> None:
         """End sampling; idempotent, from any thread. A blocked `read` returns None within `READ_SLICE_S`."""
@@ -210,11 +212,6 @@ class NiSource:
                 self._using.release()
         return self._backlog
 
-    def truth(self, first_index: int, count: int) -> Truth | None:
-        """Return None: nobody knows what really happened."""
-        del first_index, count
-        return None
-
 
 @dataclass(frozen=True, slots=True)
 class SetupCheck:
@@ -255,15 +252,15 @@ def check_setup(setup: Setup) -> SetupCheck:
 
 def _lines(setup: Setup, device: NiDevice, task: InputTask, digitisation: Digitisation) -> tuple[tuple[str, str], ...]:
     settings = task.settings
-    wiring = ", ".join(f"{name} {channel}" for name, channel in zip(settings.names, settings.channels, strict=True))
+    wiring = ", ".join(map("{} {}".format, setup.channel_names, settings.channels))
     buffer = task.buffer_samples or settings.buffer_samples
     start = settings.start
     lines = [
         ("device", digitisation.device),
         ("channels", wiring),
-        ("terminal", settings.terminal),
+        ("terminal", setup.daq.terminal),
         ("range", f"{settings.low_v:g} to {settings.high_v:g} V"),
-        ("rate", rate_sentence(device, len(settings.names), task.rate_hz)),
+        ("rate", rate_sentence(device, len(setup.channel_names), task.rate_hz)),
         ("skew", _skew(device, task, digitisation, setup.daq)),
         ("samples", "16 bit codes with the device's scaling" if task.scaling else "volts"),
         ("buffer", f"{buffer} samples a channel, {buffer / task.rate_hz:.3g} s"),

@@ -55,7 +55,7 @@ class InputTask:
         self.settings = settings
         self._task: Any = None
         self._running = False
-        self.rate_hz = settings.rate_hz
+        self.rate_hz = settings.setup.daq.rate_hz
         self.convert_rate_hz: float | None = None
         self.buffer_samples: int | None = None
         self._left = settings.total_samples
@@ -73,9 +73,9 @@ class InputTask:
     def _configure(self) -> None:
         from nidaqmx.constants import AcquisitionType, TaskMode, TerminalConfiguration
 
-        settings = self.settings
+        settings, daq = self.settings, self.settings.setup.daq
         self._task = task = self._driver.new_task()
-        terminal = TerminalConfiguration["DEFAULT" if settings.terminal == "default" else TERMINALS[settings.terminal]]
+        terminal = TerminalConfiguration["DEFAULT" if daq.terminal == "default" else TERMINALS[daq.terminal]]
         channels = [
             task.ai_channels.add_ai_voltage_chan(
                 physical,
@@ -84,15 +84,15 @@ class InputTask:
                 min_val=settings.low_v,
                 max_val=settings.high_v,
             )
-            for name, physical in zip(settings.names, settings.channels, strict=True)
+            for name, physical in zip(settings.setup.channel_names, settings.channels, strict=True)
         ]
         task.timing.cfg_samp_clk_timing(
-            settings.rate_hz,
+            daq.rate_hz,
             sample_mode=AcquisitionType.CONTINUOUS if settings.total_samples is None else AcquisitionType.FINITE,
             samps_per_chan=settings.total_samples or settings.buffer_samples,
         )
-        if settings.convert_rate_hz is not None:
-            task.timing.ai_conv_rate = settings.convert_rate_hz
+        if daq.convert_rate_hz is not None:
+            task.timing.ai_conv_rate = daq.convert_rate_hz
         if settings.start is not None:
             self._wait_for(settings.start)
         # reserves the device now: who else has it shows before the operator drops anything
@@ -113,12 +113,12 @@ class InputTask:
         triggers = self._task.triggers
         kept = (start.pretrigger_samples,) if start.pretrigger_samples else ()
         reference, begin = triggers.reference_trigger, triggers.start_trigger
-        if start.kind == "digital":
+        if start.daq.start == "digital":
             configure = reference.cfg_dig_edge_ref_trig if kept else begin.cfg_dig_edge_start_trig
-            configure(start.source, *kept, Edge[start.edge.upper()])
+            configure(start.source, *kept, Edge[start.daq.start_edge.upper()])
         else:
             configure = reference.cfg_anlg_edge_ref_trig if kept else begin.cfg_anlg_edge_start_trig
-            configure(start.source, *kept, Slope[start.edge.upper()], start.level_v)
+            configure(start.source, *kept, Slope[start.daq.start_edge.upper()], start.daq.start_level_v)
 
     def _asked(self, question: Callable[[], Any]) -> Any:
         """Return what the driver says; None where this device does not know the property."""

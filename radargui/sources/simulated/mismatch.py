@@ -6,7 +6,7 @@ import numpy as np
 
 from radargui.model.arrays import ComplexArray, FloatArray, RawArray
 from radargui.model.daq import Daq
-from radargui.model.front_end_equations import channels_of
+from radargui.model.front_end import channels_of
 from radargui.model.simulation import Simulation
 from radargui.sources.simulated.seeds import Draw, generator
 

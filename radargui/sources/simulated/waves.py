@@ -6,14 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.geometry.antennas import Antennas
-from radargui.geometry.reflectors import mirror
+from radargui.geometry.path_length import Antennas, mirror
+from radargui.model import scattering
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import SetupError
-from radargui.model.polarization import received_direction, transmitted_direction
-from radargui.model.scattering import ConductingSphere, conducting_sphere, scattered_field
 from radargui.model.setup import Setup
-from radargui.sources.simulated.floor import azimuth_direction, contact_plane
+from radargui.sources.simulated.fall import azimuth_direction, contact_plane
 from radargui.sources.simulated.seeds import Draw, generator
 
 
@@ -130,7 +128,7 @@ class Waves:
         receivers: tuple[tuple[Antenna, ...], ...],
         wavelength_m: float,
         reference_m: FloatArray,
-        sphere: ConductingSphere | None = None,
+        sphere: scattering.ConductingSphere | None = None,
     ) -> None:
         self._transmitters = transmitters
         self._receivers = receivers
@@ -164,8 +162,8 @@ class Waves:
             field: ComplexArray | float = 0.0
             for source, sent in zip(self._transmitters, at_tracer, strict=False):
                 if source.field is not None:
-                    here, there = source.place_m, antenna.place_m
-                    field = field + sent * scattered_field(self._sphere, position_m, here, source.field, there)
+                    ends = source.place_m, source.field, antenna.place_m
+                    field = field + sent * scattering.scattered_field(self._sphere, position_m, *ends)
             total = total + (antenna.field @ field) * wave
         return np.asarray(self._scale[receiver] * total)
 
@@ -297,8 +295,9 @@ def make_waves(setup: Setup, antennas: Antennas) -> Waves:
     # a point asks for no direction of the field
     fields: tuple[FloatArray | None, ...] = (None,) * (1 + antennas.n_receivers)
     if metal:
-        got = [received_direction(one.angle_deg, one.horizontal, one.vertical) for one in setup.received_fields()]
-        fields = (transmitted_direction(setup.transmitter.polarization_deg or 0.0), *got)
+        received, sent_deg = setup.received_fields(), setup.transmitter.polarization_deg or 0.0
+        got = [scattering.received_direction(one.angle_deg, one.horizontal, one.vertical) for one in received]
+        fields = (scattering.transmitted_direction(sent_deg), *got)
 
     def with_images(number: int, place_m: FloatArray) -> tuple[Antenna, ...]:
         antenna = aimed_antenna(place_m, lobe, fields[number])
@@ -316,5 +315,5 @@ def make_waves(setup: Setup, antennas: Antennas) -> Waves:
         tuple(with_images(number, place) for number, place in enumerate(antennas.receivers_m, start=1)),
         setup.radar.wavelength_m,
         reference,
-        conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m) if metal else None,
+        scattering.conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m) if metal else None,
     )

@@ -10,10 +10,8 @@ from benchmarks.laboratory.receiver_chain import Converter, Mixer, Noise
 from benchmarks.laboratory.room import Room
 from benchmarks.laboratory.stated import Stated
 
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Recording, Truth, iq_names
 from radargui.model.setup import Setup
-from radargui.model.truth import Truth
 
 
 @dataclass(frozen=True)

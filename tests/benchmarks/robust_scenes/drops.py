@@ -13,8 +13,7 @@ import numpy as np
 from benchmarks.robust_scenes.disturbances import Mixer
 
 from radargui.model.arrays import FloatArray
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Recording, iq_names
 from radargui.model.setup import Setup
 
 G_M_S2 = 9.81

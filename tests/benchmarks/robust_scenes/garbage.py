@@ -6,8 +6,7 @@ import numpy as np
 from scipy import signal
 
 from radargui.model.arrays import FloatArray
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Recording, iq_names
 
 RATE_HZ = 33333.0
 DURATION_S = 3.0

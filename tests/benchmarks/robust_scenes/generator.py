@@ -9,8 +9,7 @@ from benchmarks.robust_scenes.disturbances import Converter, Mixer, amplitude_al
 from benchmarks.robust_scenes.paths import draw_turns
 from benchmarks.robust_scenes.scene import Echo, Scene, expectation, knowable_moments, moment_samples
 
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Recording, iq_names
 from radargui.model.setup import Setup
 
 BANDS_HZ = (5.8e9, 9.0e9, 10.0e9, 10.525e9, 24.125e9)

@@ -10,8 +10,7 @@ from benchmarks.robust_scenes.scene import runs
 from scipy import io, ndimage, signal
 
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.recording import Recording
+from radargui.model.recording import Digitisation, Recording, iq_names
 
 KLC6_HZ = 24.13e9
 """K-LC6 radar of the 24 GHz recordings."""

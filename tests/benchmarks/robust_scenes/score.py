@@ -21,8 +21,7 @@ import numpy as np
 from benchmarks.robust_scenes.scene import Scene, runs
 
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.path import PathLengths
-from radargui.model.result import RunResult
+from radargui.model.result import PathLengths, RunResult
 
 OFF_WAVELENGTHS = 0.3
 OFF_SHARE = 0.1

@@ -7,7 +7,7 @@ from benchmarks.scenes import motion as motions
 from benchmarks.scenes.mismatch import draw_floor, draw_wall, smooth_field
 from benchmarks.scenes.scene import Receiving, Scene
 
-from radargui.geometry.antennas import place_antennas
+from radargui.geometry.path_length import place_antennas
 from radargui.model.radar import Radar, Receiver, Tracer, Transmitter
 from radargui.model.setup import Setup
 

@@ -9,12 +9,9 @@ from benchmarks.scenes.mismatch import Field, Plane, reflections
 from benchmarks.scenes.motion import Motion
 from numpy.typing import NDArray
 
-from radargui.geometry.antennas import place_antennas
-from radargui.geometry.path_length import path_lengths
-from radargui.model.digitisation import Digitisation, iq_names
-from radargui.model.recording import Recording
+from radargui.geometry.path_length import path_lengths, place_antennas
+from radargui.model.recording import Digitisation, Recording, Truth, iq_names
 from radargui.model.setup import Setup
-from radargui.model.truth import Truth
 
 Array = NDArray[np.float64]
 

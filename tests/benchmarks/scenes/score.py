@@ -8,8 +8,7 @@ import numpy as np
 from benchmarks.scenes.motion import GRAVITY_M_S2
 from benchmarks.scenes.scene import SceneRecord
 
-from radargui.model.bounce import Bounces
-from radargui.model.result import RunResult
+from radargui.model.result import Bounces, RunResult
 
 _SEEN_M_S, _NEAR_END_S, _SAME_S = 0.15, 0.015, 0.003
 

@@ -14,8 +14,8 @@ import h5py
 import numpy as np
 from support.file_samples import codes, default_setup, volts, write_mat73, write_run, write_sigmf, write_tdms
 
-from radargui.files.export import EXPORT_FORMATS, export_run
-from radargui.model.setup_file import dump_setup
+from radargui.files.formats import EXPORT_FORMATS, export_run
+from radargui.model.setup import dump_setup
 
 TERA = 10**12
 

@@ -27,16 +27,14 @@ from support.found_sessions import find_sessions
 from support.run_contents import read_markers, read_run_truth, read_summary
 
 from radargui.files import mat_file
-from radargui.files.channel_guess import guess_channel_map
-from radargui.files.export import EXPORT_FORMATS, export_run
-from radargui.files.formats import list_channels, own_setup_of
-from radargui.files.reading import read_recording
+from radargui.files.formats import EXPORT_FORMATS, export_run, list_channels, own_setup_of
+from radargui.files.reading import guess_channel_map, read_recording
 from radargui.files.run_file import read_run, read_run_setup, run_stream
 from radargui.files.run_results import results_are_current, write_results
 from radargui.files.stored_results import read_whole_result
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
-from radargui.model.setup_file import read_setup, write_setup
+from radargui.model.setup import read_setup, write_setup
 from radargui.session.map_memory import MapMemory
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export

@@ -21,7 +21,7 @@ from support.ni_server.precomputed import Precomputed
 from support.ni_server.server import NiServer
 
 from radargui.model.recording import Recording
-from radargui.model.setup_file import read_setup
+from radargui.model.setup import read_setup
 from radargui.sources.simulated.model import SimulatedRadar
 
 

@@ -11,8 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import grpc
-from nidaqmx._stubs import nidaqmx_pb2 as pb
-from nidaqmx._stubs import nidaqmx_pb2_grpc
+from nidaqmx._stubs import nidaqmx_pb2 as pb, nidaqmx_pb2_grpc
 from nidaqmx.constants import AcquisitionType, Slope, TaskMode
 from support.ni_server.devices import StandInDevice
 from support.ni_server.edges import AnalogEdge, DigitalEdge

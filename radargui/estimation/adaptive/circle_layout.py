@@ -1,0 +1,105 @@
+"""Unknowns of one receiver's circle, their priors, and when its fit ends (method 2, adaptive)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+
+@dataclass(frozen=True, slots=True)
+class CircleSettings:
+    """Priors and stops of the fit; amplitudes are those of the scaled samples, about one. Chosen by hand.
+
+    Attributes
+    ----------
+    offset, log_gain, quadrature_error_rad, log_amplitude
+        Deviations of the constants around their prior means, wide enough for any front end of the field.
+    bias, log_amplitude_map
+        Deviations of the maps' coefficients before they are re-estimated.
+    least_deviation, most_deviation
+        Between which they are re-estimated: below the first a map is switched off.
+    updates
+        So often are they re-estimated.
+    furthest
+        |ln g| and |eps| never leave this: far outside of what `correction.quality` lets pass, so that an estimate at
+        this bound is refused.
+    huber_sigmas
+        Beyond so many standard deviations a residual counts by its size, not its square.
+    first_damping, least_damping, most_damping, damping_factor
+        Of Gauss-Newton, as shares of the diagonal (Marquardt 1963).
+    steps, close, worth
+        At most so many, none after one that gains less than the second in ln likelihood, and none that can gain only
+        so small a share of that.
+    least_amplitude
+        Of a still ellipse as a start.
+    """
+
+    offset: float = 0.3
+    log_gain: float = 0.15
+    quadrature_error_rad: float = 0.15
+    log_amplitude: float = 0.5
+    bias: float = 0.2
+    log_amplitude_map: float = 0.2
+    least_deviation: float = 2e-3
+    most_deviation: float = 0.5
+    updates: int = 2
+    furthest: float = 0.8
+    huber_sigmas: float = 3.0
+    first_damping: float = 1e-3
+    least_damping: float = 1e-9
+    most_damping: float = 1e4
+    damping_factor: float = 10.0
+    steps: int = 25
+    close: float = 0.02
+    worth: float = 0.1
+    least_amplitude: float = 0.05
+
+
+CIRCLE = CircleSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class CircleLayout:
+    """Places of a circle's unknowns in theta: five constants, then the coefficients of its maps.
+
+    Attributes
+    ----------
+    n_bias, n_amplitude_map
+        Numbers of functions of each bias map and of the map of log amplitude.
+    """
+
+    offset_i: ClassVar[int] = 0
+    offset_q: ClassVar[int] = 1
+    log_gain: ClassVar[int] = 2
+    quadrature_error: ClassVar[int] = 3
+    log_amplitude: ClassVar[int] = 4
+    front_end: ClassVar[slice] = slice(2, 4)
+    constants: ClassVar[slice] = slice(0, 5)
+
+    n_bias: int
+    n_amplitude_map: int
+
+    @property
+    def bias_i(self) -> slice:
+        """Coefficients of the bias of I."""
+        return slice(5, 5 + self.n_bias)
+
+    @property
+    def bias_q(self) -> slice:
+        """Coefficients of the bias of Q."""
+        return slice(5 + self.n_bias, 5 + 2 * self.n_bias)
+
+    @property
+    def bias(self) -> slice:
+        """Coefficients of both."""
+        return slice(5, 5 + 2 * self.n_bias)
+
+    @property
+    def amplitude_map(self) -> slice:
+        """Coefficients of the map of log amplitude."""
+        return slice(5 + 2 * self.n_bias, self.size)
+
+    @property
+    def size(self) -> int:
+        """Length of theta."""
+        return 5 + 2 * self.n_bias + self.n_amplitude_map

@@ -1,0 +1,145 @@
+"""What the motion obeys between its breaks: an acceleration that changes slowly, or free flight (method 4, Priors)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.estimation.forward.banded_rows import BandedRows
+from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+
+
+@dataclass(frozen=True, slots=True)
+class FlightLawSettings:
+    """Where a motion counts as free flight. Chosen by hand.
+
+    Attributes
+    ----------
+    off_gravity_m_s2
+        A segment whose mean acceleration is within this of gravity flies: a wall that is missing in the model bends a
+        fall by less, and a body that lies or is held is off by 9.8.
+    least_spans
+        A flight lasts at least so many spans of 10 ms: over less, nothing is gained.
+    """
+
+    off_gravity_m_s2: float = 1.0
+    least_spans: int = 3
+
+
+FLIGHT_LAW = FlightLawSettings()
+
+
+@dataclass(frozen=True)
+class LawRows:
+    """The law as rows of the spline's coefficients, outside of flights first.
+
+    Outside of flights a row is a span's third derivative. In a flight it is the acceleration at a knot, of which
+    a = -g - k |v| v is expected: one row more than spans, so that with place and velocity they say all of a cubic.
+
+    Attributes
+    ----------
+    rows
+        (n_rows, size).
+    velocity
+        Velocities at the rows in flight, (n_flying, size).
+    n_jerk
+        How many rows are third derivatives.
+    span, segment
+        Of each row, shape (n_rows,).
+    duration_s
+        Of the segment of each row in flight, shape (n_flying,).
+    """
+
+    rows: BandedRows
+    velocity: BandedRows
+    n_jerk: int
+    span: IntArray
+    segment: IntArray
+    duration_s: FloatArray
+
+    @staticmethod
+    def of(spline: MotionSpline, in_flight: BoolArray) -> LawRows:
+        """Return the rows of a spline of which some spans, (n_spans,), are in flight."""
+        segment = spline.polynomials.segment
+        jerk, _, _ = spline.jerk()
+        outside = np.flatnonzero(~in_flight)
+        if outside.size == in_flight.size:
+            return LawRows(jerk, jerk[:0], outside.size, outside, segment, np.zeros(0))
+        follows = np.append(in_flight[1:] & (segment[1:] == segment[:-1]), False)
+        begin, last = np.flatnonzero(in_flight), np.flatnonzero(in_flight & ~follows)
+        span = np.concatenate([begin, last])
+        order = np.argsort(span, kind="stable")
+        span, is_end = span[order], (np.arange(span.size) >= begin.size)[order]
+        velocity, acceleration = spline.at_ends(span, is_end)
+        return LawRows(
+            jerk[outside].above(acceleration),
+            velocity,
+            outside.size,
+            np.concatenate([outside, span]),
+            segment[np.concatenate([outside, span])],
+            np.diff(spline.edge_s)[segment[span]],
+        )
+
+    @property
+    def is_flight(self) -> BoolArray:
+        """Which rows are in flight, shape (n_rows,)."""
+        return np.arange(self.span.size) >= self.n_jerk
+
+
+@dataclass(frozen=True)
+class LawDeviation:
+    """By how much a motion deviates from the law, and what moves that.
+
+    Attributes
+    ----------
+    rows
+        The law.
+    value
+        m/s^3 or m/s^2, shape (n_rows, 3).
+    drag
+        |v| v in flight, else zero, shape (n_rows, 3): the slope with respect to k.
+    by_breaks
+        Slopes with respect to the breaks' times, shape (n_rows, 3, n_breaks).
+    """
+
+    rows: LawRows
+    value: FloatArray
+    drag: FloatArray
+    by_breaks: FloatArray
+
+    @staticmethod
+    def of(rows: LawRows, coefficients: FloatArray, gravity_and_drag: FloatArray, n_breaks: int) -> LawDeviation:
+        """Return the deviation for coefficients (size, 3) and (g_x, g_y, g_z, k), empty where nothing flies."""
+        value = rows.rows @ coefficients
+        drag, by_breaks = np.zeros_like(value), np.zeros((*value.shape, n_breaks))
+        if rows.duration_s.size:
+            velocity = rows.velocity @ coefficients
+            flying = slice(rows.n_jerk, None)
+            drag[flying] = np.linalg.norm(velocity, axis=1)[:, None] * velocity
+            # knots move with the breaks: at fixed coefficients an acceleration goes with the duration to the power -2
+            shorter = 2.0 * value[flying] / rows.duration_s[:, None]
+            number = np.arange(rows.n_jerk, value.shape[0])
+            for edge, slope in ((rows.segment[flying] - 1, shorter), (rows.segment[flying], -shorter)):
+                use = (edge >= 0) & (edge < n_breaks)
+                by_breaks[number[use], :, edge[use]] += slope[use]
+            value[flying] += gravity_and_drag[:3] + gravity_and_drag[3] * drag[flying]
+        return LawDeviation(rows, value, drag, by_breaks)
+
+
+def spans_in_flight(motion: SplineMotion, released_s: float, settings: FlightLawSettings = FLIGHT_LAW) -> BoolArray:
+    """Return which spans belong to segments that fly, the release before `released_s` left out, shape (n_spans,)."""
+    spline = motion.spline
+    after = spline.span_middles() > released_s
+    rows = LawRows.of(spline, after)
+    acceleration = (rows.rows @ motion.coefficients)[rows.n_jerk :]
+    out = np.zeros(after.size, dtype=bool)
+    segment = spline.polynomials.segment
+    for number in range(len(spline.spans)):
+        here = rows.segment[rows.n_jerk :] == number
+        if here.sum() > settings.least_spans:
+            off = acceleration[here].mean(axis=0) + np.array([0.0, 0.0, NOMINAL_GRAVITY_M_S2])
+            out[after & (segment == number)] = np.linalg.norm(off) < settings.off_gravity_m_s2
+    return out

@@ -1,0 +1,47 @@
+"""The slope of the floor that reflects, as the estimate's mirror says it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.estimation.forward.mirrors import FLOOR
+from radargui.estimation.solve.minimise import Solution
+from radargui.model.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class FloorSlope:
+    """How the floor that reflects leans.
+
+    Attributes
+    ----------
+    slope
+        (n_x, n_y) / n_z of its normal n, shape (2,).
+    covariance
+        Posterior, shape (2, 2).
+    by_global
+        Derivatives by the unknowns at `places`, shape (2, 2).
+    places
+        Of its tilts among the global parameters.
+    """
+
+    slope: FloatArray
+    covariance: FloatArray
+    by_global: FloatArray
+    places: slice
+
+
+def floor_slope(solution: Solution) -> FloorSlope | None:
+    """Return the slope of a solution's floor, None where it has none."""
+    problem = solution.problem
+    unknowns = problem.layout.plane_unknowns(solution.state.theta)
+    for number, (plane, unknown) in enumerate(zip(problem.inputs.planes, unknowns, strict=True)):
+        if plane.name == FLOOR:
+            first = problem.layout.planes.start + 3 * number
+            places = slice(first, first + 2)
+            slope, by_tilts = plane.lean(unknown)
+            covariance = by_tilts @ solution.normal.global_covariance(places) @ by_tilts.T
+            return FloorSlope(slope, np.asarray(covariance), by_tilts, places)
+    return None

@@ -1,0 +1,253 @@
+"""The normal matrix and the slope of the joint problem (method 4, Minimum)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import bsr_matrix, csr_matrix
+
+from radargui.estimation.forward.banded_rows import PAIRS
+from radargui.estimation.forward.motion_law import LawDeviation
+from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.solve.normal import NormalMatrix
+from radargui.estimation.solve.problem import BINS_TOGETHER, JointProblem, Linearised, State
+from radargui.model.arrays import FloatArray, IntArray, pieces
+from radargui.model.errors import SolveError
+
+_JITTERS = (0.0, 1e-13, 1e-11, 1e-9, 1e-7)  # of the diagonal: rounding of coefficients that hardly any bin sees
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """Blocks of the normal matrix H = [[S, C], [C^T, M]] and the slope: motion S, global parameters M, coupling C."""
+
+    s: csr_matrix
+    c: FloatArray
+    m: FloatArray
+    slope_motion: FloatArray
+    slope_global: FloatArray
+
+    def factor(self, damping: float = 0.0) -> NormalMatrix:
+        """Factor H with its diagonal raised by a share; the least share that makes it positive definite is added.
+
+        Raises
+        ------
+        SolveError
+            None does.
+        """
+        failed: SolveError | None = None
+        # as little as will do: jitter is a prior that nobody chose
+        for jitter in _JITTERS:
+            share = damping + jitter
+            s = csr_matrix(self.s + share * diagonal(self.s.diagonal())) if share else self.s
+            m = self.m + share * np.diag(np.diag(self.m)) if share else self.m
+            try:
+                return NormalMatrix.factor(s, self.c, m)
+            except SolveError as error:
+                failed = error
+        raise failed or SolveError("The normal matrix of the joint estimate cannot be factored.")
+
+
+def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
+    """Build H = J^T W J + priors and the slope J^T W r + priors, interleaving x, y, z in the motion."""
+    layout, prior = problem.layout, problem.prior
+    sums = _Sums(problem, state, at)
+    for part in pieces(problem.bins.n_bins, BINS_TOGETHER):
+        sums.add(part)
+    c, m, slope = sums.c[3:], sums.m, sums.slope
+    # written once above; a symmetric matrix must be so to the last bit, or Cholesky takes the wrong half
+    m[layout.breaks.stop :, layout.breaks] = m[layout.breaks, layout.breaks.stop :].T
+    m[np.diag_indices(layout.size)] += 1.0 / prior.sd**2
+    slope += (state.theta - prior.mean) / prior.sd**2
+    # a prior of each coordinate alike: outside of flights gravity and drag are no jerk to speak of
+    sums.band += at.law.rows.rows.gram(problem.law_sd**-2.0)[:, :, None, None] * np.eye(3)
+    by_motion, by_global = law_slopes(problem, at)
+    if layout.sizes.flight:
+        _add_flight(c, m, problem, at)
+    return Assembled(_symmetric(sums.band[:, 1:]), c, m, sums.slope_motion[3:] + by_motion, slope + by_global)
+
+
+class _Sums:
+    """Sums over the bins; what belongs to the motion has the release itself, which does not move, at its head.
+
+    Attributes
+    ----------
+    band
+        Blocks (j, j + d) of S, shape (4, size + 1, 3, 3).
+    c, m, slope, slope_motion
+        As of `Assembled`.
+    """
+
+    def __init__(self, problem: JointProblem, state: State, at: Linearised) -> None:
+        self.problem, self.state, self.at = problem, state, at
+        n_coefficients, n_global = at.spline.size + 1, problem.layout.size
+        self.band = np.zeros((4, n_coefficients, 3, 3))
+        self.c, self.m = np.zeros((3 * n_coefficients, n_global)), np.zeros((n_global, n_global))
+        self.slope, self.slope_motion = np.zeros(n_global), np.zeros(3 * n_coefficients)
+        # a break acts through the motion alone: its columns are the motion's times dp/dtau
+        self.share, self.number = at.spline.break_shares(problem.bins.time_s)
+
+    def add(self, part: slice) -> None:
+        """Add some of the bins."""
+        problem, at, theta = self.problem, self.at, self.state.theta
+        layout, inputs, n_receivers = problem.layout, problem.inputs.of_bins(part), problem.n_receivers
+        touched = _Touched(at.series.first[part], self.number[part], layout.sizes.breaks)
+        shared, n_bins = layout.shared, part.stop - part.start
+        by_motion = np.empty((n_receivers, 2, n_bins, touched.per_bin))
+        for receiver, (signal, own) in enumerate(zip(at.signals, layout.receivers, strict=True)):
+            pair = slice(2 * receiver, 2 * receiver + 2)
+            waves = at.waves[receiver] if at.waves else None
+            node_m, excess = at.node_m[:, pair, :, part], at.excess[pair, part]
+            slopes = receiver_slopes(node_m, theta, layout, inputs, receiver, excess, waves)
+            root = np.sqrt(at.weight[pair, part])
+            misfit = root * (signal.value[:, part] - problem.bins.value[pair, part])
+            by_motion[receiver] = self._by_motion(slopes.by_position * root[:, None], part)
+            # the misfit as one more column: its products with the others are the slope
+            columns = np.concatenate([slopes.columns * root[:, :, None], misfit[:, :, None]], axis=2)
+            if not layout.sizes.drift:
+                self._add_columns(touched, by_motion[receiver], columns, (shared, own.without_drift))
+                continue
+            # slow noise apart: its functions are many and touch one channel each
+            for channel, drift in enumerate((own.drift_i, own.drift_q)):
+                heavy = np.insert(columns[channel], [-1], root[channel][:, None] * inputs.drift, axis=1)
+                one = slice(channel, channel + 1)
+                self._add_columns(touched, by_motion[receiver, one], heavy[None], (shared, own.without_drift, drift))
+        self._add_motion(touched, by_motion.reshape(2 * n_receivers, n_bins, -1))
+
+    def _by_motion(self, by_position: FloatArray, part: slice) -> FloatArray:
+        """Return slopes by coefficients and breaks from those by position, (2, 3, n), shape (2, n, 12 or 14)."""
+        value = self.at.series.value[0, part]
+        out = value[:, :, None] * by_position.transpose(0, 2, 1)[:, :, None]
+        out = out.reshape(2, len(value), 12)
+        if not self.problem.layout.sizes.breaks:
+            return np.asarray(out)
+        along = (by_position * self.at.motion[1, :, part]).sum(axis=1)
+        return np.concatenate([out, along[:, :, None] * self.share[part]], axis=2)
+
+    def _add_columns(
+        self, touched: _Touched, by_motion: FloatArray, columns: FloatArray, places: tuple[slice, ...]
+    ) -> None:
+        """Add what slopes by global parameters, (n_channels, n_bins, n), do to each other and to the motion.
+
+        The last column is the misfit.
+        """
+        flat = columns.reshape(-1, columns.shape[2])
+        among, coupled = flat.T @ flat, touched.transposed(by_motion, flat)
+        breaks = self.problem.layout.breaks
+        self.slope_motion[touched.rows] += coupled[: 3 * touched.width, -1]
+        self.slope[breaks] += coupled[3 * touched.width :, -1]
+        ends = np.cumsum([0, *(own.stop - own.start for own in places)]).tolist()
+        parts = [slice(first, last) for first, last in pairwise(ends)]
+        # slices, not lists of places: these would be copied there and back
+        for place, own in zip(places, parts, strict=True):
+            self.slope[place] += among[own, -1]
+            self.c[touched.rows, place] += coupled[: 3 * touched.width, own]
+            if breaks.stop > breaks.start:
+                self.m[breaks, place] += coupled[3 * touched.width :, own]
+            for other, beside in zip(places, parts, strict=True):
+                self.m[place, other] += among[own, beside]
+
+    def _add_motion(self, touched: _Touched, by_motion: FloatArray) -> None:
+        """Add what motion and breaks do to each other from their slopes, (n_channels, n_bins, 12 or 14)."""
+        # bins that touch the same coefficients are neighbours
+        start = np.flatnonzero(np.diff(touched.first, prepend=-1))
+        first = touched.first[start]
+        rows = np.ascontiguousarray(by_motion.swapaxes(0, 1))
+        runs = [rows[a:b].reshape(-1, touched.per_bin) for a, b in pairwise([*start.tolist(), len(rows)])]
+        among = np.array([run.T @ run for run in runs])
+        for k, other in PAIRS:
+            # each first of a run occurs once, so that no addition is lost
+            self.band[other - k, first + k] += among[:, 3 * k : 3 * k + 3, 3 * other : 3 * other + 3]
+        # a span lies between two breaks; that before it is the release has a share of zero
+        places = self.problem.layout.breaks.start + np.maximum.reduceat(touched.number, start, axis=0)
+        motion = 3 * first[:, None] + np.arange(12)
+        for side in range(touched.per_bin - 12):
+            np.add.at(self.c, (motion, places[:, side, None]), among[:, :12, 12 + side])
+            for other in range(touched.per_bin - 12):
+                np.add.at(self.m, (places[:, side], places[:, other]), among[:, 12 + side, 12 + other])
+
+
+class _Touched:
+    """Which coefficients and breaks some bins touch.
+
+    Parameters
+    ----------
+    first
+        See `BandedRows`, shape (n_bins,).
+    number
+        The breaks beside each bin, shape (n_bins, 2).
+    n_breaks
+        How many there are.
+    """
+
+    def __init__(self, first: IntArray, number: IntArray, n_breaks: int) -> None:
+        self.first, self.number = first, number
+        low = int(first[0])
+        self.width = int(first[-1]) - low + 4
+        self.rows = slice(3 * low, 3 * (low + self.width))
+        columns = 3 * (first - low)[:, None] + np.arange(12)
+        if n_breaks:
+            columns = np.concatenate([columns, 3 * self.width + number], axis=1)
+        self.per_bin, self._columns = columns.shape[1], columns.ravel()
+        self._n_columns = 3 * self.width + n_breaks
+
+    def transposed(self, by_motion: FloatArray, columns: FloatArray) -> FloatArray:
+        """Return (motion, breaks)^T applied to columns, (n_channels n_bins, k), for slopes (n_channels, n_bins, n)."""
+        index = np.tile(self._columns, len(by_motion))
+        pointer = np.arange(0, index.size + 1, self.per_bin)
+        rows = csr_matrix((by_motion.ravel(), index, pointer), shape=(len(columns), self._n_columns))
+        return np.asarray(rows.T @ columns)
+
+
+def _symmetric(band: FloatArray) -> csr_matrix:
+    """Return the matrix of blocks (j, j + d), (4, size, 3, 3), and their transposes."""
+    size = band.shape[1]
+    blocks = np.zeros((size, 7, 3, 3))
+    for distance in range(min(4, size)):
+        here = band[distance, : size - distance]
+        blocks[: size - distance, 3 + distance] = here
+        blocks[distance:, 3 - distance] = here.transpose(0, 2, 1)
+    column = np.arange(size)[:, None] + np.arange(-3, 4)
+    kept = (column >= 0) & (column < size)
+    pointer = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+    return bsr_matrix((blocks[kept], column[kept], pointer), shape=(3 * size, 3 * size)).tocsr()
+
+
+def law_slopes(problem: JointProblem, at: Linearised) -> tuple[FloatArray, FloatArray]:
+    """Return the slope of the law's part of the cost, by the motion, (3 size,), and by the global parameters.
+
+    Outside of flights a jerk goes with the duration of its segment to the power -3; that share of a break's slope, a
+    nanosecond of its time, is left out.
+    """
+    weighted = problem.law_sd[:, None] ** -2.0 * at.law.value
+    slope = np.zeros(problem.layout.size)
+    if problem.layout.sizes.flight:
+        slope[problem.layout.breaks.start : problem.layout.flight.stop] = np.einsum(
+            "nak,na->k", _flight_columns(at.law), weighted
+        )
+    return at.law.rows.rows.transposed(weighted).ravel(), slope
+
+
+def _flight_columns(law: LawDeviation) -> FloatArray:
+    """Return the slopes of the law's rows with respect to breaks, gravity and drag, shape (n_rows, 3, n)."""
+    by_gravity = law.rows.is_flight[:, None, None] * np.eye(3)
+    return np.concatenate([law.by_breaks, by_gravity, law.drag[:, :, None]], axis=2)
+
+
+def _add_flight(c: FloatArray, m: FloatArray, problem: JointProblem, at: Linearised) -> None:
+    """Add to C and M what gravity, drag and the breaks' times do to the law of flight."""
+    law, columns = at.law, _flight_columns(at.law)
+    # breaks stand first, gravity and drag behind them
+    places = slice(problem.layout.breaks.start, problem.layout.flight.stop)
+    weighted = problem.law_sd[:, None, None] ** -2.0 * columns
+    # x, y and z interleaved, as the motion has them
+    c[:, places] += law.rows.rows.transposed(weighted.reshape(len(weighted), -1)).reshape(-1, columns.shape[2])
+    m[places, places] += np.einsum("nak,nal->kl", weighted, columns)
+
+
+def diagonal(values: FloatArray) -> csr_matrix:
+    """Return a sparse diagonal matrix."""
+    n = values.size
+    return csr_matrix((values, np.arange(n), np.arange(n + 1)), shape=(n, n))

@@ -1,0 +1,281 @@
+"""What the program is doing: what Record was asked for, how far its worker is, what the screen pulls from it."""
+
+import threading
+from dataclasses import dataclass, replace
+from enum import Enum, IntEnum
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from radargui.acquisition.acquisition import Acquisition
+from radargui.acquisition.health import Health
+from radargui.acquisition.ring import LiveTrack, Ring
+from radargui.acquisition.run_plan import RecorderState
+from radargui.experiment.event import ExperimentState, RecordedRun
+from radargui.experiment.experiment import Experiment
+from radargui.files.run_card import RunCard, read_run_card
+from radargui.model.daq import Daq
+from radargui.model.errors import RadarGuiError
+from radargui.model.setup import Setup
+from radargui.sources.contract import Source
+from radargui.sources.factory import SourceKind
+
+
+class AppState(Enum):
+    """The state shown in large letters; the value is the word shown."""
+
+    IDLE = "IDLE"
+    STARTING = "STARTING"
+    LIVE = "LIVE"
+    ARMED = "ARMED"
+    RECORDING = "RECORDING"
+    SETTLING = "SETTLING"
+    PROCESSING = "PROCESSING"
+    STOPPING = "STOPPING"
+    DONE = "DONE"
+    FAILED = "FAILED"
+
+    @property
+    def running(self) -> bool:
+        """Whether samples come in or are worked on."""
+        return self not in (AppState.IDLE, AppState.DONE, AppState.FAILED)
+
+    @property
+    def holds_a_run(self) -> bool:
+        """Whether stopping now would cut a run off."""
+        return self in (AppState.RECORDING, AppState.PROCESSING)
+
+
+class Feed:
+    """One acquisition under its setup, as panels see it.
+
+    Parameters
+    ----------
+    acquisition
+        What samples come through; already open.
+    setup
+        Under which it runs.
+    """
+
+    def __init__(self, acquisition: Acquisition, setup: Setup) -> None:
+        self.acquisition = acquisition
+        self.setup = setup
+        digitisation = acquisition.digitisation
+        self.n_receivers = digitisation.n_receivers if digitisation else setup.n_receivers
+        self.rate_hz = digitisation.sample_rate_hz if digitisation else setup.daq.rate_hz
+
+    @property
+    def ring(self) -> Ring | None:
+        """The last seconds of samples."""
+        return self.acquisition.ring
+
+    @property
+    def live(self) -> LiveTrack | None:
+        """The last seconds of live estimates."""
+        return self.acquisition.live
+
+    def samples(self, seconds: float) -> int:
+        """Return how many samples so many seconds are."""
+        return max(1, round(seconds * self.rate_hz))
+
+
+_FALLING = ("drop", "bed")
+"""Simulated scenes that, begun again and again, give one fall after the other."""
+
+
+class MakeSource(Protocol):
+    """Makes a source; `sources.factory.make_source` is one."""
+
+    def __call__(
+        self, kind: SourceKind, setup: Setup, *, run: int = 0, repeat: bool = False, file: Path | None = None
+    ) -> Source:
+        """Return a source, not yet open."""
+
+
+class Details(NamedTuple):
+    """What the operator says of a session."""
+
+    operator: str
+    notes: str
+    sample: str = ""
+    target: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """What Record was asked for."""
+
+    setup: Setup
+    kind: SourceKind
+    file: Path | None
+    n_runs: int
+    data_folder: Path
+    details: Details
+    setup_file: Path | None = None
+
+    @property
+    def continuous(self) -> bool:
+        """Whether one source serves all runs: a device that starts at once, a simulated fall that is repeated."""
+        if self.kind == "ni":
+            return self.setup.daq.start == "now"
+        return self.kind == "simulated" and self.n_runs > 1 and self.setup.simulation.scene in _FALLING
+
+
+def at_once(setup: Setup) -> Setup:
+    """Return the setup for looking only: the device starts without waiting for an edge."""
+    changes = {"start": "now", "start_source": None, "start_pretrigger": False}
+    return setup.model_copy(update={"daq": setup.daq.model_copy(update=changes)})
+
+
+class Backlog:
+    """Counts what was recorded since Record was asked for; results come in the order of the runs."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[Path, RecordedRun] = {}
+        self.last_recorded: Path | None = None
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    @property
+    def computed(self) -> Path | None:
+        """The run whose result is computed now; None where none waits."""
+        return next(iter(self._waiting), None)
+
+    def take(self, run: RecordedRun) -> None:
+        """Take a run that is on the disk; one that was set aside gets no result."""
+        if run.path is not None and not run.set_aside:
+            self._waiting[run.path] = run
+            self.last_recorded = run.path
+
+    def drop(self, run: RecordedRun) -> None:
+        """Take the outcome of a run."""
+        if run.path is not None:
+            self._waiting.pop(run.path, None)
+
+
+def card_of(run: RecordedRun) -> RunCard:
+    """Return what the file of a run says of it; an empty card where it cannot be read."""
+    try:
+        return RunCard() if run.path is None else read_run_card(run.path)
+    except RadarGuiError:
+        return RunCard()
+
+
+_RECORDING = {
+    RecorderState.IDLE: AppState.STARTING,
+    RecorderState.ARMED: AppState.ARMED,
+    RecorderState.RECORDING: AppState.RECORDING,
+    RecorderState.SETTLING: AppState.SETTLING,
+}
+
+
+class Asked(IntEnum):
+    """What the window wants of a worker; each goes further than the one before."""
+
+    NOTHING = 0
+    FINISH = 1
+    """End what is recorded, compute what is there."""
+    CANCEL = 2
+    """End also what is only being computed; what stands already is kept."""
+    LEAVE = 3
+    """And leave for later what waits to be computed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """What the worker has made so far.
+
+    Attributes
+    ----------
+    source
+        The newest one; asked only what it answers at once.
+    live
+        The acquisition of a live view; None while runs are recorded.
+    experiment
+        What records; None in a live view.
+    health
+        Newest snapshot.
+    progress
+        Share of the present run's processing that is done.
+    run_number
+        The run that is armed or recorded, from 1.
+    asked
+        What the window wants of the worker.
+    """
+
+    source: Source | None = None
+    live: Acquisition | None = None
+    experiment: Experiment | None = None
+    health: Health | None = None
+    progress: float = 0.0
+    run_number: int = 1
+    asked: Asked = Asked.NOTHING
+
+    @property
+    def acquisition(self) -> Acquisition | None:
+        """What samples come through now."""
+        return self.live if self.experiment is None else self.experiment.acquisition
+
+    @property
+    def records(self) -> AppState:
+        """What the recorder does; PROCESSING where it has ended."""
+        recorder = self.acquisition.recorder if self.acquisition is not None else None
+        return AppState.STARTING if recorder is None else _RECORDING.get(recorder.state, AppState.PROCESSING)
+
+    @property
+    def only_processes(self) -> bool:
+        """Whether nothing is recorded any more."""
+        return self.experiment is not None and self.experiment.state is ExperimentState.PROCESSING
+
+
+class WorkerState:
+    """Written by the worker, asked by the window; one for each worker, so that a late one writes to its own."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._reached = Reached()
+
+    @property
+    def reached(self) -> Reached:
+        """All that is known at one instant."""
+        with self._lock:
+            return self._reached
+
+    def put(self, **changes: Any) -> None:
+        """Take new values of `Reached`."""
+        with self._lock:
+            self._reached = replace(self._reached, **changes)
+
+    @property
+    def stops(self) -> bool:
+        """Whether the worker is asked to end."""
+        return self.reached.asked > Asked.NOTHING
+
+    def ask(self, what: Asked) -> None:
+        """Ask the worker to end; what was asked before and goes further stays."""
+        with self._lock:
+            self._reached = replace(self._reached, asked=max(what, self._reached.asked))
+
+    def end_soon(self, worker: threading.Thread) -> None:
+        """Ask whatever runs to end until the worker is gone; a device may take its time to stop: not for the window."""
+        # said repeatedly: there may have been nothing to end the first time
+        while worker.is_alive():
+            reached = self.reached
+            if (experiment := reached.experiment) is not None:
+                ends = {Asked.FINISH: experiment.finish, Asked.CANCEL: experiment.cancel, Asked.LEAVE: experiment.leave}
+                ends[reached.asked]()
+            if reached.live is not None:
+                reached.live.request_stop()
+            worker.join(0.05)
+
+
+def restart_words(count: int) -> str:
+    """Return what is to be said where a device was started again, so many times."""
+    times = "once" if count == 1 else f"{count} times"
+    return f"The device failed and was started again, {times} so far. What was lost meanwhile is a gap in the run."
+
+
+def edge_words(daq: Daq) -> str:
+    """Return the edge that a run starts at: `rising edge at PFI0`."""
+    level = f" through {daq.start_level_v:g} V" if daq.start == "analog" else ""
+    return f"{daq.start_edge} edge{level} at {daq.start_source or 'the start terminal'}"

@@ -1,1 +1,0 @@
-"""The wiring check: the guide across the room, and what it found."""

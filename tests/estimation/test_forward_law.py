@@ -1,0 +1,175 @@
+"""The law of free flight: its rows in closed form, its slopes against differences, where it holds, what it brings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_problem import BOUNCE_S, END_S, FLOOR_PLANE, START_S, WALL_PLANE, positions, small_problem
+
+from radargui.estimation.forward.motion_law import LawDeviation, LawRows, spans_in_flight
+from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion, make_spline
+from radargui.estimation.select.breaks import respline
+from radargui.estimation.select.converge import converge
+from radargui.estimation.solve.assemble import assemble
+from radargui.estimation.solve.changed_problem import (
+    positions_at_bins,
+    problem_with_breaks,
+    problem_with_flights,
+    span_jerk_sd,
+)
+from radargui.estimation.solve.minimise import Solution, minimise
+from radargui.estimation.solve.problem import Start, State, linearise
+
+GRAVITY = np.array([0.0, 0.0, 9.81])
+
+
+def drawn(spline: MotionSpline, seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).standard_normal((spline.size, 3))
+
+
+def fitted(spline: MotionSpline, time_s: np.ndarray, place_m: np.ndarray) -> SplineMotion:
+    offset = (place_m - place_m[:, :1]).T
+    return SplineMotion(spline, np.linalg.lstsq(spline.design(time_s).toarray(), offset, rcond=None)[0])
+
+
+def flying(solution: Solution) -> Start:
+    start = problem_with_flights(solution)
+    assert start is not None
+    return start
+
+
+def test_velocity_and_acceleration_at_the_ends_of_spans_are_the_splines_seen_from_inside() -> None:
+    spline = make_spline(0.0, 0.5, np.array([0.2, 0.37]), np.array([0.3]))
+    c, span = drawn(spline), np.arange(sum(spline.spans))
+    pieces = zip(spline.edge_s, spline.edge_s[1:], spline.fractions, strict=False)
+    edge = np.concatenate([*(a + (b - a) * share[:-1] for a, b, share in pieces), [0.5]])
+    for is_end, inside in ((False, edge[:-1] + 1e-6), (True, edge[1:] - 1e-6)):
+        velocity, acceleration = spline.at_ends(span, np.full(span.size, is_end))
+        near = [spline.offset(inside + step, c) for step in (-5e-7, 0.0, 5e-7)]
+        assert velocity @ c == pytest.approx(
+            (near[2] - near[0]) / 1e-6, rel=1e-3, abs=1e-2 * np.abs(velocity @ c).max()
+        )
+        jerk, _, length = spline.jerk()
+        away = (length if is_end else -length) / 2.0
+        before = spline.at_ends(span, np.full(span.size, not is_end))[1]
+        # of a cubic the acceleration goes straight from one end to the other
+        assert acceleration @ c - before @ c == pytest.approx(2.0 * away[:, None] * (jerk @ c), rel=1e-6)
+
+
+def test_a_fall_with_drag_deviates_from_the_law_by_nothing() -> None:
+    spline, k, speed = make_spline(0.0, 0.3, np.zeros(0)), 0.05, np.sqrt(9.81 / 0.05)
+    time = np.linspace(0.0, 0.3, 400)
+    # v = v_end tanh(g t / v_end) from rest
+    place = np.stack([0.0 * time, 0.0 * time, -np.log(np.cosh(9.81 * time / speed)) / k])
+    motion = fitted(spline, time, place)
+    rows = LawRows.of(spline, np.ones(30, dtype=bool))
+    law = LawDeviation.of(rows, motion.coefficients, np.append(GRAVITY, k), 0)
+    assert np.abs(law.value).max() < 2e-4
+    without = LawDeviation.of(rows, motion.coefficients, np.append(GRAVITY, 0.0), 0)
+    assert without.value[-1, 2] == pytest.approx(k * (speed * np.tanh(9.81 * 0.3 / speed)) ** 2, rel=1e-3)
+    assert law.drag[-1, 2] == pytest.approx(-without.value[-1, 2] / k, rel=1e-3)
+
+
+def test_what_the_breaks_move_equals_differences() -> None:
+    spline = make_spline(0.0, 0.5, np.array([0.2, 0.37]))
+    in_flight = np.ones(sum(spline.spans), dtype=bool)
+    in_flight[[0, 25, 26]] = False
+    c, known = drawn(spline), np.append(GRAVITY, 0.0)
+    law = LawDeviation.of(LawRows.of(spline, in_flight), c, known, 2)
+    for k in range(2):
+        up, down = (
+            LawDeviation.of(
+                LawRows.of(spline.with_breaks(spline.break_s + step * np.eye(2)[k]), in_flight), c, known, 2
+            )
+            for step in (1e-7, -1e-7)
+        )
+        flies = law.rows.is_flight
+        wanted = ((up.value - down.value) / 2e-7)[flies]
+        assert law.by_breaks[flies, :, k] == pytest.approx(wanted, rel=1e-5, abs=1e-6 * np.abs(wanted).max())
+
+
+def test_only_what_falls_freely_after_the_release_flies() -> None:
+    time = np.linspace(START_S, END_S, 500)
+    spline = make_spline(START_S, END_S, np.array([BOUNCE_S]))
+    _, middle, _ = spline.jerk()
+    fall = fitted(spline, time, positions(time))
+    assert (spans_in_flight(fall, START_S + 0.01) == (middle > START_S + 0.01)).all()
+    rolling = fitted(spline, time, np.stack([0.1 * (time - START_S) ** 2, 0.0 * time, 0.0 * time]))
+    assert not spans_in_flight(rolling, START_S).any()
+    caught = positions(time)
+    caught[:, time > BOUNCE_S] = positions(np.array([BOUNCE_S]))
+    assert (spans_in_flight(fitted(spline, time, caught), START_S) == (middle < BOUNCE_S)).all()
+
+
+def test_with_flights_the_slope_and_the_matrix_are_those_of_the_cost() -> None:
+    made = small_problem(n_bins=450)
+    start = flying(minimise(made.start, 2))
+    rng = np.random.default_rng(5)
+    # another one for each row, so that none stands for its neighbour
+    law_sd = rng.uniform(0.05, 0.2, start.problem.law_sd.size)
+    # outside of flights a jerk is no matter of the breaks
+    law_sd[: int((~start.problem.in_flight).sum())] = 1e6
+    problem = replace(start.problem, law_sd=law_sd)
+    state = State(
+        start.state.coefficients + 1e-5 * rng.standard_normal(start.state.coefficients.shape), start.state.theta
+    )
+    at = linearise(problem, state)
+    blocks = assemble(problem, state, at)
+    layout = problem.layout
+    for place in [*range(layout.breaks.start, layout.flight.stop)]:
+        size = 1e-7 if place < layout.breaks.stop else 1e-5
+        step = size * np.eye(layout.size)[place]
+        up, down = (linearise(problem, State(state.coefficients, state.theta + s * step)) for s in (1, -1))
+        scale = np.sqrt(blocks.m[place, place])
+        assert blocks.slope_global[place] == pytest.approx(
+            (up.cost - down.cost) / (2.0 * size), rel=2e-3, abs=0.05 * scale
+        )
+    whole = np.block([[blocks.s.toarray(), blocks.c], [blocks.c.T, blocks.m]])
+    assert whole == pytest.approx(whole.T)
+    # the coupling of gravity with the motion, from the deviation itself
+    moved = state.coefficients.copy()
+    moved[3, 2] += 1e-6
+    weight = problem.law_sd**-2.0
+    change = (linearise(problem, State(moved, state.theta)).law.value - at.law.value)[:, 2] / 1e-6
+    wanted = float((weight * change * at.law.rows.is_flight).sum())
+    assert blocks.c[3 * 3 + 2, layout.flight.start + 2] == pytest.approx(wanted, rel=1e-3)
+
+
+def test_gravity_is_found_and_a_motion_between_mirrors_is_better_known() -> None:
+    square = np.zeros(2)
+    for seed in range(3):
+        made = small_problem((FLOOR_PLANE, WALL_PLANE), reflection=0.05, seed=seed)
+        free = converge(made.start, 4, lambda: None)
+        law = converge(flying(free), 4, lambda: None)
+        true = positions(made.data.bins.time_s)
+        square += [float(((positions_at_bins(one) - true) ** 2).sum(axis=0).mean()) for one in (free, law)]
+        places = law.problem.layout.flight
+        u = np.sqrt(law.normal.global_variances()[places])
+        assert (np.abs(law.state.theta[places][:3] - GRAVITY) < 3.0 * u[:3]).all()
+        assert u[2] < 0.05
+        assert law.problem.law_sd[law.at.law.rows.is_flight].max() < 0.1
+    assert square[1] < 0.8 * square[0]
+
+
+def test_a_motion_that_does_not_fall_has_no_flights() -> None:
+    made = small_problem()
+    solution = minimise(made.start, 1)
+    still = replace(solution, state=State(0.0 * solution.state.coefficients, solution.state.theta))
+    assert problem_with_flights(still) is None
+
+
+def test_other_breaks_part_other_flights_and_their_law_starts_anew() -> None:
+    made = small_problem()
+    solution = converge(flying(minimise(made.start, 2)), 2, lambda: None)
+    motion = respline(solution.at.spline, solution.state.coefficients, np.array([BOUNCE_S, 0.4]), np.zeros(0))
+    start = problem_with_breaks(made.data, solution, motion)
+    rows = LawRows.of(start.problem.spline, start.problem.in_flight)
+    assert rows.is_flight.sum() == start.problem.in_flight.sum() + 3
+    assert start.problem.law_sd[rows.is_flight] == pytest.approx(0.1)
+    assert start.state.theta[start.problem.layout.flight] == pytest.approx(
+        solution.state.theta[solution.problem.layout.flight]
+    )
+    # an acceleration that may differ from knot to knot lets the spline turn as sharply
+    assert span_jerk_sd(start.problem, start.problem.spline)[20] == pytest.approx(np.sqrt(2.0) * 0.1 / 0.01, rel=0.05)

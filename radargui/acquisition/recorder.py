@@ -217,6 +217,10 @@ class Recorder:
         blocks = self._history.since(first_index)
         # the history may hold less than asked for: a device just started has no past
         first_index = blocks[0].first_index
+        if self._plan.last_index is not None and first_index >= self._plan.last_index:
+            # the whole motion lies in samples that were lost: a run without any is none
+            self._enter(RecorderState.SETTLING)
+            return
         trigger = self._plan.trigger_index
         if trigger is not None:
             # in a file that goes on for one taken away the trigger may lie in the lost part

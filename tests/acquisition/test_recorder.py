@@ -130,6 +130,23 @@ def test_a_run_whose_first_history_sample_was_lost_begins_after_the_gap() -> Non
     assert np.array_equal(run.raw, samples[:, 7000 : 7000 + recorder.count])
 
 
+def test_a_motion_that_was_lost_as_a_whole_is_no_run_and_the_next_one_is_recorded() -> None:
+    samples = codes(60000, moving=slice(8000, 33000))
+    samples[:, 50000:] = codes(20000, moving=slice(3000, 7000))[:, :10000]
+    run = MemoryRun()
+    recorder = armed(run, RecordingLimits(pretrigger_s=0.2, quiet_s=0.15, maximum_s=1.0))
+    for block in blocks(samples, 20):
+        # the writer falls behind as it begins, for longer than the longest run
+        if 8020 <= block.first_index < 30000:
+            continue
+        gap = Gap(8020, 21980, "writer too slow") if block.first_index == 30000 else None
+        recorder.push(Block(block.samples, block.first_index, gap))
+    assert recorder.output.first_index + recorder.output.trigger_index == pytest.approx(53000, abs=250)
+    assert recorder.count > 0
+    assert recorder.ending is Ending.QUIET
+    assert run.gaps == []
+
+
 def test_the_truth_of_exactly_the_recorded_samples_is_kept_without_the_lost_ones() -> None:
     asked: list[tuple[int, int]] = []
 

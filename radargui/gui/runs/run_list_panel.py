@@ -75,7 +75,7 @@ class RunListPanel(QWidget):
         row = self.model.put(entry)
         self._hide_rows()
         self._fit_columns(self.model.entries[row : row + 1])
-        self._fit_rows()
+        self.table.resizeRowToContents(row)
         if row == len(self.model.entries) - 1:
             self.table.scrollToBottom()
         if select:
@@ -116,7 +116,8 @@ class RunListPanel(QWidget):
             wanted = max(metrics.horizontalAdvance(text) for text in words) + 10
             if self.table.columnWidth(column) < wanted or not self.model.entries:
                 self.table.fit(column, wanted)
-        self.table.fit(len(COLUMNS) - 1, 60)
+                # the last column gives what the others take
+                self.table.fit(len(COLUMNS) - 1, 60)
 
     def _fit_rows(self) -> None:
         """Make the lines as high as their verdicts, of very many those of the last ones."""

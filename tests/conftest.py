@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import tempfile
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +16,8 @@ from hypothesis import settings
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+# commands that run with a folder of the test as home would look through all fonts each time
+os.environ.setdefault("MPLCONFIGDIR", str(Path(tempfile.gettempdir(), "radargui-tests-matplotlib")))
 os.environ.setdefault("PYQTGRAPH_QT_LIB", "PySide6")
 
 # the same examples each time: a suite that fails by chance is not believed when it fails for a reason

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left, insort
 from collections import deque
 from dataclasses import dataclass
 
@@ -73,6 +75,8 @@ class MotionTrigger:
         self._noise_v: FloatArray | None = None
         self._early: list[FloatArray] = []
         self._levels: deque[float] = deque(maxlen=max(4, round(MEMORY_S / self._block_s / 8)))
+        # the same values in order: a sort every 4 ms was most of what waiting costs
+        self._ordered: list[float] = []
         self._quiet = 1.0
         self._blocks = 0
         self._above = 0
@@ -100,6 +104,7 @@ class MotionTrigger:
     def relearn(self) -> None:
         """Take what is now for quiet: it has been restless for so long that this must be the new quiet level."""
         self._levels.clear()
+        self._ordered.clear()
         self._quiet = 1.0
         self._above = 0
         self._state = TriggerState(
@@ -136,7 +141,7 @@ class MotionTrigger:
             if not state.moving:
                 if block % 8 == 0:
                     # every eighth block: neighbours share most of their window
-                    self._levels.append(float(level))
+                    self._remember(float(level))
                     self._quiet = quiet = self._quiet_level()
                 self._above = self._above + 1 if ready and level > self._start * quiet else 0
                 if self._above * self._block_s >= CONFIRM_S:
@@ -150,5 +155,18 @@ class MotionTrigger:
                 begin = (block + 1) * self._size
                 self._state = TriggerState(ready, moving=False, since_index=state.since_index, quiet_since_index=begin)
 
+    def _remember(self, level: float) -> None:
+        if not math.isfinite(level):
+            return
+        if len(self._levels) == self._levels.maxlen:
+            del self._ordered[bisect_left(self._ordered, self._levels[0])]
+        self._levels.append(level)
+        insort(self._ordered, level)
+
     def _quiet_level(self) -> float:
-        return max(1.0, float(np.percentile(np.fromiter(self._levels, dtype=np.float64), QUIET_PERCENTILE)))
+        if not self._ordered:
+            return 1.0
+        at = 0.01 * QUIET_PERCENTILE * (len(self._ordered) - 1)
+        low, share = int(at), at % 1.0
+        high = min(low + 1, len(self._ordered) - 1)
+        return max(1.0, self._ordered[low] + share * (self._ordered[high] - self._ordered[low]))

@@ -52,8 +52,8 @@ class LiveEstimate:
     moving
         Whether the tracer moves now.
     began_anew
-        Whether samples were lost while the tracer moved: positions since then count from the rest after the gap as if
-        that were the release, until a run is armed.
+        Whether samples were lost while the tracer moved or may have: positions since then count from the rest after
+        the gap as if that were the release, until a run is armed.
     """
 
     index: IntArray
@@ -141,6 +141,8 @@ class LiveProcessor:
         self._pending = self._samples.nothing()
         self._n_reported = 0
         self._n_quiet = 0
+        # no gap yet
+        self._n_since_gap = self._columns(BEFORE_MOTION_S)
         self._began_anew = False
         self._begin_at_release()
 
@@ -167,16 +169,20 @@ class LiveProcessor:
     def push(self, samples: RawArray, first_index: int | None = None) -> LiveEstimate:
         """Take the next samples, shape (n_channels, n); at a jump to `first_index` samples were lost."""
         # turns that went by in a gap cannot be counted (method 2): only a rest shows where it is again
-        if self._samples.jump(first_index):
-            self._past = self._samples.nothing()
+        lost = self._samples.jump(first_index)
+        if lost:
+            self._past, self._n_since_gap = self._samples.nothing(), 0
+            # it may have fallen meanwhile, and come to rest
+            self._began_anew |= lost > BEFORE_MOTION_S * self._digitisation.sample_rate_hz
             if self._mode is not _Mode.RESTING:
-                self._mode = _Mode.LOST
-                self._began_anew = True
+                self._lose()
         moving = self._trigger.push(samples).moving
         new = self._samples.push(samples)
         self._n_quiet = 0 if moving else self._n_quiet + new.count
         if self._mode is _Mode.RESTING and moving:
-            self._leave()
+            # what moves so soon after a gap may have left in it
+            (self._lose if self._n_since_gap < self._columns(BEFORE_MOTION_S) else self._leave)()
+        self._n_since_gap += new.count
         estimate = self._estimate_by_mode(new, moving=moving)
         if self._mode is _Mode.RESTING or self._mode is _Mode.LOST or not moving:
             # only what rests now can teach the phase of the rest
@@ -194,6 +200,10 @@ class LiveProcessor:
         if self._mode is _Mode.RESTING:
             return self._resting(new)
         return (self._starting if self._mode is _Mode.STARTING else self._following)(new, moving=moving)
+
+    def _lose(self) -> None:
+        self._mode = _Mode.LOST
+        self._began_anew = True
 
     def _leave(self) -> None:
         """Begin a motion: learn the hum, the phase and the noise of the rest before it."""

@@ -71,15 +71,16 @@ class LiveSamples:
         """Block means per second."""
         return self._sample_rate_hz / self._averager.size
 
-    def jump(self, first_index: int | None) -> bool:
-        """Tell where the next samples begin; return whether samples before them are missing."""
-        if first_index is None or first_index == self._next_index + self._averager.waiting:
-            return False
+    def jump(self, first_index: int | None) -> int:
+        """Tell where the next samples begin; return how many before them are missing."""
+        lost = 0 if first_index is None else first_index - self._next_index - self._averager.waiting
+        if first_index is None or lost == 0:
+            return 0
         self._averager.clear()
         self._next_index = first_index
         # across a gap there is no line to interpolate on
         self._before = None
-        return True
+        return lost
 
     def push(self, samples: RawArray) -> Means:
         """Take the next samples, shape (n_channels, n), and return the means that are complete now.

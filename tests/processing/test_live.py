@@ -119,6 +119,28 @@ def test_samples_lost_in_motion_leave_the_place_unknown_until_the_next_rest(setu
     assert not live.push(recording.raw[:, :1000], index).began_anew
 
 
+def test_a_release_lost_in_a_gap_gives_no_track_from_the_release(setup: Setup) -> None:
+    recording, truth = simulate_recording(setup)
+    fallen = int(np.argmax(truth.position_m[2] < truth.position_m[2, 0] - 0.1))
+    live = LiveProcessor(setup, recording.digitisation)
+    for begin in range(0, 20000, 1000):
+        assert not live.push(recording.raw[:, begin : begin + 1000], begin).began_anew
+    after = [live.push(recording.raw[:, k : k + 500], k) for k in range(fallen, fallen + 5000, 500)]
+    assert np.isnan(np.concatenate([one.position_m for one in after[1:]], axis=1)).all()
+    assert all(one.began_anew for one in after)
+
+
+@pytest.mark.parametrize(("lost_s", "anew"), [(0.02, False), (1.0, True)])
+def test_a_gap_at_rest_counts_where_the_tracer_may_have_fallen_in_it(setup: Setup, lost_s: float, anew: bool) -> None:
+    recording, _ = simulate_recording(changed(setup, simulation={"scene": "rest"}))
+    live = LiveProcessor(setup, recording.digitisation)
+    live.push(recording.raw[:, :5000], 0)
+    at = 5000 + round(lost_s * setup.daq.rate_hz)
+    estimate = live.push(recording.raw[:, 5000:9000], at)
+    assert estimate.began_anew is anew
+    assert estimate.position_m[:, -1] == pytest.approx(setup.tracer.release_position_m)
+
+
 def test_when_a_run_is_armed_the_tracer_is_at_its_release(setup: Setup) -> None:
     radar = SimulatedRadar(setup, repeat=True)
     n_samples = simulate_recording(setup)[0].n_samples

@@ -5,7 +5,6 @@ from __future__ import annotations
 import multiprocessing
 import shutil
 import threading
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +29,6 @@ from radargui.report.report import compose
 from radargui.report.run_section import study
 from radargui.restitution.series import series_of
 from radargui.session.session import Session
-from radargui.sources.factory import make_source
 
 
 def listed(window: MainWindow) -> list[tuple[str, str]]:
@@ -225,10 +223,10 @@ def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
     assert [one.called for one in model.entries] == ["drop 1", "run-0002", "drop 2", "drop 3"]
 
 
-N_DROPS = 60
+N_DROPS = 20
 
 
-def test_sixty_drops_with_a_backlog_closed_in_the_middle_are_found_again(
+def test_twenty_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     make_window: Any, setup_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     go = threading.Event()
@@ -242,7 +240,7 @@ def test_sixty_drops_with_a_backlog_closed_in_the_middle_are_found_again(
         return process(self, job, progress, on_preliminary)
 
     monkeypatch.setattr(ProcessingHere, "process", held)
-    window = make_window(setup_path, source_maker=partial(make_source, realtime=False))
+    window = make_window(setup_path, speed=60.0)
     model = window.setup_model
     # the cheapest runs there are, in few blocks: this is about their number
     recording = {"pretrigger_s": 0.1, "quiet_s": 0.1, "falls_only": False}

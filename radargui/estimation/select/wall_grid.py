@@ -184,7 +184,7 @@ class _LinearisedSearch:
                 to_global[places, :, columns] += (by.T @ weighed.T).reshape(-1, n_planes, 4)
             for channel, places in enumerate((own.drift_i, own.drift_q)):
                 part = weighed[:, channel * self.n_bins : (channel + 1) * self.n_bins]
-                to_global[places, :, columns] += (inputs.drift.T @ part.T).reshape(-1, n_planes, 4)
+                to_global[places, :, columns] += (inputs.drift[2 * number + channel].T @ part.T).reshape(-1, n_planes, 4)
         return self._evidence(slope, curvature, to_motion, to_global)
 
     def _evidence(

@@ -123,6 +123,7 @@ def choose_model(
     round_done: Callable[[], None],
     known_front_ends: Sequence[LogFrontEnd] | None = None,
     settings: ChoiceSettings = CHOICES,
+    entered: Callable[[str], None] = lambda stage: None,
 ) -> ChosenModel:
     """Converge without and with a floor, keep what the evidence prefers, settle the impacts, look for walls.
 
@@ -140,6 +141,8 @@ def choose_model(
         What earlier runs say about ln g and eps, one a receiver.
     settings
         By what the evidence decides.
+    entered
+        Called with "flights", "walls" and "last" as these begin.
 
     Raises
     ------
@@ -151,6 +154,7 @@ def choose_model(
     budget = SearchBudget(found.data.bins.n_bins, round_done)
     selection = _Selection(found, drift, normal, budget.spend, known_front_ends, settings)
     solution, gain, alternatives = selection.floor()
+    entered("flights")
     solution, alternatives = selection.with_flights(solution, alternatives)
     typical = np.median(local_chi_square(solution), axis=1)
     if typical.max() > settings.hopeless_misfit:
@@ -162,6 +166,7 @@ def choose_model(
     elif drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
     undecided: list[Alternative] = []
+    entered("walls")
     try:
         if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * settings.few_fringes:
             solution, others = selection.other_lengths(solution)
@@ -174,6 +179,7 @@ def choose_model(
         alternatives = tuple(Alternative(one, 1.0) for one in selection.compared if one is not solution)
         choices.append(f"The search for walls was ended after {budget.rounds} rounds.")
     ended_early, budget.left = budget.left < 0, settings.last_rounds
+    entered("last")
     solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     return ChosenModel(solution, (*alternatives, *undecided), tuple(choices), ended_early)

@@ -71,30 +71,19 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) ->
     at = linearise(problem, state)
     # undamped first: near the minimum full steps are right, and each trial costs a factorisation
     damping, settled = 0.0, False
-    assembled, normal = assemble(problem, state, at), None
+    assembled = assemble(problem, state, at)
     for _ in range(steps):
-        step, damping = _improve(problem, state, at, assembled, damping, settings)
-        if step is None:
+        improved, damping = _improve(problem, state, at, assembled, damping, settings)
+        if improved is None:
             break
         # in ln likelihood: less than what any unknown could be told apart by
-        settled = at.cost - step.at.cost < settings.close
-        state, at, normal = step.state, step.at, step.normal
-        if settled and normal is not None:
-            break
-        assembled, normal = assemble(problem, state, at), None
+        settled = at.cost - improved[1].cost < settings.close
+        state, at = improved
+        assembled = assemble(problem, state, at)
         if settled:
             break
     # the waves have served: kept with every alternative they would be most of its memory
-    return Solution(problem, state, replace(at, waves=()), normal or assembled.factor(), settled)
-
-
-@dataclass(frozen=True)
-class _Step:
-    """A step that lowered the cost, and the normal matrix it came from where that still holds after it."""
-
-    state: State
-    at: Linearised
-    normal: NormalMatrix | None
+    return Solution(problem, state, replace(at, waves=()), assembled.factor(), settled)
 
 
 def _improve(
@@ -104,15 +93,14 @@ def _improve(
     assembled: Assembled,
     damping: float,
     settings: MinimiseSettings,
-) -> tuple[_Step | None, float]:
+) -> tuple[tuple[State, Linearised] | None, float]:
     """Return the first of ever more damped steps that lowers the cost, None where none does, and the next damping."""
     while damping <= settings.most_damping:
-        trial, normal = _step(problem, state, assembled, damping, settings)
+        trial = _step(problem, state, assembled, damping, settings)
         if trial is not None:
             trial_at = linearise(problem, trial)
             if trial_at.cost <= at.cost:
-                following = 0.0 if damping <= settings.first_damping else damping / settings.damping_down
-                return _Step(trial, trial_at, normal), following
+                return (trial, trial_at), 0.0 if damping <= settings.first_damping else damping / settings.damping_down
             # rounding, not curvature: more damping would only shorten the step
             if trial_at.cost - at.cost < settings.close / 5.0:
                 break
@@ -122,23 +110,17 @@ def _improve(
 
 def _step(
     problem: JointProblem, state: State, assembled: Assembled, damping: float, settings: MinimiseSettings
-) -> tuple[State | None, NormalMatrix | None]:
-    """Return the state after a damped step, None where the matrix cannot be factored or no body moves so.
-
-    And the normal matrix where the step is undamped and hardly changes it.
-    """
+) -> State | None:
+    """Return the state after a damped step, None where the matrix cannot be factored or no body moves so."""
     try:
-        normal = assembled.factor(damping)
+        motion, by_global = assembled.factor(damping).solve(-assembled.slope_motion, -assembled.slope_global)
     except SolveError:
-        return None, None
-    motion, by_global = normal.solve(-assembled.slope_motion, -assembled.slope_global)
-    gain = -0.5 * float(motion @ assembled.slope_motion + by_global @ assembled.slope_global)
+        return None
     # x, y, z are interleaved in the matrix, so that its band stays narrow
     coefficients = state.coefficients + motion.reshape(-1, 3)
     if not _is_possible(problem, coefficients, state.theta + by_global, settings):
-        return None, None
-    state = State(coefficients, _with_lobes_limited(problem, coefficients, state.theta + by_global, settings))
-    return state, normal if damping == 0.0 and gain < settings.close else None
+        return None
+    return State(coefficients, _with_lobes_limited(problem, coefficients, state.theta + by_global, settings))
 
 
 def _is_possible(

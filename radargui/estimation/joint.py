@@ -21,8 +21,9 @@ from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEnd
 from radargui.model.setup import Setup
 
-# Half of the bar: a drop with a floor takes 40 and more; where walls are sought it still moves at the 800th.
-_TYPICAL_ROUNDS = 40
+_STAGES = {"floor": (0.0, 0.40, 14), "flights": (0.40, 0.47, 4), "walls": (0.47, 0.92, 36), "last": (0.92, 0.98, 6)}
+"""Where on the bar each stage of `choose_model` begins and ends, and its rounds: medians of 14 drops with a floor."""
+_EVEN = 0.7  # share of a stage over which each round counts alike; those beyond the typical number share the rest
 _UNTRUSTED = 9.0  # local chi-square above which a sample is not valid: three times the noise (method 6, Quality)
 
 
@@ -68,8 +69,8 @@ def estimate_joint(
     hardware
         Constants found before (`pool_constants`), prior of this run; None where nothing is known.
     progress
-        Called between rounds with the share done, 0 to 1: nobody knows how many there will be, each takes a part of
-        what is left. What it raises, as `CancelledError`, ends the work.
+        Called between rounds with the share done, 0 to 1: nobody knows how many there will be, each stage has its
+        measured share of the time. What it raises, as `CancelledError`, ends the work.
 
     Raises
     ------
@@ -81,13 +82,17 @@ def estimate_joint(
         raise ProcessingError(
             "The joint correction needs three receivers.", remedy='Choose correction = "adaptive" for one or two.'
         )
-    done = 0
+    stage, done = "floor", 0
+
+    def entered(name: str) -> None:
+        nonlocal stage, done
+        stage, done = name, 0
 
     def round_done() -> None:
         nonlocal done
         done += 1
         if progress is not None:
-            progress(done / (done + _TYPICAL_ROUNDS))
+            progress(_share_done(stage, done))
 
     if not signals.has_rest:
         raise ProcessingError(
@@ -96,11 +101,19 @@ def estimate_joint(
     round_done()
     prior = None if hardware is None else as_prior(remaining(hardware, signals))
     drift = measure_drift(signals, signals.rest_end_s)
-    chosen = choose_model(found, drift, np.asarray(setup.floor.normal), round_done, prior)
+    chosen = choose_model(found, drift, np.asarray(setup.floor.normal), round_done, prior, entered=entered)
     values = at_samples(chosen.solution, signals, chosen.alternatives)
     if progress is not None:
         progress(1.0)
     return _estimate(setup, signals, chosen, values)
+
+
+def _share_done(stage: str, rounds: int) -> float:
+    """Return the share of the work that is done after some rounds of a stage."""
+    begin, end, typical = _STAGES[stage]
+    over = max(0.0, rounds / typical - _EVEN)
+    share = min(rounds / typical, _EVEN) + (1.0 - _EVEN) * (1.0 - float(np.exp(-over / (1.0 - _EVEN))))
+    return begin + (end - begin) * share
 
 
 def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values: AtSamples) -> JointEstimate:

@@ -112,7 +112,7 @@ def inputs_and_layout(body: PolarisedSphere | None = None):
         rng.standard_normal((n, 3)),
         rng.standard_normal((n, 2)),
         rng.uniform(0.8, 1.2, (3, n)),
-        rng.standard_normal((n, 2)),
+        rng.standard_normal((6, n, 2)),
     )
     theta = 0.1 * rng.standard_normal(layout.size)
     theta[layout.planes] *= 0.05
@@ -130,7 +130,7 @@ def test_signal_derivatives_equal_numerical_ones(body: PolarisedSphere | None) -
     own = layout.receivers[1]
     at = receiver_slopes(node, theta, layout, inputs, 1)
     drift = np.zeros((2, 40, 4))
-    drift[0, :, :2] = drift[1, :, 2:] = inputs.drift
+    drift[0, :, :2], drift[1, :, 2:] = inputs.drift[2:4]
     by_own = np.concatenate([at.by_own, drift], axis=2)
     for column in range(own.first, own.last):
         step = np.zeros_like(theta)

@@ -135,6 +135,11 @@ def test_flicker_noise_is_measured_and_widens_the_bins_as_derived() -> None:
     wide = drift.widen(bins)
     assert wide.sigma**2 == pytest.approx(bins.sigma**2 + 12.0 * drift.level[:, None] * np.ones(bins.n_bins))
     assert ((wide.expected > 0.0) & (wide.expected <= 1.0)).all()
+    fourier, own = drift.functions(bins.time_s), drift.uncorrelated(wide)
+    assert own.shape[2] < 60  # 20 cycles are 40 numbers, and what the edges add
+    for functions, sd, sigma in zip(own, drift.sd, wide.sigma, strict=True):
+        lost = (fourier * sd**2) @ fourier.T - functions @ functions.T
+        assert np.abs(lost).max() < 1e-4 * sigma.min() ** 2
 
 
 def test_a_slope_of_the_rest_gets_functions_that_can_carry_it() -> None:

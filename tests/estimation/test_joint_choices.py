@@ -11,7 +11,7 @@ from support.estimates import conditioned_of, joint_of, rounds_of
 
 from radargui.estimation.adaptive.rough import rough_phases
 from radargui.estimation.adaptive.rounds import best_round, next_round
-from radargui.estimation.joint import JointEstimate
+from radargui.estimation.joint import _STAGES, JointEstimate, _share_done
 from radargui.estimation.signals import scaled_signals
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.front_end import FrontEnd
@@ -146,3 +146,10 @@ def test_a_sample_before_a_channels_own_first_one_is_not_used_where_the_front_en
     assert all(signals.mixers)
     assert not signals.usable[0]
     assert signals.usable[1:].all()
+
+
+def test_the_share_done_rises_through_the_stages_and_stays_inside_them() -> None:
+    shares = [_share_done(stage, rounds) for stage in _STAGES for rounds in range(1, 100)]
+    assert (np.diff(shares) >= 0.0).all()
+    assert 0.0 < shares[0] < 0.05
+    assert 0.97 < shares[-1] < 1.0

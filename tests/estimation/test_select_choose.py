@@ -113,7 +113,9 @@ def test_a_doubtful_floor_is_compared_again_once_the_breaks_are_settled(monkeypa
 def test_few_fringes_make_other_lengths_tried() -> None:
     made = small_problem(sigma=0.005)
     selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
-    solution, others = selection.other_lengths(selection.from_round(selection.found.last, 0.09, reflects=False))
+    solution, others = selection.other_lengths(
+        selection.converged(selection.from_round(selection.found.last, 0.09, reflects=False), 4)
+    )
     lengths = {solution.problem.bias_basis.length_m, *(one.solution.problem.bias_basis.length_m for one in others)}
     assert lengths <= {0.09, 0.14, 0.22}
     assert all(0.01 < other.weight <= 1.0 for other in others)

@@ -27,8 +27,7 @@ PLANES = (FLOOR_PLANE, WALL_PLANE)
 
 
 def prior_of(settings: PriorSettings | None = None):
-    drift_sd = np.arange(12.0).reshape(6, 2) + 0.5
-    return make_prior(LAYOUT, PLANES, np.array([0.2, 0.3]), CONSTANTS, drift_sd, settings or PriorSettings())
+    return make_prior(LAYOUT, PLANES, np.array([0.2, 0.3]), CONSTANTS, settings or PriorSettings())
 
 
 def test_maps_and_mirrors_belong_to_one_group_each_and_constants_to_none() -> None:
@@ -48,7 +47,7 @@ def test_constants_keep_near_where_the_fit_starts_and_front_ends_near_zero() -> 
         assert prior.mean[own.log_amplitude] == start.log_amplitude
         assert prior.mean[own.offset].tolist() == [start.offset_i, start.offset_q]
         assert prior.mean[own.log_gain] == prior.mean[own.quadrature_error] == 0.0
-    assert prior.sd[LAYOUT.receivers[1].drift_q].tolist() == [6.5, 7.5]
+    assert prior.sd[LAYOUT.receivers[1].drift_q].tolist() == [1.0, 1.0]
     assert prior.sd[LAYOUT.planes].tolist() == [0.03, 0.03, 0.03, 0.15, 0.03, 0.03]
 
 

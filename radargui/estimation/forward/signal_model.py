@@ -56,7 +56,7 @@ class ModelInputs:
             bias=self.bias[part],
             amplitude_map=self.amplitude_map[part],
             range_factor=self.range_factor[:, part],
-            drift=self.drift[part],
+            drift=self.drift[:, part],
             sphere=None if self.sphere is None else self.sphere.of_bins(part),
         )
 
@@ -177,7 +177,8 @@ def signal_of(waves: Waves, theta: FloatArray, layout: Layout, inputs: ModelInpu
     besides = (turn * bias).real + theta[own.offset][:, None]
     if layout.sizes.drift:
         # the mixer's own, behind the front end's gain: pick-up and 1/f noise do not turn with the tracer
-        besides += np.stack([inputs.drift @ theta[own.drift_i], inputs.drift @ theta[own.drift_q]])
+        i, q = inputs.drift[2 * receiver : 2 * receiver + 2]
+        besides += np.stack([i @ theta[own.drift_i], q @ theta[own.drift_q]])
     direct, field = ((one / turn).mean(axis=0) for one in (waves.mean[0, 0], z))
     return ReceiverSignal(z.real + besides, direct, field, besides)
 

@@ -39,6 +39,9 @@ class SlowNoiseSettings:
         a/f x rate/2 = 12 a (derivation).
     least_samples
         Of the pooled rest: fewer make no spectrum.
+    least_variance
+        What a function must carry, summed over the bins in units of their variance, to be an unknown: the others say
+        5e-5 each in ln E, and 80 functions of half cycles over one record are 50 that differ.
     """
 
     cycles: int = 20
@@ -49,6 +52,7 @@ class SlowNoiseSettings:
     white_share: float = 0.5
     variance_a_bin: float = 12.0
     least_samples: int = 32
+    least_variance: float = 1e-4
 
 
 SLOW_NOISE = SlowNoiseSettings()
@@ -83,6 +87,20 @@ class Drift:
         order = np.arange(1, self.count // 2 + 1)
         angle = turn[:, None] * order
         return np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+
+    def uncorrelated(self, bins: Bins, settings: SlowNoiseSettings = SLOW_NOISE) -> FloatArray:
+        """Return each channel's functions at the bins with coefficients N(0, 1), shape (n_channels, n_bins, n).
+
+        The same Gaussian process as `functions` with `sd`, by its uncorrelated parts (Karhunen-Loeve); those that no
+        bin would feel are left out.
+        """
+        functions, out, n = self.functions(bins.time_s), [], 0
+        for sd, sigma in zip(self.sd, bins.sigma, strict=True):
+            prior = functions * sd
+            felt, turned = np.linalg.eigh((prior / sigma[:, None] ** 2).T @ prior)
+            out.append(prior @ turned[:, ::-1])
+            n = max(n, int((felt > settings.least_variance).sum()))
+        return np.array(out)[:, :, :n]
 
     def widen(self, bins: Bins, settings: SlowNoiseSettings = SLOW_NOISE) -> Bins:
         """Return the bins with the part of 1/f noise that the functions cannot follow added to their variance.

@@ -176,7 +176,7 @@ def _slopes(solution: Solution, changes: FloatArray) -> tuple[FloatArray, FloatA
             by_global[layout.shared] += np.einsum("cnp,cnk->pk", slopes.by_shared, weighed)
             by_global[own.without_drift] += np.einsum("cnp,cnk->pk", slopes.by_own, weighed)
             for channel, drift in enumerate((own.drift_i, own.drift_q)):
-                by_global[drift] += here.drift.T @ weighed[channel]
+                by_global[drift] += here.drift[2 * receiver + channel].T @ weighed[channel]
     flat = pull.reshape(3 * n_bins, -1)
     breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients)
     by_global[layout.breaks] += breaks.T @ flat

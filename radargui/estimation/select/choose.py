@@ -15,7 +15,7 @@ from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
-from radargui.estimation.select.converge import converge, settle_breaks
+from radargui.estimation.select.converge import converge, race, settle_breaks
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.walls import search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_flights, problem_with_mirrors
@@ -37,6 +37,9 @@ class ChoiceSettings:
         Gain in ln E of a floor above which it is not compared again when the breaks are settled.
     good_misfit
         Median local chi-square above which something is missing in the model.
+    most_behind
+        A model that is so far behind in ln E for each number in the data, after the first minimum and after each round,
+        is given up.
     bad_misfit
         The same above which models cannot be compared: they are compared again when it has gone.
     lost_misfit
@@ -65,6 +68,7 @@ class ChoiceSettings:
     floor_below_m: float = 0.010
     beyond_doubt: float = 100.0
     good_misfit: float = 1.15
+    most_behind: tuple[float, float] = (10.0, 1.0)
     bad_misfit: float = 2.0
     lost_misfit: float = 4.0
     hopeless_misfit: float = 100.0
@@ -119,6 +123,7 @@ def choose_model(
     round_done: Callable[[], None],
     known_front_ends: Sequence[LogFrontEnd] | None = None,
     settings: ChoiceSettings = CHOICES,
+    entered: Callable[[str], None] = lambda stage: None,
 ) -> ChosenModel:
     """Converge without and with a floor, keep what the evidence prefers, settle the impacts, look for walls.
 
@@ -136,6 +141,8 @@ def choose_model(
         What earlier runs say about ln g and eps, one a receiver.
     settings
         By what the evidence decides.
+    entered
+        Called with "flights", "walls" and "last" as these begin.
 
     Raises
     ------
@@ -147,17 +154,19 @@ def choose_model(
     budget = SearchBudget(found.data.bins.n_bins, round_done)
     selection = _Selection(found, drift, normal, budget.spend, known_front_ends, settings)
     solution, gain, alternatives = selection.floor()
+    entered("flights")
     solution, alternatives = selection.with_flights(solution, alternatives)
     typical = np.median(local_chi_square(solution), axis=1)
     if typical.max() > settings.hopeless_misfit:
         # walls would only be fitted to what no echo of one body is
         raise NoSingleBodyError(typical)
-    choices = [f"A floor that reflects is {'kept' if gain > 0.0 else 'left out'}: log evidence {gain:+.0f}."]
+    choices = [f"A floor that reflects is {'kept' if gain > 0.0 else 'left out'}: {_gained(gain)}."]
     if drift.count and not drift.level.any():
         choices.append("The offsets drift on the rest: slow functions of time are fitted.")
     elif drift.count:
         choices.append("1/f noise found on the rest: its slow part is fitted, its fast part widens the noise.")
     undecided: list[Alternative] = []
+    entered("walls")
     try:
         if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * settings.few_fringes:
             solution, others = selection.other_lengths(solution)
@@ -170,6 +179,7 @@ def choose_model(
         alternatives = tuple(Alternative(one, 1.0) for one in selection.compared if one is not solution)
         choices.append(f"The search for walls was ended after {budget.rounds} rounds.")
     ended_early, budget.left = budget.left < 0, settings.last_rounds
+    entered("last")
     solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     return ChosenModel(solution, (*alternatives, *undecided), tuple(choices), ended_early)
@@ -196,14 +206,25 @@ class _Selection:
         """Return the solution after some rounds."""
         return converge(start, rounds, self.round_done)
 
-    def from_round(self, start: Round, length_m: float, *, reflects: bool) -> Solution:
-        """Converge from an adaptive round with bias maps of a length, with or without a floor that reflects."""
+    def gain_of(self, bare: Solution | None, floored: Solution | None) -> float:
+        """Return what a floor gains in ln E, the least it does where one of the two was given up."""
+        least = self.settings.most_behind[1] * self.data.bins.value.size
+        if bare is None or floored is None:
+            return least if bare is None else -least
+        return log_evidence(floored) - log_evidence(bare)
+
+    def raced(self, starts: Sequence[Start]) -> list[Solution | None]:
+        """Return the solutions of models with and without a floor, None for one that cannot be right."""
+        first, later = (share * self.data.bins.value.size for share in self.settings.most_behind)
+        return race(starts, self.settings.first_rounds, self.round_done, (first, later))
+
+    def from_round(self, start: Round, length_m: float, *, reflects: bool) -> Start:
+        """Return the model of an adaptive round with bias maps of a length, with or without a floor that reflects."""
         breaks = np.sort(np.concatenate([self.found.impact_s, self.found.turn_s]))
         motion = first_motion(self.data, start.place, self.found.signals.rest_end_s, breaks)
         planes = (self.floor_below(start.place),) if reflects else ()
         constants = start.receiver_constants()
-        initial = initial_problem(self.data, motion, constants, planes, length_m, self.drift, self.known_front_ends)
-        return self.converged(initial, self.settings.first_rounds)
+        return initial_problem(self.data, motion, constants, planes, length_m, self.drift, self.known_front_ends)
 
     def floor(self) -> tuple[Solution, float, tuple[Alternative, ...]]:
         """Return the solution with or without a floor, its breaks settled, what the floor gains, and what is left."""
@@ -212,14 +233,15 @@ class _Selection:
         length = found.last.bias.length_m if found.last.bias is not None else settings.shortest_length_m
         length = max(settings.shortest_length_m, length)
         # both converged: a floor and bias maps explain the same at first sight, and only the evidence tells them apart
-        plain, floored = (self.from_round(found.last, length, reflects=reflects) for reflects in (False, True))
+        tried = self.raced([self.from_round(found.last, length, reflects=reflects) for reflects in (False, True)])
         # later adaptive rounds may have followed a wrong count of fringes
-        if min(_typical_misfit(plain), _typical_misfit(floored)) > settings.lost_misfit:
-            floored = max(floored, self.from_round(found.first, length, reflects=True), key=log_evidence)
-        self.compared = [plain, floored]
-        gain = log_evidence(floored) - log_evidence(plain)
-        best = floored if gain > 0.0 else plain
-        alternatives = self._alternatives(best, [plain, floored])
+        if min(_typical_misfit(one) for one in tried if one is not None) > settings.lost_misfit:
+            other = self.converged(self.from_round(found.first, length, reflects=True), settings.first_rounds)
+            tried[1] = max(filter(None, (tried[1], other)), key=log_evidence)
+        gain = self.gain_of(*tried)
+        self.compared = [one for one in tried if one is not None]
+        best = max(self.compared, key=log_evidence)
+        alternatives = self._alternatives(best, self.compared)
         # at a misfit of hundreds a missing break looks like a floor: a dead stop invented one, and 0.8 mm
         blind = _typical_misfit(best) > settings.bad_misfit
         solution = settle_breaks(self.data, best, self.normal, self.round_done)
@@ -256,11 +278,8 @@ class _Selection:
     def floor_compared_again(self, solution: Solution) -> tuple[Solution, float]:
         """Return the solution with a floor or without, and what the floor gains now that the breaks are settled."""
         floor = solution.problem.inputs.planes or (self.floor_below(positions_at_bins(solution)),)
-        with_floor, bare = (
-            self.converged(problem_with_mirrors(solution, planes), self.settings.first_rounds) for planes in (floor, ())
-        )
-        gain = log_evidence(with_floor) - log_evidence(bare)
-        return (with_floor if gain > 0.0 else bare), gain
+        tried = self.raced([problem_with_mirrors(solution, planes) for planes in ((), floor)])
+        return max(filter(None, tried), key=log_evidence), self.gain_of(*tried)
 
     def other_lengths(self, solution: Solution) -> tuple[Solution, tuple[Alternative, ...]]:
         """Return the solution with the bias maps' correlation length that the evidence prefers, and the others.
@@ -292,7 +311,7 @@ class _Selection:
             search = search_wall(solution, self.normal, self.round_done, thorough=asked)
             kept = search.gain > WALLS.convincing
             outcome = "kept" if kept else "left out"
-            sentences.append(f"A wall that reflects is {outcome}: log evidence {search.gain:+.0f}.")
+            sentences.append(f"A wall that reflects is {outcome}: {_gained(search.gain)}.")
             best = search.gain if kept else 0.0
             # other places of the wall say how well the motion is known: evidence alone does not tell them apart
             left = search.tried[1 if kept else 0 :]
@@ -324,6 +343,12 @@ class _Selection:
             if solution is not best
         )
         return tuple(other for other in others if other.weight > self.settings.least_weight)
+
+
+def _gained(gain: float) -> str:
+    """Return a sentence's end on a gain; one beyond doubt is not found out in full."""
+    most = WALLS.most_behind[1]
+    return f"log evidence {gain:+.0f}" if abs(gain) < most else f"log evidence beyond {np.copysign(most, gain):+.0f}"
 
 
 def _typical_misfit(solution: Solution) -> float:

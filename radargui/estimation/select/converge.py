@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,9 +74,47 @@ def converge(start: Start, rounds: int, round_done: Callable[[], None], settings
     SolveError
         The normal matrix cannot be factored.
     """
+    *_, (solution, _) = _rounds(start, rounds, round_done, settings)
+    return solution
+
+
+def race(
+    starts: Sequence[Start],
+    rounds: int,
+    round_done: Callable[[], None],
+    most_behind: tuple[float, float],
+    settings: RoundSettings = ROUNDS,
+) -> list[Solution | None]:
+    """Return the solutions of some starts as `converge` would, None for those that fell hopelessly behind.
+
+    Parameters
+    ----------
+    starts
+        Their evidences are comparable.
+    rounds, round_done, settings
+        As of `converge`.
+    most_behind
+        By how much in ln E one may stay behind the best, after the first minimum and after each round.
+    """
+    running = [_rounds(start, rounds, round_done, settings) for start in starts]
+    now = [next(one) for one in running]
+    alive = list(range(len(starts)))
+    for number in range(rounds):
+        best = max(now[k][1] for k in alive)
+        alive = [k for k in alive if now[k][1] >= best - most_behind[min(number, 1)]]
+        for k in alive:
+            now[k] = next(running[k], now[k])
+    return [now[k][0] if k in alive else None for k in range(len(starts))]
+
+
+def _rounds(
+    start: Start, rounds: int, round_done: Callable[[], None], settings: RoundSettings
+) -> Iterator[tuple[Solution, float]]:
+    """Yield the solution and its log evidence after the first minimum and after each round, until they settle."""
     # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
     evidence = -np.inf
     solution = minimise(start, settings.steps)
+    yield solution, log_evidence(solution)
     for number in range(rounds):
         round_done()
         problem = update_priors(solution)
@@ -87,11 +125,11 @@ def converge(start: Start, rounds: int, round_done: Callable[[], None], settings
         problem = problem.at_places(positions_at_bins(solution), solution.state.theta)
         solution = minimise(Start(problem, solution.state), settings.steps)
         now = log_evidence(solution)
+        yield solution, now
         # the first rounds can stand still while deviations go down by their largest step
         if number > 3 and abs(now - evidence) < settings.settled_ln_evidence:
             break
         evidence = now
-    return solution
 
 
 def settle_breaks(

@@ -48,7 +48,11 @@ class WallSettings:
     searches, worthwhile
         At most so many, as long as ln E grows by so much.
     promising
-        A coarse look goes on where it gains this in ln E.
+        A coarse look goes on where it gains this in ln E, a thorough one where it loses less than `convincing`.
+    most_behind
+        A trial that is so far behind the best in ln E, after its first minimum and after each round, is given up: from
+        the first round on no trial of twelve scenes caught up by more than 30 where it was 100 behind, by a half where
+        it was further; what ends 23 behind has no weight.
     convincing
         A wall is kept at this gain in ln E, since many are tried; what the prior of its reflection costs is in it.
     """
@@ -70,6 +74,7 @@ class WallSettings:
     searches: int = 4
     worthwhile: float = 2.0
     promising: float = 3.0
+    most_behind: tuple[float, float] = (1000.0, 60.0)
     convincing: float = 10.0
 
 
@@ -184,7 +189,9 @@ class _LinearisedSearch:
                 to_global[places, :, columns] += (by.T @ weighed.T).reshape(-1, n_planes, 4)
             for channel, places in enumerate((own.drift_i, own.drift_q)):
                 part = weighed[:, channel * self.n_bins : (channel + 1) * self.n_bins]
-                to_global[places, :, columns] += (inputs.drift.T @ part.T).reshape(-1, n_planes, 4)
+                to_global[places, :, columns] += (inputs.drift[2 * number + channel].T @ part.T).reshape(
+                    -1, n_planes, 4
+                )
         return self._evidence(slope, curvature, to_motion, to_global)
 
     def _evidence(

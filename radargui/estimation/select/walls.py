@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.select.converge import converge
+from radargui.estimation.select.converge import race
 from radargui.estimation.select.wall_grid import (
     WALLS,
     WallSettings,
@@ -79,21 +79,31 @@ def search_wall(
     # distances count from the middle of the motion: there a wall's detour turns as the search believes
     mirrors, middle = solution.problem.inputs.planes, positions_at_bins(solution).mean(axis=1)
     azimuth, distance = wall_grid(settings)
-    # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
-    without = log_evidence(converge(problem_with_mirrors(solution, mirrors), settings.rounds, round_done))
-    base, tried = solution, WallSearch(())
+    base, tried, without = solution, WallSearch(()), -np.inf
     for number in range(settings.searches):
         planes = upright_planes(middle, normal, azimuth, distance, settings)
         gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
         most = settings.carried if thorough and number == 0 else settings.carried_again
         # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = _peaks(gains, around=number == 0)[:most]
-        trials = [
-            converge(problem_with_mirrors(base, (*mirrors, planes[k])), settings.rounds, round_done) for k in numbers
-        ]
-        before, more = tried.gain, [WallTrial(trial, log_evidence(trial) - without) for trial in trials]
+        starts = [problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers]
+        if number == 0:
+            # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
+            starts.append(problem_with_mirrors(solution, mirrors))
+        trials = race(starts, settings.rounds, round_done, settings.most_behind)
+        if number == 0:
+            bare = trials.pop()
+            # hopelessly behind, it was not converged: what walls gain is then the least they do
+            without = (
+                max(map(log_evidence, filter(None, trials))) - settings.most_behind[1]
+                if bare is None
+                else log_evidence(bare)
+            )
+        before = tried.gain
+        more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
         tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one.gain)))
-        if tried.gain < before + settings.worthwhile or not (thorough or tried.gain > settings.promising):
+        promising = -settings.convincing if thorough else settings.promising
+        if tried.gain < max(before + settings.worthwhile, promising):
             break
         best = tried.tried[0].solution
         # what the wall has straightened stays straight: from there its place shows better than from the bent motion

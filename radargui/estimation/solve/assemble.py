@@ -111,7 +111,7 @@ class _Sums:
                 continue
             # slow noise apart: its functions are many and touch one channel each
             for channel, drift in enumerate((own.drift_i, own.drift_q)):
-                heavy = np.insert(columns[channel], [-1], root[channel][:, None] * inputs.drift, axis=1)
+                heavy = np.insert(columns[channel], [-1], root[channel][:, None] * inputs.drift[pair][channel], axis=1)
                 one = slice(channel, channel + 1)
                 self._add_columns(touched, by_motion[receiver, one], heavy[None], (shared, own.without_drift, drift))
         self._add_motion(touched, by_motion.reshape(2 * n_receivers, n_bins, -1))

@@ -143,8 +143,7 @@ def problem_with_mirrors(
     mean, sd = before.prior.mean, before.prior.sd
     # priors as at the start: what was re-estimated without the mirror explains what the mirror shall
     means = [ReceiverConstants(*mean[own.constants]) for own in old.receivers]
-    drift_sd = np.array([sd[places] for own in old.receivers for places in (own.drift_i, own.drift_q)])
-    prior = make_prior(layout, planes, mean[old.breaks], means, drift_sd)
+    prior = make_prior(layout, planes, mean[old.breaks], means)
     for was, now in zip(old.receivers, layout.receivers, strict=True):
         for a, b in ((was.log_gain, now.log_gain), (was.quadrature_error, now.quadrature_error)):
             prior.mean[b], prior.sd[b] = mean[a], sd[a]

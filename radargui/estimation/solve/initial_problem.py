@@ -126,7 +126,7 @@ def initial_problem(
     visited = place[:, ~data.rest]
     # one basis for all receivers: they look at the same places
     bias, amplitude = make_basis(visited, bias_length_m), make_basis(visited, settings.amplitude_map_length_m)
-    n_receivers = data.antennas.n_receivers
+    n_receivers, slow = data.antennas.n_receivers, drift.uncorrelated(bins)
     layout = make_layout(
         Sizes(
             breaks=spline.break_s.size,
@@ -134,7 +134,7 @@ def initial_problem(
             receivers=n_receivers,
             bias=bias.size,
             amplitude_map=amplitude.size,
-            drift=drift.count,
+            drift=slow.shape[2],
             polarization=0 if data.sphere is None else 1,
             crosstalk=0 if data.multiplexer is None else 1,
         )
@@ -144,7 +144,7 @@ def initial_problem(
     theta[layout.breaks] = spline.break_s
     for own, values in zip(layout.receivers, constants, strict=True):
         theta[own.constants] = values.in_order()
-    prior = make_prior(layout, planes, spline.break_s, constants, drift.sd)
+    prior = make_prior(layout, planes, spline.break_s, constants)
     if known_front_ends is not None:
         prior = with_known_front_ends(prior, layout, known_front_ends)
     if data.sphere is not None:
@@ -165,7 +165,7 @@ def initial_problem(
             bias=not_yet,
             amplitude_map=not_yet,
             range_factor=np.zeros((n_receivers, 0)),
-            drift=drift.functions(bins.time_s),
+            drift=slow,
         ),
         prior=prior,
         in_flight=np.zeros(sum(spline.spans), dtype=bool),

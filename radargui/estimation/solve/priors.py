@@ -131,7 +131,6 @@ def make_prior(
     planes: tuple[MirrorPlane, ...],
     break_s: FloatArray,
     start: Sequence[ReceiverConstants],
-    drift_sd: FloatArray,
     settings: PriorSettings = PRIORS,
 ) -> Prior:
     """Return wide priors for the constants, narrow growing ones for maps and mirrors.
@@ -146,8 +145,6 @@ def make_prior(
         First guesses, shape (n_breaks,).
     start
         Where the fit starts, one a receiver: amplitude and offsets keep near it.
-    drift_sd
-        Deviations of the slow noise's coefficients, shape (n_channels, n_functions).
     settings
         Deviations.
     """
@@ -181,9 +178,8 @@ def make_prior(
             [pair_of(places, m) for places in lobes], settings.floor_lobe if plane.name == FLOOR else settings.wall_lobe
         )
         group([pair_of(own.double_reflection, m) for own in receivers], settings.double_reflection)
-    for number, (own, constants) in enumerate(zip(receivers, start, strict=True)):
-        # measured on the rest, not re-estimated: the motion would lend it everything slow
-        sd[own.drift_i], sd[own.drift_q] = drift_sd[2 * number], drift_sd[2 * number + 1]
+    # slow noise keeps N(0, 1) of its own functions, measured on the rest: the motion would lend it everything slow
+    for own, constants in zip(receivers, start, strict=True):
         mean[own.log_amplitude], mean[own.offset] = constants.log_amplitude, (constants.offset_i, constants.offset_q)
         sd[own.phase], sd[own.log_amplitude], sd[own.offset] = (
             settings.phase_rad,

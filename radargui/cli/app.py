@@ -388,4 +388,6 @@ class Wiring(Command, does="wiring.check_wiring"):
 
 
 class Info(Command, does="info.show_info"):
-    """Show versions, driver, OpenGL and paths: what a bug report needs."""
+    """Show versions, driver, OpenGL and paths: what a bug report needs; with --setup which calibration it refers to."""
+
+    setup: SetupFile = None

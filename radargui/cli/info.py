@@ -33,7 +33,7 @@ def show_info(options: Info) -> int:
         The setup file cannot be used.
     """
     setup = named_or_default(options.setup)
-    old = too_old(setup, datetime.now().astimezone())
+    said = (calibration_words(setup), too_old(setup, datetime.now().astimezone()), edited_since(setup))
     facts = {
         "RadarGUI": __version__,
         "Python": f"{platform.python_version()} ({sys.executable})",
@@ -44,7 +44,7 @@ def show_info(options: Info) -> int:
         "display": _display(),
         "program": str(Path(__file__).resolve().parent.parent),
         "default setup": str(default_setup_path()),
-        "calibration": "; ".join(filter(None, (old or calibration_words(setup), edited_since(setup)))) or "none",
+        "calibration": "; ".join(filter(None, said)) or "none",
         "data folder": str(default_data_folder()),
         "window's settings": str(_settings()),
         "log file": str(log_path()),

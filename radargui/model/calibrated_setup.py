@@ -63,10 +63,11 @@ def edited_since(setup: Setup) -> str:
         # what a calibration found beside, the direction of gravity, stands in no setup
         if not _agrees(setup, content, n) and name.startswith(_TABLES)
     ]
-    return f"not as calibrated {_day(content)}: {', '.join(changed)}; their own u_ hold" if changed else ""
+    return f"not as calibrated {day_of(content)}: {', '.join(changed)}; their own u_ hold" if changed else ""
 
 
-def _day(content: CalibrationContent) -> str:
+def day_of(content: CalibrationContent) -> str:
+    """Return the day a calibration was made, for people: 3 November 2025."""
     try:
         made = datetime.fromisoformat(content.made_at)
     except ValueError:
@@ -80,7 +81,7 @@ def calibration_words(setup: Setup) -> str:
     if content is None:
         return ""
     by = f" by {content.operator}" if content.operator else ""
-    return f"calibration of {_day(content)}{by}, {content.verdict}"
+    return f"calibration of {day_of(content)}{by}, {content.verdict}"
 
 
 def too_old(setup: Setup, now: datetime) -> str:
@@ -99,11 +100,11 @@ def too_old(setup: Setup, now: datetime) -> str:
     try:
         made = datetime.fromisoformat(content.made_at)
     except ValueError:
-        return f"the {calibration_words(setup)} has no date that can be read: its age is not known"
+        return f"the calibration has no date that can be read ({content.made_at}): its age is not known"
     age = (now - (made if made.tzinfo else made.astimezone())).total_seconds() / 86400.0
     if age <= most:
         return ""
-    return f"the {calibration_words(setup)} is {age:.0f} days old, more than calibration.max_age_days = {most:g}"
+    return f"the calibration of {day_of(content)} is {age:.0f} days old, more than calibration.max_age_days = {most:g}"
 
 
 def in_brackets(value: float, u: float, scale: float = 1.0) -> str:
@@ -142,13 +143,18 @@ def calibrated(setup: Setup, calibration: Calibration, file: Path) -> Setup:
         table = document[head][int(index) - 1] if index else document.setdefault(head, {})
         if name[-2:] in (".x", ".y", ".z"):
             table[key] = list(table.get(key) or getattr(getattr(setup, head), key))
-            table[key][_AXES.index(name[-1])] = round(value, 7)
+            table[key][_AXES.index(name[-1])] = _rounded(value, own_u)
             key = "release_m" if head == "tracer" else "distance_m"
             own_u = max(own_u, table.get(f"u_{key}") or 0.0) if name[-1] != "x" else own_u
         else:
-            table[key] = round(value, 7)
+            table[key] = _rounded(value, own_u)
         table[f"u_{key}"] = float(f"{own_u:.3g}")
     return with_calibration(validate_setup(document, "the calibration's setup"), content, file)
+
+
+def _rounded(value: float, u: float) -> float:
+    """Return a value to a hundredth of its u: more digits say nothing, fewer would not agree with the calibration."""
+    return round(value, 2 - math.floor(math.log10(u))) if u > 0.0 else value
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,9 +218,11 @@ def change_rows(changes: tuple[Change, ...]) -> list[tuple[str, ...]]:
     return rows
 
 
-def correlations(covariance: FloatArray, names: tuple[str, ...], least: float = CORRELATED) -> list[str]:
-    """Return the pairs whose correlation is beyond `least` in size, the largest first: "a with b: +0.93"."""
+def correlations(
+    covariance: FloatArray, names: tuple[str, ...], least: float = CORRELATED
+) -> list[tuple[str, str, float]]:
+    """Return the pairs of names whose correlation is beyond `least` in size, with it, the largest first."""
     u = np.sqrt(np.diag(covariance))
     r = covariance / np.outer(u, u).clip(np.finfo(float).tiny)
-    pairs = [(a, b) for a in range(len(names)) for b in range(a) if abs(r[a, b]) > least]
-    return [f"{names[b]} with {names[a]}: {r[a, b]:+.2f}" for a, b in sorted(pairs, key=lambda at: -abs(r[at]))]
+    pairs = [(names[b], names[a], float(r[a, b])) for a in range(len(names)) for b in range(a) if abs(r[a, b]) > least]
+    return sorted(pairs, key=lambda pair: -abs(pair[2]))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.calibrated_setup import calibration_words, in_brackets
+from radargui.model.calibrated_setup import day_of, in_brackets
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import RunResult
 from radargui.processing.uncertainty_budget import changes_of_track
@@ -40,8 +40,8 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     """
     fall, budget, track, paths = result.bounces.free_fall, result.uncertainty_budget, result.track, result.paths
     u_g = None if budget is None else budget.g_m_s2.combined
-    words = calibration_words(result.setup)
-    if not words or fall is None or track is None or paths is None or result.segment is None or not u_g:
+    content = result.setup.calibration.content
+    if content is None or fall is None or track is None or paths is None or result.segment is None or not u_g:
         return None
     during = (track.time_s >= fall.first_time_s) & (track.time_s <= fall.last_time_s)
     during &= track.valid & np.isfinite(track.position_m).all(axis=0)
@@ -64,6 +64,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     g_holds = abs(fall.g_m_s2 - expected) <= COVERAGE * math.hypot(u_g, u_expected)
     holds = g_holds and size <= COVERAGE_2D * u_drift
     figures = f"g {in_brackets(fall.g_m_s2, u_g)} m/s², drift {in_brackets(size, u_drift, 1e3)} mm"
+    said = f"the calibration of {day_of(content)}"
     if holds:
-        return CalibrationCheck(holds, f"the {words} still holds: {figures}")
-    return CalibrationCheck(holds, f"the {words} does not hold: {figures}, g expected {expected:.4f}; calibrate again")
+        return CalibrationCheck(holds, f"{said} still holds: {figures}")
+    return CalibrationCheck(holds, f"{said} does not hold: {figures}, g expected {expected:.4f}; calibrate again")

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QAbstractItemView, QCheckBox, QFileDialog, QHBoxLa
 
 from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
-from radargui.gui.layout import Group, PlainLabel, button, fill
+from radargui.gui.layout import Group, Paragraph, PlainLabel, button, fill
 from radargui.gui.setup.words import called, words_of
 from radargui.gui.table import RowModel, RowTable
 from radargui.model.assumed import uncertain_inputs
@@ -69,7 +69,7 @@ class RecordingList(QWidget):
             "Drops of a session are a calibration by themselves, best from several places and heights. With a stage, a "
             f"turntable or a pendulum say how it moves: ready files to copy lie in {resources_folder() / 'paths'}."
         )
-        fill(QVBoxLayout(self), PlainLabel(words), (self.table, 1), buttons, spacing=6)
+        fill(QVBoxLayout(self), Paragraph(words), (self.table, 1), buttons, spacing=6)
         self._show_buttons()
 
     @property
@@ -135,7 +135,7 @@ class UnknownsForm(QWidget):
             "What is not checked stays as the setup has it. Each unknown begins with the setup's value and "
             "uncertainty: where the setup gives none, a wide one is taken."
         )
-        fill(QVBoxLayout(self), PlainLabel(words), group, 1, spacing=6)
+        fill(QVBoxLayout(self), Paragraph(words), group, 1, spacing=6)
 
     @property
     def free(self) -> tuple[str, ...]:

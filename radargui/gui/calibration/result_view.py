@@ -1,14 +1,14 @@
 """What a calibration found: verdict, values before and after, residuals, and what the data cannot tell."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from operator import itemgetter
 
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QSplitter, QVBoxLayout, QWidget
 
-from radargui.gui.layout import PlainLabel, fill, follow
+from radargui.gui.layout import Paragraph, PlainLabel, fill, follow
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import called
 from radargui.gui.table import RowModel, RowTable
@@ -17,10 +17,10 @@ from radargui.model.calibrated_setup import Change, change, changes_since, corre
 from radargui.model.calibration import Calibration, Residual
 from radargui.model.rounding import UNKNOWN, plain
 
-_PARAMETERS = ("Parameter", "Before", "After", "Change", "in u", "Unit")
+_PARAMETERS = ("Parameter", "Before", "After", "Change", "in u")
 _RESIDUALS = ("Recording", "Receiver", "Before [mm]", "After [mm]", "Left out [mm]")
 _TITLE = 1.5
-_RECEIVERS = 4
+_RECEIVERS, _MOST_NAMED, _TOGETHER = 4, 2, 0.9
 
 
 class _Lines(RowTable[tuple[str, ...]]):
@@ -44,8 +44,8 @@ class ResultView(QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self._theme = theme
-        self._verdict = ""
-        self.title, self.words = PlainLabel(), PlainLabel()
+        self._verdict, self._receivers = "", 0
+        self.title, self.words = PlainLabel(), Paragraph()
         self.title.setFont(scaled_font(self.font(), _TITLE, bold=True))
         self.compared = PlainLabel()
         self.parameters = _Lines(_PARAMETERS, "calibration.parameters")
@@ -93,10 +93,11 @@ class ResultView(QWidget):
         rows = []
         for one in changes:
             in_u = f"{one.in_u:+.1f}" if math.isfinite(one.in_u) else UNKNOWN
-            rows.append((called(setup_key(one.name)), one.old, one.new, one.difference, in_u, one.unit))
+            rows.append((f"{called(setup_key(one.name))}, {one.unit}", one.old, one.new, one.difference, in_u))
         self.parameters.show_lines(rows)
 
-    def _draw(self, residuals: Iterable[Residual]) -> None:
+    def _draw(self, residuals: Sequence[Residual]) -> None:
+        self._receivers = max((one.receiver for one in residuals), default=0)
         files = list(dict.fromkeys(one.file for one in residuals))
         for receiver in range(1, _RECEIVERS + 1):
             own = [one for one in residuals if one.receiver == receiver]
@@ -108,13 +109,14 @@ class ResultView(QWidget):
         colours = self._theme.colours
         colour = {"good": colours.good, "usable": colours.busy, "refused": colours.alarm}.get(self._verdict)
         self.title.setStyleSheet(f"color: {colour or colours.text};")
-        receivers = " ".join(f'<span style="color:{own}">● Rx {n}</span>' for n, own in enumerate(colours.receivers, 1))
+        shown = enumerate(colours.receivers[: self._receivers], 1)
+        receivers = " ".join(f'<span style="color:{own}">● Rx {n}</span>' for n, own in shown)
         self.key.setText(f"{receivers} after, × before")
 
 
 def words_of(found: Calibration) -> list[str]:
     """Return the reason, cross-validation, what cannot be told, and what is known only together, a line each."""
-    lines = [f"{found.reason.rstrip('.')}."]
+    lines = [f"{found.reason[:1].upper()}{found.reason[1:].rstrip('.')}."]
     whole = [one for one in found.residuals if one.receiver == 0] or list(found.residuals)
     left_out = [one for one in whole if math.isfinite(one.left_out_rms_m)]
     if left_out:
@@ -126,8 +128,10 @@ def words_of(found: Calibration) -> list[str]:
         )
     if found.undetermined:
         lines.append(f"The data cannot tell: {'; '.join(found.undetermined)}.")
-    if pairs := correlations(found.covariance, found.names, 0.9):
-        lines.append(f"Known only together: {'; '.join(pairs[:3])}{' …' if len(pairs) > 3 else ''}.")
+    if pairs := correlations(found.covariance, found.names, _TOGETHER):
+        named = (f"{called(setup_key(a))} with {called(setup_key(b))} ({r:+.2f})" for a, b, r in pairs[:_MOST_NAMED])
+        more = len(pairs) - _MOST_NAMED
+        lines.append(f"Known only together: {'; '.join(named)}{f'; {more} more pairs' if more > 0 else ''}.")
     return [*lines, *found.notes]
 
 

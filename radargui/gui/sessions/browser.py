@@ -194,10 +194,9 @@ class SessionBrowser(Dialog):
             lambda: self.table.chosen is chosen,
         )
 
-    def _show_look(self, chosen: SessionSummary, runs: tuple[RunEntry, ...], busy: str) -> None:
-        self.details.setText(
-            " · ".join(filter(None, (chosen.name, chosen.problem, busy and f"for looking only: {busy}")))
-        )
+    def _show_look(self, chosen: SessionSummary, runs: tuple[RunEntry, ...], calibration: str, busy: str) -> None:
+        said = (chosen.name, chosen.problem, calibration, busy and f"for looking only: {busy}")
+        self.details.setText(" · ".join(filter(None, said)))
         self.thumbnails.show_runs(runs)
 
     def _ask(self, signal: SignalInstance) -> None:
@@ -218,8 +217,9 @@ class SessionBrowser(Dialog):
         parts.addWidget(self.table)
         parts.addWidget(lower)
         parts.setSizes([360, 240])
-        buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, self.elsewhere, spacing=6)
-        self.lay_out(self.search, self.words, (parts, 1), buttons)
+        buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, spacing=6)
+        above = fill(QHBoxLayout(), (self.words, 1), self.elsewhere, spacing=6)
+        self.lay_out(self.search, above, (parts, 1), buttons)
 
 
 def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:

@@ -86,8 +86,8 @@ def _record(experiment: Experiment, n_runs: int, rows: list[tuple[str, ...]]) ->
     try:
         for run in experiment.record(n_runs):
             rows.append(_row(run))
-            check = None if run.result is None or len(rows) > 1 else check_calibration(run.result)
-            if check is not None:
+            first = run.result if len(rows) == 1 else None
+            if first and first.setup.calibration.content and (check := check_calibration(first)):
                 typer.echo(f"Calibration: {check.words}.", err=not check.holds)
             if run.error is not None:
                 fail(run.error, run.path.name if run.path else "")

@@ -27,7 +27,7 @@ class CalibrationCheck:
 
 
 def check_calibration(result: RunResult) -> CalibrationCheck | None:
-    """Return what a drop says about the calibration of its setup; None where it has none or the drop cannot tell.
+    """Return what a drop says about the calibration of its setup, or the setup that has none; None: it cannot tell.
 
     The drift is the way that sideways acceleration makes over the fall, a T^2 / 2: a sphere let go with some sideways
     speed falls on a parabola all the same. Its u: that of the position (generous, for the fit averages), and with each
@@ -40,8 +40,7 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     """
     fall, budget, track, paths = result.bounces.free_fall, result.uncertainty_budget, result.track, result.paths
     u_g = None if budget is None else budget.g_m_s2.combined
-    content = result.setup.calibration.content
-    if content is None or fall is None or track is None or paths is None or result.segment is None or not u_g:
+    if fall is None or track is None or paths is None or result.segment is None or not u_g:
         return None
     during = (track.time_s >= fall.first_time_s) & (track.time_s <= fall.last_time_s)
     during &= track.valid & np.isfinite(track.position_m).all(axis=0)
@@ -64,7 +63,8 @@ def check_calibration(result: RunResult) -> CalibrationCheck | None:
     g_holds = abs(fall.g_m_s2 - expected) <= COVERAGE * math.hypot(u_g, u_expected)
     holds = g_holds and size <= COVERAGE_2D * u_drift
     figures = f"g {in_brackets(fall.g_m_s2, u_g)} m/s², drift {in_brackets(size, u_drift, 1e3)} mm"
-    said = f"the calibration of {day_of(content)}"
+    content = result.setup.calibration.content
+    said = "the setup" if content is None else f"the calibration of {day_of(content)}"
     if holds:
         return CalibrationCheck(holds, f"{said} still holds: {figures}")
     return CalibrationCheck(holds, f"{said} does not hold: {figures}, g expected {expected:.4f}; calibrate again")

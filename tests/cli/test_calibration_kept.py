@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -12,11 +13,16 @@ from support.calibrations import antenna_names, calibration_of, u_of
 from support.command_line import Command
 
 from radargui.files.calibration_file import read_calibration, write_calibration
+from radargui.files.run_file import read_run
 from radargui.model.calibrated_setup import calibrated
 from radargui.model.setup import read_setup, write_setup
+from radargui.processing.calibration_check import check_calibration
+from radargui.processing.offline import process
 from radargui.report.report import compose
 from radargui.session.info import SCHEMA, read_info
 from radargui.session.session import Session
+
+FIRST_TILT = np.eye(10)[0]
 
 
 @pytest.fixture
@@ -48,6 +54,14 @@ def test_a_session_keeps_its_calibration_and_reports_it(command: Command, calibr
     assert info.setup.calibration == setup.calibration
     assert info.calibration.file == "calibration.json"
     assert read_calibration(session / "calibration.json").names == antenna_names(setup)
+    # an antenna that was pushed since: the same drop says so
+    pushed = replace(made := read_calibration(session / "calibration.json"), values=made.values + 2.0 * FIRST_TILT)
+    check = check_calibration(
+        process(read_run(session / "run-0001.h5"), calibrated(setup, pushed, folder / "november.json"))
+    )
+    assert check is not None
+    assert not check.holds
+    assert check.words.startswith("the calibration of 3 November 2025 does not hold: g ")
     text = repr(compose(info, (), "now"))
     assert "november.json: calibration of 3 November 2025 by A. Operator, good" in text
     assert "receiver[1].distance_m with receiver[2].distance_m: +0.90" in text

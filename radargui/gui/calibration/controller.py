@@ -61,7 +61,7 @@ class CalibrationController(QObject):
     def _recorded(self, run: RecordedRun) -> None:
         """Let the first drop of a series say whether the calibration still holds."""
         result = run.result
-        if result is not None and self.control.kept == 1 and not run.set_aside:
+        if result is not None and result.setup.calibration.content and self.control.kept == 1 and not run.set_aside:
             self.services.jobs.start("the check of the calibration", lambda: check_calibration(result), self._checked)
 
     def _checked(self, check: CalibrationCheck | None) -> None:

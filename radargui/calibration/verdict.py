@@ -1,0 +1,185 @@
+"""What a fit is worth: what the data cannot tell, what recordings left out say, what else would fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import permutations
+
+import numpy as np
+
+from radargui.calibration.fit import Fit, fit
+from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
+from radargui.calibration.unknowns import Unknown
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.setup import Setup
+
+UNTOLD = 0.5
+"""A combination is not told whose variance is more than this share of what the setup left."""
+MISFIT_M = 1e-3
+"""Root mean square of path residuals that no motion leaves which is as stated and a correction that works (0.1-0.3)."""
+FAR = 4.0
+"""Prior deviations beyond which a value makes one look for swapped receivers."""
+GAIN = 20.0
+"""In cost (ln likelihood) by which another order of the receivers must be better, at a misfit of `LOOSE`."""
+LOOSE = (30.0, 5.0, 1.0)
+"""How much wider paths are taken from step to step (`PathLikelihood.loose`)."""
+MOST_COMPARED = 3
+"""Recordings that other orders are tried on."""
+
+
+def rms_m(residual_m: FloatArray) -> FloatArray:
+    """Return the root mean square of each receiver's residual, shape (n_receivers,)."""
+    return np.asarray(np.sqrt(np.nanmean(residual_m**2, axis=1)))
+
+
+def fit_paths(
+    world: World, recordings: Sequence[PathLikelihood], held: BoolArray, round_done: Callable[[], None] = lambda: None
+) -> Fit:
+    """Fit paths, first loosely: far from the solution ties and outliers would lead astray."""
+    found: Fit | None = None
+    for loose in LOOSE:
+        wide = [replace(one, loose=loose) for one in recordings]
+        own = None if found is None else found.own
+        found = fit(world, wide, held=held, start=found, own=own, round_done=round_done)
+    if found is None:
+        raise RuntimeError("no looseness")
+    return found
+
+
+def untold(found: Fit) -> tuple[tuple[str, ...], float]:
+    """Return combinations that the data cannot tell, in words, and the condition number of what they tell.
+
+    The eigenvectors of the posterior covariance in prior deviations: eigenvalue 1 is what the setup said before.
+    """
+    free = ~found.held
+    asked = [n for n, one in enumerate(found.world.unknowns) if free[n] and one.group]
+    covariance = found.covariance()[np.ix_(asked, asked)]
+    values, vectors = np.linalg.eigh(covariance)
+    names = [found.world.unknowns[n] for n in asked]
+    words = [_in_words(vectors[:, n], names) for n in reversed(range(values.size)) if values[n] > UNTOLD]
+    return tuple(dict.fromkeys(words)), float(np.sqrt(values[-1] / values[0]))
+
+
+def _in_words(vector: FloatArray, unknowns: Sequence[Unknown]) -> str:
+    """Name a combination: a common turn, a common scale, a shift, else its largest parts."""
+    share = vector**2
+    kinds = {kind: _members(unknowns, kind) for kind in ("azimuth_deg", "distance_m", "tilt_deg")}
+    place = [n for n, one in enumerate(unknowns) if one.group == "release"]
+    turned, reach = kinds["azimuth_deg"], kinds["distance_m"]
+    sideways = [n for n in place if not unknowns[n].name.endswith(".z")]
+    if share[[*turned, *sideways]].sum() > 0.8 and share[turned].sum() > 0.3 and _alike(vector[turned]):
+        return "a common turn of all azimuths about the vertical"
+    height = [n for n in place if unknowns[n].name.endswith(".z")]
+    if share[[*reach, *height]].sum() > 0.8 and len(reach) > 1 and _alike(vector[reach]):
+        return "a common scale of all distances" + (
+            " and the height of the release" if share[height].sum() > 0.1 else ""
+        )
+    if share[place].sum() > 0.8:
+        return (
+            "a shift of the release sideways" if share[sideways].sum() > share[height].sum() else "the release's height"
+        )
+    largest = [n for n in np.argsort(share)[::-1] if share[n] > 0.1][:3]
+    return " with ".join(unknowns[n].name for n in sorted(largest))
+
+
+def _members(unknowns: Sequence[Unknown], ending: str) -> list[int]:
+    return [n for n, one in enumerate(unknowns) if one.name.endswith(ending) and one.group != "release"]
+
+
+def _alike(part: FloatArray) -> bool:
+    return bool(part.size > 1 and abs(part.sum()) > 0.8 * np.abs(part).sum())
+
+
+def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
+    """Return what each recording leaves with the values that the others alone give, rms by receiver.
+
+    One Gauss-Newton step from the fit of all: (I - I_k + 1) dz = s_k, I_k and s_k the recording's information and
+    slope. NaN where there is no other recording.
+    """
+    if len(likelihoods) < 2:
+        return [np.full(len(one.residual_m), np.nan) for one in found.locals_]
+    free, out = ~found.held, []
+    for n, (one, part) in enumerate(zip(likelihoods, found.locals_, strict=True)):
+        normal, slope = found.information(but=n)
+        normal, slope = normal + np.eye(slope.size), slope + found.z
+        moved = np.zeros_like(found.z)
+        moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
+        z = found.z + moved
+        # its motion and mismatch follow
+        own = found.own[n] - part.reduced(0.0)[2][:, :-1] @ moved
+        there = one.at(found.world, z, own)
+        own = own - np.linalg.solve(there.inner, there.inner_slope)
+        out.append(rms_m(one.at(found.world, z, own).residual_m))
+    return out
+
+
+def other_order(
+    found: Fit, recordings: Sequence[PathLikelihood], round_done: Callable[[], None]
+) -> tuple[str, float] | None:
+    """Return which swap of receivers, or mirror image, describes the paths better, and the gain; None where none does.
+
+    Parameters
+    ----------
+    found
+        The fit of the paths as they are.
+    recordings
+        Its recordings; of many some are enough.
+    round_done
+        Called between steps.
+    """
+    stride = max(1, len(recordings) // MOST_COMPARED)
+    some = recordings[::stride][:MOST_COMPARED]
+    plain = fit_paths(found.world, some, found.held, round_done).cost
+    n_rx, best = len(recordings[0].measured.change_m), None
+    for mirrored in (False, True):
+        world = World(mirrored_setup(found.world.setup), _mirrored(found.world.unknowns)) if mirrored else found.world
+        for order in permutations(range(n_rx)):
+            if order == tuple(range(n_rx)) and not mirrored:
+                continue
+            swapped = [
+                replace(one, measured=replace(one.measured, change_m=one.measured.change_m[list(order)]))
+                for one in some
+            ]
+            gain = plain - fit_paths(world, swapped, found.held, round_done).cost
+            if best is None or gain > best[1]:
+                best = _order_in_words(order, mirrored=mirrored), gain
+    return best if best is not None and best[1] > GAIN else None
+
+
+def mirrored_setup(setup: Setup) -> Setup:
+    """Return the setup with azimuths that run the other way."""
+    receivers = tuple(one.model_copy(update={"azimuth_deg": -one.azimuth_deg}) for one in setup.receiver)
+    return setup.model_copy(update={"receiver": receivers})
+
+
+def _mirrored(unknowns: Sequence[Unknown]) -> tuple[Unknown, ...]:
+    return tuple(replace(one, value=-one.value) if one.group == "azimuth" else one for one in unknowns)
+
+
+def _order_in_words(order: tuple[int, ...], *, mirrored: bool) -> str:
+    moved = [n + 1 for n, other in enumerate(order) if n != other]
+    swap = ""
+    if len(moved) == 2:
+        swap = f"receivers {moved[0]} and {moved[1]} are swapped"
+    elif moved:
+        swap = f"the receivers come in the order {', '.join(str(other + 1) for other in order)}"
+    if not mirrored:
+        return swap
+    return "the azimuths run the other way round (mirror image)" + (f", and {swap}" if swap else "")
+
+
+def lost_fringe(found: Fit, recordings: Sequence[PathLikelihood]) -> tuple[int, int, float] | None:
+    """Return recording, receiver (from 0) and time of a residual that steps by a whole wavelength; None: none does."""
+    for number, (one, local) in enumerate(zip(recordings, found.locals_, strict=True)):
+        for receiver, residual in enumerate(local.residual_m):
+            known = np.flatnonzero(np.isfinite(residual))
+            r, half = residual[known], 5
+            if r.size < 4 * half:
+                continue
+            medians = np.array([np.median(r[k : k + half]) for k in range(r.size - half + 1)])
+            step = np.abs(medians[half:] - medians[:-half]) / one.wavelength_m
+            k = int(np.argmax(step))
+            if abs(step[k] - round(step[k])) < 0.25 and round(step[k]) >= 1:
+                return number, receiver, float(one.measured.time_s[known[k + half]])
+    return None

@@ -7,7 +7,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
-from radargui.experiment.calibrating import Calibrate, calibrate
+from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.calibration.controller import CalibrationController
 from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, MessagePlace
@@ -72,7 +72,7 @@ class MainWindow(QMainWindow):
         source: SourceKind = "simulated",
         source_maker: MakeSource = make_source,
         find_devices: FindDevices = find_ni_devices,
-        calibrator: Calibrate = calibrate,
+        calibrator: Calibrate = calibrate_files,
         probe: OpenGLProbe | None = None,
     ) -> None:
         super().__init__()

@@ -12,9 +12,9 @@ import numpy as np
 
 from radargui import __version__
 from radargui.calibration.fit import Fit, fit
-from radargui.calibration.known_path import KnownMotion, Trajectory
-from radargui.calibration.likelihood import Likelihood, Motion, PathLikelihood, SignalLikelihood, World
-from radargui.calibration.preparing import Prepared, prepare, solve_jointly
+from radargui.calibration.known_path import Trajectory
+from radargui.calibration.likelihood import Likelihood, PathLikelihood, SignalLikelihood, World
+from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known, sample_problem
 from radargui.calibration.unknowns import (
     USUAL,
     antenna_unknowns,
@@ -22,9 +22,7 @@ from radargui.calibration.unknowns import (
     place_unknowns,
     setup_with,
 )
-from radargui.calibration.verdict import FAR, MISFIT_M, fit_paths, left_out, lost_fringe, other_order, rms_m, untold
-from radargui.estimation.solve.minimise import Solution
-from radargui.geometry.path_length import path_lengths, place_antennas
+from radargui.calibration.verdict import FAR, MISFIT_M, Slip, fit_paths, left_out, other_order, put_right, rms_m, untold
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
@@ -34,11 +32,11 @@ from radargui.model.setup import Setup
 Progress = Callable[[float], None]
 T = TypeVar("T")
 RELEASE = "tracer.release_position_m"
-U_OFFSET_S = 0.02
-"""Prior deviation of a free clock's offset against the best of the grid."""
-OFFSETS, ZEROS = 400, 24
-"""How many offsets of a clock, and zeros of a turntable, are tried at first."""
 MOST_ROUNDS = 60
+MOST_SLIPS = 2
+"""Lost fringes a recording that are put right: one with more is none to calibrate by."""
+RENEWALS, STEPS = 3, 6
+"""How often the deviations of maps are re-estimated, and steps between."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +47,8 @@ class KnownRecording:
     ----------
     recording
         Samples.
+    name
+        For people, each its own.
     checksum
         SHA-256 of the file.
     trajectory
@@ -58,6 +58,7 @@ class KnownRecording:
     """
 
     recording: Recording
+    name: str
     checksum: str
     trajectory: Trajectory | None
     release_m: tuple[float, float, float]
@@ -120,72 +121,77 @@ def calibrate(
     Raises
     ------
     ProcessingError
-        A recording does not fit what is known of it: swapped receivers, a lost fringe, no overlap.
+        A recording does not fit what is known of it: swapped receivers, a mirror image, no overlap.
     """
     shares = _Shares(progress, len(recordings))
-    prepared = _each(prepare, [(one.recording, _at(setup, one)) for one in recordings], workers, shares)
     world, places = _world(setup, recordings, groups)
     held = np.array([bool(one.group) and one.group not in groups for one in world.unknowns])
-    motions = [
-        _motion(one, ready, place, world) for one, ready, place in zip(recordings, prepared, places, strict=True)
-    ]
+    tasks = [(one, _hung(setup, one.rest_m), place) for one, place in zip(recordings, places, strict=True)]
+    prepared = _each(_prepare, tasks, workers, shares)
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
-    by_paths = [
-        PathLikelihood(ready.measured, motion, wavelength_m, is_plane)
-        for ready, motion in zip(prepared, motions, strict=True)
-    ]
+    by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
     rough = fit_paths(world, by_paths, held, shares.round_done)
+    slips: list[Slip] = []
+    while len(slips) <= MOST_SLIPS * len(recordings):
+        by_paths, more = put_right(rough, by_paths)
+        if not more:
+            break
+        slips += more
+        rough = fit_paths(world, by_paths, held, shares.round_done)
     _refuse_misfit(rough, by_paths, recordings, shares.round_done)
-    before = fit_paths(world, by_paths, np.ones_like(held), shares.round_done)
-    likelihoods, own = _sharpened(rough, by_paths, motions, recordings, setup, places, workers, shares)
-    found = fit(world, likelihoods, held=held, start=rough, own=own, round_done=shares.round_done)
+    before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]), shares.round_done)
+    likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
+    found = rough
+    for _ in range(RENEWALS):
+        found = fit(world, likelihoods, held=held, start=found, own=own, round_done=shares.round_done, steps=STEPS)
+        renewed = [
+            one.renewed(state, local) if isinstance(one, SignalLikelihood) else (one, state)
+            for one, state, local in zip(likelihoods, found.own, found.locals_, strict=True)
+        ]
+        likelihoods, own = [one for one, _ in renewed], [state for _, state in renewed]
+    found = fit(world, likelihoods, held=held, start=found, own=own, round_done=shares.round_done)
     calibration = _calibration(found, before, likelihoods, recordings, made_at, operator)
+    lost = tuple(
+        f"{recordings[number].name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s, put right"
+        for number, receiver, time_s in slips
+    )
+    calibration = replace(calibration, notes=calibration.notes + lost)
     progress(1.0)
     return Calibrated(calibration, calibrated_setup(setup, found, calibration), found)
 
 
+def _prepare(one: KnownRecording, setup: Setup, place: str) -> Prepared:
+    if one.trajectory is None:
+        return prepare_fall(one.recording, setup, place)
+    return prepare_known(one.recording, setup, one.trajectory)
+
+
 def _sharpened(
-    rough: Fit,
-    by_paths: Sequence[PathLikelihood],
-    motions: Sequence[Motion],
-    recordings: Sequence[KnownRecording],
-    setup: Setup,
-    places: Sequence[str],
-    workers: int,
-    shares: _Shares,
+    rough: Fit, by_paths: Sequence[PathLikelihood], prepared: Sequence[Prepared], setup: Setup
 ) -> tuple[list[Likelihood], list[FloatArray]]:
-    """Return the likelihoods by samples where a joint estimate stands, else by paths of honest weight, and starts."""
+    """Return the likelihoods by samples where there is a rest, else by paths of honest weight, and starts."""
     values = rough.world.values(rough.z)
     better = setup_with(setup, rough.world.unknowns, values)
-    tasks = []
-    for one, place in zip(recordings, places, strict=True):
-        at = tuple(values[f"{place}.{axis}"] for axis in "xyz") if place else one.rest_m
-        tasks.append((one.recording, _hung(better, at)))
-    solutions = _each(_try_jointly, tasks, workers, shares)
     out: list[Likelihood] = []
-    own = []
-    for path, motion, state, local, solution in zip(
-        by_paths, motions, rough.own, rough.locals_, solutions, strict=True
-    ):
-        if solution is None or path.is_plane:
+    starts = []
+    for path, ready, state, local in zip(by_paths, prepared, rough.own, rough.locals_, strict=True):
+        unknowns = ready.motion.own
+        shift = state[: len(unknowns)]
+        own = np.array([one.value + one.u * float(z) for one, z in zip(unknowns, shift, strict=True)])
+        begun = None if path.is_plane else sample_problem(ready, better, values, own)
+        if begun is None:
             # neighbours share their error: one value counts for a quarter of a fringe
-            turns = np.nanmax(np.ptp(np.nan_to_num(path.measured.change_m), axis=1)) / path.wavelength_m
-            crowd = max(1.0, path.measured.time_s.size / (4.0 * max(turns, 1.0)))
+            turns = float(
+                np.nanmax(np.nanmax(path.measured.change_m, axis=1) - np.nanmin(path.measured.change_m, axis=1))
+            )
+            crowd = max(1.0, path.measured.time_s.size / (4.0 * max(turns / path.wavelength_m, 1.0)))
             u_m = float(max(rms_m(local.residual_m).max(), 1e-5) * np.sqrt(crowd))
             out.append(replace(path, measured=replace(path.measured, u_m=u_m)))
-            own.append(state)
+            starts.append(state)
             continue
-        out.append(SignalLikelihood(solution.problem, solution.state.theta, motion))
-        n_own = len(motion.own)
-        own.append(np.concatenate([state[:n_own], np.zeros(solution.state.theta.size)]))
-    return out, own
-
-
-def _try_jointly(recording: Recording, setup: Setup) -> Solution | None:
-    try:
-        return solve_jointly(recording, setup)
-    except (ProcessingError, np.linalg.LinAlgError):
-        return None
+        out.append(SignalLikelihood(begun.problem, begun.state.theta, ready.motion))
+        starts.append(np.concatenate([shift, np.zeros(begun.state.theta.size)]))
+    return out, starts
 
 
 def _world(setup: Setup, recordings: Sequence[KnownRecording], groups: Sequence[str]) -> tuple[World, list[str]]:
@@ -207,50 +213,6 @@ def _world(setup: Setup, recordings: Sequence[KnownRecording], groups: Sequence[
     return World(setup, tuple(unknowns)), places
 
 
-def _motion(one: KnownRecording, ready: Prepared, place: str, world: World) -> Motion:
-    if one.trajectory is None:
-        return ready.falls(place)
-    return _started(one.trajectory, ready, world.setup)
-
-
-def _started(trajectory: Trajectory, ready: Prepared, setup: Setup) -> KnownMotion:
-    """Return the trajectory with its clock's offset, and a turntable's zero, where they fit the paths best.
-
-    Raises
-    ------
-    ProcessingError
-        A shared clock under which recording and trajectory do not overlap.
-    """
-    time, change = ready.measured.time_s, ready.measured.change_m
-    first, last = ready.onset_s, float(time[-1])
-    if trajectory.path.clock == "shared":
-        if trajectory.end_s <= time[0] or trajectory.begin_s >= last:
-            raise ProcessingError(
-                f"{ready.name}: its {time[0]:.3g} to {last:.3g} s and the {trajectory.begin_s:.3g} to "
-                f"{trajectory.end_s:.3g} s of the {trajectory.words} do not overlap",
-                remedy="Give the path of this recording, or leave --clock shared out.",
-            )
-        offsets = np.zeros(1)
-    else:
-        # the motion as seen may begin before or within the path; both rest outside of it
-        span = trajectory.end_s - trajectory.begin_s
-        offsets = first - trajectory.begin_s + np.linspace(-max(span, 0.1), 0.1, OFFSETS)
-        offsets = np.append(offsets, first - trajectory.begin_s)
-    unknown_zero = trajectory.has_zero and trajectory.zero_deg is None
-    zeros = np.arange(ZEROS) * 360.0 / ZEROS if unknown_zero else np.array([trajectory.zero_deg or 0.0])
-    antennas, stride = place_antennas(setup), max(1, time.size // 100)
-    some, seen = time[::stride], change[:, ::stride]
-
-    def misfit(offset: float, zero: float) -> float:
-        place = trajectory.place(some - offset, *((zero,) if trajectory.has_zero else ()))
-        away = path_lengths(place, antennas) - seen
-        return float(np.nanmean((away - np.nanmean(away, axis=1, keepdims=True)) ** 2))
-
-    offset, zero = min(((o, w) for o in offsets for w in zeros), key=lambda one: misfit(*one))
-    free = trajectory.path.clock == "free"
-    return KnownMotion(trajectory, float(offset), U_OFFSET_S if free else 0.0, float(zero))
-
-
 def _refuse_misfit(
     rough: Fit,
     by_paths: Sequence[PathLikelihood],
@@ -262,20 +224,12 @@ def _refuse_misfit(
     Raises
     ------
     ProcessingError
-        A lost fringe, swapped receivers, a mirror image, or another motion.
+        Swapped receivers, a mirror image, or another motion.
     """
     worst = max(float(np.nanmax(rms_m(one.residual_m))) for one in rough.locals_)
     antennas = np.array([bool(one.key) for one in rough.world.unknowns])
     if worst < MISFIT_M and np.abs(rough.z[antennas]).max(initial=0.0) < FAR:
         return
-    slip = lost_fringe(rough, by_paths)
-    if slip is not None:
-        number, receiver, time_s = slip
-        raise ProcessingError(
-            f"{recordings[number].recording.name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s: its path "
-            "steps by a whole wavelength there",
-            remedy="Leave this recording out.",
-        )
     better = other_order(rough, by_paths, round_done)
     if better is not None:
         raise ProcessingError(
@@ -286,7 +240,7 @@ def _refuse_misfit(
         number = int(np.argmax([np.nanmax(rms_m(one.residual_m)) for one in rough.locals_]))
         known = recordings[number].trajectory
         raise ProcessingError(
-            f"{recordings[number].recording.name}: its paths are {1e3 * worst:.1f} mm off what is known of its motion "
+            f"{recordings[number].name}: its paths are {1e3 * worst:.1f} mm off what is known of its motion "
             f"({'fall' if known is None else known.words}), whatever the antennas",
             reasons=("it belongs to another path file", "the antennas are farther off than the setup's u says"),
         )
@@ -324,10 +278,10 @@ def _calibration(
     alone = left_out(found, likelihoods)
     for one, now, then, other in zip(recordings, found.locals_, before.locals_, alone, strict=True):
         for n, (a, b, c) in enumerate(zip(rms_m(now.residual_m), rms_m(then.residual_m), other, strict=True), 1):
-            residuals.append(Residual(one.recording.name, n, float(a), float(b), float(c)))
+            residuals.append(Residual(one.name, n, float(a), float(b), float(c)))
     names = tuple(unknowns[n].name for n in kept)
     known = tuple("fall" if one.trajectory is None else one.trajectory.words for one in recordings)
-    files = {one.recording.name: one.checksum for one in recordings}
+    files = {one.name: one.checksum for one in recordings}
     far = [unknowns[n].name for n in kept if abs(found.z[n]) > 3.0]
     notes = (f"condition number {condition_number:.3g}",) + (
         (f"farther from the setup's value than 3 of its u: {', '.join(far)}",) if far else ()
@@ -362,17 +316,13 @@ def calibrated_setup(setup: Setup, found: Fit, calibration: Calibration) -> Setu
     return setup.model_copy(update={"transmitter": sender, "receiver": tuple(receivers), "tracer": tracer})
 
 
-def _at(setup: Setup, one: KnownRecording) -> Setup:
-    return _hung(setup, one.rest_m)
-
-
 def _hung(setup: Setup, place: Sequence[float]) -> Setup:
     """Return the setup with the sphere hanging at a place."""
     return setup.model_copy(update={"tracer": setup.tracer.model_copy(update={"release_position_m": tuple(place)})})
 
 
 class _Shares:
-    """Progress of the parts: two estimates a recording, and rounds of the fits, of which nobody knows how many.
+    """Progress of the parts: an estimate a recording, and rounds of the fits, of which nobody knows how many.
 
     Parameters
     ----------
@@ -396,11 +346,14 @@ class _Shares:
         self._tell()
 
     def _tell(self) -> None:
-        self._report(0.7 * self._done / (2 * self._count) + 0.3 * self._rounds / (self._rounds + MOST_ROUNDS))
+        self._report(0.5 * self._done / self._count + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
 
 
 def _each(
-    work: Callable[[Recording, Setup], T], tasks: Sequence[tuple[Recording, Setup]], workers: int, shares: _Shares
+    work: Callable[[KnownRecording, Setup, str], T],
+    tasks: Sequence[tuple[KnownRecording, Setup, str]],
+    workers: int,
+    shares: _Shares,
 ) -> list[T]:
     """Do the work on each recording, in processes where there are workers for it."""
     out = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -65,7 +65,7 @@ class Stage(_Path):
     steps: Annotated[int, Field(ge=1, le=10000)] = 1
     dwell_s: Annotated[Real, Field(ge=0.0, le=600.0)] = 0.0
 
-    def trajectory(self, _folder: Path) -> Trajectory:
+    def trajectory(self, folder: Path) -> Trajectory:
         """Return its motion."""
         begin, whole = np.array(self.from_m), np.array(self.to_m) - np.array(self.from_m)
         length = float(np.linalg.norm(whole)) / self.steps
@@ -78,7 +78,7 @@ class Stage(_Path):
             share = _ramped(time - number * period, moving, ramp) * self.speed_m_s / length if length else 0.0 * time
             return np.asarray(begin[:, None] + whole[:, None] * ((number + share) / self.steps))
 
-        return Trajectory(self, "straight stage", place, self.steps * period - self.dwell_s)
+        return Trajectory(self, "straight stage", place, self.steps * period - self.dwell_s, folder=folder)
 
 
 class Turntable(_Path):
@@ -131,7 +131,7 @@ class Turntable(_Path):
             return np.asarray(centre[:, None] + self.radius_m * around)
 
         words = f"turntable, radius {1e3 * self.radius_m:g} mm"
-        return Trajectory(self, words, place, duration, begin, self.zero_deg, has_zero=True)
+        return Trajectory(self, words, place, duration, begin, self.zero_deg, has_zero=True, folder=folder)
 
 
 class Pendulum(_Path):
@@ -158,7 +158,7 @@ class Pendulum(_Path):
     swings: Positive = 1000.0
     g_m_s2: Annotated[Real, Field(ge=0.1, le=30.0)] = 9.81
 
-    def trajectory(self, _folder: Path) -> Trajectory:
+    def trajectory(self, folder: Path) -> Trajectory:
         """Return its motion."""
         m = float(np.sin(0.5 * np.radians(self.amplitude_deg))) ** 2
         rate, azimuth, pivot = (
@@ -176,7 +176,7 @@ class Pendulum(_Path):
             along = heading[:, None] * np.sin(angle) - np.array([[0.0], [0.0], [1.0]]) * np.cos(angle)
             return np.asarray(pivot[:, None] + self.length_m * along)
 
-        return Trajectory(self, f"pendulum, length {1e3 * self.length_m:g} mm", place, duration)
+        return Trajectory(self, f"pendulum, length {1e3 * self.length_m:g} mm", place, duration, folder=folder)
 
 
 class Table(_Path):
@@ -190,9 +190,8 @@ class Table(_Path):
         table = read_table(folder / self.file, ("time_s", "x_m", "y_m", "z_m"))
         begin, end = float(table[0, 0]), float(table[0, -1])
         curve = CubicSpline(table[0], table[1:].T, bc_type="natural")
-        return Trajectory(
-            self, f"table {Path(self.file).name}", lambda t: np.asarray(curve(np.clip(t, begin, end)).T), end, begin
-        )
+        words = f"table {Path(self.file).name}"
+        return Trajectory(self, words, lambda t: np.asarray(curve(np.clip(t, begin, end)).T), end, begin, folder=folder)
 
 
 AnyPath = Annotated[Stage | Turntable | Pendulum | Table, Field(discriminator="kind")]
@@ -214,6 +213,8 @@ class Trajectory:
         In between it may move.
     zero_deg, has_zero
         Where a turntable's zero is, None if not known; whether there is one.
+    folder
+        Where the files lie that it names.
     """
 
     path: _Path
@@ -222,7 +223,12 @@ class Trajectory:
     end_s: float
     begin_s: float = 0.0
     zero_deg: float | None = None
-    has_zero: bool = field(default=False)
+    has_zero: bool = False
+    folder: Path = Path()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # what it is made of goes to another process; functions cannot
+        return _made_again, (self.path, self.folder)
 
 
 @dataclass(frozen=True)
@@ -274,6 +280,11 @@ class KnownMotion:
         h = DIFFERENCE_S
         before, here, after = place(time_s - h), place(time_s), place(time_s + h)
         return np.stack([here, (after - before) / (2.0 * h), (after - 2.0 * here + before) / h**2]), np.empty(0)
+
+
+def _made_again(path: Any, folder: Path) -> Trajectory:
+    trajectory: Trajectory = path.trajectory(folder)
+    return trajectory
 
 
 def read_known(path: Path, clock: Clock | None = None) -> Trajectory:

@@ -11,6 +11,7 @@ import numpy as np
 from radargui.calibration.unknowns import Unknown, setup_with
 from radargui.estimation.forward.signal_model import receiver_signal, signal_of
 from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.solve.prior_deviations import reestimated
 from radargui.estimation.solve.problem import HUBER_SIGMAS, JointProblem, node_offsets, signals_at
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths, place_antennas, t_matrix
 from radargui.model.arrays import BoolArray, FloatArray
@@ -81,6 +82,8 @@ class Local:
         B, C and the slope of its own, shapes (m, n), (m, m), (m,).
     residual_m
         Path measured less path fitted, shape (n_receivers, n); NaN where it does not count.
+    misfit
+        Median square of the residuals in standard deviations over what Gaussian ones have, shape (n_receivers,).
     """
 
     cost: float
@@ -90,11 +93,12 @@ class Local:
     inner: FloatArray
     inner_slope: FloatArray
     residual_m: FloatArray
+    misfit: FloatArray
 
     def reduced(self, damping: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return Schur complement, its slope, and C^-1 [B, slope] to go back with."""
         inner = self.inner + damping * np.diag(np.diag(self.inner))
-        back = np.linalg.solve(inner, np.column_stack([self.coupling, self.inner_slope]))
+        back = np.asarray(np.linalg.solve(inner, np.column_stack([self.coupling, self.inner_slope])), np.float64)
         normal = self.normal - self.coupling.T @ back[:, :-1]
         return normal, self.slope - self.coupling.T @ back[:, -1], back
 
@@ -230,15 +234,14 @@ class PathLikelihood:
         scaled = np.where(use, residual, 0.0) / u_m
         loss, weight = _robust(scaled)
         weight = weight * use / u_m**2
+        flat, kept = rows.reshape(-1, rows.shape[2]), np.where(use, residual, 0.0)
+        weighted = weight.reshape(-1, 1) * flat
+        misfit = np.array([_misfit(one[here]) for one, here in zip(scaled, use, strict=True)])
+        ties = tied / self.tie, by_ties / self.tie
         return _local(
-            loss, rows.reshape(-1, rows.shape[2]), weight.ravel(), np.where(use, residual, 0.0).ravel(), n_shared,
-            (tied / self.tie, by_ties / self.tie), own, self._prior(n_own, n_rx), np.where(use, -residual, np.nan),
+            loss, weighted.T @ flat, weighted.T @ kept.ravel(), n_shared, ties, own, np.where(use, -residual, np.nan),
+            misfit,
         )  # fmt: skip
-
-    @staticmethod
-    def _prior(n_own: int, n_rx: int) -> FloatArray:
-        # a constant is a metre uncertain: not at all known
-        return np.concatenate([np.ones(n_own), np.tile([1.0, 1.0, 1.0, 1.0, 1.0], n_rx)])
 
     def _lengths(self, place: FloatArray, antennas: Antennas) -> tuple[FloatArray, FloatArray]:
         if not self.is_plane:
@@ -248,29 +251,31 @@ class PathLikelihood:
         return t @ place, np.repeat(t[:, :, None], place.shape[1], axis=2)
 
 
+def _misfit(scaled: FloatArray) -> float:
+    """Return the median square of residuals in standard deviations over that of a Gaussian."""
+    return float(np.median(scaled**2)) / 0.4549 if scaled.size else 1.0
+
+
 def _local(
     loss: float,
-    rows: FloatArray,
-    weight: FloatArray,
-    residual: FloatArray,
+    normal: FloatArray,
+    slope: FloatArray,
     n_shared: int,
     ties: tuple[FloatArray, FloatArray],
-    own: FloatArray,
-    prior: FloatArray,
+    pull: FloatArray,
     residual_m: FloatArray,
+    misfit: FloatArray,
 ) -> Local:
-    """Return the normal equations of weighted rows, ties and the priors (precisions around zero) of own unknowns."""
-    normal = rows.T @ (weight[:, None] * rows)
-    slope = rows.T @ (weight * residual)
+    """Return the state with ties added, and the priors of its own unknowns, each `pull` deviations from its mean."""
     tied, by_ties = ties
     k = by_ties.shape[1]
     normal[:k, :k] += by_ties.T @ by_ties
     slope[:k] += by_ties.T @ tied
-    inner = normal[n_shared:, n_shared:] + np.diag(prior)
-    cost = loss + 0.5 * float(tied @ tied) + 0.5 * float(prior @ own**2)
+    cost = loss + 0.5 * float(tied @ tied) + 0.5 * float(pull @ pull)
+    inner = normal[n_shared:, n_shared:] + np.eye(pull.size)
     return Local(
         cost, normal[:n_shared, :n_shared], slope[:n_shared], normal[n_shared:, :n_shared], inner,
-        slope[n_shared:] + prior * own, residual_m,
+        slope[n_shared:] + pull, residual_m, misfit,
     )  # fmt: skip
 
 
@@ -279,14 +284,14 @@ class SignalLikelihood:
     """A recording by its binned samples: the joint estimate's own equations with the known motion put in.
 
     Its own unknowns are those of the motion and all mismatch (theta of the joint estimate, method 4), these in their
-    prior deviations from the joint estimate's solution.
+    prior deviations from `theta`.
 
     Attributes
     ----------
     problem
-        Of the joint estimate; its motion, breaks and law of flight take no part.
+        Of the joint estimate (`preparing.sample_problem`); its spline and the law of flight take no part.
     theta
-        Where the joint estimate ended.
+        Where the mismatch starts.
     motion
         What is known.
     """
@@ -297,7 +302,7 @@ class SignalLikelihood:
 
     @property
     def start(self) -> FloatArray:
-        """The motion at its prior mean, the mismatch where the joint estimate ended."""
+        """The motion at its prior mean, the mismatch at `theta`."""
         return np.zeros(len(self.motion.own) + self.theta.size)
 
     def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
@@ -351,16 +356,20 @@ class SignalLikelihood:
             along = lin.columns[:, :, receiver.phase - receiver.first + lin.n_shared] * problem.inputs.wavenumber
             power = (along**2).sum(axis=0)
             residual_m[n] = np.where(use, -(along * residual[pair]).sum(axis=0) / np.maximum(power, 1e-12), np.nan)
-        k = by_ties.shape[1]
-        normal[:k, :k] += by_ties.T @ by_ties
-        slope[:k] += by_ties.T @ tied
-        # breaks and the law of flight are not asked here: they stay where they are
-        shift = (theta - problem.prior.mean) / sd
-        precision = np.concatenate([np.ones(n_own), np.ones(sd.size)])
-        pull = np.concatenate([own[:n_own], shift])
-        inner = normal[n_shared:, n_shared:] + np.diag(precision)
-        cost = loss + 0.5 * float(tied @ tied) + 0.5 * float(pull @ pull)
-        return Local(
-            cost, normal[:n_shared, :n_shared], slope[:n_shared], normal[n_shared:, :n_shared], inner,
-            slope[n_shared:] + pull, residual_m,
-        )  # fmt: skip
+        # the breaks of its spline are not asked: they stay
+        pull = np.concatenate([own[:n_own], (theta - problem.prior.mean) / sd])
+        misfit = np.array([_misfit((residual / sigma)[2 * n : 2 * n + 2, use]) for n in range(problem.n_receivers)])
+        return _local(loss, normal, slope, n_shared, (tied, by_ties), pull, residual_m, misfit)
+
+    def renewed(self, own: FloatArray, local: Local) -> tuple[SignalLikelihood, FloatArray]:
+        """Return it with the deviations of maps and mirrors re-estimated and the noise scaled, and its own unknowns.
+
+        As the joint estimate does between its rounds (method 4, Priors).
+        """
+        n_own, old = len(self.motion.own), self.problem.prior
+        theta = self.theta + old.sd * own[n_own:]
+        variance = np.diag(np.linalg.inv(local.inner))[n_own:] * old.sd**2
+        prior = reestimated(old, theta, variance)
+        scale = np.maximum(self.problem.noise_scale * np.sqrt(np.maximum(local.misfit, 1e-3)), 1.0)
+        problem = replace(self.problem, prior=prior, noise_scale=scale)
+        return replace(self, problem=problem, theta=theta), np.concatenate([own[:n_own], np.zeros(theta.size)])

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import permutations
+from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.calibration.fit import Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
@@ -26,6 +28,18 @@ LOOSE = (30.0, 5.0, 1.0)
 """How much wider paths are taken from step to step (`PathLikelihood.loose`)."""
 MOST_COMPARED = 3
 """Recordings that other orders are tried on."""
+
+
+STEP_POINTS = 5
+"""Values of a path whose medians are compared where a step is looked for: 25 ms of a drop."""
+
+
+class Slip(NamedTuple):
+    """A lost fringe: in which recording and receiver (from 0), and when."""
+
+    recording: int
+    receiver: int
+    time_s: float
 
 
 def rms_m(residual_m: FloatArray) -> FloatArray:
@@ -169,17 +183,26 @@ def _order_in_words(order: tuple[int, ...], *, mirrored: bool) -> str:
     return "the azimuths run the other way round (mirror image)" + (f", and {swap}" if swap else "")
 
 
-def lost_fringe(found: Fit, recordings: Sequence[PathLikelihood]) -> tuple[int, int, float] | None:
-    """Return recording, receiver (from 0) and time of a residual that steps by a whole wavelength; None: none does."""
+def put_right(found: Fit, recordings: Sequence[PathLikelihood]) -> tuple[list[PathLikelihood], list[Slip]]:
+    """Return the recordings without the fringes that their paths lost, and where; one a receiver.
+
+    A residual that steps by whole wavelengths within `2 STEP_POINTS` values: the count of fringes slipped, for no
+    antenna's place makes a step. The samples know phases but for whole turns: they do not care.
+    """
+    out, slips = [], []
     for number, (one, local) in enumerate(zip(recordings, found.locals_, strict=True)):
+        change = one.measured.change_m.copy()
         for receiver, residual in enumerate(local.residual_m):
             known = np.flatnonzero(np.isfinite(residual))
-            r, half = residual[known], 5
-            if r.size < 4 * half:
+            if known.size < 4 * STEP_POINTS:
                 continue
-            medians = np.array([np.median(r[k : k + half]) for k in range(r.size - half + 1)])
-            step = np.abs(medians[half:] - medians[:-half]) / one.wavelength_m
-            k = int(np.argmax(step))
-            if abs(step[k] - round(step[k])) < 0.25 and round(step[k]) >= 1:
-                return number, receiver, float(one.measured.time_s[known[k + half]])
-    return None
+            medians = np.median(sliding_window_view(residual[known], STEP_POINTS), axis=1)
+            step = (medians[STEP_POINTS:] - medians[:-STEP_POINTS]) / one.wavelength_m
+            k = int(np.argmax(np.abs(step)))
+            fringes = round(step[k])
+            if fringes and abs(step[k] - fringes) < 0.3:
+                begin = known[k + STEP_POINTS]
+                change[receiver, begin:] -= fringes * one.wavelength_m
+                slips.append(Slip(number, receiver, float(one.measured.time_s[begin])))
+        out.append(replace(one, measured=replace(one.measured, change_m=change)))
+    return out, slips

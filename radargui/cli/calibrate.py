@@ -149,7 +149,8 @@ def _read(path: Path, trajectory: Trajectory | None, setup: Setup) -> KnownRecor
             checksum = hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise RadarGuiError(f"{path}: {error.strerror or error}") from None
-    return KnownRecording(recording, checksum, trajectory, release)
+    name = path.stem if brought is None else f"{path.parent.name}/{path.stem}"
+    return KnownRecording(recording, name, checksum, trajectory, release)
 
 
 def _check(run: Path, setup_file: Path | None) -> int:

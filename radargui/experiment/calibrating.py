@@ -96,4 +96,5 @@ def _read(path: Path, trajectory: Trajectory | None, setup: Setup) -> KnownRecor
     except OSError as error:
         raise FileError(f"{path}: {error.strerror or error}") from None
     release = (brought or setup).tracer.release_position_m
-    return KnownRecording(recording, checksum, trajectory, release)
+    name = path.stem if brought is None else f"{path.parent.name}/{path.stem}"
+    return KnownRecording(recording, name, checksum, trajectory, release)

@@ -60,8 +60,8 @@ def edited_since(setup: Setup) -> str:
     changed = [
         f"{setup_key(name)} = {number(value_at(setup, name), 6)} (calibrated {number(content.values[n], 6)})"
         for n, name in enumerate(content.names)
-        # what a calibration found beside, the direction of gravity, stands in no setup
-        if not _agrees(setup, content, n) and name.startswith(_TABLES)
+        # of the antennas: a release is another for each drop
+        if not _agrees(setup, content, n) and name.startswith(("receiver.", "transmitter."))
     ]
     return f"not as calibrated {day_of(content)}: {', '.join(changed)}; their own u_ hold" if changed else ""
 

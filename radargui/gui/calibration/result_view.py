@@ -1,6 +1,7 @@
 """What a calibration found: verdict, values before and after, residuals, and what the data cannot tell."""
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from operator import itemgetter
 
@@ -21,6 +22,8 @@ _PARAMETERS = ("Parameter", "Before", "After", "Change", "in u")
 _RESIDUALS = ("Recording", "Receiver", "Before [mm]", "After [mm]", "Left out [mm]")
 _TITLE = 1.5
 _RECEIVERS, _MOST_NAMED, _TOGETHER = 4, 2, 0.9
+
+_KEY = re.compile(r"\b(?:receiver|transmitter|tracer)(?:\.\w+)+")
 
 
 class _Lines(RowTable[tuple[str, ...]]):
@@ -99,6 +102,11 @@ class ResultView(QWidget):
     def _draw(self, residuals: Sequence[Residual]) -> None:
         self._receivers = max((one.receiver for one in residuals), default=0)
         files = list(dict.fromkeys(one.file for one in residuals))
+        known = [1e3 * x for one in residuals for x in (one.rms_m, one.rms_before_m) if x > 0.0]
+        if known:
+            # whole decades: between them the words of the axis would lie upon another
+            low, high = math.floor(math.log10(min(known))), math.ceil(math.log10(max(known)))
+            self.plot.setYRange(low, max(high, low + 2), padding=0.0)
         for receiver in range(1, _RECEIVERS + 1):
             own = [one for one in residuals if one.receiver == receiver]
             at = [files.index(one.file) + 1 for one in own]
@@ -116,23 +124,21 @@ class ResultView(QWidget):
 
 def words_of(found: Calibration) -> list[str]:
     """Return the reason, cross-validation, what cannot be told, and what is known only together, a line each."""
-    lines = [f"{found.reason[:1].upper()}{found.reason[1:].rstrip('.')}."]
+    lines = [found.reason]
     whole = [one for one in found.residuals if one.receiver == 0] or list(found.residuals)
     left_out = [one for one in whole if math.isfinite(one.left_out_rms_m)]
     if left_out:
-        before, after = (
-            _together([getattr(one, key) for one in left_out]) for key in ("rms_before_m", "left_out_rms_m")
-        )
-        lines.append(
-            f"Cross-validation: recordings that were left out agree within {_mm(after)} mm (before: {_mm(before)} mm)."
-        )
-    if found.undetermined:
-        lines.append(f"The data cannot tell: {'; '.join(found.undetermined)}.")
+        before = _mm(_together([one.rms_before_m for one in left_out]))
+        after = _mm(_together([one.left_out_rms_m for one in left_out]))
+        lines.append(f"cross-validation: recordings that were left out agree within {after} mm (before: {before} mm)")
+    if untold := [words for words in found.undetermined if words not in found.reason]:
+        lines.append(f"the data cannot tell: {'; '.join(untold)}")
     if pairs := correlations(found.covariance, found.names, _TOGETHER):
-        named = (f"{called(setup_key(a))} with {called(setup_key(b))} ({r:+.2f})" for a, b, r in pairs[:_MOST_NAMED])
+        named = (f"{a} with {b} ({r:+.2f})" for a, b, r in pairs[:_MOST_NAMED])
         more = len(pairs) - _MOST_NAMED
-        lines.append(f"Known only together: {'; '.join(named)}{f'; {more} more pairs' if more > 0 else ''}.")
-    return [*lines, *found.notes]
+        lines.append(f"known only together: {'; '.join(named)}{f'; {more} more pairs' if more > 0 else ''}")
+    lines = [_KEY.sub(lambda key: called(setup_key(key[0])), line) for line in (*lines, *found.notes)]
+    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines]
 
 
 def _together(values: list[float]) -> float:

@@ -22,7 +22,18 @@ from radargui.calibration.unknowns import (
     place_unknowns,
     setup_with,
 )
-from radargui.calibration.verdict import FAR, MISFIT_M, Slip, fit_paths, left_out, other_order, put_right, rms_m, untold
+from radargui.calibration.verdict import (
+    FAR,
+    LEFT_M,
+    MISFIT_M,
+    Slip,
+    fit_paths,
+    left_out,
+    other_order,
+    put_right,
+    rms_m,
+    untold,
+)
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
@@ -150,6 +161,7 @@ def calibrate(
         ]
         likelihoods, own = [one for one, _ in renewed], [state for _, state in renewed]
     found = fit(world, likelihoods, held=held, start=found, own=own, round_done=shares.round_done)
+    _refuse_above(LEFT_M, found, recordings)
     calibration = _calibration(found, before, likelihoods, recordings, made_at, operator)
     lost = tuple(
         f"{recordings[number].name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s, put right"
@@ -236,11 +248,17 @@ def _refuse_misfit(
             f"the recordings do not fit the setup, but they do where {better[0]}",
             remedy="Correct the wiring, or the order and azimuths of the receivers in the setup.",
         )
-    if worst >= MISFIT_M:
-        number = int(np.argmax([np.nanmax(rms_m(one.residual_m)) for one in rough.locals_]))
+    _refuse_above(MISFIT_M, rough, recordings)
+
+
+def _refuse_above(most_m: float, found: Fit, recordings: Sequence[KnownRecording]) -> None:
+    """Say which recording is no motion as stated; nothing where all are."""
+    rms = [float(np.nanmax(rms_m(one.residual_m))) for one in found.locals_]
+    number = int(np.argmax(rms))
+    if rms[number] >= most_m:
         known = recordings[number].trajectory
         raise ProcessingError(
-            f"{recordings[number].name}: its paths are {1e3 * worst:.1f} mm off what is known of its motion "
+            f"{recordings[number].name}: its paths are {1e3 * rms[number]:.1f} mm off what is known of its motion "
             f"({'fall' if known is None else known.words}), whatever the antennas",
             reasons=("it belongs to another path file", "the antennas are farther off than the setup's u says"),
         )

@@ -193,7 +193,7 @@ class PathLikelihood:
     motion: Motion
     wavelength_m: float
     is_plane: bool = False
-    slow_m: float = 3e-4
+    slow_m: float = 1e-3
     loose: float = 1.0
 
     @property

@@ -42,6 +42,10 @@ BIAS_LENGTH_M, FLOOR_BELOW_M = 0.09, 0.01
 """Correlation length of the bias maps, and how far below the lowest place a floor is sought (method 4)."""
 
 
+U_FLOOR_M, U_FAR_FLOOR_M = 0.03, 0.15
+"""Prior deviation of the floor's place, and where neither a fall nor the setup tells it."""
+
+
 @dataclass(frozen=True)
 class Prepared:
     """A recording, its paths and its motion as first guessed."""
@@ -231,7 +235,13 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     ]
     normal = np.asarray(setup.floor.normal)
     lowest = here[:, int(np.argmin(np.where(used, normal @ here, np.inf)))]
-    floor = MirrorPlane(lowest - FLOOR_BELOW_M * normal, normal, FLOOR)
+    if setup.floor.height_m is not None:
+        lowest = lowest * [1.0, 1.0, 0.0] + [0.0, 0.0, setup.floor.height_m]
+    # a sphere that falls comes down on it; where another motion takes place nobody knows but the setup
+    is_told = setup.floor.height_m is not None or isinstance(motion, Falls)
+    floor = MirrorPlane(
+        lowest - FLOOR_BELOW_M * normal, normal, FLOOR, u_shift_m=U_FLOOR_M if is_told else U_FAR_FLOOR_M
+    )
     spline = first_motion(data, here, signals.rest_end_s, breaks)
     return initial_problem(data, spline, constants, (floor,), BIAS_LENGTH_M, drift)
 

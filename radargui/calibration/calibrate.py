@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from typing import TypeVar
@@ -44,6 +44,8 @@ Progress = Callable[[float], None]
 T = TypeVar("T")
 RELEASE = "tracer.release_position_m"
 MOST_ROUNDS = 60
+LOOK_S = 0.1
+"""How often it is looked whether somebody wants no more."""
 MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
 RENEWALS, STEPS = 3, 6
@@ -356,14 +358,15 @@ class _Shares:
     def one_done(self) -> None:
         """A recording was estimated."""
         self._done += 1
-        self._tell()
+        self.look()
 
     def round_done(self) -> None:
         """A step of a fit was made."""
         self._rounds += 1
-        self._tell()
+        self.look()
 
-    def _tell(self) -> None:
+    def look(self) -> None:
+        """Say how far it is; what that raises ends the work."""
         self._report(0.5 * self._done / self._count + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
 
 
@@ -380,12 +383,14 @@ def _each(
             out.append(work(*one))
             shares.one_done()
         return out
-    with ProcessPoolExecutor(min(workers, len(tasks)), mp_context=get_context("spawn")) as pool:
-        running = [pool.submit(work, *one) for one in tasks]
-        try:
-            for future in running:
-                out.append(future.result())
-                shares.one_done()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+    # leaving the pool ends its processes: who cancels does not wait for an estimate of a minute
+    pool = get_context("spawn").Pool(min(workers, len(tasks)), signal.signal, (signal.SIGINT, signal.SIG_IGN))
+    with pool:
+        running = [pool.apply_async(work, one) for one in tasks]
+        for answer in running:
+            while not answer.ready():
+                shares.look()
+                answer.wait(LOOK_S)
+            out.append(answer.get())
+            shares.one_done()
     return out

@@ -121,11 +121,10 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
         moved = np.zeros_like(found.z)
         moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
         z = found.z + moved
-        # its motion and mismatch follow
+        # its motion and mismatch follow, damped: a whole step may end outside of all sense
         own = found.own[n] - part.reduced(0.0)[2][:, :-1] @ moved
-        there = one.at(found.world, z, own)
-        own = own - np.linalg.solve(there.inner, there.inner_slope)
-        out.append(rms_m(one.at(found.world, z, own).residual_m))
+        there = fit(found.world, [one], held=np.ones_like(found.held), start=replace(found, z=z), own=[own])
+        out.append(rms_m(there.locals_[0].residual_m))
     return out
 
 

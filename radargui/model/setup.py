@@ -233,7 +233,7 @@ def _with_calibration(setup: Setup, path: Path) -> Setup:
 
 def with_calibration(setup: Setup, content: CalibrationContent, file: Path) -> Setup:
     """Return the setup that refers to a calibration and carries it along; its antennas stay as they are."""
-    own = setup.calibration.model_copy(update={"file": str(file), "content": content})
+    own = setup.calibration.model_copy(update={"file": str(file.absolute()), "content": content})
     # what is set counts as given, also where it is the default
     return setup.model_copy(update={"calibration": own})
 
@@ -298,8 +298,8 @@ def _update_tables(target: Any, key: str, rows: list[dict[str, Any]]) -> None:
         tables.append(row)
 
 
-def write_setup(setup: Setup, path: Path) -> None:
-    """Write the setup; comments of a file that is there survive, and the file is replaced in one step.
+def write_setup(setup: Setup, path: Path, like: Path | None = None) -> None:
+    """Write the setup; comments of a file that is there survive, else those of `like`; replaced in one step.
 
     Raises
     ------
@@ -308,7 +308,8 @@ def write_setup(setup: Setup, path: Path) -> None:
     """
     setup = _for_file(setup, path)
     try:
-        original = path.read_text(encoding="utf-8-sig") if path.exists() else ""
+        old = path if path.exists() else like
+        original = "" if old is None else old.read_text(encoding="utf-8-sig")
         text = dump_setup(setup, original)
     except (OSError, UnicodeDecodeError, TOMLKitError):
         text = dump_setup(setup)

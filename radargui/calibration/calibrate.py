@@ -48,7 +48,7 @@ LOOK_S = 0.1
 """How often it is looked whether somebody wants no more."""
 MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
-RENEWALS, STEPS = 3, 6
+RENEWALS, STEPS = 3, 4
 """How often the deviations of maps are re-estimated, and steps between."""
 
 
@@ -294,6 +294,15 @@ def _calibration(
                 f"{condition_number:.3g})"
             ),
         )
+    far = [unknowns[n].name for n in kept if abs(found.z[n]) > FAR]
+    if far:
+        verdict, reason = (
+            "refused",
+            (
+                f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: either that u is too small, or a "
+                "wall or another motion than stated bends the paths"
+            ),
+        )
     residuals = []
     alone = left_out(found, likelihoods)
     for one, now, then, other in zip(recordings, found.locals_, before.locals_, alone, strict=True):
@@ -302,10 +311,7 @@ def _calibration(
     names = tuple(unknowns[n].name for n in kept)
     known = tuple("fall" if one.trajectory is None else one.trajectory.words for one in recordings)
     files = {one.name: one.checksum for one in recordings}
-    far = [unknowns[n].name for n in kept if abs(found.z[n]) > 3.0]
-    notes = (f"condition number {condition_number:.3g}",) + (
-        (f"farther from the setup's value than 3 of its u: {', '.join(far)}",) if far else ()
-    )
+    notes = (f"condition number {condition_number:.3g}",)
     return Calibration(
         names, mean, mean + u * found.z[kept], u, covariance, words, tuple(residuals), verdict, reason,
         Origin(made_at, operator, __version__, files, known), notes,

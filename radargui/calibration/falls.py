@@ -20,7 +20,7 @@ U_ONSET_S, U_START_M_S, U_IMPACT_S, U_VELOCITY_M_S = 0.003, 0.005, 0.005, 0.3
 """Prior deviations: of the release's instant and speed, of impacts and of the velocities after them."""
 U_CONTACT_M = 2e-5
 """How well an impact lies on the floor's plane: roughness, and how far a sphere presses in."""
-_STEPS = 12
+_STEPS = 6
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from radargui.calibration.likelihood import Likelihood, Local, World
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 
-CLOSE, MOST_STEPS = 0.02, 60
+CLOSE, MOST_STEPS = 0.1, 40
 """A step that gains less in cost is the last; in so many steps it gets there or does not."""
 FIRST_DAMPING, MOST_DAMPING, UP, DOWN = 1e-3, 1e6, 8.0, 8.0
 """Shares of the diagonal, and factors after a step that did not, or did, lower the cost (Marquardt 1963)."""

@@ -38,8 +38,10 @@ U_OFFSET_S = 0.01
 """Prior deviation of a free clock's offset against the best of the grid."""
 OFFSETS, ZEROS, COARSE = 400, 24, 500
 """How many offsets of a clock, and zeros of a turntable, are tried at first, and on how many means."""
-BIAS_LENGTH_M, FLOOR_BELOW_M = 0.09, 0.01
-"""Correlation length of the bias maps, and how far below the lowest place a floor is sought (method 4)."""
+FALL_BIAS_M, KNOWN_BIAS_M, FLOOR_BELOW_M = 0.09, 0.04, 0.01
+"""Correlation length of the bias maps, and how far below the lowest place a floor is sought (method 4). A motion that
+goes sideways sees the mirrored antennas' lobes from all sides, which the mirrors' factors, functions of height, do not
+follow: shorter maps must, where the motion is known."""
 
 
 U_FLOOR_M, U_FAR_FLOOR_M = 0.03, 0.15
@@ -243,7 +245,8 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
         lowest - FLOOR_BELOW_M * normal, normal, FLOOR, u_shift_m=U_FLOOR_M if is_told else U_FAR_FLOOR_M
     )
     spline = first_motion(data, here, signals.rest_end_s, breaks)
-    return initial_problem(data, spline, constants, (floor,), BIAS_LENGTH_M, drift)
+    length_m = FALL_BIAS_M if isinstance(motion, Falls) else KNOWN_BIAS_M
+    return initial_problem(data, spline, constants, (floor,), length_m, drift)
 
 
 def _constants(circle: FloatArray) -> ReceiverConstants:

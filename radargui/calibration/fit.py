@@ -108,7 +108,8 @@ def fit(
         while better is None and damping <= MOST_DAMPING:
             try:
                 tried = _step(now, likelihoods, damping)
-            except np.linalg.LinAlgError:
+            except (np.linalg.LinAlgError, ValueError):
+                # so far out that a motion there has no numbers
                 tried = None
             if tried is not None and np.isfinite(tried.cost) and tried.cost < now.cost:
                 better, gain = tried, now.cost - tried.cost

@@ -299,8 +299,8 @@ def _calibration(
         verdict, reason = (
             "refused",
             (
-                f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: either that u is too small, or a "
-                "wall or another motion than stated bends the paths"
+                f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: that u is too small, or "
+                "a wall or another motion than stated bends the paths"
             ),
         )
     residuals = []

@@ -14,6 +14,7 @@ from radargui.calibration.fit import Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
 from radargui.calibration.unknowns import Unknown
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
 
 UNTOLD = 0.5
@@ -27,6 +28,8 @@ GAIN = 20.0
 """In cost (ln likelihood) by which another order of the receivers must be better, at a misfit of `LOOSE`."""
 LOOSE = (30.0, 5.0, 1.0)
 """How much wider paths are taken from step to step (`PathLikelihood.loose`)."""
+LEFT_OUT_STEPS = 3
+"""In which the motion of a recording that is left out follows: each costs half a second."""
 MOST_COMPARED = 3
 """Recordings that other orders are tried on."""
 
@@ -110,7 +113,7 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
     """Return what each recording leaves with the values that the others alone give, rms by receiver.
 
     One Gauss-Newton step from the fit of all: (I - I_k + 1) dz = s_k, I_k and s_k the recording's information and
-    slope. NaN where there is no other recording.
+    slope. NaN where there is no other recording, or none that tells.
     """
     if len(likelihoods) < 2:
         return [np.full(len(one.residual_m), np.nan) for one in found.locals_]
@@ -122,9 +125,13 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
         moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
         z = found.z + moved
         # its motion and mismatch follow, damped: a whole step may end outside of all sense
-        own = found.own[n] - part.reduced(0.0)[2][:, :-1] @ moved
-        there = fit(found.world, [one], held=np.ones_like(found.held), start=replace(found, z=z), own=[own])
-        out.append(rms_m(there.locals_[0].residual_m))
+        try:
+            there = fit(
+                found.world, [one], held=np.ones_like(found.held), start=replace(found, z=z), own=[found.own[n]]
+            )
+            out.append(rms_m(there.locals_[0].residual_m))
+        except ProcessingError:
+            out.append(np.full(len(part.residual_m), np.nan))
     return out
 
 

@@ -208,7 +208,7 @@ def _sharpened(
 
 def _world(setup: Setup, recordings: Sequence[KnownRecording], groups: Sequence[str]) -> tuple[World, list[str]]:
     """Return the shared unknowns, and the name of each recording's place (empty: a known motion)."""
-    unknowns = [one for one in antenna_unknowns(setup, place="transmitter" in groups) if one.group != "polarization"]
+    unknowns = antenna_unknowns(setup, place="transmitter" in groups)
     names: dict[tuple[float, float, float], str] = {}
     places = []
     for one in recordings:
@@ -294,12 +294,10 @@ def _calibration(
         )
     far = [unknowns[n].name for n in kept if abs(found.z[n]) > FAR]
     if far:
-        verdict, reason = (
-            "refused",
-            (
-                f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: either that u is too small, or a "
-                "wall or another motion than stated bends the paths"
-            ),
+        verdict = "refused"
+        reason = (
+            f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: that u is too small, or a wall or "
+            "another motion than stated bends the paths"
         )
     residuals = []
     alone = left_out(found, likelihoods)

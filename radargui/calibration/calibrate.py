@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from typing import TypeVar
@@ -44,8 +44,6 @@ Progress = Callable[[float], None]
 T = TypeVar("T")
 RELEASE = "tracer.release_position_m"
 MOST_ROUNDS = 60
-LOOK_S = 0.1
-"""How often it is looked whether somebody wants no more."""
 MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
 RENEWALS, STEPS = 3, 4
@@ -210,7 +208,7 @@ def _sharpened(
 
 def _world(setup: Setup, recordings: Sequence[KnownRecording], groups: Sequence[str]) -> tuple[World, list[str]]:
     """Return the shared unknowns, and the name of each recording's place (empty: a known motion)."""
-    unknowns = [one for one in antenna_unknowns(setup, place="transmitter" in groups) if one.group != "polarization"]
+    unknowns = antenna_unknowns(setup, place="transmitter" in groups)
     names: dict[tuple[float, float, float], str] = {}
     places = []
     for one in recordings:
@@ -296,12 +294,10 @@ def _calibration(
         )
     far = [unknowns[n].name for n in kept if abs(found.z[n]) > FAR]
     if far:
-        verdict, reason = (
-            "refused",
-            (
-                f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: that u is too small, or "
-                "a wall or another motion than stated bends the paths"
-            ),
+        verdict = "refused"
+        reason = (
+            f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: that u is too small, or a wall or "
+            "another motion than stated bends the paths"
         )
     residuals = []
     alone = left_out(found, likelihoods)
@@ -364,15 +360,14 @@ class _Shares:
     def one_done(self) -> None:
         """A recording was estimated."""
         self._done += 1
-        self.look()
+        self._tell()
 
     def round_done(self) -> None:
         """A step of a fit was made."""
         self._rounds += 1
-        self.look()
+        self._tell()
 
-    def look(self) -> None:
-        """Say how far it is; what that raises ends the work."""
+    def _tell(self) -> None:
         self._report(0.5 * self._done / self._count + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
 
 
@@ -389,14 +384,12 @@ def _each(
             out.append(work(*one))
             shares.one_done()
         return out
-    # leaving the pool ends its processes: who cancels does not wait for an estimate of a minute
-    pool = get_context("spawn").Pool(min(workers, len(tasks)), signal.signal, (signal.SIGINT, signal.SIG_IGN))
-    with pool:
-        running = [pool.apply_async(work, one) for one in tasks]
-        for answer in running:
-            while not answer.ready():
-                shares.look()
-                answer.wait(LOOK_S)
-            out.append(answer.get())
-            shares.one_done()
+    with ProcessPoolExecutor(min(workers, len(tasks)), mp_context=get_context("spawn")) as pool:
+        running = [pool.submit(work, *one) for one in tasks]
+        try:
+            for future in running:
+                out.append(future.result())
+                shares.one_done()
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
     return out

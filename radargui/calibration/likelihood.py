@@ -218,7 +218,7 @@ class PathLikelihood:
         model, gradient = self._lengths(place, antennas)
         rows[:, :, : n_shared + n_own] = np.einsum("ran,ank->rnk", gradient, slopes)
         for k, one in enumerate(world.unknowns):
-            if one.key and one.group != "polarization":
+            if one.key:
                 other = z.copy()
                 other[k] += STEP
                 rows[:, :, k] += (self._lengths(place, world.antennas(other))[0] - model) / STEP
@@ -331,7 +331,7 @@ class SignalLikelihood:
             known = np.einsum("can,ank->cnk", lin.by_position, slopes)
             plain = signal_of(waves[n], theta, layout, problem.inputs, n).value
             for k, one in enumerate(world.unknowns):
-                if one.key.startswith(("transmitter", f"receiver[{n + 1}]")) and one.group != "polarization":
+                if one.key.startswith(("transmitter", f"receiver[{n + 1}]")):
                     other = replace(problem.inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
                     shifted = receiver_signal(node_m[:, pair], theta, layout, other, n).value
                     known[:, :, k] += (shifted - plain) / STEP

@@ -16,10 +16,11 @@ from radargui.model.gravity import (
 )
 from radargui.model.setup import Setup, moved
 
-GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "polarization", "gravity")
-"""What `--free` may name: `transmitter` is its place, `gravity` the direction of gravity."""
+GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity")
+"""What `--free` may name: `transmitter` is its place, `gravity` the direction of gravity. Polarisations are unknowns of
+each recording, with the setup's prior (method 4)."""
 USUAL = ("tilt", "azimuth", "distance", "release")
-U_UNSTATED = {"tilt": 3.0, "azimuth": 3.0, "distance": 0.02, "release": 0.002, "polarization": 5.0}
+U_UNSTATED = {"tilt": 3.0, "azimuth": 3.0, "distance": 0.02, "release": 0.002}
 """Prior deviations (degrees, m) where the setup gives none: wide, since what nobody measured is what is asked for."""
 U_PLUMB_DEG = 0.3
 """Of the vertical against the setup's z axis: a spirit level."""
@@ -69,18 +70,11 @@ def antenna_unknowns(setup: Setup, *, place: bool = False) -> list[Unknown]:
     else:
         name, reach = "transmitter.distance_m", math.hypot(*sender.place_m)
         out = [Unknown(name, reach, u_sender, "distance", name)]
-    turned = sender.polarization_deg is not None
-    if turned:
-        name, u = "transmitter.polarization_deg", _given(sender.u_polarization_deg, "polarization")
-        out.append(Unknown(name, sender.polarization_deg or 0.0, u, "polarization", name))
-    fields = setup.received_fields() if turned else ()
     for n, one in enumerate(setup.receiver, 1):
-        for name in ("tilt_deg", "azimuth_deg", "distance_m", *(("polarization_deg",) if turned else ())):
+        for name in ("tilt_deg", "azimuth_deg", "distance_m"):
             group = name.partition("_")[0]
-            value = getattr(one, name)
-            value = fields[n - 1].angle_deg if value is None else value
             u = _given(getattr(one, f"u_{name}"), group)
-            out.append(Unknown(f"receiver.{n}.{name}", value, u, group, f"receiver[{n}].{name}"))
+            out.append(Unknown(f"receiver.{n}.{name}", getattr(one, name), u, group, f"receiver[{n}].{name}"))
     return [one for one in out if one.u > 0.0]
 
 

@@ -29,7 +29,7 @@ GAIN = 20.0
 LOOSE = (30.0, 5.0, 1.0)
 """How much wider paths are taken from step to step (`PathLikelihood.loose`)."""
 LEFT_OUT_STEPS = 3
-"""In which the motion of a recording that is left out follows: each costs half a second."""
+"""In which the motion of a recording that is left out follows; a fit to the end took 20 s for each of three drops."""
 MOST_COMPARED = 3
 """Recordings that other orders are tried on."""
 
@@ -206,9 +206,12 @@ def put_right(found: Fit, recordings: Sequence[PathLikelihood]) -> tuple[list[Pa
             medians = np.median(sliding_window_view(residual[known], STEP_POINTS), axis=1)
             step = (medians[STEP_POINTS:] - medians[:-STEP_POINTS]) / one.wavelength_m
             k = int(np.argmax(np.abs(step)))
-            fringes = round(step[k])
-            if fringes and abs(step[k] - fringes) < 0.3:
-                begin = known[k + STEP_POINTS]
+            # medians say that it stays, the largest difference among their values when and how far it steps
+            near = np.diff(residual[known[k : k + 2 * STEP_POINTS]]) / one.wavelength_m
+            first = int(np.argmax(np.abs(near)))
+            fringes = round(near[first])
+            if fringes and abs(near[first] - fringes) < 0.3 and abs(step[k]) > 0.5:
+                begin = known[k + 1 + first]
                 change[receiver, begin:] -= fringes * one.wavelength_m
                 slips.append(Slip(number, receiver, float(one.measured.time_s[begin])))
         out.append(replace(one, measured=replace(one.measured, change_m=change)))

@@ -111,9 +111,9 @@ def run(seeds: range, kind: str, drops: int, workers: int, held: dict[str, objec
         row = (*compare(found, lab), *of_geometry(found, lab, 0), lasted)
         rows.append(row)
         print(
-            f"{seed} walls {lab.scene.facts['walls']}: angle {row[0]:.3f} deg, distance {1e3 * row[1]:.2f} mm, inside 2u "
-            f"{row[2]:.2f}; 3D {1e3 * row[3]:.2f} -> {1e3 * row[4]:.3f} mm, inside 2u {row[5]:.2f}; g {100 * row[6]:.3f} "
-            f"-> {100 * row[7]:.4f} %; {lasted:.0f} s; {found.calibration.verdict}",
+            f"{seed} walls {lab.scene.facts['walls']}: angle {row[0]:.3f} deg, distance {1e3 * row[1]:.2f} mm, "
+            f"inside 2u {row[2]:.2f}; 3D {1e3 * row[3]:.2f} -> {1e3 * row[4]:.3f} mm, inside 2u {row[5]:.2f}; "
+            f"g {100 * row[6]:.3f} -> {100 * row[7]:.4f} %; {lasted:.0f} s; {found.calibration.verdict}",
             flush=True,
         )
     if rows:

@@ -296,8 +296,8 @@ def _calibration(
     if far:
         verdict = "refused"
         reason = (
-            f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: that u is too small, or a wall or "
-            "another motion than stated bends the paths"
+            f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: that u is too small, or a wall "
+            "or another motion than stated bends the paths"
         )
     residuals = []
     alone = left_out(found, likelihoods)
@@ -307,7 +307,7 @@ def _calibration(
     names = tuple(unknowns[n].name for n in kept)
     known = tuple("fall" if one.trajectory is None else one.trajectory.words for one in recordings)
     files = {one.name: one.checksum for one in recordings}
-    notes = (f"condition number {condition_number:.3g}",)
+    notes = (f"condition number {condition_number:.3g}", f"u widened by {found.birge():.2f} (Birge ratio)")
     return Calibration(
         names, mean, mean + u * found.z[kept], u, covariance, words, tuple(residuals), verdict, reason,
         Origin(made_at, operator, __version__, files, known), notes,

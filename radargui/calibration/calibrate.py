@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from typing import TypeVar
@@ -44,6 +44,8 @@ Progress = Callable[[float], None]
 T = TypeVar("T")
 RELEASE = "tracer.release_position_m"
 MOST_ROUNDS = 60
+LOOK_S = 0.1
+"""How often it is looked whether somebody wants no more."""
 MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
 RENEWALS, STEPS = 3, 4
@@ -296,8 +298,8 @@ def _calibration(
     if far:
         verdict = "refused"
         reason = (
-            f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: that u is too small, or a wall or "
-            "another motion than stated bends the paths"
+            f"{', '.join(far)} would be more than {FAR:g} of its u away from the setup: that u is too small, or a wall "
+            "or another motion than stated bends the paths"
         )
     residuals = []
     alone = left_out(found, likelihoods)
@@ -307,7 +309,7 @@ def _calibration(
     names = tuple(unknowns[n].name for n in kept)
     known = tuple("fall" if one.trajectory is None else one.trajectory.words for one in recordings)
     files = {one.name: one.checksum for one in recordings}
-    notes = (f"condition number {condition_number:.3g}",)
+    notes = (f"condition number {condition_number:.3g}", f"u widened by {found.birge():.2f} (Birge ratio)")
     return Calibration(
         names, mean, mean + u * found.z[kept], u, covariance, words, tuple(residuals), verdict, reason,
         Origin(made_at, operator, __version__, files, known), notes,
@@ -360,14 +362,15 @@ class _Shares:
     def one_done(self) -> None:
         """A recording was estimated."""
         self._done += 1
-        self._tell()
+        self.look()
 
     def round_done(self) -> None:
         """A step of a fit was made."""
         self._rounds += 1
-        self._tell()
+        self.look()
 
-    def _tell(self) -> None:
+    def look(self) -> None:
+        """Say how far it is; what that raises ends the work."""
         self._report(0.5 * self._done / self._count + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
 
 
@@ -384,12 +387,14 @@ def _each(
             out.append(work(*one))
             shares.one_done()
         return out
-    with ProcessPoolExecutor(min(workers, len(tasks)), mp_context=get_context("spawn")) as pool:
-        running = [pool.submit(work, *one) for one in tasks]
-        try:
-            for future in running:
-                out.append(future.result())
-                shares.one_done()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+    # leaving the pool ends its processes: who cancels does not wait for an estimate of a minute
+    pool = get_context("spawn").Pool(min(workers, len(tasks)), signal.signal, (signal.SIGINT, signal.SIG_IGN))
+    with pool:
+        running = [pool.apply_async(work, one) for one in tasks]
+        for answer in running:
+            while not answer.ready():
+                shares.look()
+                answer.wait(LOOK_S)
+            out.append(answer.get())
+            shares.one_done()
     return out

@@ -13,6 +13,8 @@ from radargui.model.errors import ProcessingError
 
 CLOSE, MOST_STEPS = 0.1, 40
 """A step that gains less in cost is the last; in so many steps it gets there or does not."""
+LEAST, FEW = 1.2, 3.0
+"""Least widening of u, as of all estimates with maps (method 6), and from how many differences on they are believed."""
 FIRST_DAMPING, MOST_DAMPING, UP, DOWN = 1e-3, 1e6, 8.0, 8.0
 """Shares of the diagonal, and factors after a step that did not, or did, lower the cost (Marquardt 1963)."""
 
@@ -49,14 +51,33 @@ class Fit:
         reduced = [one.reduced(0.0) for n, one in enumerate(self.locals_) if n != but]
         return sum(one[0] for one in reduced), sum(one[1] for one in reduced)  # type: ignore[return-value]
 
+    def birge(self) -> float:
+        """Return by how much the recordings differ beyond what each says of itself, a factor on u, at least `LEAST`.
+
+        Each pulls the common values by its slope s_k, of covariance I_k: sum s_k^T (I_k + 1)^-1 s_k over its
+        expectation (Birge 1932, for vectors; 1 is the prior). What walls do to maps is in no recording's own u.
+        """
+        one, square, expected = np.eye(self.z.size), 0.0, 0.0
+        for local in self.locals_:
+            normal, slope, _ = local.reduced(0.0)
+            inverse = np.linalg.inv(normal + one)
+            square += float(slope @ inverse @ slope)
+            expected += float(np.trace(inverse @ normal))
+        total = self.information()[0]
+        expected -= float(np.trace(np.linalg.solve(total + one, total)))
+        return max(LEAST, float(np.sqrt(square / expected)) if expected > FEW else LEAST)
+
     def covariance(self) -> FloatArray:
         """Return the covariance of the free unknowns in prior deviations; held ones count with theirs, shape (n, n).
 
+        What the data give is widened by the Birge ratio, but never beyond the prior's own 1.
         What is held at a value with a prior deviation of one shifts the others by -H_ff^-1 H_fh (Schmidt's consider
         parameters).
         """
         normal = self.information()[0] + np.eye(self.z.size)
         free, out = ~self.held, np.zeros_like(normal)
+        # wider data: I / B^2 + 1
+        normal = (normal - np.eye(self.z.size)) / self.birge() ** 2 + np.eye(self.z.size)
         inverse = np.linalg.inv(normal[np.ix_(free, free)])
         follows = inverse @ normal[np.ix_(free, ~free)]
         out[np.ix_(free, free)] = inverse + follows @ follows.T

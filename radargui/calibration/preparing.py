@@ -157,12 +157,7 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
     free = trajectory.path.clock == "free"
     first = signals.onset_s - trajectory.begin_s
     if not free:
-        if trajectory.end_s <= time[0] or trajectory.begin_s >= time[-1]:
-            raise ProcessingError(
-                f"{recording.name}: its {time[0]:.3g} to {time[-1]:.3g} s and the {trajectory.begin_s:.3g} to "
-                f"{trajectory.end_s:.3g} s of the {trajectory.words} do not overlap",
-                remedy="Give the path of this recording, or leave --clock shared out.",
-            )
+        refuse_apart(recording.name, float(time[0]), float(time[-1]), trajectory)
         offsets = np.zeros(1)
     else:
         # it may begin before the recording does, and its first moments may be too slow to be seen
@@ -185,6 +180,22 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
             known = row + np.unwrap(np.angle(left))
         out[:] = known / k
     return Prepared(recording.name, signals, _thinned(time, change), motion)
+
+
+def refuse_apart(name: str, first_s: float, last_s: float, trajectory: Trajectory) -> None:
+    """Make sure that a recording and a trajectory on the same clock overlap.
+
+    Raises
+    ------
+    ProcessingError
+        They do not.
+    """
+    if trajectory.end_s <= first_s or trajectory.begin_s >= last_s:
+        raise ProcessingError(
+            f"{name}: its {first_s:.3g} to {last_s:.3g} s and the {trajectory.begin_s:.3g} to {trajectory.end_s:.3g} s "
+            f"of the {trajectory.words} do not overlap",
+            remedy="Give the path of this recording, or leave --clock shared out.",
+        )
 
 
 def _circle(phase_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, float]:

@@ -46,10 +46,10 @@ def calibrate_antennas(options: Calibrate) -> int:
     there = [path for path in (output, beside) if path.exists()]
     if there and not options.force:
         raise UsageError(f"{there[0]} is there already; --force writes over it")
+    groups = chosen_groups(options.free)
     files = _files(options.files, options.known)
     recordings, known = zip(*files, strict=True)
     setup = read_setup(options.setup) if options.setup is not None else _setup_of(recordings)
-    groups = chosen_groups(options.free)
     order = CalibrationOrder(recordings, known, setup, groups, options.operator, options.clock)
     with progress_bar("Calibrating") as progress:
         calibration = calibrate_files(order, progress)

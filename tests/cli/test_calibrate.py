@@ -40,7 +40,8 @@ def found_by(setup: Setup, verdict: str) -> Calibrated:
     u = np.array([one.u for one in world.unknowns])
     moved = values + 1.0 * np.array([name == "receiver.1.tilt_deg" for name in names])
     calibration = Calibration(
-        names, values, moved, u, np.diag((0.1 * u) ** 2), (), (Residual("circle", 1, 1e-5, 1e-3, 2e-5),), verdict, "why",
+        names, values, moved, u, np.diag((0.1 * u) ** 2), (),
+        (Residual("circle", 1, 1e-5, 1e-3, 2e-5),), verdict, "why",
         Origin("2026-11-21", "", "0", {"circle": "abc"}, ("turntable",)),
     )  # fmt: skip
     found = Fit(world, np.zeros(n), (), (), np.zeros(n, dtype=bool))

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QFileDialog
 from pytestqt.qtbot import QtBot
 from support.calibrations import calibration_of
 
+from radargui.calibration.unknowns import GROUPS
 from radargui.experiment.calibrating import CalibrationOrder
 from radargui.files.calibration_file import read_calibration, write_calibration
 from radargui.gui.main_window import MainWindow
@@ -91,6 +92,16 @@ def test_the_keys_lead_from_recordings_to_a_setup_that_refers_to_its_calibration
     # edited by hand afterwards: said by name
     window.setup_model.assign("receiver[1].tilt_deg", 30.0)
     assert "“Tilt” = 30.0000 (calibrated 40.6000); their own u_ hold" in group.fault.text()
+
+
+def test_the_form_offers_what_the_fit_can_find(window: MainWindow) -> None:
+    unknowns = window.calibration.dialog.unknowns
+    assert set(unknowns.boxes) == set(GROUPS)
+    unknowns.show_setup(window.setup_model.setup)
+    assert unknowns._priors["distance"].text() == "no uncertainty given: ± 20 mm taken"
+    window.setup_model.assign("receiver[2].u_tilt_deg", 0.4)
+    unknowns.show_setup(window.setup_model.setup)
+    assert unknowns._priors["tilt"].text() == "Receiver 2 ± 0.4 °"
 
 
 def test_a_refused_calibration_cannot_be_used_and_is_discarded(window: MainWindow, fit: Fit, wait_for: Any) -> None:

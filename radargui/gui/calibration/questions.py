@@ -7,12 +7,14 @@ from pathlib import Path
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QAbstractItemView, QCheckBox, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
+from radargui.calibration.unknowns import U_UNSTATED, USUAL
 from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
 from radargui.gui.layout import Group, Paragraph, PlainLabel, button, fill
 from radargui.gui.setup.words import called, words_of
 from radargui.gui.table import RowModel, RowTable
 from radargui.model.assumed import uncertain_inputs
+from radargui.model.calibrated_setup import unit_of
 from radargui.model.resources import resources_folder
 from radargui.model.setup import Setup
 
@@ -28,7 +30,6 @@ GROUPS = {
     "gravity": ("Direction of gravity against z", ()),
 }
 """What may be unknown, in words, and which values of the setup are its priors."""
-USUAL = ("tilt", "azimuth", "distance", "release")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +134,7 @@ class UnknownsForm(QWidget):
             group.rows.addRow(box, prior)
         words = (
             "What is not checked stays as the setup has it. Each unknown begins with the setup's value and "
-            "uncertainty: where the setup gives none, a wide one is taken."
+            "uncertainty; where the setup gives none a wide one is taken."
         )
         fill(QVBoxLayout(self), Paragraph(words), group, 1, spacing=6)
 
@@ -150,5 +151,9 @@ class UnknownsForm(QWidget):
         for name, (_, ends) in GROUPS.items():
             own = [one for one in given if ends and one.key.endswith(ends)]
             said = [f"{called(one.key).partition(':')[0]} ± {words_of(one.key).with_unit(one.u)}" for one in own]
-            empty = "" if not ends else "no uncertainty given"
-            self._priors[name].setText(", ".join(said) or empty)
+            if ends and not said:
+                # of the first receiver: all are written in one unit
+                key = f"receiver[1]{ends[0]}" if ends[0].startswith(".") else "tracer.u_release_m"
+                unit, scale = unit_of(key)
+                said = [f"no uncertainty given: ± {U_UNSTATED[name] * scale:g} {unit} taken"]
+            self._priors[name].setText(", ".join(said))

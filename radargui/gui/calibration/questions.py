@@ -26,7 +26,6 @@ GROUPS = {
     "distance": ("Distance of each antenna", (".distance_m",)),
     "transmitter": ("Place of the transmitter, also off the axis", ()),
     "release": ("Place of the release", ("release_position_m[3]",)),
-    "polarization": ("Polarisation of each antenna", (".polarization_deg",)),
     "gravity": ("Direction of gravity against z", ()),
 }
 """What may be unknown, in words, and which values of the setup are its priors."""
@@ -141,11 +140,10 @@ class UnknownsForm(QWidget):
     @property
     def free(self) -> tuple[str, ...]:
         """The groups that are checked."""
-        return tuple(name for name, box in self.boxes.items() if box.isChecked() and box.isEnabled())
+        return tuple(name for name, box in self.boxes.items() if box.isChecked())
 
     def show_setup(self, setup: Setup) -> None:
-        """Show what a setup knows of each group; polarisations only where it gives them."""
-        self.boxes["polarization"].setEnabled(setup.transmitter.polarization_deg is not None)
+        """Show what a setup knows of each group."""
         plain = setup.model_copy(update={"calibration": type(setup.calibration)()})
         given = [one for one in uncertain_inputs(plain) if not one.assumed]
         for name, (_, ends) in GROUPS.items():

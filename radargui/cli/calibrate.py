@@ -19,7 +19,7 @@ from radargui.cli.app import Calibrate
 from radargui.cli.bar import progress_bar, show_table
 from radargui.cli.setup_choice import own_setup
 from radargui.experiment.batch.task import find_runs
-from radargui.files.calibration_file import write_calibration
+from radargui.files.calibration_file import read_calibration, write_calibration
 from radargui.files.reading import read_recording
 from radargui.model.errors import ProcessingError, RadarGuiError, UsageError
 from radargui.model.result import RunResult
@@ -167,12 +167,19 @@ def _check(run: Path, setup_file: Path | None) -> int:
         result = process(
             read_recording(files[0]) if brought is None else read_for_processing(files[0]), setup, progress
         )
-    sentence, holds = checked(result)
+    sentence, holds = checked(result, _day(setup, setup_file))
     typer.echo(sentence)
     return 0 if holds else 1
 
 
-def checked(result: RunResult) -> tuple[str, bool]:
+def _day(setup: Setup, setup_file: Path | None) -> str:
+    """Return " of DAY" where the setup names its calibration and that is there, else nothing."""
+    name = getattr(getattr(setup, "calibration", None), "file", None)
+    path = None if name is None or setup_file is None else setup_file.parent / name
+    return f" of {read_calibration(path).origin.made_at[:10]}" if path is not None and path.exists() else ""
+
+
+def checked(result: RunResult, day: str = "") -> tuple[str, bool]:
     """Return "the calibration ... still holds: g ..., drift ..." of one drop, and whether it does.
 
     The drift is how far the first fall goes sideways, which it should not.
@@ -192,7 +199,7 @@ def checked(result: RunResult) -> tuple[str, bool]:
     site = site_check(result)
     # without a site g may be anywhere between equator and poles
     expected, u_expected = (9.81, 0.015) if site is None else (site.expected_m_s2, site.u_expected_m_s2)
-    u_g = math.hypot(fall.u_g_m_s2, budget.g_m_s2.combined or 0.0) if budget.g_m_s2 is not None else fall.u_g_m_s2
+    u_g = budget.g_m_s2.combined or fall.u_g_m_s2
     last = int(np.searchsorted(track.time_s, impacts[0].time_s)) - 1
     away = track.position_m[:2, last] - np.array(result.setup.tracer.release_position_m[:2])
     u_drift = float(np.hypot(*track.u_position_m[:2, last]))
@@ -201,6 +208,6 @@ def checked(result: RunResult) -> tuple[str, bool]:
     straight = drift <= COVERAGE * max(u_drift, 1e-4)
     holds = falls and straight
     return (
-        f"the calibration {'still holds' if holds else 'does NOT hold'}: g {quantity(fall.g_m_s2, u_g, 'm/s²')}, "
+        f"the calibration{day} {'still holds' if holds else 'does NOT hold'}: g {quantity(fall.g_m_s2, u_g, 'm/s²')}, "
         f"expected {quantity(expected, u_expected, 'm/s²')}, drift {quantity(drift, u_drift, 'mm', 1e3)}"
     ), holds

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from radargui.calibration.unknowns import antenna_unknowns
 from radargui.cli import calibrate as command_module
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
+from radargui.model.result import FreeFall
 from radargui.model.setup import Setup, read_setup
 
 RESOURCES = Path(__file__).parents[2] / "resources"
@@ -40,8 +42,8 @@ def found_by(setup: Setup, verdict: str) -> Calibrated:
     u = np.array([one.u for one in world.unknowns])
     moved = values + 1.0 * np.array([name == "receiver.1.tilt_deg" for name in names])
     calibration = Calibration(
-        names, values, moved, u, np.diag((0.1 * u) ** 2), (), (Residual("circle", 1, 1e-5, 1e-3, 2e-5),), verdict, "why",
-        Origin("2026-11-21", "", "0", {"circle": "abc"}, ("turntable",)),
+        names, values, moved, u, np.diag((0.1 * u) ** 2), (), (Residual("circle", 1, 1e-5, 1e-3, 2e-5),), verdict,
+        "why", Origin("2026-11-21", "", "0", {"circle": "abc"}, ("turntable",)),
     )  # fmt: skip
     found = Fit(world, np.zeros(n), (), (), np.zeros(n, dtype=bool))
     return Calibrated(calibration, calibrated_setup(setup, found, calibration), found)
@@ -113,3 +115,31 @@ def test_times_that_do_not_overlap_are_said(tmp_path: Path) -> None:
     table.write_text("time_s,x_m,y_m,z_m\n" + "".join(f"{100 + k},0,0,{k / 100}\n" for k in range(5)))
     with pytest.raises(ProcessingError, match="do not overlap"):
         refuse_apart("circle", 0.0, 5.0, read_known(table, "shared"))
+
+
+@pytest.mark.parametrize(
+    ("g", "drift_m", "holds", "said"),
+    [
+        (9.8095, 2e-4, True, "the calibration of 2026-11-03 still holds: g (9.8095 ± 0.0040) m/s²"),
+        (9.85, 2e-4, False, "does NOT hold: g (9.8500 ± 0.0040) m/s²"),
+        (9.81, 2e-3, False, "drift (2.00 ± 0.42) mm"),
+    ],
+)
+def test_one_drop_says_whether_the_calibration_holds(g: float, drift_m: float, holds: bool, said: str) -> None:
+    setup = read_setup(SETUP)
+    time = np.arange(300) / 1000.0
+    position = np.repeat(np.array(setup.tracer.release_position_m)[:, None], 300, axis=1)
+    position[0] += drift_m * time / time[200]
+    result = SimpleNamespace(
+        bounces=SimpleNamespace(
+            free_fall=FreeFall(g, 1e-4, 0.0, 0.2, 0.12, 0.2, (0.0, 0.0, 0.0), 1e-5),
+            impacts=(SimpleNamespace(time_s=0.201),),
+        ),
+        uncertainty_budget=SimpleNamespace(g_m_s2=SimpleNamespace(combined=0.004)),
+        track=SimpleNamespace(time_s=time, position_m=position, u_position_m=np.full((3, 300), 3e-4)),
+        setup=setup,
+        reason="",
+    )
+    sentence, good = command_module.checked(result, " of 2026-11-03")  # type: ignore[arg-type]
+    assert good == holds
+    assert said in sentence

@@ -130,11 +130,9 @@ def test_one_drop_says_whether_the_calibration_holds(g: float, drift_m: float, h
     time = np.arange(300) / 1000.0
     position = np.repeat(np.array(setup.tracer.release_position_m)[:, None], 300, axis=1)
     position[0] += drift_m * time / time[200]
+    fall = FreeFall(g, 1e-4, 0.0, 0.2, 0.12, 0.2, (0.0, 0.0, 0.0), 1e-5)
     result = SimpleNamespace(
-        bounces=SimpleNamespace(
-            free_fall=FreeFall(g, 1e-4, 0.0, 0.2, 0.12, 0.2, (0.0, 0.0, 0.0), 1e-5),
-            impacts=(SimpleNamespace(time_s=0.201),),
-        ),
+        bounces=SimpleNamespace(free_fall=fall, impacts=(SimpleNamespace(time_s=0.201),)),
         uncertainty_budget=SimpleNamespace(g_m_s2=SimpleNamespace(combined=0.004)),
         track=SimpleNamespace(time_s=time, position_m=position, u_position_m=np.full((3, 300), 3e-4)),
         setup=setup,

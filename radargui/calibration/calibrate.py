@@ -24,12 +24,15 @@ from radargui.calibration.unknowns import (
 )
 from radargui.calibration.verdict import (
     FAR,
+    GAIN,
     LEFT_M,
+    LOOSE,
     MISFIT_M,
+    MOST_COMPARED,
     Slip,
     fit_paths,
     left_out,
-    other_order,
+    other_orders,
     put_right,
     rms_m,
     untold,
@@ -48,6 +51,8 @@ LOOK_S = 0.1
 """How often it is looked whether somebody wants no more."""
 MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
+FEW_STEPS = 12
+"""Of a fit that is only compared with others."""
 RENEWALS, STEPS = 3, 4
 """How often the deviations of maps are re-estimated, and steps between."""
 
@@ -137,7 +142,7 @@ def calibrate(
         A recording does not fit what is known of it: swapped receivers, a mirror image, no overlap.
     """
     shares = _Shares(progress, len(recordings))
-    world, places = _world(setup, recordings, groups)
+    world, places = _world(setup, recordings, place="transmitter" in groups)
     held = np.array([bool(one.group) and one.group not in groups for one in world.unknowns])
     tasks = [(one, _hung(setup, one.rest_m), place) for one, place in zip(recordings, places, strict=True)]
     prepared = _each(_prepare, tasks, workers, shares)
@@ -151,7 +156,7 @@ def calibrate(
             break
         slips += more
         rough = fit_paths(world, by_paths, held, shares.round_done)
-    _refuse_misfit(rough, by_paths, recordings, shares.round_done)
+    _refuse_misfit(rough, recordings, prepared, shares.round_done)
     before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]), shares.round_done)
     likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
     found = rough
@@ -208,9 +213,9 @@ def _sharpened(
     return out, starts
 
 
-def _world(setup: Setup, recordings: Sequence[KnownRecording], groups: Sequence[str]) -> tuple[World, list[str]]:
+def _world(setup: Setup, recordings: Sequence[KnownRecording], *, place: bool = False) -> tuple[World, list[str]]:
     """Return the shared unknowns, and the name of each recording's place (empty: a known motion)."""
-    unknowns = antenna_unknowns(setup, place="transmitter" in groups)
+    unknowns = antenna_unknowns(setup, place=place)
     names: dict[tuple[float, float, float], str] = {}
     places = []
     for one in recordings:
@@ -228,10 +233,7 @@ def _world(setup: Setup, recordings: Sequence[KnownRecording], groups: Sequence[
 
 
 def _refuse_misfit(
-    rough: Fit,
-    by_paths: Sequence[PathLikelihood],
-    recordings: Sequence[KnownRecording],
-    round_done: Callable[[], None],
+    rough: Fit, recordings: Sequence[KnownRecording], prepared: Sequence[Prepared], round_done: Callable[[], None]
 ) -> None:
     """Say why paths do not fit what is known; nothing where they do.
 
@@ -244,10 +246,26 @@ def _refuse_misfit(
     antennas = np.array([bool(one.key) for one in rough.world.unknowns])
     if worst < MISFIT_M and np.abs(rough.z[antennas]).max(initial=0.0) < FAR:
         return
-    better = other_order(rough, by_paths, round_done)
-    if better is not None:
+    stride = max(1, len(recordings) // MOST_COMPARED)
+    some = list(zip(recordings, prepared, strict=True))[::stride][:MOST_COMPARED]
+
+    def cost(setup: Setup) -> float:
+        world, _ = _world(setup, [one for one, _ in some])
+        # a known motion's paths were measured against the phases of the antennas as they were said to be
+        ready = [
+            was if one.trajectory is None else prepare_known(one.recording, _hung(setup, one.rest_m), one.trajectory)
+            for one, was in some
+        ]
+        paths = [PathLikelihood(one.measured, one.motion, setup.radar.wavelength_m) for one in ready]
+        held = np.zeros(len(world.unknowns), dtype=bool)
+        return fit_paths(world, paths, held, round_done, LOOSE[:2], FEW_STEPS).cost
+
+    setup = rough.world.setup
+    plain, tried = cost(setup), [(cost(other), words) for words, other in other_orders(setup)]
+    least, words = min(tried)
+    if least < plain - GAIN:
         raise ProcessingError(
-            f"the recordings do not fit the setup, but they do where {better[0]}",
+            f"the recordings do not fit the setup, but they do where {words}",
             remedy="Correct the wiring, or the order and azimuths of the receivers in the setup.",
         )
     _refuse_above(MISFIT_M, rough, recordings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import permutations
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from radargui.calibration.fit import Fit, fit
+from radargui.calibration.fit import MOST_STEPS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
 from radargui.calibration.unknowns import Unknown
 from radargui.model.arrays import BoolArray, FloatArray
@@ -52,14 +52,19 @@ def rms_m(residual_m: FloatArray) -> FloatArray:
 
 
 def fit_paths(
-    world: World, recordings: Sequence[PathLikelihood], held: BoolArray, round_done: Callable[[], None] = lambda: None
+    world: World,
+    recordings: Sequence[PathLikelihood],
+    held: BoolArray,
+    round_done: Callable[[], None] = lambda: None,
+    looseness: Sequence[float] = LOOSE,
+    steps: int = MOST_STEPS,
 ) -> Fit:
     """Fit paths, first loosely: far from the solution ties and outliers would lead astray."""
     found: Fit | None = None
-    for loose in LOOSE:
+    for loose in looseness:
         wide = [replace(one, loose=loose) for one in recordings]
         own = None if found is None else found.own
-        found = fit(world, wide, held=held, start=found, own=own, round_done=round_done)
+        found = fit(world, wide, held=held, start=found, own=own, round_done=round_done, steps=steps)
     if found is None:
         raise RuntimeError("no looseness")
     return found
@@ -135,47 +140,16 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
     return out
 
 
-def other_order(
-    found: Fit, recordings: Sequence[PathLikelihood], round_done: Callable[[], None]
-) -> tuple[str, float] | None:
-    """Return which swap of receivers, or mirror image, describes the paths better, and the gain; None where none does.
-
-    Parameters
-    ----------
-    found
-        The fit of the paths as they are.
-    recordings
-        Its recordings; of many some are enough.
-    round_done
-        Called between steps.
-    """
-    stride = max(1, len(recordings) // MOST_COMPARED)
-    some = recordings[::stride][:MOST_COMPARED]
-    plain = fit_paths(found.world, some, found.held, round_done).cost
-    n_rx, best = len(recordings[0].measured.change_m), None
+def other_orders(setup: Setup) -> Iterator[tuple[str, Setup]]:
+    """Yield what may be wrong with a setup's receivers, in words, and the setup with that put right."""
     for mirrored in (False, True):
-        world = World(mirrored_setup(found.world.setup), _mirrored(found.world.unknowns)) if mirrored else found.world
-        for order in permutations(range(n_rx)):
-            if order == tuple(range(n_rx)) and not mirrored:
+        for order in permutations(range(setup.n_receivers)):
+            if order == tuple(range(setup.n_receivers)) and not mirrored:
                 continue
-            swapped = [
-                replace(one, measured=replace(one.measured, change_m=one.measured.change_m[list(order)]))
-                for one in some
-            ]
-            gain = plain - fit_paths(world, swapped, found.held, round_done).cost
-            if best is None or gain > best[1]:
-                best = _order_in_words(order, mirrored=mirrored), gain
-    return best if best is not None and best[1] > GAIN else None
-
-
-def mirrored_setup(setup: Setup) -> Setup:
-    """Return the setup with azimuths that run the other way."""
-    receivers = tuple(one.model_copy(update={"azimuth_deg": -one.azimuth_deg}) for one in setup.receiver)
-    return setup.model_copy(update={"receiver": receivers})
-
-
-def _mirrored(unknowns: Sequence[Unknown]) -> tuple[Unknown, ...]:
-    return tuple(replace(one, value=-one.value) if one.group == "azimuth" else one for one in unknowns)
+            receivers = [setup.receiver[k] for k in order]
+            if mirrored:
+                receivers = [one.model_copy(update={"azimuth_deg": -one.azimuth_deg}) for one in receivers]
+            yield _order_in_words(order, mirrored=mirrored), setup.model_copy(update={"receiver": tuple(receivers)})
 
 
 def _order_in_words(order: tuple[int, ...], *, mirrored: bool) -> str:

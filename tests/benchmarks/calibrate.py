@@ -128,7 +128,7 @@ def run_orders(seeds: range, held: dict[str, object]) -> None:
         lab = laboratory(seed, **held)
         one, two, three = lab.setup.receiver
         wrong = {
-            "are swapped": (three, two, one),
+            "receivers 1 and 3 are swapped": (three, two, one),
             "mirror image": tuple(x.model_copy(update={"azimuth_deg": -x.azimuth_deg}) for x in (one, two, three)),
         }
         with tempfile.TemporaryDirectory() as folder:

@@ -57,6 +57,7 @@ def test_no_headless_command_loads_qt(setup_file: Path, tmp_path: Path) -> None:
         ["record", "--fast", "--setup", str(setup_file), "--output", str(tmp_path / "sessions")],
         ["process", str(Path("SESSION", "run-0001.h5"))],
         ["report", "SESSION"],
+        ["calibrate", "--check", "SESSION"],
         ["export", "SESSION", "--format", "mat"],
         ["import", str(Path("SESSION", "export", "run-0001.mat")), "--output", str(tmp_path / "imported")],
         ["batch", "SESSION", "--force", "--workers", "1"],

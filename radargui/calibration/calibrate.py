@@ -168,6 +168,12 @@ def calibrate(
         ]
         likelihoods, own = [one for one, _ in renewed], [state for _, state in renewed]
     found = fit(world, likelihoods, held=held, start=found, own=own, round_done=shares.round_done)
+    if not np.isfinite(found.information()[0]).all():
+        raise ProcessingError(
+            "the samples do not agree with what is known of the motions, whatever the antennas",
+            reasons=("a wall or another body bends the paths", "one recording alone tells too little"),
+            remedy="Give more recordings, from other places.",
+        )
     _refuse_above(LEFT_M, found, recordings)
     calibration = _calibration(found, before, likelihoods, recordings, made_at, operator)
     lost = tuple(

@@ -11,6 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from radargui.calibration import unknowns as named
 from radargui.calibration.unknowns import Unknown
 from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.errors import SolveError
 
 LEAST_FLIGHT_S, MOST_FLIGHTS = 0.08, 4
 """Flights that are used: shorter ones say little of gravity, later ones no more than the first."""
@@ -101,6 +102,11 @@ class Falls:
         """Return displacements and velocities of all flights over their shares of time, (n_flights, 6).
 
         a = g - k |v| v by Runge and Kutta's fourth order; it does not depend on the place, so that all go together.
+
+        Raises
+        ------
+        SolveError
+            The unknowns are those of no fall.
         """
         lean = np.radians([shared[named.GRAVITY_X], shared[named.GRAVITY_Y]])
         down = np.array([np.sin(lean[0]), np.sin(lean[1]), -np.cos(np.hypot(*lean))]) * shared[named.GRAVITY]
@@ -113,11 +119,14 @@ class Falls:
         # onset, velocity, impact, velocity, impact, ...
         velocity = np.append(own, 0.0).reshape(-1, 4)[:, :3]
         states = [np.concatenate([np.zeros_like(velocity), velocity], axis=1)]
-        for _ in range(_STEPS):
-            state = states[-1]
-            s1 = slope(state)
-            s2 = slope(state + 0.5 * h * s1)
-            s3 = slope(state + 0.5 * h * s2)
-            states.append(state + h / 6.0 * (s1 + 2.0 * (s2 + s3) + slope(state + h * s3)))
-        slopes = [slope(one) * duration_s[:, None] for one in states]
+        with np.errstate(over="ignore", invalid="ignore"):  # a step that goes astray is told below
+            for _ in range(_STEPS):
+                state = states[-1]
+                s1 = slope(state)
+                s2 = slope(state + 0.5 * h * s1)
+                s3 = slope(state + 0.5 * h * s2)
+                states.append(state + h / 6.0 * (s1 + 2.0 * (s2 + s3) + slope(state + h * s3)))
+            slopes = [slope(one) * duration_s[:, None] for one in states]
+        if not (duration_s > 0.0).all() or not np.isfinite(states[-1]).all():
+            raise SolveError("Impacts out of their order are no fall.")
         return CubicHermiteSpline(np.linspace(0.0, 1.0, _STEPS + 1), states, slopes)

@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.calibration.likelihood import Likelihood, Local, World
 from radargui.model.arrays import BoolArray, FloatArray
-from radargui.model.errors import ProcessingError
+from radargui.model.errors import ProcessingError, SolveError
 
 CLOSE, MOST_STEPS = 0.1, 40
 """A step that gains less in cost is the last; in so many steps it gets there or does not."""
@@ -129,8 +129,7 @@ def fit(
         while better is None and damping <= MOST_DAMPING:
             try:
                 tried = _step(now, likelihoods, damping)
-            except (np.linalg.LinAlgError, ValueError):
-                # so far out that a motion there has no numbers
+            except (np.linalg.LinAlgError, SolveError):
                 tried = None
             if tried is not None and np.isfinite(tried.cost) and tried.cost < now.cost:
                 better, gain = tried, now.cost - tried.cost

@@ -28,8 +28,8 @@ GAIN = 20.0
 """In cost (ln likelihood) by which another order of the receivers must be better, at a misfit of `LOOSE`."""
 LOOSE = (30.0, 5.0, 1.0)
 """How much wider paths are taken from step to step (`PathLikelihood.loose`)."""
-LEFT_OUT_STEPS = 3
-"""In which the motion of a recording that is left out follows; a fit to the end took 20 s for each of three drops."""
+LEFT_OUT_STEPS = 6
+"""In which the motion of a recording that is left out follows, at the most; to the end it took 20 s for each of three drops."""
 MOST_COMPARED = 3
 """Recordings that other orders are tried on."""
 
@@ -131,9 +131,8 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
         z = found.z + moved
         # its motion and mismatch follow, damped: a whole step may end outside of all sense
         try:
-            there = fit(
-                found.world, [one], held=np.ones_like(found.held), start=replace(found, z=z), own=[found.own[n]]
-            )
+            start, held = replace(found, z=z), np.ones_like(found.held)
+            there = fit(found.world, [one], held=held, start=start, own=[found.own[n]], steps=LEFT_OUT_STEPS)
             out.append(rms_m(there.locals_[0].residual_m))
         except ProcessingError:
             out.append(np.full(len(part.residual_m), np.nan))

@@ -29,7 +29,7 @@ GAIN = 20.0
 LOOSE = (30.0, 5.0, 1.0)
 """How much wider paths are taken from step to step (`PathLikelihood.loose`)."""
 LEFT_OUT_STEPS = 6
-"""In which the motion of a recording that is left out follows, at the most; to the end it took 20 s for each of three drops."""
+"""At the most, in which the motion of a recording that is left out follows; to the end it took 20 s a drop."""
 MOST_COMPARED = 3
 """Recordings that other orders are tried on."""
 

@@ -387,5 +387,43 @@ class Wiring(Command, does="wiring.check_wiring"):
     fast: bool = False
 
 
+class Calibrate(Command, does="calibrate.calibrate_antennas"):
+    """Find where the antennas are from known motions of the tracer, or from drops.
+
+    Attributes
+    ----------
+    files : [FILE...]
+        Recordings; a session stands for its runs.
+    known : PATH|fall
+        What is known of the motion: a path file (TOML, see resources/paths), a table time_s,x_m,y_m,z_m (CSV), or fall;
+        once for all FILEs, or once for each in their order.
+    output : FILE
+        Write the whole setup with the values found here, and the calibration beside it.
+    free : tilt,azimuth,...
+        What is found: tilt, azimuth, distance, transmitter (its place), release, gravity (its direction); left out:
+        tilt, azimuth, distance, release.
+    clock
+        Instead of the path file's: shared where its times are the recording's.
+    operator : NAME
+        Who calibrates.
+    check : RUN
+        Only tell by one drop whether the setup still holds.
+    force
+        Write over files that are there.
+    """
+
+    files: Annotated[list[Path] | None, Argument()] = None
+    known: Annotated[list[str] | None, Option("--known")] = None
+    setup: SetupFile = None
+    output: Path | None = None
+    free: str | None = None
+    clock: Literal["free", "shared"] | None = None
+    operator: str = ""
+    check: Path | None = None
+    force: bool = False
+
+
 class Info(Command, does="info.show_info"):
-    """Show versions, driver, OpenGL and paths: what a bug report needs."""
+    """Show versions, driver, OpenGL and paths: what a bug report needs; with --setup which calibration it refers to."""
+
+    setup: SetupFile = None

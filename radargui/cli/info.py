@@ -4,6 +4,7 @@ import os
 import platform
 import sys
 from ctypes.util import find_library
+from datetime import datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -13,6 +14,8 @@ import typer
 from radargui import __version__
 from radargui.cli.app import Info
 from radargui.cli.console import log_path
+from radargui.cli.setup_choice import named_or_default
+from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.errors import RadarGuiError
 from radargui.model.resources import default_setup_path
 from radargui.session.info import default_data_folder
@@ -21,8 +24,16 @@ PACKAGES = ("numpy", "scipy", "h5py", "matplotlib", "nidaqmx", "PySide6-Essentia
 _GL_NAMES = {"win32": ("opengl32",), "darwin": ("OpenGL",)}
 
 
-def show_info(_options: Info) -> int:
-    """Print one fact a line and return the exit status."""
+def show_info(options: Info) -> int:
+    """Print one fact a line and return the exit status.
+
+    Raises
+    ------
+    SetupError
+        The setup file cannot be used.
+    """
+    setup = named_or_default(options.setup)
+    said = (calibration_words(setup), too_old(setup, datetime.now().astimezone()), edited_since(setup))
     facts = {
         "RadarGUI": __version__,
         "Python": f"{platform.python_version()} ({sys.executable})",
@@ -33,6 +44,7 @@ def show_info(_options: Info) -> int:
         "display": _display(),
         "program": str(Path(__file__).resolve().parent.parent),
         "default setup": str(default_setup_path()),
+        "calibration": "; ".join(filter(None, said)) or "none",
         "data folder": str(default_data_folder()),
         "window's settings": str(_settings()),
         "log file": str(log_path()),

@@ -12,10 +12,12 @@ from radargui.cli.setup_choice import COMMAND_LINE, named_or_default, own_setup,
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
 from radargui.files.run_card import origin_attributes, summarise
+from radargui.model.calibrated_setup import too_old
 from radargui.model.drop import figure_in, gravity_words, restitution_words
 from radargui.model.errors import RadarGuiError, SourceError, UsageError
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.model.setup import Setup, changed
+from radargui.processing.calibration_check import check_calibration
 from radargui.session.info import About, Calibration, SessionInfo, about_setup_file, default_data_folder
 from radargui.session.session import Session
 from radargui.sources.contract import Source
@@ -47,6 +49,8 @@ def record_session(options: Record) -> int:
         now=datetime.now().astimezone(),
     )
     typer.echo(f"Session: {session.path}")
+    if old := too_old(setup, datetime.now().astimezone()):
+        typer.echo(f"Warning: {old}.", err=True)
     rows: list[tuple[str, ...]] = []
     with RecordProgress(options.runs) as progress:
         experiment = Experiment(
@@ -82,6 +86,9 @@ def _record(experiment: Experiment, n_runs: int, rows: list[tuple[str, ...]]) ->
     try:
         for run in experiment.record(n_runs):
             rows.append(_row(run))
+            first = run.result if len(rows) == 1 else None
+            if first and first.setup.calibration.content and (check := check_calibration(first)):
+                typer.echo(f"Calibration: {check.words}.", err=not check.holds)
             if run.error is not None:
                 fail(run.error, run.path.name if run.path else "")
                 status = FAILED

@@ -177,7 +177,12 @@ def compare_with(
 
 def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
     """Return the keys that two setups give different values, in the order of the setup file."""
-    old, new = (dict(_flat(one.model_dump(by_alias=True, exclude_none=True, mode="json"))) for one in (before, after))
+    # of a calibration its file is named, not each covariance
+    left_out = {"calibration": {"content"}}
+    old, new = (
+        dict(_flat(one.model_dump(by_alias=True, exclude_none=True, mode="json", exclude=left_out)))
+        for one in (before, after)
+    )
     keys = [*old, *(key for key in new if key not in old)]
     return tuple(ChangedSetting(key, old.get(key), new.get(key)) for key in keys if old.get(key) != new.get(key))
 

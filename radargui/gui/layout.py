@@ -162,6 +162,16 @@ class PlainLabel(QtWidgets.QLabel):
             self.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
 
 
+class Paragraph(PlainLabel):
+    """Words above something that takes the room: as high as they need at the width there is."""
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(text)
+        policy = self.sizePolicy()
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+
+
 class Answer(PlainLabel):
     """Words that take no room while there are none."""
 

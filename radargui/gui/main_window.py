@@ -7,7 +7,9 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
+from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
+from radargui.gui.calibration.controller import CalibrationController
 from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, MessagePlace
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
@@ -54,7 +56,7 @@ class MainWindow(QMainWindow):
         Setup to begin with; the last one where left out.
     source
         Source to begin with.
-    source_maker, find_devices
+    source_maker, find_devices, calibrator
         Injected by tests.
     probe
         The test of OpenGL; None: projections.
@@ -70,6 +72,7 @@ class MainWindow(QMainWindow):
         source: SourceKind = "simulated",
         source_maker: MakeSource = make_source,
         find_devices: FindDevices = find_ni_devices,
+        calibrator: Calibrate = calibrate_files,
         probe: OpenGLProbe | None = None,
     ) -> None:
         super().__init__()
@@ -124,6 +127,8 @@ class MainWindow(QMainWindow):
         )
         self.wiring = WiringCheck(control, model, self.hardware, services)
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
+        browser, group = self.sessions.browser, self.antennas.calibration
+        self.calibration = CalibrationController(control, model, panel, browser, group, calibrator, services)
         self.transfer = TransferController(control, panel, runs, model, self.sessions, services)
         self._connect()
         self.panels.restore_within(self, settings)
@@ -150,6 +155,7 @@ class MainWindow(QMainWindow):
         if not self._ready() or not self.sessions.may_add(self.setup_model.setup):
             return
         self.follow_live()
+        self.calibration.warn()
         self.setup_model.note_run()
         self.control.record(
             RunRequest(

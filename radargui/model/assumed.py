@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from radargui.model.calibrated_setup import agreeing, setup_key
 from radargui.model.section import Section
-from radargui.model.setup import Setup
+from radargui.model.setup import Setup, moved
 
 ASSUMED = {
     "u_tilt_deg": 0.5,
@@ -45,18 +48,29 @@ class UncertainInput:
         Standard uncertainty, in the unit that `u_key` ends with.
     assumed
         Whether the setup does not give it.
+    together
+        Of a calibration's covariance: keys that move together and by how much each, else empty.
     """
 
     key: str
     u_key: str
     u: float
     assumed: bool
+    together: tuple[tuple[str, float], ...] = ()
+
+    def moved(self, setup: Setup, share: float = 1.0) -> Setup:
+        """Return the setup with this input moved by a share of its uncertainty, unchecked."""
+        for key, by in self.together or ((self.key, self.u),):
+            setup = moved(setup, key, share * by)
+        return setup
 
 
 def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     """Return every value of the setup that results depend on, with the uncertainty given or assumed.
 
-    Polarisations are among them where the transmitter's is given: else the sphere counts as a point.
+    Values that a calibration found are uncertain together: instead of each by itself there are the directions d of
+    their covariance, C = sum of d d^T, so that squares of changes add up as before (JCGM 102, 6.2.1.3). Polarisations
+    are among them where the transmitter's is given: else the sphere counts as a point.
     """
     polarized = setup.transmitter.polarization_deg is not None
     out: list[UncertainInput] = []
@@ -80,7 +94,34 @@ def uncertain_inputs(setup: Setup) -> tuple[UncertainInput, ...]:
     add("tracer", setup.tracer, "u_release_m", *(f"release_position_m[{axis}]" for axis in (1, 2, 3)))
     add("floor", setup.floor, "u_tilt_deg")
     add("daq", setup.daq, "u_clock_ppm")
-    return tuple(out)
+    keys, directions = _of_calibration(setup)
+    if any(key.startswith("transmitter.position_m") for key in keys):
+        keys = (*keys, "transmitter.distance_m")
+    return (*(one for one in out if one.key not in keys), *directions)
+
+
+def _of_calibration(setup: Setup) -> tuple[tuple[str, ...], list[UncertainInput]]:
+    """Return the keys whose covariance a calibration gives, and its directions.
+
+    Not of a value edited since; nor of polarisations, which estimates have as unknowns: those keep their own u_.
+    """
+    content = setup.calibration.content
+    # what moves by paths and by the sphere is told apart in the budget
+    used = [] if content is None else [n for n in agreeing(setup) if not content.names[n].endswith("polarization_deg")]
+    if content is None or not used:
+        return (), []
+    keys = tuple(setup_key(content.names[n]) for n in used)
+    covariance = np.array(content.covariance)[np.ix_(used, used)]
+    u = np.sqrt(np.diag(covariance)).clip(np.finfo(float).tiny)
+    # of the correlations: degrees and metres have no common size
+    values, vectors = np.linalg.eigh(covariance / np.outer(u, u))
+    return keys, [
+        UncertainInput(
+            f"calibration[{n}]", "calibration.file", 1.0, False, tuple(zip(keys, direction.tolist(), strict=True))
+        )
+        for n, direction in enumerate((u[:, None] * vectors * np.sqrt(values.clip(0.0))).T, 1)
+        if direction.any()
+    ]
 
 
 def assumed_uncertainties(setup: Setup) -> dict[str, float]:

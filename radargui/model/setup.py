@@ -14,8 +14,14 @@ import tomlkit
 from pydantic import ConfigDict, Field, ValidationError, model_validator
 from tomlkit.exceptions import TOMLKitError
 
+from radargui.model.calibration_file import (
+    CalibrationContent,
+    CalibrationReference,
+    content_of,
+    read_calibration,
+)
 from radargui.model.daq import Daq, RecordingLimits
-from radargui.model.errors import SetupError
+from radargui.model.errors import FileError, SetupError
 from radargui.model.radar import Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.recording import iq_names
 from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
@@ -55,6 +61,7 @@ class Setup(Section):
     tracer: Tracer = Tracer()
     floor: Floor = Floor()
     site: Site = Site()
+    calibration: CalibrationReference = CalibrationReference()
     daq: Daq = Daq()
     recording: RecordingLimits = RecordingLimits()
     simulation: Simulation = Simulation()
@@ -206,7 +213,46 @@ def read_setup(path: Path) -> Setup:
         raise SetupError(f"{path}: {error.strerror or error}", remedy="Check the path of the setup file.") from None
     except UnicodeDecodeError:
         raise SetupError(f"{path} is not TOML: not UTF-8 text", remedy="Give the TOML file of a setup.") from None
-    return parse_setup(text, str(path))
+    return _with_calibration(parse_setup(text, str(path)), path)
+
+
+def _with_calibration(setup: Setup, path: Path) -> Setup:
+    """Return the setup with what its calibration file says, unless it carries that along; its file's whole path."""
+    own = setup.calibration
+    if own.file is None:
+        return setup
+    file = path.absolute().parent / own.file
+    content = own.content
+    if content is None:
+        try:
+            content = content_of(read_calibration(file))
+        except FileError as error:
+            raise SetupError(f"{path}: calibration.file: {error}", remedy="Correct or remove that key.") from None
+    return with_calibration(setup, content, file)
+
+
+def with_calibration(setup: Setup, content: CalibrationContent, file: Path) -> Setup:
+    """Return the setup that refers to a calibration and carries it along; its antennas stay as they are."""
+    own = setup.calibration.model_copy(update={"file": str(file.absolute()), "content": content})
+    # what is set counts as given, also where it is the default
+    return setup.model_copy(update={"calibration": own})
+
+
+def _for_file(setup: Setup, path: Path) -> Setup:
+    """Return the setup as its file shall say it: it refers to a calibration that can be read again, else carries it."""
+    own, folder = setup.calibration, path.absolute().parent
+    if own.file is None:
+        return setup
+    file = Path(own.file)
+    if file.is_relative_to(folder):
+        own = own.model_copy(update={"file": file.relative_to(folder).as_posix()})
+    try:
+        if content_of(read_calibration(folder / file)) == own.content:
+            own = own.model_copy(update={"content": None})
+    except FileError:
+        # it was moved or deleted since
+        pass
+    return setup.model_copy(update={"calibration": own})
 
 
 def dump_setup(setup: Setup, original: str = "") -> str:
@@ -252,16 +298,18 @@ def _update_tables(target: Any, key: str, rows: list[dict[str, Any]]) -> None:
         tables.append(row)
 
 
-def write_setup(setup: Setup, path: Path) -> None:
-    """Write the setup; comments of a file that is there survive, and the file is replaced in one step.
+def write_setup(setup: Setup, path: Path, like: Path | None = None) -> None:
+    """Write the setup; comments of a file that is there survive, else those of `like`; replaced in one step.
 
     Raises
     ------
     SetupError
         The folder cannot be written.
     """
+    setup = _for_file(setup, path)
     try:
-        original = path.read_text(encoding="utf-8-sig") if path.exists() else ""
+        old = path if path.exists() else like
+        original = "" if old is None else old.read_text(encoding="utf-8-sig")
         text = dump_setup(setup, original)
     except (OSError, UnicodeDecodeError, TOMLKitError):
         text = dump_setup(setup)

@@ -11,6 +11,7 @@ from radargui.conditioning.condition import NoMotion, condition
 from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.correct import correct
 from radargui.correction.phase import unwrap, wrapped_phase
+from radargui.model.calibrated_setup import edited_since
 from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEndPrior
 from radargui.model.gravity import drag_of_sphere_1_m
@@ -282,6 +283,8 @@ def _warnings_before(recording: Recording, setup: Setup) -> list[str]:
     if setup.n_receivers >= LEAST_RECEIVERS and "release_position_m" not in setup.tracer.model_fields_set:
         place = ", ".join(f"{x:g}" for x in setup.tracer.release_position_m)
         warnings.append(f"the setup gives no tracer.release_position_m: ({place}) m is assumed")
+    if edited := edited_since(setup):
+        warnings.append(edited)
     return warnings
 
 

@@ -28,7 +28,7 @@ from radargui.model.assumed import (
     uncertain_inputs,
 )
 from radargui.model.result import Bounces, PathLengths, Segment, Track
-from radargui.model.setup import Setup, moved
+from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
 from radargui.processing.locate import locate
 from radargui.restitution.track_response import floor_and_clock, respond
@@ -136,7 +136,7 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     for one in uncertain_inputs(setup):
         if one.u == 0.0 or one.key in (CLOCK, TILT):
             continue
-        other = moved(setup, one.key, one.u)
+        other = one.moved(setup)
         if one.key == "tracer.diameter_m" or one.key.endswith("polarization_deg"):
             if told:
                 change_m = scattering_delay_m(base.position_m, setup) - scattering_delay_m(base.position_m, other)

@@ -4,10 +4,20 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from radargui import __version__
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.model.calibrated_setup import (
+    CORRELATED,
+    calibration_words,
+    correlations,
+    edited_since,
+    setup_key,
+    unit_of,
+    value_at,
+)
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.radar import Transmitter
 from radargui.model.rounding import UNKNOWN, plain, quantity
@@ -173,7 +183,7 @@ def _setup_blocks(setup: Setup, *, recorded: bool = True, simulated: bool = Fals
         "Rate": f"{rate}, skew {plain(daq.channel_skew_s, 3, 'µs', 1e6)}" if recorded else "",
         "Processing": f"correction {setup.processing.correction}, geometry {setup.processing.geometry}",
     }
-    blocks: list[Content] = [Facts.of(rows, "Setup"), _receivers(setup)]
+    blocks: list[Content] = [Facts.of(rows, "Setup"), _receivers(setup), *_calibration(setup)]
     if setup.n_receivers >= LEAST_RECEIVERS:
         blocks += _matrix(setup)
     return blocks
@@ -205,6 +215,37 @@ def _receivers(setup: Setup) -> Grid:
         for number, receiver in enumerate(setup.receiver, 1)
     )
     return Grid.of(rows, "Receivers")
+
+
+def _calibration(setup: Setup) -> list[Content]:
+    """Return the table of what a calibration found, and which of it is known only together."""
+    content = setup.calibration.content
+    if content is None or not content.names:
+        return []
+    covariance = np.array(content.covariance)
+    u = np.sqrt(np.diag(covariance))
+    rows = (
+        {
+            "parameter": setup_key(name),
+            "unit": unit,
+            "value ± u": quantity(value, own, scale=scale),
+            "in the setup": plain(value_at(setup, name), 6, scale=scale),
+        }
+        for name, value, own in zip(content.names, content.values, u.tolist(), strict=True)
+        for unit, scale in [unit_of(name)]
+    )
+    words = calibration_words(setup)
+    said = f"{words[0].upper()}{words[1:]}: {content.reason.rstrip('.') or UNKNOWN}."
+    edited = edited_since(setup)
+    pairs = [f"{setup_key(a)} with {setup_key(b)}: {r:+.2f}" for a, b, r in correlations(covariance, content.names)]
+    named = "; ".join(pairs[:_MOST_NAMED]) + (f" and {len(pairs) - _MOST_NAMED} more" * (len(pairs) > _MOST_NAMED))
+    together = [Note(f"Correlated by more than {CORRELATED:g}: {named}.")] if pairs else []
+    return [
+        Note(said),
+        Grid.of(rows, "Calibration", left=(0, 1)),
+        *together,
+        *([Note(f"{edited[0].upper()}{edited[1:]}.", warning=True)] if edited else []),
+    ]
 
 
 def _matrix(setup: Setup) -> list[Content]:

@@ -68,7 +68,7 @@ def setup_responses(estimate: JointEstimate, setup: Setup) -> SetupResponses:
     posterior = estimate.posterior
     # the motion has polarisations as unknowns, and does not depend on the floor and the clock
     asked = [
-        (one.key, moved_inputs(setup, one.key, one.u))
+        (one.key, moved_inputs(setup, one))
         for one in uncertain_inputs(setup)
         if one.u > 0.0
         and one.key not in (TILT, CLOCK)

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from radargui import __version__
 from radargui.files.access import write_whole
+from radargui.model.calibrated_setup import calibration_words
 from radargui.model.errors import SessionError
 from radargui.model.setup import Setup, plain
 from radargui.model.setup_error import describe
@@ -102,6 +103,7 @@ def versions() -> dict[str, str]:
 
 
 FILE_NAME = "session.json"
+CALIBRATION_NAME = "calibration.json"
 MAXIMUM_BYTES = 10_000_000
 SCHEMA = 1
 """Of session.json as this version writes it."""
@@ -120,6 +122,8 @@ class Calibration(_Record):
     """ISO 8601 date, or date and time; empty where nobody knows."""
     origin: str = ""
     """How it was made or which file it was read from."""
+    file: str = ""
+    """Name of the copy of it in the session's folder; empty where there is none."""
 
 
 class JournalEntry(_Record):
@@ -179,6 +183,28 @@ def calibration_of_file(path: Path) -> Calibration:
     except OSError:
         changed_at = ""
     return Calibration(made_at=changed_at, origin=f"setup file {path.name}, as last changed then")
+
+
+def copied_calibration(setup: Setup, folder: Path) -> Calibration | None:
+    """Copy the calibration that a setup refers to into a session's folder; return what is said of it, None: of none.
+
+    A file that is gone leaves what the setup carries along: values and covariance.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written.
+    """
+    own = setup.calibration
+    if own.content is None:
+        return None
+    name, source = "", Path(own.file or "")
+    with suppress(OSError):
+        found = source.read_bytes()
+        name = CALIBRATION_NAME
+        write_whole(folder / name, [found])
+    said = f"{source.name}: {calibration_words(setup)}"
+    return Calibration(made_at=own.content.made_at, origin=said, file=name)
 
 
 def write_info(info: SessionInfo, folder: Path) -> None:

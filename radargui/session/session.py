@@ -9,7 +9,7 @@ import weakref
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import Unpack
+from typing import TypeVar, Unpack
 
 from radargui.files.run_layout import SUFFIX, Header, fitted
 from radargui.files.run_writer import RunExistsError, RunWriter
@@ -17,10 +17,12 @@ from radargui.model.errors import FileError, SessionError
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup, dump_setup
 from radargui.session.info import (
+    CALIBRATION_NAME,
     FILE_NAME,
     About,
     JournalEntry,
     SessionInfo,
+    copied_calibration,
     new_folder,
     read_info,
     versions,
@@ -32,6 +34,7 @@ BY_OPERATOR = "rejected by the operator"
 """Why a drop does not count that was one; any other reason says that it was none."""
 _LARGEST_FACT = 16_000
 """Bytes of a text that are kept in each run file too; an attribute holds at most 64 kB."""
+_T = TypeVar("_T")
 _RUN = re.compile(r"run-(\d{4,})" + re.escape(SUFFIX))
 
 
@@ -89,6 +92,8 @@ class Session:
         info = info.model_copy(update=_given(about))
         session = cls(folder, info, lock)
         session._write(info)
+        if calibration := session._tried(lambda: copied_calibration(setup, folder)):
+            session._write(info.model_copy(update={"calibration": calibration}))
         return session
 
     @classmethod
@@ -132,9 +137,14 @@ class Session:
         own = isinstance(self._right, SessionLock)
         self.close()
         try:
-            if not own or self.info.journal or [path.name for path in self.path.iterdir()] != [FILE_NAME]:
+            if (
+                not own
+                or self.info.journal
+                or not {path.name for path in self.path.iterdir()} <= {FILE_NAME, CALIBRATION_NAME}
+            ):
                 return False
-            (self.path / FILE_NAME).unlink()
+            for name in (CALIBRATION_NAME, FILE_NAME):
+                (self.path / name).unlink(missing_ok=True)
             self.path.rmdir()
         except OSError:
             return False
@@ -281,11 +291,14 @@ class Session:
             self._write(info.model_copy(update=change(info)))
 
     def _write(self, info: SessionInfo) -> None:
+        self._tried(lambda: write_info(info, self.path))
+        self.info = info
+
+    def _tried(self, step: Callable[[], _T]) -> _T:
         try:
-            write_info(info, self.path)
+            return step()
         except FileError as error:
             raise SessionError(error.message, reasons=error.reasons, remedy="Choose another data folder.") from None
-        self.info = info
 
 
 def is_run_name(name: str) -> bool:

@@ -57,6 +57,7 @@ def test_no_headless_command_loads_qt(setup_file: Path, tmp_path: Path) -> None:
         ["record", "--fast", "--setup", str(setup_file), "--output", str(tmp_path / "sessions")],
         ["process", str(Path("SESSION", "run-0001.h5"))],
         ["report", "SESSION"],
+        ["calibrate", "--check", "SESSION"],
         ["export", "SESSION", "--format", "mat"],
         ["import", str(Path("SESSION", "export", "run-0001.mat")), "--output", str(tmp_path / "imported")],
         ["batch", "SESSION", "--force", "--workers", "1"],
@@ -65,12 +66,14 @@ def test_no_headless_command_loads_qt(setup_file: Path, tmp_path: Path) -> None:
         ["recover", str(tmp_path / "sessions")],
         ["wiring", "--source", "simulated", "--fast", "--setup", str(setup_file)],
         ["info"],
+        # nothing to do, but by then it has loaded all that it needs
+        ["calibrate"],
         # nobody answers there, but by then it has loaded all that it needs
         ["devices", "--remote", "localhost:1"],
     )
     statuses, loaded, err = load(QT, *commands, folder=tmp_path)
     assert loaded == []
-    assert statuses == [0] * (len(commands) - 1) + [1], err
+    assert statuses == [0] * (len(commands) - 2) + [2, 1], err
     assert {command[0] for command in commands[1:]} == set(get_command(app).commands)  # type: ignore[attr-defined]
 
 

@@ -83,7 +83,7 @@ def test_all_that_was_known_is_written_before_the_first_sample(tmp_path: Path) -
     session = Session.create(tmp_path, SETUP, **WORDS, calibration=calibration, setup_name="bench", now=NOW)
     content = json.loads((session.path / "session.json").read_text(encoding="utf-8"))
     assert {key: content[key] for key in WORDS} == WORDS
-    assert content["calibration"] == {"made_at": "2026-11-01", "origin": "tape measure"}
+    assert content["calibration"] == {"made_at": "2026-11-01", "origin": "tape measure", "file": ""}
     assert content["setup_name"] == "bench"
     writer = session.new_run(Digitisation(iq_names(3), 1000.0), started_at=NOW.isoformat())
     with h5py.File(writer.path) as file:

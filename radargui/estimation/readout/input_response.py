@@ -16,8 +16,8 @@ from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import linearise
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import FloatArray, pieces
-from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG
-from radargui.model.setup import Setup, moved
+from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG, UncertainInput
+from radargui.model.setup import Setup
 
 STEP = 0.01
 """Share of an uncertainty by which an input is moved: the response is linear, half a degree of an antenna is not."""
@@ -46,12 +46,12 @@ class OtherInputs:
     body: PolarisedSphere | None = None
 
 
-def moved_inputs(setup: Setup, key: str, by: float) -> OtherInputs:
-    """Return the inputs with one value of the setup, by its key as in `model.assumed`, moved by `STEP` of `by`."""
-    other = moved(setup, key, STEP * by)
+def moved_inputs(setup: Setup, one: UncertainInput) -> OtherInputs:
+    """Return the inputs with an uncertain one moved by `STEP` of its uncertainty."""
+    other = one.moved(setup, STEP)
     sphere, like = polarised_sphere(other), polarised_sphere(setup)
     # what an antenna elsewhere changes in the sphere's factors is of second order
-    turned = None if key != DIAMETER or sphere is None or like is None else replace(like, sphere=sphere.sphere)
+    turned = None if one.key != DIAMETER or sphere is None or like is None else replace(like, sphere=sphere.sphere)
     release, wavenumber = np.asarray(other.tracer.release_position_m), 2.0 * np.pi / other.radar.wavelength_m
     return OtherInputs(place_antennas(other), release, wavenumber, turned)
 

@@ -61,12 +61,16 @@ def update_priors(solution: Solution, settings: DeviationSettings = DEVIATIONS) 
     s^2 = sum w^2 / gamma, gamma = number of coefficients - sum Cov_kk / s^2 (MacKay 1992).
     """
     problem = solution.problem
-    variance = solution.normal.global_variances()
-    old = problem.prior
+    prior = reestimated(problem.prior, solution.state.theta, solution.normal.global_variances(), settings)
+    return replace(problem, prior=prior, law_sd=_law_deviation(solution, settings))
+
+
+def reestimated(old: Prior, theta: FloatArray, variance: FloatArray, settings: DeviationSettings = DEVIATIONS) -> Prior:
+    """Return the prior with the deviations of its groups re-estimated from theta and its variances, see above."""
     sd = old.sd.copy()
     for group in old.groups:
         index = group.index
-        w = solution.state.theta[index] - old.mean[index]
+        w = theta[index] - old.mean[index]
         # coefficients that the data leave alone count for nothing: they would make every deviation small
         determined = max(index.size - float((variance[index] / sd[index] ** 2).sum()), settings.least_determined)
         before = float(sd[index[0]])
@@ -74,8 +78,7 @@ def update_priors(solution: Solution, settings: DeviationSettings = DEVIATIONS) 
         # the fixed point is reached in steps: far from it gamma is not the one that belongs to it
         limited = np.clip(wanted, before / settings.largest_change, before * settings.largest_change)
         sd[index] = float(np.clip(limited, group.lowest, group.highest))
-    prior = Prior(old.mean, sd, old.groups)
-    return replace(problem, prior=prior, law_sd=_law_deviation(solution, settings))
+    return Prior(old.mean, sd, old.groups)
 
 
 def _law_deviation(solution: Solution, settings: DeviationSettings) -> FloatArray:

@@ -161,19 +161,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     series = spline.series(bins.time_s)
     motion = series.motion(state.coefficients)
     node_m = _nodes(problem, state, spline, series, motion)
-    waves = [
-        waves_at(node_m[:, 2 * n : 2 * n + 2], theta, layout, problem.inputs, n) for n in range(problem.n_receivers)
-    ]
-    signals = [signal_of(one, theta, layout, problem.inputs, n) for n, one in enumerate(waves)]
-    # crosstalk mixes channels of different receivers: only when all signals are known
-    excess = np.zeros_like(bins.value)
-    if problem.multiplexer is not None and layout.sizes.crosstalk:
-        excess = problem.multiplexer.excess(np.concatenate([one.value for one in signals]), bins.time_s)
-        kept = float(theta[layout.crosstalk.start]) * excess.reshape(-1, 2, bins.n_bins)
-        signals = [
-            replace(one, value=one.value + own, besides=one.besides + own)
-            for one, own in zip(signals, kept, strict=True)
-        ]
+    signals, excess, waves = signals_at(problem, theta, node_m)
     sigma = bins.sigma * np.repeat(problem.noise_scale, 2)[:, None]
     residual = (np.concatenate([one.value for one in signals]) - bins.value) / sigma
     size = np.abs(residual)
@@ -187,8 +175,29 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     prior = problem.prior
     loss += 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum())
     loss += 0.5 * float(((law.value / problem.law_sd[:, None]) ** 2).sum())
-    kept_waves = tuple(waves) if bins.n_bins <= BINS_TOGETHER else ()
-    return Linearised(loss, residual, weight, tuple(signals), node_m, spline, series, motion, law, excess, kept_waves)
+    kept_waves = waves if bins.n_bins <= BINS_TOGETHER else ()
+    return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, law, excess, kept_waves)
+
+
+def signals_at(
+    problem: JointProblem, theta: FloatArray, node_m: FloatArray
+) -> tuple[tuple[ReceiverSignal, ...], FloatArray, tuple[Waves, ...]]:
+    """Return signals, excess and waves (`Linearised`) at positions of the nodes, (3, n_channels, 2, n_bins)."""
+    layout = problem.layout
+    waves = tuple(
+        waves_at(node_m[:, 2 * n : 2 * n + 2], theta, layout, problem.inputs, n) for n in range(problem.n_receivers)
+    )
+    signals = tuple(signal_of(one, theta, layout, problem.inputs, n) for n, one in enumerate(waves))
+    # crosstalk mixes channels of different receivers: only when all signals are known
+    excess = np.zeros_like(problem.bins.value)
+    if problem.multiplexer is not None and layout.sizes.crosstalk:
+        excess = problem.multiplexer.excess(np.concatenate([one.value for one in signals]), problem.bins.time_s)
+        kept = float(theta[layout.crosstalk.start]) * excess.reshape(-1, 2, problem.bins.n_bins)
+        signals = tuple(
+            replace(one, value=one.value + own, besides=one.besides + own)
+            for one, own in zip(signals, kept, strict=True)
+        )
+    return signals, excess, waves
 
 
 def node_offsets(problem: JointProblem) -> FloatArray:

@@ -104,6 +104,7 @@ class SessionBrowser(Dialog):
     open_asked = Signal(object)
     setup_asked = Signal(object)
     elsewhere_asked = Signal()
+    calibrate_asked = Signal(object)
 
     def __init__(
         self, theme: Theme, jobs: Jobs, work: WorkStrip, data_folder: Callable[[], Path], parent: QWidget | None = None
@@ -127,6 +128,7 @@ class SessionBrowser(Dialog):
         self.thumbnails = ThumbnailView(theme)
         self.review = button("Open for review", lambda: self._ask(self.open_asked), default=True)
         self.take_setup = button("Set up as in this session", lambda: self._ask(self.setup_asked))
+        self.calibrate = button("What do these drops say about the antennas?", lambda: self._ask(self.calibrate_asked))
         self.elsewhere = button("Open another folder…", self.elsewhere_asked)
         self._lay_out()
         self.search.changed.connect(self.refresh)
@@ -192,10 +194,9 @@ class SessionBrowser(Dialog):
             lambda: self.table.chosen is chosen,
         )
 
-    def _show_look(self, chosen: SessionSummary, runs: tuple[RunEntry, ...], busy: str) -> None:
-        self.details.setText(
-            " · ".join(filter(None, (chosen.name, chosen.problem, busy and f"for looking only: {busy}")))
-        )
+    def _show_look(self, chosen: SessionSummary, runs: tuple[RunEntry, ...], calibration: str, busy: str) -> None:
+        said = (chosen.name, chosen.problem, calibration, busy and f"for looking only: {busy}")
+        self.details.setText(" · ".join(filter(None, said)))
         self.thumbnails.show_runs(runs)
 
     def _ask(self, signal: SignalInstance) -> None:
@@ -205,7 +206,7 @@ class SessionBrowser(Dialog):
 
     def _show_buttons(self) -> None:
         chosen = self.table.chosen
-        for one in (self.review, self.take_setup):
+        for one in (self.review, self.take_setup, self.calibrate):
             one.setEnabled(chosen is not None and not chosen.problem)
 
     def _lay_out(self) -> None:
@@ -216,8 +217,9 @@ class SessionBrowser(Dialog):
         parts.addWidget(self.table)
         parts.addWidget(lower)
         parts.setSizes([360, 240])
-        buttons = fill(QHBoxLayout(), self.review, self.take_setup, 1, self.elsewhere, spacing=6)
-        self.lay_out(self.search, self.words, (parts, 1), buttons)
+        buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, spacing=6)
+        above = fill(QHBoxLayout(), (self.words, 1), self.elsewhere, spacing=6)
+        self.lay_out(self.search, above, (parts, 1), buttons)
 
 
 def _find(folder: Path, query: Query, task: Task) -> tuple[SessionSummary, ...]:

@@ -1,6 +1,6 @@
 """The sessions found as a table; what is read of one before it is opened, and its runs as thumbnails of z(t)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import datetime
 from operator import attrgetter
@@ -15,6 +15,7 @@ from radargui.files.run_card import Thumbnail, read_run_card, read_thumbnail
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.table import Index
 from radargui.gui.theme import Theme
+from radargui.model.calibrated_setup import calibration_words
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN
 from radargui.restitution.series import drop_labels, series_of
@@ -56,10 +57,11 @@ COLUMNS: dict[str, Callable[[SessionSummary], str]] = {
 }
 
 
-def look_at(session: Path) -> tuple[tuple[RunEntry, ...], str]:
-    """Return the runs of a session, some milliseconds each, and who writes to it now; empty where nobody does."""
-    owner = owner_of(session)
-    return _looks(session), f"{owner} writes to it" if owner is not None and not owner.is_me else ""
+def look_at(session: Path) -> tuple[tuple[RunEntry, ...], str, str]:
+    """Return the runs of a session, some milliseconds each, its calibration, and who writes to it now; else empty."""
+    owner, info = owner_of(session), read_info(session)
+    busy = f"{owner} writes to it" if owner is not None and not owner.is_me else ""
+    return _looks(session, info.rejected), calibration_words(info.setup), busy
 
 
 def entry_of(path: Path) -> RunEntry:
@@ -72,8 +74,7 @@ def entry_of(path: Path) -> RunEntry:
     return RunEntry(path, card.started_at, card.summary or None, problem, origin=card.origin)
 
 
-def _looks(session: Path) -> tuple[RunEntry, ...]:
-    rejected = read_info(session).rejected
+def _looks(session: Path, rejected: Mapping[str, str]) -> tuple[RunEntry, ...]:
     entries = [
         replace(entry_of(path), rejected=rejected.get(path.name), thumbnail=_thumbnail(path))
         for path in run_paths(session)

@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.gui.calibration.group import CalibrationGroup
 from radargui.gui.layout import FaultText, Group, PlainLabel, button, fill, follow
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, SetupForm
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
@@ -204,7 +205,8 @@ class AntennaPanel(FormPanel):
         matrix.whole(self.matrix)
         wave, tracer, site = (SetupForm(name, model) for name in ("wave", "tracer", "site"))
         self._place = wave.rows
-        self.lay_out(receivers, matrix, wave, PolarizationForm(model, theme), tracer, site)
+        self.calibration = CalibrationGroup(model)
+        self.lay_out(receivers, self.calibration, matrix, wave, PolarizationForm(model, theme), tracer, site)
 
     def refresh(self) -> None:
         """Show what the draft is now; of the transmitter's distance and position the one that is given."""

@@ -1,0 +1,166 @@
+"""The fit: all recordings' motions and the shared geometry together, by damped Gauss-Newton."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.calibration.likelihood import Likelihood, Local, World
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.errors import ProcessingError, SolveError
+
+CLOSE, MOST_STEPS = 0.1, 40
+"""A step that gains less in cost is the last; in so many steps it gets there or does not."""
+LEAST, FEW = 1.2, 3.0
+"""Least widening of u, as of all estimates with maps (method 6), and from how many differences on they are believed."""
+FIRST_DAMPING, MOST_DAMPING, UP, DOWN = 1e-3, 1e6, 8.0, 8.0
+"""Shares of the diagonal, and factors after a step that did not, or did, lower the cost (Marquardt 1963)."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The maximum of the posterior.
+
+    Attributes
+    ----------
+    world
+        Its unknowns.
+    z, own
+        The shared unknowns in prior deviations, and those of each recording.
+    locals_
+        Each recording there.
+    held
+        Shared unknowns that did not take part, shape (n,).
+    """
+
+    world: World
+    z: FloatArray
+    own: tuple[FloatArray, ...]
+    locals_: tuple[Local, ...]
+    held: BoolArray
+
+    @property
+    def cost(self) -> float:
+        """Half the squares of everything, priors included."""
+        return sum(one.cost for one in self.locals_) + 0.5 * float(self.z @ self.z)
+
+    def information(self, but: int | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return information and slope of the data about the shared unknowns, one recording left out where asked."""
+        reduced = [one.reduced(0.0) for n, one in enumerate(self.locals_) if n != but]
+        return sum(one[0] for one in reduced), sum(one[1] for one in reduced)  # type: ignore[return-value]
+
+    def birge(self) -> float:
+        """Return by how much the recordings differ beyond what each says of itself, a factor on u, at least `LEAST`.
+
+        Each pulls the common values by its slope s_k, of covariance I_k: sum s_k^T (I_k + 1)^-1 s_k over its
+        expectation (Birge 1932, for vectors; 1 is the prior). What walls do to maps is in no recording's own u.
+        """
+        one, square, expected = np.eye(self.z.size), 0.0, 0.0
+        for local in self.locals_:
+            normal, slope, _ = local.reduced(0.0)
+            inverse = np.linalg.inv(normal + one)
+            square += float(slope @ inverse @ slope)
+            expected += float(np.trace(inverse @ normal))
+        total = self.information()[0]
+        expected -= float(np.trace(np.linalg.solve(total + one, total)))
+        return max(LEAST, float(np.sqrt(square / expected)) if expected > FEW else LEAST)
+
+    def covariance(self) -> FloatArray:
+        """Return the covariance of the free unknowns in prior deviations; held ones count with theirs, shape (n, n).
+
+        What the data give is widened by the Birge ratio, but never beyond the prior's own 1.
+        What is held at a value with a prior deviation of one shifts the others by -H_ff^-1 H_fh (Schmidt's consider
+        parameters).
+        """
+        normal = self.information()[0] + np.eye(self.z.size)
+        free, out = ~self.held, np.zeros_like(normal)
+        # wider data: I / B^2 + 1
+        normal = (normal - np.eye(self.z.size)) / self.birge() ** 2 + np.eye(self.z.size)
+        inverse = np.linalg.inv(normal[np.ix_(free, free)])
+        follows = inverse @ normal[np.ix_(free, ~free)]
+        out[np.ix_(free, free)] = inverse + follows @ follows.T
+        return out
+
+
+def fit(
+    world: World,
+    likelihoods: Sequence[Likelihood],
+    *,
+    held: BoolArray | None = None,
+    start: Fit | None = None,
+    own: Sequence[FloatArray] | None = None,
+    round_done: Callable[[], None] = lambda: None,
+    steps: int = MOST_STEPS,
+) -> Fit:
+    """Find the maximum of the posterior.
+
+    Parameters
+    ----------
+    world
+        The shared unknowns.
+    likelihoods
+        One a recording.
+    held
+        Which shared unknowns stay at their prior mean, shape (n,).
+    start
+        Shared unknowns to begin with.
+    own
+        The recordings' own to begin with; their first guess where left out.
+    round_done
+        Called after each step; what it raises ends the work.
+    steps
+        At most.
+
+    Raises
+    ------
+    ProcessingError
+        The equations have no solution.
+    """
+    held = np.zeros(len(world.unknowns), dtype=bool) if held is None else held
+    z = np.zeros(len(world.unknowns)) if start is None else start.z
+    state = [one.start for one in likelihoods] if own is None else list(own)
+    now = _at(world, likelihoods, z, state, held)
+    damping = FIRST_DAMPING
+    for _ in range(steps):
+        round_done()
+        better, gain = None, 0.0
+        while better is None and damping <= MOST_DAMPING:
+            try:
+                tried = _step(now, likelihoods, damping)
+            except (np.linalg.LinAlgError, SolveError):
+                tried = None
+            if tried is not None and np.isfinite(tried.cost) and tried.cost < now.cost:
+                better, gain = tried, now.cost - tried.cost
+                damping = max(damping / DOWN, 1e-9)
+            else:
+                damping *= UP
+        if better is None:
+            break
+        now = better
+        if gain < CLOSE:
+            break
+    if not np.isfinite(now.cost):
+        raise ProcessingError("The calibration has no solution.", reasons=("a recording that is no motion as stated",))
+    return now
+
+
+def _at(
+    world: World, likelihoods: Sequence[Likelihood], z: FloatArray, own: Sequence[FloatArray], held: BoolArray
+) -> Fit:
+    parts = tuple(one.at(world, z, state) for one, state in zip(likelihoods, own, strict=True))
+    return Fit(world, z, tuple(own), parts, held)
+
+
+def _step(now: Fit, likelihoods: Sequence[Likelihood], damping: float) -> Fit:
+    """Return the state after a Gauss-Newton step: each recording's own eliminated, the shared solved, and back."""
+    reduced = [one.reduced(damping) for one in now.locals_]
+    normal = sum(one[0] for one in reduced) + np.eye(now.z.size)
+    slope = sum(one[1] for one in reduced) + now.z
+    free = ~now.held
+    normal = normal + damping * np.diag(np.diag(normal))
+    moved = np.zeros_like(now.z)
+    moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
+    own = [state - back[:, -1] - back[:, :-1] @ moved for state, (_, _, back) in zip(now.own, reduced, strict=True)]
+    return _at(now.world, likelihoods, now.z + moved, own, now.held)

@@ -1,0 +1,375 @@
+"""The likelihood of one recording: by its paths (wide), by its samples with all mismatch marginalised (sharp)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from radargui.calibration.unknowns import Unknown, setup_with
+from radargui.estimation.forward.signal_model import receiver_signal, signal_of
+from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.solve.prior_deviations import reestimated
+from radargui.estimation.solve.problem import HUBER_SIGMAS, JointProblem, node_offsets, signals_at
+from radargui.geometry.path_length import Antennas, path_gradient, path_lengths, place_antennas, t_matrix
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.setup import Setup
+
+STEP = 0.01
+"""Step of a difference, in prior deviations."""
+
+
+class Motion(Protocol):
+    """A motion that is known but for a few unknowns (`Falls`, `KnownMotion`)."""
+
+    @property
+    def own(self) -> tuple[Unknown, ...]:
+        """Unknowns of this recording alone."""
+
+    @property
+    def uses(self) -> tuple[str, ...]:
+        """Names of the shared unknowns that it depends on."""
+
+    def known(self, time_s: FloatArray) -> BoolArray:
+        """Return at which times it is known, shape (n,)."""
+
+    def at(self, time_s: FloatArray, shared: Mapping[str, float], own: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return place, velocity, acceleration at times, shape (3, 3, n), and what else it should fulfil.
+
+        The latter as what it is off, in standard deviations, shape (n_ties,).
+        """
+
+
+@dataclass(frozen=True)
+class World:
+    """The shared unknowns, and the setup they belong to.
+
+    Attributes
+    ----------
+    setup
+        As it was.
+    unknowns
+        Antennas first or not, in the order of all vectors.
+    """
+
+    setup: Setup
+    unknowns: tuple[Unknown, ...]
+
+    def values(self, z: FloatArray) -> dict[str, float]:
+        """Return values by name for shifts in prior deviations, shape (n,)."""
+        return {one.name: one.value + one.u * float(shift) for one, shift in zip(self.unknowns, z, strict=True)}
+
+    def antennas(self, z: FloatArray) -> Antennas:
+        """Return where the antennas stand."""
+        return place_antennas(setup_with(self.setup, self.unknowns, self.values(z)))
+
+
+@dataclass(frozen=True)
+class Local:
+    """A recording at a state: cost, and the normal equations with its own unknowns eliminated.
+
+    H = [[A, B^T], [B, C]] over (shared, own); Schur complement A - B^T C^-1 B.
+
+    Attributes
+    ----------
+    cost
+        Half the robust squares, priors of what is its own included.
+    normal, slope
+        Of the shared unknowns, own ones still held, shapes (n, n) and (n,).
+    coupling, inner, inner_slope
+        B, C and the slope of its own, shapes (m, n), (m, m), (m,).
+    residual_m
+        Path measured less path fitted, shape (n_receivers, n); NaN where it does not count.
+    misfit
+        Median square of the residuals in standard deviations over what Gaussian ones have, shape (n_receivers,).
+    """
+
+    cost: float
+    normal: FloatArray
+    slope: FloatArray
+    coupling: FloatArray
+    inner: FloatArray
+    inner_slope: FloatArray
+    residual_m: FloatArray
+    misfit: FloatArray
+
+    def reduced(self, damping: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return Schur complement, its slope, and C^-1 [B, slope] to go back with."""
+        inner = self.inner + damping * np.diag(np.diag(self.inner))
+        back = np.asarray(np.linalg.solve(inner, np.column_stack([self.coupling, self.inner_slope])), np.float64)
+        normal = self.normal - self.coupling.T @ back[:, :-1]
+        return normal, self.slope - self.coupling.T @ back[:, -1], back
+
+
+class Likelihood(Protocol):
+    """One recording."""
+
+    @property
+    def start(self) -> FloatArray:
+        """First guess of its own unknowns, in prior deviations."""
+
+    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
+        """Return it at a state."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The paths of a recording as an estimate gave them.
+
+    Attributes
+    ----------
+    time_s
+        Shape (n,).
+    change_m
+        Path length but for a constant, shape (n_receivers, n); NaN where not known.
+    u_m
+        Standard deviation that counts for each value.
+    """
+
+    time_s: FloatArray
+    change_m: FloatArray
+    u_m: float
+
+
+def motion_slopes(
+    motion: Motion, world: World, z: FloatArray, own: FloatArray, time_s: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the motion's series, its place's slopes by shared and own unknowns, (3, n, n_all), ties and their slopes.
+
+    All by differences, in prior deviations; the shared unknowns come first.
+    """
+    values, ranges = world.values(z), np.array([one.u for one in motion.own])
+    base = np.array([one.value for one in motion.own])
+    here, tied = motion.at(time_s, values, base + ranges * own)
+    n_shared = len(world.unknowns)
+    slopes, ties = np.zeros((3, time_s.size, n_shared + own.size)), np.zeros((tied.size, n_shared + own.size))
+    uses = set(motion.uses)
+    for k in range(n_shared + own.size):
+        other, moved = values, own
+        if k < n_shared:
+            one = world.unknowns[k]
+            if one.name not in uses:
+                continue
+            other = values | {one.name: values[one.name] + STEP * one.u}
+        else:
+            if ranges[k - n_shared] == 0.0:
+                continue
+            moved = own.copy()
+            moved[k - n_shared] += STEP
+        there, off = motion.at(time_s, other, base + ranges * moved)
+        slopes[:, :, k], ties[:, k] = (there[0] - here[0]) / STEP, (off - tied) / STEP
+    return here, slopes, tied, ties
+
+
+def _robust(residual: FloatArray) -> tuple[float, FloatArray]:
+    """Return Huber's loss and the weights that make its slope that of least squares."""
+    size = np.abs(residual)
+    near = np.minimum(size, HUBER_SIGMAS)
+    return float((near * (size - 0.5 * near)).sum()), np.asarray(HUBER_SIGMAS / np.maximum(size, HUBER_SIGMAS))
+
+
+@dataclass(frozen=True)
+class PathLikelihood:
+    """A recording by its path lengths: a constant each, and slow errors at one and two cycles a fringe.
+
+    L measured = L(p(t)) + c + sum over m = 1, 2 of s_m sin(m K L) + c_m cos(m K L): bias and quadrature error that a
+    correction left. What the estimate's error has in common from sample to sample beyond that, `u_m` must hold.
+
+    Attributes
+    ----------
+    measured, motion
+        Data and what is known.
+    wavelength_m, is_plane
+        Of the setup; whether the far field stands for the antennas.
+    slow_m
+        Prior deviation of the slow errors.
+    loose
+        How much wider everything but the priors is taken: far from the solution least squares must be patient.
+    """
+
+    measured: Measured
+    motion: Motion
+    wavelength_m: float
+    is_plane: bool = False
+    slow_m: float = 1e-3
+    loose: float = 1.0
+
+    @property
+    def tie(self) -> float:
+        """What ties are divided by: as loose as the paths."""
+        return 10.0 * self.loose
+
+    @property
+    def start(self) -> FloatArray:
+        """First guess: everything at its prior mean, no slow error."""
+        return np.zeros(len(self.motion.own) + 5 * len(self.measured.change_m))
+
+    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
+        """Return it at a state; the constants are in metres, slow errors in their deviations."""
+        data, n_own, n_shared = self.measured, len(self.motion.own), len(z)
+        n_rx, (series, slopes, tied, by_ties) = (
+            len(data.change_m),
+            motion_slopes(self.motion, world, z, own[:n_own], data.time_s),
+        )
+        place, antennas = series[0], world.antennas(z)
+        rows = np.zeros((n_rx, data.time_s.size, n_shared + own.size))
+        model, gradient = self._lengths(place, antennas)
+        rows[:, :, : n_shared + n_own] = np.einsum("ran,ank->rnk", gradient, slopes)
+        for k, one in enumerate(world.unknowns):
+            if one.key:
+                other = z.copy()
+                other[k] += STEP
+                rows[:, :, k] += (self._lengths(place, world.antennas(other))[0] - model) / STEP
+        turn = (2.0 * np.pi / self.wavelength_m) * data.change_m
+        waves = np.stack([np.ones_like(turn), *(f(m * turn) for m in (1, 2) for f in (np.sin, np.cos))], axis=2)
+        waves = np.nan_to_num(waves) * np.array([1.0, *[self.slow_m] * 4])
+        extra = own[n_own:].reshape(n_rx, 5)
+        for n in range(n_rx):
+            rows[n, :, n_shared + n_own + 5 * n :][:, :5] = waves[n]
+        residual = model + np.einsum("rnk,rk->rn", waves, extra) - data.change_m
+        use = np.isfinite(residual) & self.motion.known(data.time_s)
+        u_m = self.loose * data.u_m
+        scaled = np.where(use, residual, 0.0) / u_m
+        loss, weight = _robust(scaled)
+        weight = weight * use / u_m**2
+        flat, kept = rows.reshape(-1, rows.shape[2]), np.where(use, residual, 0.0)
+        weighted = weight.reshape(-1, 1) * flat
+        misfit = np.array([_misfit(one[here]) for one, here in zip(scaled, use, strict=True)])
+        ties = tied / self.tie, by_ties / self.tie
+        return _local(
+            loss, weighted.T @ flat, weighted.T @ kept.ravel(), n_shared, ties, own, np.where(use, -residual, np.nan),
+            misfit,
+        )  # fmt: skip
+
+    def _lengths(self, place: FloatArray, antennas: Antennas) -> tuple[FloatArray, FloatArray]:
+        if not self.is_plane:
+            return path_lengths(place, antennas), path_gradient(place, antennas)
+        # dL = -T p (Rech & Huang 2019, eq. 3)
+        t = -t_matrix(antennas)
+        return t @ place, np.repeat(t[:, :, None], place.shape[1], axis=2)
+
+
+def _misfit(scaled: FloatArray) -> float:
+    """Return the median square of residuals in standard deviations over that of a Gaussian."""
+    return float(np.median(scaled**2)) / 0.4549 if scaled.size else 1.0
+
+
+def _local(
+    loss: float,
+    normal: FloatArray,
+    slope: FloatArray,
+    n_shared: int,
+    ties: tuple[FloatArray, FloatArray],
+    pull: FloatArray,
+    residual_m: FloatArray,
+    misfit: FloatArray,
+) -> Local:
+    """Return the state with ties added, and the priors of its own unknowns, each `pull` deviations from its mean."""
+    tied, by_ties = ties
+    k = by_ties.shape[1]
+    normal[:k, :k] += by_ties.T @ by_ties
+    slope[:k] += by_ties.T @ tied
+    cost = loss + 0.5 * float(tied @ tied) + 0.5 * float(pull @ pull)
+    inner = normal[n_shared:, n_shared:] + np.eye(pull.size)
+    return Local(
+        cost, normal[:n_shared, :n_shared], slope[:n_shared], normal[n_shared:, :n_shared], inner,
+        slope[n_shared:] + pull, residual_m, misfit,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SignalLikelihood:
+    """A recording by its binned samples: the joint estimate's own equations with the known motion put in.
+
+    Its own unknowns are those of the motion and all mismatch (theta of the joint estimate, method 4), these in their
+    prior deviations from `theta`.
+
+    Attributes
+    ----------
+    problem
+        Of the joint estimate (`preparing.sample_problem`); its spline and the law of flight take no part.
+    theta
+        Where the mismatch starts.
+    motion
+        What is known.
+    """
+
+    problem: JointProblem
+    theta: FloatArray
+    motion: Motion
+
+    @property
+    def start(self) -> FloatArray:
+        """The motion at its prior mean, the mismatch at `theta`."""
+        return np.zeros(len(self.motion.own) + self.theta.size)
+
+    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
+        """Return it at a state."""
+        problem, n_own, n_shared = self.problem, len(self.motion.own), len(z)
+        sd, bins, layout = problem.prior.sd, problem.bins, problem.layout
+        theta = self.theta + sd * own[n_own:]
+        series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[:n_own], bins.time_s)
+        antennas = world.antennas(z)
+        problem = replace(problem, inputs=replace(problem.inputs, antennas=antennas)).at_places(series[0], theta)
+        later = node_offsets(problem)
+        place, velocity, acceleration = series[:, :, None, None]
+        node_m = place + later * (velocity + later / 2.0 * acceleration)
+        signals, excess, waves = signals_at(problem, theta, node_m)
+        sigma = bins.sigma * np.repeat(problem.noise_scale, 2)[:, None]
+        use = problem.use & self.motion.known(bins.time_s)
+        residual = (np.concatenate([one.value for one in signals]) - bins.value) * use
+        loss, weight = _robust(residual / sigma)
+        weight = weight * use / sigma**2
+        n_all = n_shared + own.size
+        normal, slope = np.zeros((n_all, n_all)), np.zeros(n_all)
+        residual_m = np.full((problem.n_receivers, bins.n_bins), np.nan)
+        for n, receiver in enumerate(layout.receivers):
+            pair = slice(2 * n, 2 * n + 2)
+            lin = receiver_slopes(node_m[:, pair], theta, layout, problem.inputs, n, excess[pair], waves[n])
+            known = np.einsum("can,ank->cnk", lin.by_position, slopes)
+            plain = signal_of(waves[n], theta, layout, problem.inputs, n).value
+            for k, one in enumerate(world.unknowns):
+                if one.key.startswith(("transmitter", f"receiver[{n + 1}]")):
+                    other = replace(problem.inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
+                    shifted = receiver_signal(node_m[:, pair], theta, layout, other, n).value
+                    known[:, :, k] += (shifted - plain) / STEP
+            columns = [known, lin.columns * np.concatenate([sd[layout.shared], sd[receiver.without_drift]])]
+            places = [np.arange(n_shared + n_own), *(n_shared + n_own + np.arange(s.start, s.stop) for s in (
+                layout.shared, receiver.without_drift
+            ))]  # fmt: skip
+            if layout.sizes.drift:
+                drift = problem.inputs.drift
+                for c, own_drift in enumerate((receiver.drift_i, receiver.drift_q)):
+                    apart = np.zeros((2, *drift.shape))
+                    apart[c] = drift * sd[own_drift]
+                    columns.append(apart)
+                    places.append(n_shared + n_own + np.arange(own_drift.start, own_drift.stop))
+            index = np.concatenate(places)
+            rows = np.concatenate(columns, axis=2)
+            weighted = rows * weight[pair][:, :, None]
+            flat = weighted.reshape(-1, index.size)
+            normal[np.ix_(index, index)] += flat.T @ rows.reshape(-1, index.size)
+            slope[index] += flat.T @ residual[pair].ravel()
+            # along the circle: what of the residual a path would explain
+            along = lin.columns[:, :, receiver.phase - receiver.first + lin.n_shared] * problem.inputs.wavenumber
+            power = (along**2).sum(axis=0)
+            residual_m[n] = np.where(use, -(along * residual[pair]).sum(axis=0) / np.maximum(power, 1e-12), np.nan)
+        # the breaks of its spline are not asked: they stay
+        pull = np.concatenate([own[:n_own], (theta - problem.prior.mean) / sd])
+        misfit = np.array([_misfit((residual / sigma)[2 * n : 2 * n + 2, use]) for n in range(problem.n_receivers)])
+        return _local(loss, normal, slope, n_shared, (tied, by_ties), pull, residual_m, misfit)
+
+    def renewed(self, own: FloatArray, local: Local) -> tuple[SignalLikelihood, FloatArray]:
+        """Return it with the deviations of maps and mirrors re-estimated and the noise scaled, and its own unknowns.
+
+        As the joint estimate does between its rounds (method 4, Priors).
+        """
+        n_own, old = len(self.motion.own), self.problem.prior
+        theta = self.theta + old.sd * own[n_own:]
+        variance = np.diag(np.linalg.inv(local.inner))[n_own:] * old.sd**2
+        prior = reestimated(old, theta, variance)
+        scale = np.maximum(self.problem.noise_scale * np.sqrt(np.maximum(local.misfit, 1e-3)), 1.0)
+        problem = replace(self.problem, prior=prior, noise_scale=scale)
+        return replace(self, problem=problem, theta=theta), np.concatenate([own[:n_own], np.zeros(theta.size)])

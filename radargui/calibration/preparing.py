@@ -1,0 +1,276 @@
+"""A recording made ready: its paths, and the equations of its samples where its motion is nearly known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from radargui.calibration.falls import LEAST_FLIGHT_S, MOST_FLIGHTS, Falls
+from radargui.calibration.known_path import KnownMotion, Trajectory
+from radargui.calibration.likelihood import Measured, Motion
+from radargui.conditioning.condition import NoMotion, condition
+from radargui.estimation.adaptive.estimate import estimate_adaptive
+from radargui.estimation.adaptive.found import adaptive_rounds
+from radargui.estimation.forward.bins import BinnedData, Multiplexer, bin_by_fringe, pool
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.parameters import ReceiverConstants
+from radargui.estimation.forward.slow_noise import measure_drift
+from radargui.estimation.forward.sphere import polarised_sphere
+from radargui.estimation.motion_estimate import MotionEstimate
+from radargui.estimation.signals import ScaledSignals, scaled_signals
+from radargui.estimation.solve.initial_problem import first_motion, initial_problem
+from radargui.estimation.solve.problem import Start
+from radargui.geometry.path_length import path_lengths, place_antennas
+from radargui.model.arrays import FloatArray
+from radargui.model.errors import ProcessingError
+from radargui.model.recording import Recording
+from radargui.model.setup import Setup
+
+MOST_POINTS = 300
+"""Of a recording's paths: what they have in common from sample to sample makes more of them worth no more."""
+U_PATH_M = 3e-4
+"""Of each of them, while the samples themselves do not decide: what floor and walls leave in a receiver's circle."""
+POOLED_S = 0.002
+"""Means in which a known motion is looked for: at 0.5 m/s a tenth of a fringe."""
+U_OFFSET_S = 0.01
+"""Prior deviation of a free clock's offset against the best of the grid."""
+OFFSETS, ZEROS, COARSE = 400, 24, 500
+"""How many offsets of a clock, and zeros of a turntable, are tried at first, and on how many means."""
+FALL_BIAS_M, KNOWN_BIAS_M, FLOOR_BELOW_M = 0.09, 0.04, 0.01
+"""Correlation length of the bias maps, and how far below the lowest place a floor is sought (method 4). A motion that
+goes sideways sees the mirrored antennas' lobes from all sides, which the mirrors' factors, functions of height, do not
+follow: shorter maps must, where the motion is known."""
+
+
+U_FLOOR_M, U_FAR_FLOOR_M = 0.03, 0.15
+"""Prior deviation of the floor's place, and where neither a fall nor the setup tells it."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A recording, its paths and its motion as first guessed."""
+
+    name: str
+    signals: ScaledSignals
+    measured: Measured
+    motion: Motion
+
+
+def _signals(recording: Recording, setup: Setup) -> ScaledSignals:
+    conditioned = condition(recording, setup)
+    if isinstance(conditioned, NoMotion):
+        raise ProcessingError(f"{recording.name}: {conditioned.reason}")
+    return scaled_signals(conditioned)
+
+
+def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
+    """Measure the paths of a fall, each receiver by itself: of a wrong geometry they know next to nothing.
+
+    The joint estimate would bend them: flights that obey gravity, and image theory, fit no wrong antennas, and walls
+    that are not there make up for it (10 mm of path at 3 degrees).
+
+    Parameters
+    ----------
+    recording, setup
+        As for `processing.process`.
+    place
+        Name of the place where the sphere hung.
+
+    Raises
+    ------
+    ProcessingError
+        Nothing falls.
+    """
+    conditioned = condition(recording, setup)
+    if isinstance(conditioned, NoMotion):
+        raise ProcessingError(f"{recording.name}: {conditioned.reason}")
+    rounds = adaptive_rounds(conditioned, setup)
+    estimate = estimate_adaptive(rounds)
+    impact_s, after_m_s, end_s = _flights(estimate)
+    if end_s - estimate.onset_s < LEAST_FLIGHT_S:
+        raise ProcessingError(
+            f"{recording.name}: no free fall of {1e3 * LEAST_FLIGHT_S:g} ms was found",
+            reasons=("it is no drop", "the antennas are far from where the setup says"),
+            remedy="Give the recordings of drops with --known fall.",
+        )
+    motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s)
+    change = np.where(estimate.valid, estimate.change_m, np.nan)
+    return Prepared(recording.name, rounds.signals, _thinned(estimate.time_s, change), motion)
+
+
+def _thinned(time_s: FloatArray, change_m: FloatArray) -> Measured:
+    stride = max(1, time_s.size // MOST_POINTS)
+    return Measured(time_s[::stride], change_m[:, ::stride], U_PATH_M)
+
+
+def _flights(estimate: MotionEstimate) -> tuple[FloatArray, FloatArray, float]:
+    """Return impacts, velocities after them and the end of the last flight that is used."""
+    impacts = np.asarray(estimate.impact_s)[:MOST_FLIGHTS]
+    edges = [estimate.onset_s, *impacts]
+    last = next((n for n in range(1, len(edges)) if edges[n] - edges[n - 1] < LEAST_FLIGHT_S), len(edges)) - 1
+    place = estimate.position_m
+    if last == 0 or place is None:
+        return np.empty(0), np.empty((0, 3)), estimate.onset_s
+    end, kept, after = float(edges[last]), impacts[: last - 1], []
+    for begin, stop in zip(kept, edges[2 : last + 1], strict=True):
+        here = (estimate.time_s > begin + 0.003) & (estimate.time_s < stop - 0.003)
+        here &= np.isfinite(place).all(axis=0)
+        after.append(np.polyfit(estimate.time_s[here] - begin, place[:, here].T, 2)[1])
+    return kept, np.array(after).reshape(-1, 3), end
+
+
+def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) -> Prepared:
+    """Find a known motion in a recording, and measure the paths against it.
+
+    The phase that the motion should have is taken off the samples: what is left turns slowly, so that no fringe is
+    lost where a circle alone would lose some.
+
+    Parameters
+    ----------
+    recording, setup
+        As for `processing.process`.
+    trajectory
+        In its own time.
+
+    Raises
+    ------
+    ProcessingError
+        Nothing moves, or a shared clock under which both do not overlap.
+    """
+    signals = _signals(recording, setup)
+    pooled = pool(signals, POOLED_S)
+    time, pairs = pooled.time_s, pooled.value.reshape(signals.n_receivers, 2, -1)
+    antennas, k = place_antennas(setup), 2.0 * np.pi / setup.radar.wavelength_m
+
+    def phase(offset: float, zero: float, at: FloatArray) -> FloatArray:
+        extra = (zero,) if trajectory.has_zero else ()
+        return np.asarray(k * path_lengths(trajectory.place(at - offset, *extra), antennas))
+
+    some = slice(None, None, max(1, time.size // COARSE))
+
+    def unexplained(offset: float, zero: float) -> float:
+        turned = phase(offset, zero, time[some])
+        return sum(_circle(row, pair[:, some])[1] for row, pair in zip(turned, pairs, strict=True))
+
+    free = trajectory.path.clock == "free"
+    first = signals.onset_s - trajectory.begin_s
+    if not free:
+        refuse_apart(recording.name, float(time[0]), float(time[-1]), trajectory)
+        offsets = np.zeros(1)
+    else:
+        # it may begin before the recording does, and its first moments may be too slow to be seen
+        span = trajectory.end_s - trajectory.begin_s
+        offsets = np.append(first + np.linspace(-span, min(span, time[-1] - first), OFFSETS), first)
+    any_zero = trajectory.has_zero and trajectory.zero_deg is None
+    zeros = np.arange(ZEROS) * 360.0 / ZEROS if any_zero else np.array([trajectory.zero_deg or 0.0])
+    offset, zero = min(((o, z) for o in offsets for z in zeros), key=lambda one: unexplained(*one))
+    if free:
+        step = float(np.ptp(offsets)) / OFFSETS
+        offset = min(np.append(offset + np.linspace(-step, step, 41), offset), key=lambda o: unexplained(o, zero))
+    motion = KnownMotion(trajectory, float(offset), U_OFFSET_S if free else 0.0, float(zero))
+    turned, change = phase(offset, zero, time), np.empty((signals.n_receivers, time.size))
+    for row, pair, out in zip(turned, pairs, change, strict=True):
+        known = row
+        for _ in range(3):
+            basis, _ = _circle(known, pair)
+            i, q = np.linalg.solve(basis[1:].T, pair - basis[0][:, None])
+            left = uniform_filter1d((i + 1j * q) * np.exp(-1j * row), 9, mode="nearest")
+            known = row + np.unwrap(np.angle(left))
+        out[:] = known / k
+    return Prepared(recording.name, signals, _thinned(time, change), motion)
+
+
+def refuse_apart(name: str, first_s: float, last_s: float, trajectory: Trajectory) -> None:
+    """Make sure that a recording and a trajectory on the same clock overlap.
+
+    Raises
+    ------
+    ProcessingError
+        They do not.
+    """
+    if trajectory.end_s <= first_s or trajectory.begin_s >= last_s:
+        raise ProcessingError(
+            f"{name}: its {first_s:.3g} to {last_s:.3g} s and the {trajectory.begin_s:.3g} to {trajectory.end_s:.3g} s "
+            f"of the {trajectory.words} do not overlap",
+            remedy="Give the path of this recording, or leave --clock shared out.",
+        )
+
+
+def _circle(phase_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, float]:
+    """Fit I and Q, (2, n), by constants, cosine and sine of a phase; return coefficients (3, 2) and what is left."""
+    rows = np.stack([np.ones_like(phase_rad), np.cos(phase_rad), np.sin(phase_rad)], axis=1)
+    found = np.linalg.lstsq(rows, pair.T, rcond=None)[0]
+    return np.asarray(found), float(((pair.T - rows @ found) ** 2).sum())
+
+
+def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own: FloatArray) -> Start | None:
+    """Return the joint problem of the samples around a motion that is nearly known; None where it begins in motion.
+
+    With a floor that reflects and maps; walls are left to the maps.
+
+    Parameters
+    ----------
+    ready
+        The recording.
+    setup
+        Antennas as nearly known.
+    values, own
+        Shared unknowns by name, and the motion's own (`likelihood.Motion`).
+    """
+    signals, motion = ready.signals, ready.motion
+    if not signals.has_rest or signals.n_receivers < 3:
+        return None
+    antennas, wavelength_m = place_antennas(setup), setup.radar.wavelength_m
+
+    def place(time_s: FloatArray) -> FloatArray:
+        return np.asarray(motion.at(time_s, values, own)[0][0])
+
+    grid = signals.time_s[:: max(1, signals.time_s.size // 4000)]
+    turns_hz = np.abs(np.gradient(path_lengths(place(grid), antennas), grid, axis=1)).max(axis=0) / wavelength_m
+    breaks = own[4::4] if isinstance(motion, Falls) else np.empty(0)
+    bins = bin_by_fringe(signals, grid, turns_hz, signals.rest_end_s, breaks)
+    drift = measure_drift(signals, signals.rest_end_s)
+    bins = drift.widen(bins)
+    here = place(bins.time_s)
+    multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
+    data = BinnedData(
+        bins, antennas, here[:, 0], wavelength_m, bins.last_s < signals.rest_end_s, signals.delay_s, signals.onset_s,
+        polarised_sphere(setup), multiplexer,
+    )  # fmt: skip
+    used = motion.known(bins.time_s)
+    k = 2.0 * np.pi / wavelength_m
+    turned = k * (path_lengths(here, antennas) - path_lengths(here[:, :1], antennas))
+    constants = [
+        _constants(_circle(row[used], pair[:, used])[0])
+        for row, pair in zip(turned, bins.value.reshape(signals.n_receivers, 2, -1), strict=True)
+    ]
+    normal = np.asarray(setup.floor.normal)
+    lowest = here[:, int(np.argmin(np.where(used, normal @ here, np.inf)))]
+    if setup.floor.height_m is not None:
+        lowest = lowest * [1.0, 1.0, 0.0] + [0.0, 0.0, setup.floor.height_m]
+    # a sphere that falls comes down on it; where another motion takes place nobody knows but the setup
+    is_told = setup.floor.height_m is not None or isinstance(motion, Falls)
+    floor = MirrorPlane(
+        lowest - FLOOR_BELOW_M * normal, normal, FLOOR, u_shift_m=U_FLOOR_M if is_told else U_FAR_FLOOR_M
+    )
+    spline = first_motion(data, here, signals.rest_end_s, breaks)
+    length_m = FALL_BIAS_M if isinstance(motion, Falls) else KNOWN_BIAS_M
+    return initial_problem(data, spline, constants, (floor,), length_m, drift)
+
+
+def _constants(circle: FloatArray) -> ReceiverConstants:
+    """Return what coefficients of 1, cos and sin of the phase, shape (3, 2) for I and Q, say of a receiver.
+
+    I = A cos(phi + phi_0), Q = g A sin(phi + phi_0 + eps).
+    """
+    (offset_i, offset_q), (ci, cq), (si, sq) = circle
+    # I: ci = A cos phi0, si = -A sin phi0; Q: cq = g A sin(phi0 + eps), sq = g A cos(phi0 + eps)
+    amplitude, phase = np.hypot(ci, si), np.arctan2(-si, ci)
+    error = (np.arctan2(cq, sq) - phase + np.pi) % (2.0 * np.pi) - np.pi
+    gain = np.log(max(np.hypot(cq, sq), 1e-6) / max(amplitude, 1e-6))
+    return ReceiverConstants(
+        float(phase), float(np.log(max(amplitude, 1e-3))), float(offset_i), float(offset_q),
+        float(np.clip(gain, -0.3, 0.3)), float(np.clip(error, -0.3, 0.3)),
+    )  # fmt: skip

@@ -1,0 +1,145 @@
+"""The unknowns of a calibration: values of the setup with their priors, and what motions share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from radargui.model.errors import UsageError
+from radargui.model.gravity import (
+    NOMINAL_GRAVITY_M_S2,
+    U_NORMAL_GRAVITY_M_S2,
+    drag_of_sphere_1_m,
+    normal_gravity_m_s2,
+    share_in_air,
+)
+from radargui.model.setup import Setup, moved
+
+GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity")
+"""What `--free` may name: `transmitter` is its place, `gravity` the direction of gravity. Polarisations are unknowns of
+each recording, with the setup's prior (method 4)."""
+USUAL = ("tilt", "azimuth", "distance", "release")
+U_UNSTATED = {"tilt": 3.0, "azimuth": 3.0, "distance": 0.02, "release": 0.002}
+"""Prior deviations (degrees, m) where the setup gives none: wide, since what nobody measured is what is asked for."""
+U_PLUMB_DEG = 0.3
+"""Of the vertical against the setup's z axis: a spirit level."""
+U_NOMINAL_GRAVITY_M_S2 = 0.015
+"""Of 9.81 m/s^2 where no site is given: from the equator to the poles it is 9.780 to 9.832."""
+U_DRAG, U_DRAG_1_M = 0.3, 0.02
+"""Of the drag, relative for a known density (model.gravity), 1/m for an unknown one."""
+U_HEIGHT_M, U_FLOOR_DEG = 0.5, 0.5
+"""Of the floor's height where the setup gives none, and of its level."""
+GRAVITY, DRAG, HEIGHT = "gravity.g_m_s2", "drag_1_m", "floor.height_m"
+GRAVITY_X, GRAVITY_Y = "gravity.x_deg", "gravity.y_deg"
+FLOOR_X, FLOOR_Y = "floor.x_deg", "floor.y_deg"
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """One unknown.
+
+    Attributes
+    ----------
+    name
+        Key of the setup, receivers counted from 1 (`model.calibration`), or a name of its own.
+    value, u
+        Prior mean and deviation, in the unit of the name.
+    group
+        What `--free` calls it; empty: always unknown.
+    key
+        As `model.setup.moved` has it; empty where it is no value of the setup.
+    """
+
+    name: str
+    value: float
+    u: float
+    group: str = ""
+    key: str = ""
+
+
+def antenna_unknowns(setup: Setup, *, place: bool = False) -> list[Unknown]:
+    """Return the values of the antennas; the transmitter's three coordinates instead of its distance where asked."""
+    sender = setup.transmitter
+    u_sender = _given(sender.u_distance_m, "distance")
+    if place:
+        out = [
+            Unknown(f"transmitter.position_m.{axis}", x, u_sender, "transmitter", f"transmitter.position_m[{n}]")
+            for n, (axis, x) in enumerate(zip("xyz", sender.place_m, strict=True), 1)
+        ]
+    else:
+        name, reach = "transmitter.distance_m", math.hypot(*sender.place_m)
+        out = [Unknown(name, reach, u_sender, "distance", name)]
+    for n, one in enumerate(setup.receiver, 1):
+        for name in ("tilt_deg", "azimuth_deg", "distance_m"):
+            group = name.partition("_")[0]
+            u = _given(getattr(one, f"u_{name}"), group)
+            out.append(Unknown(f"receiver.{n}.{name}", getattr(one, name), u, group, f"receiver[{n}].{name}"))
+    return [one for one in out if one.u > 0.0]
+
+
+def place_unknowns(setup: Setup, place_m: Sequence[float], name: str) -> list[Unknown]:
+    """Return the three coordinates of a place where the sphere hangs before it falls."""
+    u = _given(setup.tracer.u_release_m, "release")
+    return [Unknown(f"{name}.{axis}", x, u, "release") for axis, x in zip("xyz", place_m, strict=True)]
+
+
+def fall_unknowns(setup: Setup) -> list[Unknown]:
+    """Return gravity in air and its direction, the drag, and the floor: what all falls share."""
+    g, u_g = site_gravity(setup)
+    density, floor = setup.tracer.density_kg_m3, setup.floor
+    drag = drag_of_sphere_1_m(setup.tracer.diameter_m, density)
+    leaning = U_FLOOR_DEG if floor.u_tilt_deg is None else floor.u_tilt_deg
+    slopes = [math.degrees(x / floor.normal[2]) for x in floor.normal[:2]]
+    return [
+        Unknown(GRAVITY, g, u_g),
+        Unknown(GRAVITY_X, 0.0, U_PLUMB_DEG, "gravity"),
+        Unknown(GRAVITY_Y, 0.0, U_PLUMB_DEG, "gravity"),
+        Unknown(DRAG, drag, U_DRAG_1_M if density is None else U_DRAG * drag),
+        # where the floor is known, it is known as the release is; else the impacts say it
+        Unknown(HEIGHT, floor.height_m or 0.0, U_HEIGHT_M),
+        Unknown(FLOOR_X, slopes[0], leaning),
+        Unknown(FLOOR_Y, slopes[1], leaning),
+    ]
+
+
+def site_gravity(setup: Setup) -> tuple[float, float]:
+    """Return the acceleration of the falling sphere that the site says, buoyancy counted, and its uncertainty."""
+    site, density = setup.site, setup.tracer.density_kg_m3
+    g, u = NOMINAL_GRAVITY_M_S2, U_NOMINAL_GRAVITY_M_S2
+    if site.g_m_s2 is not None:
+        g, u = site.g_m_s2, U_NORMAL_GRAVITY_M_S2 if site.u_g_m_s2 is None else site.u_g_m_s2
+    elif site.latitude_deg is not None and site.height_m is not None:
+        g, u = normal_gravity_m_s2(site.latitude_deg, site.height_m), U_NORMAL_GRAVITY_M_S2
+    return g * (1.0 if density is None else share_in_air(density)), max(u, 1e-6)
+
+
+def _given(u: float | None, group: str) -> float:
+    return U_UNSTATED[group] if u is None else u
+
+
+def chosen_groups(text: str | None) -> tuple[str, ...]:
+    """Return what `--free` names.
+
+    Raises
+    ------
+    UsageError
+        A name that is none.
+    """
+    names = USUAL if text is None else tuple(part.strip() for part in text.split(","))
+    wrong = [name for name in names if name not in GROUPS]
+    if wrong:
+        raise UsageError(f"--free = {', '.join(wrong)!r}, allowed: {', '.join(GROUPS)}")
+    return names
+
+
+def setup_with(setup: Setup, unknowns: Sequence[Unknown], values: Mapping[str, float]) -> Setup:
+    """Return the setup with the antennas where the values say, unchecked."""
+    if any(one.key.startswith("transmitter.position_m") for one in unknowns):
+        sender = setup.transmitter
+        sender = sender.model_copy(update={"position_m": sender.place_m, "distance_m": None})
+        setup = setup.model_copy(update={"transmitter": sender})
+    for one in unknowns:
+        if one.key and one.name in values and values[one.name] != one.value:
+            setup = moved(setup, one.key, values[one.name] - one.value)
+    return setup

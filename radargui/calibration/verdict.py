@@ -1,0 +1,191 @@
+"""What a fit is worth: what the data cannot tell, what recordings left out say, what else would fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import permutations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from radargui.calibration.fit import MOST_STEPS, Fit, fit
+from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
+from radargui.calibration.unknowns import Unknown
+from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.errors import ProcessingError
+from radargui.model.setup import Setup
+
+UNTOLD = 0.5
+"""A combination is not told whose variance is more than this share of what the setup left."""
+MISFIT_M, LEFT_M = 4e-3, 5e-4
+"""Root mean square of residuals that no motion leaves which is as stated: of the paths, an eighth of a fringe (a floor
+that reflects 0.3 bends them by 1.5 mm), and of the samples once all mismatch is fitted."""
+FAR = 4.0
+"""Prior deviations beyond which a value makes one look for swapped receivers."""
+GAIN = 20.0
+"""In cost (ln likelihood) by which another order of the receivers must be better, at a misfit of `LOOSE`."""
+LOOSE = (30.0, 5.0, 1.0)
+"""How much wider paths are taken from step to step (`PathLikelihood.loose`)."""
+LEFT_OUT_STEPS = 6
+"""At the most, in which the motion of a recording that is left out follows; to the end it took 20 s a drop."""
+MOST_COMPARED = 3
+"""Recordings that other orders are tried on."""
+
+
+STEP_POINTS = 5
+"""Values of a path whose medians are compared where a step is looked for: 25 ms of a drop."""
+
+
+class Slip(NamedTuple):
+    """A lost fringe: in which recording and receiver (from 0), and when."""
+
+    recording: int
+    receiver: int
+    time_s: float
+
+
+def rms_m(residual_m: FloatArray) -> FloatArray:
+    """Return the root mean square of each receiver's residual, shape (n_receivers,)."""
+    return np.asarray(np.sqrt(np.nanmean(residual_m**2, axis=1)))
+
+
+def fit_paths(
+    world: World,
+    recordings: Sequence[PathLikelihood],
+    held: BoolArray,
+    round_done: Callable[[], None] = lambda: None,
+    looseness: Sequence[float] = LOOSE,
+    steps: int = MOST_STEPS,
+) -> Fit:
+    """Fit paths, first loosely: far from the solution ties and outliers would lead astray."""
+    found: Fit | None = None
+    for loose in looseness:
+        wide = [replace(one, loose=loose) for one in recordings]
+        own = None if found is None else found.own
+        found = fit(world, wide, held=held, start=found, own=own, round_done=round_done, steps=steps)
+    if found is None:
+        raise RuntimeError("no looseness")
+    return found
+
+
+def untold(found: Fit) -> tuple[tuple[str, ...], float]:
+    """Return combinations that the data cannot tell, in words, and the condition number of what they tell.
+
+    The eigenvectors of the posterior covariance in prior deviations: eigenvalue 1 is what the setup said before.
+    """
+    free = ~found.held
+    asked = [n for n, one in enumerate(found.world.unknowns) if free[n] and one.group]
+    covariance = found.covariance()[np.ix_(asked, asked)]
+    values, vectors = np.linalg.eigh(covariance)
+    names = [found.world.unknowns[n] for n in asked]
+    words = [_in_words(vectors[:, n], names) for n in reversed(range(values.size)) if values[n] > UNTOLD]
+    return tuple(dict.fromkeys(words)), float(np.sqrt(values[-1] / values[0]))
+
+
+def _in_words(vector: FloatArray, unknowns: Sequence[Unknown]) -> str:
+    """Name a combination: a common turn, a common scale, a shift, else its largest parts."""
+    share = vector**2
+    kinds = {kind: _members(unknowns, kind) for kind in ("azimuth_deg", "distance_m", "tilt_deg")}
+    place = [n for n, one in enumerate(unknowns) if one.group == "release"]
+    turned, reach = kinds["azimuth_deg"], kinds["distance_m"]
+    sideways = [n for n in place if not unknowns[n].name.endswith(".z")]
+    if share[[*turned, *sideways]].sum() > 0.8 and share[turned].sum() > 0.3 and _alike(vector[turned]):
+        return "a common turn of all azimuths about the vertical"
+    height = [n for n in place if unknowns[n].name.endswith(".z")]
+    if share[[*reach, *height]].sum() > 0.8 and len(reach) > 1 and _alike(vector[reach]):
+        return "a common scale of all distances" + (
+            " and the height of the release" if share[height].sum() > 0.1 else ""
+        )
+    if share[place].sum() > 0.8:
+        return (
+            "a shift of the release sideways" if share[sideways].sum() > share[height].sum() else "the release's height"
+        )
+    largest = [n for n in np.argsort(share)[::-1] if share[n] > 0.1][:3]
+    return " with ".join(unknowns[n].name for n in sorted(largest))
+
+
+def _members(unknowns: Sequence[Unknown], ending: str) -> list[int]:
+    return [n for n, one in enumerate(unknowns) if one.name.endswith(ending) and one.group != "release"]
+
+
+def _alike(part: FloatArray) -> bool:
+    return bool(part.size > 1 and abs(part.sum()) > 0.8 * np.abs(part).sum())
+
+
+def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
+    """Return what each recording leaves with the values that the others alone give, rms by receiver.
+
+    One Gauss-Newton step from the fit of all: (I - I_k + 1) dz = s_k, I_k and s_k the recording's information and
+    slope. NaN where there is no other recording, or none that tells.
+    """
+    if len(likelihoods) < 2:
+        return [np.full(len(one.residual_m), np.nan) for one in found.locals_]
+    free, out = ~found.held, []
+    for n, (one, part) in enumerate(zip(likelihoods, found.locals_, strict=True)):
+        normal, slope = found.information(but=n)
+        normal, slope = normal + np.eye(slope.size), slope + found.z
+        moved = np.zeros_like(found.z)
+        moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
+        z = found.z + moved
+        # its motion and mismatch follow, damped: a whole step may end outside of all sense
+        try:
+            start, held = replace(found, z=z), np.ones_like(found.held)
+            there = fit(found.world, [one], held=held, start=start, own=[found.own[n]], steps=LEFT_OUT_STEPS)
+            out.append(rms_m(there.locals_[0].residual_m))
+        except ProcessingError:
+            out.append(np.full(len(part.residual_m), np.nan))
+    return out
+
+
+def other_orders(setup: Setup) -> Iterator[tuple[str, Setup]]:
+    """Yield what may be wrong with a setup's receivers, in words, and the setup with that put right."""
+    for mirrored in (False, True):
+        for order in permutations(range(setup.n_receivers)):
+            if order == tuple(range(setup.n_receivers)) and not mirrored:
+                continue
+            receivers = [setup.receiver[k] for k in order]
+            if mirrored:
+                receivers = [one.model_copy(update={"azimuth_deg": -one.azimuth_deg}) for one in receivers]
+            yield _order_in_words(order, mirrored=mirrored), setup.model_copy(update={"receiver": tuple(receivers)})
+
+
+def _order_in_words(order: tuple[int, ...], *, mirrored: bool) -> str:
+    moved = [n + 1 for n, other in enumerate(order) if n != other]
+    swap = ""
+    if len(moved) == 2:
+        swap = f"receivers {moved[0]} and {moved[1]} are swapped"
+    elif moved:
+        swap = f"the receivers come in the order {', '.join(str(other + 1) for other in order)}"
+    if not mirrored:
+        return swap
+    return "the azimuths run the other way round (mirror image)" + (f", and {swap}" if swap else "")
+
+
+def put_right(found: Fit, recordings: Sequence[PathLikelihood]) -> tuple[list[PathLikelihood], list[Slip]]:
+    """Return the recordings without the fringes that their paths lost, and where; one a receiver.
+
+    A residual that steps by whole wavelengths within `2 STEP_POINTS` values: the count of fringes slipped, for no
+    antenna's place makes a step. The samples know phases but for whole turns: they do not care.
+    """
+    out, slips = [], []
+    for number, (one, local) in enumerate(zip(recordings, found.locals_, strict=True)):
+        change = one.measured.change_m.copy()
+        for receiver, residual in enumerate(local.residual_m):
+            known = np.flatnonzero(np.isfinite(residual))
+            if known.size < 4 * STEP_POINTS:
+                continue
+            medians = np.median(sliding_window_view(residual[known], STEP_POINTS), axis=1)
+            step = (medians[STEP_POINTS:] - medians[:-STEP_POINTS]) / one.wavelength_m
+            k = int(np.argmax(np.abs(step)))
+            # medians say that it stays, the largest difference among their values when and how far it steps
+            near = np.diff(residual[known[k : k + 2 * STEP_POINTS]]) / one.wavelength_m
+            first = int(np.argmax(np.abs(near)))
+            fringes = round(near[first])
+            if fringes and abs(near[first] - fringes) < 0.3 and abs(step[k]) > 0.5:
+                begin = known[k + 1 + first]
+                change[receiver, begin:] -= fringes * one.wavelength_m
+                slips.append(Slip(number, receiver, float(one.measured.time_s[begin])))
+        out.append(replace(one, measured=replace(one.measured, change_m=change)))
+    return out, slips

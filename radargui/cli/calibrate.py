@@ -1,0 +1,137 @@
+"""The command calibrate: the antennas from known motions and from drops, and the check of a calibration by one drop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import typer
+
+from radargui.calibration.unknowns import chosen_groups
+from radargui.cli.app import Calibrate
+from radargui.cli.bar import progress_bar, show_table
+from radargui.cli.setup_choice import own_setup
+from radargui.experiment.batch.task import find_runs
+from radargui.experiment.calibrating import CalibrationOrder, calibrate_files
+from radargui.files.calibration_file import write_calibration
+from radargui.files.reading import read_recording
+from radargui.model.calibrated_setup import calibrated
+from radargui.model.calibration import Calibration
+from radargui.model.errors import ProcessingError, UsageError
+from radargui.model.rounding import plain, quantity
+from radargui.model.setup import Setup, read_setup, write_setup
+from radargui.processing.calibration_check import check_calibration
+from radargui.processing.long_recording import read_for_processing
+from radargui.processing.offline import process
+
+
+def calibrate_antennas(options: Calibrate) -> int:
+    """Calibrate, print what was found, write setup and calibration, and return the exit status.
+
+    Raises
+    ------
+    UsageError
+        Options that do not go together, an output that is there already.
+    SetupError
+        The setup or a path file cannot be used.
+    ProcessingError
+        The recordings do not fit what is known of them.
+    """
+    if options.check is not None:
+        return _check(options.check, options.setup)
+    if not options.files or not options.known or options.output is None:
+        raise UsageError("calibrate needs FILE..., --known and --output (or --check RUN)")
+    output, beside = options.output, options.output.with_suffix(".calibration.json")
+    there = [path for path in (output, beside) if path.exists()]
+    if there and not options.force:
+        raise UsageError(f"{there[0]} is there already; --force writes over it")
+    groups = chosen_groups(options.free)
+    files = _files(options.files, options.known)
+    recordings, known = zip(*files, strict=True)
+    setup = read_setup(options.setup) if options.setup is not None else _setup_of(recordings)
+    order = CalibrationOrder(recordings, known, setup, groups, options.operator, options.clock)
+    with progress_bar("Calibrating") as progress:
+        calibration = calibrate_files(order, progress)
+    show(calibration)
+    if calibration.verdict == "refused":
+        raise ProcessingError(f"nothing was written: {calibration.reason}")
+    whole = calibrated(setup, calibration, beside)
+    write_calibration(beside, calibration, force=options.force)
+    write_setup(whole, output, like=options.setup)
+    typer.echo(f"Setup: {output}\nCalibration: {beside}")
+    return 0
+
+
+def show(calibration: Calibration) -> None:
+    """Print the values, the residuals and the verdict."""
+    u = np.sqrt(np.diag(calibration.covariance))
+    rows = [
+        (name, quantity(before, u_before), quantity(value, own))
+        for name, before, u_before, value, own in zip(
+            calibration.names, calibration.before, calibration.u_before, calibration.values, u, strict=True
+        )
+    ]
+    show_table(("value", "setup", "found"), rows)
+    show_table(
+        ("residual", "receiver", "before / mm", "now / mm", "left out / mm"),
+        [
+            (
+                one.file,
+                str(one.receiver),
+                *(plain(1e3 * x, 3) for x in (one.rms_before_m, one.rms_m, one.left_out_rms_m)),
+            )
+            for one in calibration.residuals
+        ],
+    )
+    typer.echo(f"{calibration.verdict}: {calibration.reason}. {'; '.join(calibration.notes)}.")
+
+
+def _files(paths: Sequence[Path], known: Sequence[str]) -> list[tuple[Path, str]]:
+    """Return each recording with what is known of it; a session stands for its runs."""
+    if len(known) not in (1, len(paths)):
+        raise UsageError(
+            f"{len(paths)} FILEs and {len(known)} times --known, allowed: --known once for all, or once for each FILE"
+        )
+    out = []
+    for path, name in zip(paths, list(known) * (len(paths) if len(known) == 1 else 1), strict=True):
+        if not path.is_dir():
+            out.append((path, name))
+            continue
+        found = find_runs([path])
+        if found.errors:
+            raise found.errors[0]
+        out += [(run.path, name) for run in found.runs]
+    return out
+
+
+def _setup_of(files: Sequence[Path]) -> Setup:
+    for file in files:
+        setup = own_setup(file)
+        if setup is not None:
+            return setup
+    raise UsageError("no setup: give --setup FILE, or runs that bring theirs")
+
+
+def _check(run: Path, setup_file: Path | None) -> int:
+    """Print whether one drop agrees with the calibration of its setup; 0 where it does, 1 where not."""
+    files = [one.path for one in find_runs([run]).runs] if run.is_dir() else [run]
+    if len(files) != 1:
+        raise UsageError(f"--check {run}: {len(files)} runs, allowed: one")
+    setup = read_setup(setup_file) if setup_file is not None else _setup_of(files)
+    brought = own_setup(files[0])
+    if brought is not None:
+        place = {"release_position_m": brought.tracer.release_position_m}
+        setup = setup.model_copy(update={"tracer": setup.tracer.model_copy(update=place)})
+    with progress_bar("Checking") as progress:
+        result = process(
+            read_recording(files[0]) if brought is None else read_for_processing(files[0]), setup, progress
+        )
+    check = check_calibration(result)
+    if check is None:
+        raise ProcessingError(
+            "the drop gives no g to check by" + (f": {result.reason}" if result.reason else ""),
+            remedy="Check with a drop that begins at rest and bounces.",
+        )
+    typer.echo(f"{check.words[0].upper()}{check.words[1:]}")
+    return 0 if check.holds else 1

@@ -1,0 +1,100 @@
+"""A calibration as both doors order it: recordings, what is known of each, what is unknown."""
+
+import hashlib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Literal
+
+from radargui.calibration.calibrate import KnownRecording, calibrate
+from radargui.calibration.known_path import Trajectory, read_known
+from radargui.files.access import Progress
+from radargui.files.formats import RUN, format_of, own_setup_of
+from radargui.files.reading import read_recording
+from radargui.model.calibration import Calibration
+from radargui.model.errors import FileError, ProcessingError
+from radargui.model.setup import Setup
+from radargui.processing.long_recording import read_for_processing
+
+FALL = "fall"
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationOrder:
+    """What to calibrate from.
+
+    Attributes
+    ----------
+    files
+        Recordings.
+    known
+        Of each: `fall`, or a PATH.toml or CSV that says its motion.
+    setup
+        Where the antennas are thought to be, and how well that is known.
+    free
+        Groups of unknowns.
+    operator
+        Who asks for it.
+    clock
+        Instead of the path files': shared where their times are those of the recordings.
+    """
+
+    files: tuple[Path, ...]
+    known: tuple[str, ...]
+    setup: Setup
+    free: tuple[str, ...]
+    operator: str = ""
+    clock: Literal["free", "shared"] | None = None
+
+
+Calibrate = Callable[[CalibrationOrder, Progress], Calibration]
+
+
+def calibrate_files(order: CalibrationOrder, progress: Progress) -> Calibration:
+    """Return what recordings say about the antennas; nothing is written.
+
+    Parameters
+    ----------
+    order
+        What from.
+    progress
+        Called with the share done, 0 to 1; what it raises ends the work.
+
+    Raises
+    ------
+    RadarGuiError
+        A file that cannot be read, or does not fit what is known of it or the setup.
+    """
+    known = {name: None if name == FALL else read_known(Path(name), order.clock) for name in set(order.known)}
+    recordings = [_read(file, known[name], order.setup) for file, name in zip(order.files, order.known, strict=True)]
+    found = calibrate(
+        recordings,
+        order.setup,
+        order.free,
+        progress=progress,
+        workers=min(len(recordings), os.cpu_count() or 1),
+        made_at=datetime.now().astimezone().isoformat(timespec="seconds"),
+        operator=order.operator,
+    )
+    return found.calibration
+
+
+def _read(path: Path, trajectory: Trajectory | None, setup: Setup) -> KnownRecording:
+    """Return a recording with what is known of it; a run knows where its sphere hung."""
+    brought = own_setup_of(path)
+    recording = read_for_processing(path) if format_of(path) is RUN else read_recording(path)
+    if recording.n_receivers != setup.n_receivers:
+        raise ProcessingError(
+            f"{path} has {recording.n_receivers} IQ pairs, the setup {setup.n_receivers} receivers",
+            remedy="Give a setup with as many receivers as the recording has IQ pairs.",
+        )
+    try:
+        with path.open("rb") as file:
+            checksum = hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise FileError(f"{path}: {error.strerror or error}") from None
+    release = (brought or setup).tracer.release_position_m
+    name = path.stem if brought is None else f"{path.parent.name}/{path.stem}"
+    return KnownRecording(recording, name, checksum, trajectory, release)

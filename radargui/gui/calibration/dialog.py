@@ -1,0 +1,203 @@
+"""The guided dialog: recordings, unknowns, the fit with its progress, and what to do with what it found."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+
+from radargui.experiment.calibrating import Calibrate, CalibrationOrder
+from radargui.files.calibration_file import free_path, read_calibration, write_calibration
+from radargui.gui.background import WorkStrip
+from radargui.gui.calibration.questions import RecordingList, UnknownsForm
+from radargui.gui.calibration.result_view import ResultView
+from radargui.gui.layout import Dialog, FaultText, PlainLabel, button, fill
+from radargui.gui.services import Services
+from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.theme import scaled_font
+from radargui.model.calibrated_setup import calibrated
+from radargui.model.calibration import Calibration
+from radargui.model.errors import RadarGuiError
+
+STEPS = ("1 of 4: recordings", "2 of 4: what is unknown", "3 of 4: calibrating", "4 of 4: result")
+_RECORDINGS, _UNKNOWNS, _FIT, _RESULT = range(4)
+_TITLE = 1.3
+_FILES = "Calibrations (*.json);;All files (*)"
+
+
+class CalibrationDialog(Dialog):
+    """Leads through a calibration; nothing is changed before the result is used.
+
+    Parameters
+    ----------
+    model
+        The setup that is calibrated.
+    calibrate
+        The fit.
+    folder
+        Where a calibration is kept while the setup has no file of the operator's own.
+    operator
+        Who calibrates.
+    """
+
+    used = Signal()
+
+    def __init__(
+        self,
+        model: SetupModel,
+        calibrate: Calibrate,
+        folder: Callable[[], Path],
+        operator: Callable[[], str],
+        services: Services,
+    ) -> None:
+        super().__init__("Calibrate the antennas", (1060, 640), services.parent, "calibration")
+        self._model, self._services, self._folder, self._operator = model, services, folder, operator
+        self.calibrate = calibrate
+        self.found: Calibration | None = None
+        self._order: CalibrationOrder | None = None
+        self.step, self.fault = PlainLabel(selectable=False), FaultText()
+        self.step.setFont(scaled_font(self.font(), _TITLE, bold=True))
+        self.recordings, self.unknowns, self.view = RecordingList(), UnknownsForm(), ResultView(services.theme)
+        self.work, self.doing = WorkStrip(services.jobs), PlainLabel()
+        fit = QWidget()
+        fill(QVBoxLayout(fit), self.doing, self.work, 1, spacing=6)
+        self.pages = QStackedWidget()
+        for page in (self.recordings, self.unknowns, fit, self.view):
+            self.pages.addWidget(page)
+        self.back = button("Back", self._back)
+        self.next = button("Next", self._next, default=True)
+        self.use = button("Use in the setup", self._use, "Keep it beside the setup file, and take its values over")
+        self.save = button("Save as…", self._ask_save)
+        self.compare = button("Compare with an older one…", self._ask_older)
+        self.discard = button("Discard", self.reject)
+        ends = (self.back, self.next, self.use, self.save, self.compare, 1, self.discard)
+        self.lay_out(self.step, (self.pages, 1), self.fault, fill(QHBoxLayout(), *ends, spacing=6))
+        self.recordings.changed.connect(self._show)
+        self.unknowns.changed.connect(self._show)
+        self._go(_RECORDINGS)
+
+    def begin(self, files: Iterable[Path] = ()) -> None:
+        """Come up at the first step with some drops; one that calibrates already stays as it is."""
+        if not self.work.busy:
+            self.found = None
+            self.recordings.clear()
+            self.recordings.put(files)
+            self._go(_RECORDINGS)
+        self.come_up()
+
+    def done(self, result: int) -> None:
+        """Cancel what is under way, and close."""
+        self.work.cancel()
+        super().done(result)
+
+    def _next(self) -> None:
+        if self.pages.currentIndex() == _RECORDINGS:
+            self.unknowns.show_setup(self._model.setup)
+            self._go(_UNKNOWNS)
+            return
+        entries = self.recordings.entries
+        if not self._model.valid:
+            self.fault.say(self._model.error)
+            return
+        self._order = order = CalibrationOrder(
+            tuple(one.file for one in entries),
+            tuple(one.known for one in entries),
+            self._model.setup,
+            self.unknowns.free,
+            self._operator(),
+        )
+        count = len(entries)
+        self.doing.setText(f"{count} recording{'s' if count > 1 else ''}, together. The window can be used meanwhile.")
+        self._go(_FIT)
+        calibrate = self.calibrate
+        self.work.start(
+            "calibrating",
+            lambda task: calibrate(order, task.report),
+            self._show_found,
+            self._failed,
+            lambda: self._stopped("Cancelled; nothing was changed."),
+        )
+
+    def _back(self) -> None:
+        self._go(_UNKNOWNS if self.pages.currentIndex() == _RESULT else _RECORDINGS)
+
+    def _show_found(self, found: Calibration) -> None:
+        self.found = found
+        self.view.show_calibration(found)
+        self._go(_RESULT)
+
+    def _failed(self, error: BaseException) -> None:
+        self._stopped(str(error))
+        if not isinstance(error, RadarGuiError):
+            self._services.board.post_error(error)
+
+    def _stopped(self, words: str) -> None:
+        self._go(_UNKNOWNS)
+        self.fault.say(words)
+
+    def _go(self, page: int) -> None:
+        self.pages.setCurrentIndex(page)
+        self.step.setText(f"Step {STEPS[page]}")
+        self.fault.say("")
+        self._show()
+
+    def _show(self) -> None:
+        page = self.pages.currentIndex()
+        for one in (self.use, self.save, self.compare):
+            one.setVisible(page == _RESULT)
+        self.next.setVisible(page in (_RECORDINGS, _UNKNOWNS))
+        self.next.setText("Calibrate" if page == _UNKNOWNS else "Next")
+        self.next.setEnabled(bool(self.unknowns.free if page == _UNKNOWNS else self.recordings.entries))
+        self.back.setVisible(page in (_UNKNOWNS, _RESULT))
+        refused = self.found is not None and self.found.verdict == "refused"
+        self.use.setEnabled(self.found is not None and not refused)
+        self.discard.setText("Discard" if page == _RESULT else "Close")
+
+    def _use(self) -> None:
+        """Keep the calibration as a file of its own, older ones beside it, and take it into the setup."""
+        found, order, model = self.found, self._order, self._model
+        if found is None or order is None:
+            return
+        if model.setup != order.setup:
+            self.fault.say("The setup was changed since the calibration began: go back and calibrate it again.")
+            return
+        path = free_path(self._own_folder, found.origin.made_at)
+        if self._tried(lambda: self._take(path, found)):
+            self._services.board.post("info", f"Calibrated: {path.name} is kept. Save the setup to keep its values.")
+            self.used.emit()
+            self.accept()
+
+    def _take(self, path: Path, found: Calibration) -> None:
+        setup = calibrated(self._model.setup, found, path)
+        write_calibration(path, found)
+        self._model.replace(setup)
+
+    @property
+    def _own_folder(self) -> Path:
+        path = self._model.path
+        return self._folder() if path is None or self._model.shipped else path.parent
+
+    def _ask_save(self) -> None:
+        found = self.found
+        if found is None:
+            return
+        start = free_path(self._own_folder, found.origin.made_at)
+        name, _ = QFileDialog.getSaveFileName(self, "Save calibration", str(start), _FILES)
+        # whether to write over a file that is there the operator has just been asked
+        if name and self._tried(lambda: write_calibration(Path(name), found, force=True)):
+            self._services.board.post("info", f"The calibration is saved in {name}.")
+
+    def _ask_older(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(self, "Older calibration", str(self._own_folder), _FILES)
+        if name and self.found is not None:
+            found = self.found
+            self._tried(lambda: self.view.show_older(Path(name).name, read_calibration(Path(name)), found))
+
+    def _tried(self, step: Callable[[], None]) -> bool:
+        try:
+            step()
+        except RadarGuiError as error:
+            self.fault.say(str(error))
+            return False
+        self.fault.say("")
+        return True

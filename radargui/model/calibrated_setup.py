@@ -1,0 +1,228 @@
+"""A setup and its calibration: values taken over, what agrees no longer, its age, what changed since an older one."""
+
+import math
+import re
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray
+from radargui.model.calibration import Calibration
+from radargui.model.calibration_file import CalibrationContent, content_of
+from radargui.model.rounding import UNKNOWN, alone, plain as number, quantity
+from radargui.model.setup import Setup, plain, validate_setup, with_calibration
+
+AGREES = 0.1
+"""Times its u: a value of the setup that differs by less was rounded; it makes u larger by half a percent at most."""
+CORRELATED = 0.5
+"""From here a correlation is worth a line in the report."""
+_AXES, _TABLES = "xyz", ("receiver.", "transmitter.", "tracer.")
+
+
+def setup_key(name: str) -> str:
+    """Return the key as in `model.assumed`: `receiver.1.tilt_deg` is receiver[1].tilt_deg, `.x` is [1]."""
+    key = re.sub(r"^receiver\.(\d+)\.", r"receiver[\1].", name)
+    return f"{key[:-2]}[{_AXES.index(key[-1]) + 1}]" if re.search(r"_m\.[xyz]$", key) else key
+
+
+def value_at(setup: Setup, name: str) -> float | None:
+    """Return what a setup says at a key of a calibration; None where it says nothing there."""
+    at: Any = setup.model_dump(by_alias=True)
+    try:
+        for part in name.split("."):
+            at = at[_AXES.index(part)] if part in _AXES else at[int(part) - 1] if part.isdecimal() else at[part]
+    except (KeyError, IndexError, TypeError):
+        return None
+    return float(at) if isinstance(at, (int, float)) else None
+
+
+def agreeing(setup: Setup) -> list[int]:
+    """Return which values of its calibration the setup has still; none where it has no calibration."""
+    content = setup.calibration.content
+    return [] if content is None else [n for n in range(len(content.names)) if _agrees(setup, content, n)]
+
+
+def _agrees(setup: Setup, content: CalibrationContent, n: int) -> bool:
+    value = value_at(setup, content.names[n])
+    # the spacing of doubles: a value that is exact has no u
+    most = AGREES * math.sqrt(content.covariance[n][n]) + 1e-9
+    return value is not None and abs(value - content.values[n]) <= most
+
+
+def edited_since(setup: Setup) -> str:
+    """Return in a sentence which antennas' values are not those of the setup's calibration; empty where all are."""
+    content = setup.calibration.content
+    if content is None:
+        return ""
+    changed = [
+        f"{setup_key(name)} = {number(value_at(setup, name), 6)} (calibrated {number(content.values[n], 6)})"
+        for n, name in enumerate(content.names)
+        # of the antennas: a release is another for each drop
+        if not _agrees(setup, content, n) and name.startswith(("receiver.", "transmitter."))
+    ]
+    return f"not as calibrated {day_of(content)}: {', '.join(changed)}; their own u_ hold" if changed else ""
+
+
+def day_of(content: CalibrationContent) -> str:
+    """Return the day a calibration was made, for people: 3 November 2025."""
+    try:
+        made = datetime.fromisoformat(content.made_at)
+    except ValueError:
+        return content.made_at
+    return f"{made.day} {made:%B %Y}"
+
+
+def calibration_words(setup: Setup) -> str:
+    """Return what is said of the setup's calibration in a line; empty where it has none."""
+    content = setup.calibration.content
+    if content is None:
+        return ""
+    by = f" by {content.operator}" if content.operator else ""
+    return f"calibration of {day_of(content)}{by}, {content.verdict}"
+
+
+def too_old(setup: Setup, now: datetime) -> str:
+    """Return a line on a calibration older than the setup allows, or whose date nobody can read; else nothing.
+
+    Parameters
+    ----------
+    setup
+        With the age allowed.
+    now
+        Date and time with offset from UTC.
+    """
+    content, most = setup.calibration.content, setup.calibration.max_age_days
+    if content is None:
+        return ""
+    try:
+        made = datetime.fromisoformat(content.made_at)
+    except ValueError:
+        return f"the calibration has no date that can be read ({content.made_at}): its age is not known"
+    age = (now - (made if made.tzinfo else made.astimezone())).total_seconds() / 86400.0
+    if age <= most:
+        return ""
+    return f"the calibration of {day_of(content)} is {age:.0f} days old, more than calibration.max_age_days = {most:g}"
+
+
+def in_brackets(value: float, u: float, scale: float = 1.0) -> str:
+    """Return a value with the u of its last digits: 9.8093(41) (GUM 7.2.2)."""
+    shown, _, digits = quantity(value, u, scale=scale).partition(" ± ")
+    return f"{shown}({digits.replace('.', '').lstrip('0')})"
+
+
+def calibrated(setup: Setup, calibration: Calibration, file: Path) -> Setup:
+    """Return the setup with a calibration's values and uncertainties, referring to its file.
+
+    Parameters
+    ----------
+    setup
+        As it was; a transmitter that was found off the axis gets `position_m` instead of `distance_m`.
+    calibration, file
+        What was found, and where it is written.
+
+    Raises
+    ------
+    SetupError
+        A value that no setup can have.
+    FileError
+        The calibration's values do not fit together.
+    """
+    content, document = content_of(calibration), plain(setup)
+    u = np.sqrt(np.diag(calibration.covariance))
+    if "transmitter.position_m.x" in calibration.names:
+        document["transmitter"].pop("distance_m", None)
+        document["transmitter"]["position_m"] = list(setup.transmitter.place_m)
+    for name, value, own_u in zip(calibration.names, calibration.values.tolist(), u.tolist(), strict=True):
+        place, _, key = name.removesuffix(".x").removesuffix(".y").removesuffix(".z").rpartition(".")
+        head, _, index = place.partition(".")
+        if not name.startswith(_TABLES):
+            continue
+        table = document[head][int(index) - 1] if index else document.setdefault(head, {})
+        if name[-2:] in (".x", ".y", ".z"):
+            table[key] = list(table.get(key) or getattr(getattr(setup, head), key))
+            table[key][_AXES.index(name[-1])] = _rounded(value, own_u)
+            key = "release_m" if head == "tracer" else "distance_m"
+            own_u = max(own_u, table.get(f"u_{key}") or 0.0) if name[-1] != "x" else own_u
+        else:
+            table[key] = _rounded(value, own_u)
+        table[f"u_{key}"] = float(f"{own_u:.3g}")
+    return with_calibration(validate_setup(document, "the calibration's setup"), content, file)
+
+
+def _rounded(value: float, u: float) -> float:
+    """Return a value to a hundredth of its u: more digits say nothing, fewer would not agree with the calibration."""
+    return round(value, 2 - math.floor(math.log10(u))) if u > 0.0 else value
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One parameter in an older and a newer calibration.
+
+    Attributes
+    ----------
+    name, unit
+        Key, and what values are shown in.
+    old, new
+        Values with their u, as written for people.
+    difference, in_u
+        New less old, and the same in units of the combined u of both (independent); NaN where one has none.
+    """
+
+    name: str
+    unit: str
+    old: str
+    new: str
+    difference: str
+    in_u: float
+
+
+def unit_of(name: str) -> tuple[str, float]:
+    """Return the unit that a parameter is shown in, and the factor to it."""
+    return ("mm", 1e3) if "_m" in name else ("°", 1.0)
+
+
+def changes_since(old: Calibration, new: Calibration) -> tuple[Change, ...]:
+    """Return how the parameters that both calibrations have differ."""
+    u_old, u_new = (np.sqrt(np.diag(one.covariance)) for one in (old, new))
+    return tuple(
+        change(name, (old.values[k], u_old[k]), (new.values[n], u_new[n]))
+        for n, name in enumerate(new.names)
+        if name in old.names
+        for k in [old.names.index(name)]
+    )
+
+
+def change(name: str, old: tuple[float, float], new: tuple[float, float]) -> Change:
+    """Return how a value with its u, NaN where not known, differs from another."""
+    unit, scale = unit_of(name)
+    difference, u = new[0] - old[0], math.hypot(old[1], new[1])
+    in_u = difference / u if u > 0.0 else math.nan
+    return Change(
+        name, unit, _written(old, scale), _written(new, scale), alone(difference, new[1], scale, signed=True), in_u
+    )
+
+
+def _written(value: tuple[float, float], scale: float) -> str:
+    return quantity(value[0], value[1], scale=scale)
+
+
+def change_rows(changes: tuple[Change, ...]) -> list[tuple[str, ...]]:
+    """Return the rows of a table old against new, with its titles first."""
+    rows: list[tuple[str, ...]] = [("parameter", "unit", "old", "new", "difference", "in u")]
+    for one in changes:
+        in_u = f"{one.in_u:+.1f}" if math.isfinite(one.in_u) else UNKNOWN
+        rows.append((setup_key(one.name), one.unit, one.old, one.new, one.difference, in_u))
+    return rows
+
+
+def correlations(
+    covariance: FloatArray, names: tuple[str, ...], least: float = CORRELATED
+) -> list[tuple[str, str, float]]:
+    """Return the pairs of names whose correlation is beyond `least` in size, with it, the largest first."""
+    u = np.sqrt(np.diag(covariance))
+    r = covariance / np.outer(u, u).clip(np.finfo(float).tiny)
+    pairs = [(names[b], names[a], float(r[a, b])) for a in range(len(names)) for b in range(a) if abs(r[a, b]) > least]
+    return sorted(pairs, key=lambda pair: -abs(pair[2]))

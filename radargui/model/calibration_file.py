@@ -1,0 +1,236 @@
+"""How a calibration is written: as JSON in a file of its own, and as a setup refers to it and carries it along."""
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from radargui.model.calibration import Calibration, Origin, Residual
+from radargui.model.errors import FileError
+from radargui.model.section import ExactWhole, Real, Section, Text
+from radargui.model.setup_error import describe
+
+SCHEMA = 1
+MAXIMUM_BYTES = 10_000_000
+LEAST_EIGENVALUE = -1e-6
+"""Of a matrix of correlations: below it no uncertainties can have it; rounding alone makes -1e-15."""
+
+
+class CalibrationContent(Section):
+    """What results depend on: values and their covariance, and where they come from.
+
+    Attributes
+    ----------
+    made_at
+        ISO 8601 date and time.
+    operator, verdict, reason
+        Who made it; `good`, `usable` or `refused`, and why.
+    names
+        Keys, receivers counted from 1: `receiver.1.tilt_deg`.
+    values, covariance
+        Shapes (n,) and (n, n), in the units of the keys.
+    """
+
+    made_at: Text
+    operator: Text = ""
+    verdict: Literal["good", "usable", "refused"]
+    reason: Text = ""
+    names: tuple[Text, ...]
+    values: tuple[Real, ...]
+    covariance: tuple[tuple[Real, ...], ...]
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> "CalibrationContent":
+        n, covariance = len(self.names), np.array(self.covariance, dtype=object)
+        if n != len(self.values) or len(set(self.names)) != n or covariance.shape != ((n, n) if n else (0,)):
+            raise ValueError(f"covariance, allowed: {n} rows and columns, and a value, for {n} different names")
+        if n == 0:
+            return self
+        matrix = np.array(self.covariance)
+        u = np.sqrt(np.abs(np.diag(matrix)))
+        whole = matrix / np.outer(u, u).clip(np.finfo(float).tiny)
+        if (np.diag(matrix) < 0.0).any() or not np.allclose(whole, whole.T, atol=1e-6, rtol=0.0):
+            raise ValueError("covariance, allowed: a symmetric matrix with squares of uncertainties on its diagonal")
+        if np.linalg.eigvalsh(0.5 * (whole + whole.T))[0] < LEAST_EIGENVALUE:
+            raise ValueError("covariance, allowed: no combination may have a variance below 0")
+        return self
+
+
+class CalibrationReference(Section):
+    """Where the antennas' values and their covariance come from.
+
+    Attributes
+    ----------
+    file
+        JSON file that `radargui calibrate` wrote, relative to the setup file; its covariance then holds instead of the
+        antennas' own u_.
+    max_age_days
+        An older calibration is flagged.
+    content
+        What the file said: sessions and runs carry it along, a setup file needs none.
+    """
+
+    file: Annotated[Text, Field(min_length=1)] | None = None
+    max_age_days: Annotated[Real, Field(gt=0.0, le=36500.0)] = 365.0
+    content: CalibrationContent | None = None
+
+
+class _StoredResidual(BaseModel):
+    """A number that is not known is null: JSON has no NaN."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    file: str
+    receiver: int
+    rms_m: float | None
+    rms_before_m: float | None
+    left_out_rms_m: float | None
+
+
+class _StoredCalibration(CalibrationContent):
+    schema_version: Annotated[Literal[1], ExactWhole, Field(alias="schema")]
+    version: Text
+    files: dict[str, str]
+    known: tuple[str, ...]
+    before: tuple[Real, ...]
+    u_before: tuple[Real | None, ...]
+    undetermined: tuple[str, ...]
+    residuals: tuple[_StoredResidual, ...]
+    notes: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _has_all_before(self) -> "_StoredCalibration":
+        if not len(self.before) == len(self.u_before) == len(self.names):
+            raise ValueError("before and u_before, allowed: one number for each name")
+        return self
+
+
+def content_of(calibration: Calibration) -> CalibrationContent:
+    """Return what a setup carries of a calibration.
+
+    Raises
+    ------
+    FileError
+        Its values do not fit together.
+    """
+    try:
+        return CalibrationContent.model_validate(_content(calibration))
+    except ValidationError as error:
+        raise FileError(f"the calibration cannot be used: {describe(error, CalibrationContent)}.") from None
+
+
+def _content(calibration: Calibration) -> dict[str, Any]:
+    origin = calibration.origin
+    return {
+        "made_at": origin.made_at,
+        "operator": origin.operator,
+        "verdict": calibration.verdict,
+        "reason": calibration.reason,
+        "names": calibration.names,
+        "values": calibration.values.tolist(),
+        "covariance": calibration.covariance.tolist(),
+    }
+
+
+def calibration_text(calibration: Calibration) -> str:
+    """Return a calibration as JSON.
+
+    Raises
+    ------
+    FileError
+        Its values do not fit together, or are no numbers.
+    """
+    content_of(calibration)
+    origin = calibration.origin
+    whole = {
+        "schema": SCHEMA,
+        **_content(calibration),
+        "version": origin.version,
+        "files": origin.files,
+        "known": origin.known,
+        "before": calibration.before.tolist(),
+        "u_before": [_null(u) for u in calibration.u_before.tolist()],
+        "undetermined": calibration.undetermined,
+        "residuals": [
+            {key: _null(value) if isinstance(value, float) else value for key, value in asdict(one).items()}
+            for one in calibration.residuals
+        ],
+        "notes": calibration.notes,
+    }
+    try:
+        return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    except ValueError:
+        raise FileError("the calibration cannot be written: a value before it is no number.") from None
+
+
+def _null(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def parse_calibration(text: str, name: str) -> Calibration:
+    """Return the calibration that a JSON text holds.
+
+    Raises
+    ------
+    FileError
+        Damaged, or written by a newer version.
+    """
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FileError(f"{name} is no calibration: {' '.join(str(error).split())}.") from None
+    schema = found.get("schema") if isinstance(found, dict) else None
+    if isinstance(schema, int) and schema > SCHEMA:
+        raise FileError(
+            f"{name} was written by a newer version of RadarGUI (its format is {schema}, this version knows {SCHEMA}).",
+            remedy="Open it with that version, or update this one.",
+        )
+    try:
+        stored = _StoredCalibration.model_validate(found)
+    except ValidationError as error:
+        raise FileError(f"{name} is damaged: {describe(error, _StoredCalibration)}.") from None
+
+    def known(values: Sequence[float | None]) -> list[float]:
+        return [math.nan if value is None else value for value in values]
+
+    residuals = (
+        Residual(one.file, one.receiver, *known((one.rms_m, one.rms_before_m, one.left_out_rms_m)))
+        for one in stored.residuals
+    )
+    n = len(stored.names)
+    return Calibration(
+        stored.names,
+        np.array(stored.before, dtype=np.float64),
+        np.array(stored.values, dtype=np.float64),
+        np.array(known(stored.u_before)),
+        np.array(stored.covariance, dtype=np.float64).reshape(n, n),
+        stored.undetermined,
+        tuple(residuals),
+        stored.verdict,
+        stored.reason,
+        Origin(stored.made_at, stored.operator, stored.version, stored.files, stored.known),
+        stored.notes,
+    )
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Return the calibration in a file.
+
+    Raises
+    ------
+    FileError
+        Unreadable, damaged, or written by a newer version.
+    """
+    try:
+        if path.stat().st_size > MAXIMUM_BYTES:
+            raise FileError(f"{path} is larger than a calibration can be.")
+        return parse_calibration(path.read_text(encoding="utf-8"), str(path))
+    except UnicodeDecodeError:
+        raise FileError(f"{path} is no calibration: not UTF-8 text.") from None
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror or error}.") from None

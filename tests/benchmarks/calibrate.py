@@ -1,0 +1,169 @@
+"""Calibration on laboratories with a setup that is off: a circle and a fall, twelve drops, wrong orders.
+
+python3 packaging/dev.py bench calibrate [--seed 4001] [--scenes 10] [--kind circle|drops|order] [--drops 12]
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from benchmarks.laboratory.calibration_scenes import PLACES, Laboratory, circled, dropped, known, laboratory, truth
+
+from radargui.calibration.calibrate import Calibrated, KnownRecording, calibrate
+from radargui.geometry.bistatic import locate_exact
+from radargui.geometry.path_length import path_lengths, place_antennas
+from radargui.model.arrays import FloatArray
+from radargui.model.errors import ProcessingError
+from radargui.model.setup import Setup, moved
+
+CENTRE_M = np.array([0.03, 0.02, 0.0])
+U_RELEASE_M = 0.002 / 3.0**0.5
+
+
+def track_error_m(setup: Setup, lab: Laboratory, path_m: FloatArray, stated_m: FloatArray, place: int) -> FloatArray:
+    """Return the error of places counted from the release, (3, n), that exact paths have by the geometry alone."""
+    true = place_antennas(lab.scene.setup)
+    change = path_lengths(path_m, true) - path_lengths(np.array(PLACES[place])[:, None], true)
+    found = locate_exact(change, place_antennas(setup), stated_m)
+    return np.asarray(found - stated_m[:, None] - path_m + np.array(PLACES[place])[:, None])
+
+
+def of_geometry(found: Calibrated, lab: Laboratory, place: int) -> tuple[float, float, float, float, float]:
+    """Return what another drop shows: 3D error before and after (m), share inside 2u, error of g before and after.
+
+    g as the mean second derivative of the fall; drag is the same in both and cancels.
+    """
+    time_s = np.linspace(0.0, 0.2, 60)
+    path = np.array(PLACES[place])[:, None] + np.array([[0.0], [0.0], [-0.5 * 9.81]]) * time_s**2
+    stated = np.array(lab.places_m[place])
+    values, cov = (
+        dict(zip(found.calibration.names, found.calibration.values, strict=True)),
+        found.calibration.covariance,
+    )
+    here = np.array([values.get(f"tracer.release_position_m.{a}", np.nan) for a in "xyz"])
+    is_same = place == 0 and np.isfinite(here).all()
+    before = track_error_m(lab.setup, lab, path, stated, place)
+    base = here if is_same else stated
+    after = track_error_m(found.setup, lab, path, base, place)
+    variance = np.zeros_like(after)
+    columns = []
+    for name in found.calibration.names:
+        parts = name.split(".")
+        if parts[0] == "tracer":
+            step = np.eye(3)["xyz".index(parts[2])] * 1e-5 * is_same
+            columns.append((track_error_m(found.setup, lab, path, base + step, place) - after) / 1e-5)
+            continue
+        key = f"receiver[{parts[1]}].{parts[2]}" if parts[0] == "receiver" else name
+        other = track_error_m(moved(found.setup, key, 1e-4), lab, path, base, place)
+        columns.append((other - after) / 1e-4)
+    jacobian = np.array(columns)
+    variance = np.einsum("kan,kl,lan->an", jacobian, cov, jacobian)
+    if not is_same:
+        for axis in np.eye(3) * 1e-5:
+            column = (track_error_m(found.setup, lab, path, base + axis, place) - after) / 1e-5
+            variance = variance + (U_RELEASE_M * column) ** 2
+    inside = float((np.abs(after[:, 5:]) <= 2.0 * np.sqrt(variance[:, 5:])).mean())
+    bends = [2.0 * np.polyfit(time_s, error[2], 2)[0] / 9.81 for error in (before, after)]
+    rms = [float(np.sqrt((error**2).sum(axis=0).mean())) for error in (before, after)]
+    return rms[0], rms[1], inside, abs(bends[0]), abs(bends[1])
+
+
+def compare(found: Calibrated, lab: Laboratory) -> tuple[float, float, float]:
+    """Return the worst angle (deg), the worst distance (m) and the share of antenna values inside 2u."""
+    calibration = found.calibration
+    u = np.sqrt(np.diag(calibration.covariance))
+    worst, inside = {"deg": 0.0, "m": 0.0}, []
+    for name, value, own in zip(calibration.names, calibration.values, u, strict=True):
+        true = truth(lab, name)
+        if true is not None:
+            unit = name.rsplit("_", 1)[1]
+            worst[unit] = max(worst[unit], abs(value - true))
+            inside.append(abs(value - true) <= 2.0 * own)
+    return worst["deg"], worst["m"], float(np.mean(inside))
+
+
+def recordings(lab: Laboratory, kind: str, drops: int, folder: Path) -> list[KnownRecording]:
+    """Return what is calibrated with."""
+    if kind == "circle":
+        record, trajectory = circled(lab, folder, centre_m=CENTRE_M)
+        return [known(record, trajectory, lab.places_m[0]), known(dropped(lab, 0, 1), None, lab.places_m[1])]
+    return [known(dropped(lab, n, n % 3), None, lab.places_m[n % 3]) for n in range(drops)]
+
+
+def run(seeds: range, kind: str, drops: int, workers: int, held: dict[str, object]) -> None:
+    """Print a line a seed and a summary."""
+    rows = []
+    for seed in seeds:
+        lab = laboratory(seed, **held)
+        with tempfile.TemporaryDirectory() as folder:
+            given = recordings(lab, kind, drops, Path(folder))
+            begin = time.perf_counter()
+            try:
+                found = calibrate(given, lab.setup, workers=workers)
+            except ProcessingError as error:
+                print(f"{seed} refused: {error}", flush=True)
+                continue
+        lasted = time.perf_counter() - begin
+        row = (*compare(found, lab), *of_geometry(found, lab, 0), lasted)
+        rows.append(row)
+        print(
+            f"{seed} walls {lab.scene.facts['walls']}: angle {row[0]:.3f} deg, distance {1e3 * row[1]:.2f} mm, "
+            f"inside 2u {row[2]:.2f}; 3D {1e3 * row[3]:.2f} -> {1e3 * row[4]:.3f} mm, inside 2u {row[5]:.2f}; "
+            f"g {100 * row[6]:.3f} -> {100 * row[7]:.4f} %; {lasted:.0f} s; {found.calibration.verdict}",
+            flush=True,
+        )
+    if rows:
+        table = np.array(rows)
+        print(f"median {np.round(np.median(table, axis=0), 5)}\nworst {np.round(table.max(axis=0), 5)}")
+        print(f"mean inside 2u: values {table[:, 2].mean():.3f}, track {table[:, 5].mean():.3f}; {len(rows)} seeds")
+
+
+def run_orders(seeds: range, held: dict[str, object]) -> None:
+    """Swap two receivers, mirror the azimuths, and see whether it is said; three drops from three places."""
+    for seed in seeds:
+        lab = laboratory(seed, **held)
+        one, two, three = lab.setup.receiver
+        wrong = {
+            "receivers 1 and 3 are swapped": (three, two, one),
+            "mirror image": tuple(x.model_copy(update={"azimuth_deg": -x.azimuth_deg}) for x in (one, two, three)),
+        }
+        with tempfile.TemporaryDirectory() as folder:
+            given = recordings(lab, "circle", 0, Path(folder))
+            for words, receivers in wrong.items():
+                try:
+                    calibrate(given, replace_receivers(lab.setup, receivers))
+                    said = "nothing was said"
+                except ProcessingError as error:
+                    said = error.message
+                print(f"{seed} {words}: {'yes' if words in said else 'NO'} ({said})", flush=True)
+
+
+def replace_receivers(setup: Setup, receivers: tuple[object, ...]) -> Setup:
+    """Return the setup with other receivers."""
+    return setup.model_copy(update={"receiver": receivers})
+
+
+def main() -> None:
+    """Run the benchmark."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=4001)
+    parser.add_argument("--scenes", type=int, default=10)
+    parser.add_argument("--kind", choices=("circle", "drops", "order"), default="circle")
+    parser.add_argument("--drops", type=int, default=12)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--hold", nargs="*", default=["snr_db=36", "rate_hz=5000"])
+    options = parser.parse_args()
+    held: dict[str, object] = {name: float(x) for name, _, x in (one.partition("=") for one in options.hold)}
+    seeds = range(options.seed, options.seed + options.scenes)
+    if options.kind == "order":
+        run_orders(seeds, held)
+    else:
+        run(seeds, options.kind, options.drops, options.workers, held)
+
+
+if __name__ == "__main__":
+    main()

@@ -340,10 +340,10 @@ class SignalLikelihood:
                 layout.shared, receiver.without_drift
             ))]  # fmt: skip
             if layout.sizes.drift:
-                drift = problem.inputs.drift
+                drift = problem.inputs.drift[pair]
                 for c, own_drift in enumerate((receiver.drift_i, receiver.drift_q)):
-                    apart = np.zeros((2, *drift.shape))
-                    apart[c] = drift * sd[own_drift]
+                    apart = np.zeros_like(drift)
+                    apart[c] = drift[c] * sd[own_drift]
                     columns.append(apart)
                     places.append(n_shared + n_own + np.arange(own_drift.start, own_drift.stop))
             index = np.concatenate(places)

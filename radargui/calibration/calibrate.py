@@ -286,7 +286,12 @@ def _refuse_above(most_m: float, found: Fit, recordings: Sequence[KnownRecording
         raise ProcessingError(
             f"{recordings[number].name}: its paths are {1e3 * rms[number]:.1f} mm off what is known of its motion "
             f"({'fall' if known is None else known.words}), whatever the antennas",
-            reasons=("it belongs to another path file", "the antennas are farther off than the setup's u says"),
+            reasons=(
+                "it was pushed as it left" if known is None else "it belongs to another path file",
+                "a wall or another body bends its paths",
+                "the antennas are farther off than the setup's u says",
+            ),
+            remedy="Leave this recording out, or state larger u.",
         )
 
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
-from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +12,7 @@ from radargui.calibration.fit import Fit, fit
 from radargui.calibration.known_path import Trajectory
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, SignalLikelihood, World
 from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known, sample_problem
+from radargui.calibration.shares import Progress, Shares, each
 from radargui.calibration.unknowns import (
     USUAL,
     antenna_unknowns,
@@ -43,12 +41,7 @@ from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 
-Progress = Callable[[float], None]
-T = TypeVar("T")
 RELEASE = "tracer.release_position_m"
-MOST_ROUNDS = 60
-LOOK_S = 0.1
-"""How often it is looked whether somebody wants no more."""
 MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
 FEW_STEPS = 12
@@ -141,11 +134,11 @@ def calibrate(
     ProcessingError
         A recording does not fit what is known of it: swapped receivers, a mirror image, no overlap.
     """
-    shares = _Shares(progress, len(recordings))
+    shares = Shares(progress, len(recordings))
     world, places = _world(setup, recordings, place="transmitter" in groups)
     held = np.array([bool(one.group) and one.group not in groups for one in world.unknowns])
     tasks = [(one, _hung(setup, one.rest_m), place) for one, place in zip(recordings, places, strict=True)]
-    prepared = _each(_prepare, tasks, workers, shares)
+    prepared = each(_prepare, tasks, workers, shares)
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
     by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
     rough = fit_paths(world, by_paths, held, shares.round_done)
@@ -372,58 +365,3 @@ def calibrated_setup(setup: Setup, found: Fit, calibration: Calibration) -> Setu
 def _hung(setup: Setup, place: Sequence[float]) -> Setup:
     """Return the setup with the sphere hanging at a place."""
     return setup.model_copy(update={"tracer": setup.tracer.model_copy(update={"release_position_m": tuple(place)})})
-
-
-class _Shares:
-    """Progress of the parts: an estimate a recording, and rounds of the fits, of which nobody knows how many.
-
-    Parameters
-    ----------
-    report
-        Given the share done.
-    count
-        Recordings.
-    """
-
-    def __init__(self, report: Progress, count: int) -> None:
-        self._report, self._count, self._done, self._rounds = report, count, 0, 0
-
-    def one_done(self) -> None:
-        """A recording was estimated."""
-        self._done += 1
-        self.look()
-
-    def round_done(self) -> None:
-        """A step of a fit was made."""
-        self._rounds += 1
-        self.look()
-
-    def look(self) -> None:
-        """Say how far it is; what that raises ends the work."""
-        self._report(0.5 * self._done / self._count + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
-
-
-def _each(
-    work: Callable[[KnownRecording, Setup, str], T],
-    tasks: Sequence[tuple[KnownRecording, Setup, str]],
-    workers: int,
-    shares: _Shares,
-) -> list[T]:
-    """Do the work on each recording, in processes where there are workers for it."""
-    out = []
-    if workers < 2 or len(tasks) < 2:
-        for one in tasks:
-            out.append(work(*one))
-            shares.one_done()
-        return out
-    # leaving the pool ends its processes: who cancels does not wait for an estimate of a minute
-    pool = get_context("spawn").Pool(min(workers, len(tasks)), signal.signal, (signal.SIGINT, signal.SIG_IGN))
-    with pool:
-        running = [pool.apply_async(work, one) for one in tasks]
-        for answer in running:
-            while not answer.ready():
-                shares.look()
-                answer.wait(LOOK_S)
-            out.append(answer.get())
-            shares.one_done()
-    return out

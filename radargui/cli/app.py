@@ -1,22 +1,17 @@
 """The commands with their options; what each does is loaded when it is called."""
 
 import multiprocessing
-import os
-import re
-import sys
-from copy import copy
 from dataclasses import dataclass
 from importlib import import_module
-from inspect import Parameter, cleandoc, signature
 from pathlib import Path
-from typing import Annotated, Any, Literal, dataclass_transform, get_args, get_origin
+from typing import Annotated, Any, Literal, dataclass_transform
 
 import typer
 from typer import Argument, Option
 
 from radargui import __version__
+from radargui.cli.command import described
 from radargui.cli.console import guarded
-from radargui.model.errors import RadarGuiError
 
 app = typer.Typer(
     name="radargui",
@@ -58,25 +53,6 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-def open_window() -> int:
-    """Open the window and return the exit status when it is closed.
-
-    Raises
-    ------
-    RadarGuiError
-        There is no display.
-    """
-    headless = sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-    if headless and "QT_QPA_PLATFORM" not in os.environ:
-        raise RadarGuiError(
-            "There is no display for the window (DISPLAY and WAYLAND_DISPLAY are unset).",
-            remedy="The commands work without one: see radargui --help.",
-        )
-    from radargui.gui.app import run_window
-
-    return run_window()
-
-
 @app.callback(invoke_without_command=True)
 def window(
     context: typer.Context,
@@ -85,7 +61,11 @@ def window(
     ] = False,
 ) -> int:
     """Record a particle-tracking radar, watch it live, and measure the restitution of a falling sphere."""
-    return open_window() if context.invoked_subcommand is None else 0
+    if context.invoked_subcommand is not None:
+        return 0
+    from radargui.cli.window import open_window
+
+    return open_window()
 
 
 @dataclass_transform(frozen_default=True)
@@ -103,25 +83,10 @@ class Command:
         def run(**options: Any) -> int:
             return int(getattr(import_module(f"radargui.cli.{module}"), function)(options_of(**options)))
 
-        text, _, fields = cleandoc(cls.__doc__ or "").partition("\n\nAttributes\n----------\n")
-        said = {name: (shown, " ".join(words.split())) for name, shown, words in _FIELD.findall(fields)}
-        declared = signature(options_of)
-        parameters = [_with_help(one, *said.get(one.name, ("", ""))) for one in declared.parameters.values()]
+        text, declared = described(options_of)
         # the library reads what it parses from the signature
-        vars(run)["__signature__"] = declared.replace(parameters=parameters)
+        vars(run)["__signature__"] = declared
         app.command(cls.__name__.lower(), help=text)(run)
-
-
-_FIELD = re.compile(r"^(\w+)(?: : (.+))?\n((?: {4}.+\n?)+)", re.MULTILINE)
-
-
-def _with_help(field: Parameter, shown: str, words: str) -> Parameter:
-    """Return a field as the library reads it, with its help and what stands for its value; a flag has no --no-."""
-    kind, *given = get_args(field.annotation) if get_origin(field.annotation) is Annotated else (field.annotation,)
-    option = copy(given[0]) if given else Option(f"--{field.name.replace('_', '-')}")
-    option.help, option.metavar = words or option.help, shown or option.metavar
-    annotated: Any = Annotated
-    return field.replace(annotation=annotated[kind, option])
 
 
 class Record(Command, does="record.record_session"):

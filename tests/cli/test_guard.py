@@ -83,7 +83,7 @@ def test_without_a_display_the_window_says_so(command: Command, monkeypatch: pyt
 
 
 def test_the_window_opens_without_a_command(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.cli.app.open_window", lambda: 0)
+    monkeypatch.setattr("radargui.cli.window.open_window", lambda: 0)
     assert command().status == 0
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from radargui import __version__
 from radargui.calibration.fit import Fit, fit
 from radargui.calibration.known_path import Trajectory
-from radargui.calibration.likelihood import Likelihood, PathLikelihood, SignalLikelihood, World
+from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
 from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known, sample_problem
 from radargui.calibration.shares import Progress, Shares, each
+from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import (
     USUAL,
     antenna_unknowns,
@@ -35,6 +36,7 @@ from radargui.calibration.verdict import (
     rms_m,
     untold,
 )
+from radargui.calibration.wall_search import settle, with_walls
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
@@ -46,8 +48,6 @@ MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
 FEW_STEPS = 12
 """Of a fit that is only compared with others."""
-RENEWALS, STEPS = 3, 4
-"""How often the deviations of maps are re-estimated, and steps between."""
 
 
 @dataclass(frozen=True)
@@ -152,15 +152,10 @@ def calibrate(
     _refuse_misfit(rough, recordings, prepared, shares.round_done)
     before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]), shares.round_done)
     likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
-    found = rough
-    for _ in range(RENEWALS):
-        found = fit(world, likelihoods, held=held, start=found, own=own, round_done=shares.round_done, steps=STEPS)
-        renewed = [
-            one.renewed(state, local) if isinstance(one, SignalLikelihood) else (one, state)
-            for one, state, local in zip(likelihoods, found.own, found.locals_, strict=True)
-        ]
-        likelihoods, own = [one for one, _ in renewed], [state for _, state in renewed]
-    found = fit(world, likelihoods, held=held, start=found, own=own, round_done=shares.round_done)
+    settled = settle(world, likelihoods, rough, own, shares.round_done)
+    settled = with_walls(settled, np.asarray(setup.floor.normal), shares.round_done)
+    likelihoods, own = settled.likelihoods, settled.found.own
+    found = fit(world, likelihoods, held=held, start=settled.found, own=own, round_done=shares.round_done)
     if not np.isfinite(found.information()[0]).all():
         raise ProcessingError(
             "the samples do not agree with what is known of the motions, whatever the antennas",

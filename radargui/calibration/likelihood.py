@@ -1,18 +1,15 @@
-"""The likelihood of one recording: by its paths (wide), by its samples with all mismatch marginalised (sharp)."""
+"""The likelihood of one recording by its path lengths: wide; that by its samples is sharp (`signal_likelihood`)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from radargui.calibration.unknowns import Unknown, setup_with
-from radargui.estimation.forward.signal_model import receiver_signal, signal_of
-from radargui.estimation.forward.signal_slopes import receiver_slopes
-from radargui.estimation.solve.prior_deviations import reestimated
-from radargui.estimation.solve.problem import HUBER_SIGMAS, JointProblem, node_offsets, signals_at
+from radargui.estimation.solve.problem import HUBER_SIGMAS
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths, place_antennas, t_matrix
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.setup import Setup
@@ -163,7 +160,7 @@ def motion_slopes(
     return here, slopes, tied, ties
 
 
-def _robust(residual: FloatArray) -> tuple[float, FloatArray]:
+def robust(residual: FloatArray) -> tuple[float, FloatArray]:
     """Return Huber's loss and the weights that make its slope that of least squares."""
     size = np.abs(residual)
     near = np.minimum(size, HUBER_SIGMAS)
@@ -232,13 +229,13 @@ class PathLikelihood:
         use = np.isfinite(residual) & self.motion.known(data.time_s)
         u_m = self.loose * data.u_m
         scaled = np.where(use, residual, 0.0) / u_m
-        loss, weight = _robust(scaled)
+        loss, weight = robust(scaled)
         weight = weight * use / u_m**2
         flat, kept = rows.reshape(-1, rows.shape[2]), np.where(use, residual, 0.0)
         weighted = weight.reshape(-1, 1) * flat
-        misfit = np.array([_misfit(one[here]) for one, here in zip(scaled, use, strict=True)])
+        misfit = np.array([misfit_of(one[here]) for one, here in zip(scaled, use, strict=True)])
         ties = tied / self.tie, by_ties / self.tie
-        return _local(
+        return local_at(
             loss, weighted.T @ flat, weighted.T @ kept.ravel(), n_shared, ties, own, np.where(use, -residual, np.nan),
             misfit,
         )  # fmt: skip
@@ -251,12 +248,12 @@ class PathLikelihood:
         return t @ place, np.repeat(t[:, :, None], place.shape[1], axis=2)
 
 
-def _misfit(scaled: FloatArray) -> float:
+def misfit_of(scaled: FloatArray) -> float:
     """Return the median square of residuals in standard deviations over that of a Gaussian."""
     return float(np.median(scaled**2)) / 0.4549 if scaled.size else 1.0
 
 
-def _local(
+def local_at(
     loss: float,
     normal: FloatArray,
     slope: FloatArray,
@@ -277,99 +274,3 @@ def _local(
         cost, normal[:n_shared, :n_shared], slope[:n_shared], normal[n_shared:, :n_shared], inner,
         slope[n_shared:] + pull, residual_m, misfit,
     )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class SignalLikelihood:
-    """A recording by its binned samples: the joint estimate's own equations with the known motion put in.
-
-    Its own unknowns are those of the motion and all mismatch (theta of the joint estimate, method 4), these in their
-    prior deviations from `theta`.
-
-    Attributes
-    ----------
-    problem
-        Of the joint estimate (`preparing.sample_problem`); its spline and the law of flight take no part.
-    theta
-        Where the mismatch starts.
-    motion
-        What is known.
-    """
-
-    problem: JointProblem
-    theta: FloatArray
-    motion: Motion
-
-    @property
-    def start(self) -> FloatArray:
-        """The motion at its prior mean, the mismatch at `theta`."""
-        return np.zeros(len(self.motion.own) + self.theta.size)
-
-    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
-        """Return it at a state."""
-        problem, n_own, n_shared = self.problem, len(self.motion.own), len(z)
-        sd, bins, layout = problem.prior.sd, problem.bins, problem.layout
-        theta = self.theta + sd * own[n_own:]
-        series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[:n_own], bins.time_s)
-        antennas = world.antennas(z)
-        problem = replace(problem, inputs=replace(problem.inputs, antennas=antennas)).at_places(series[0], theta)
-        later = node_offsets(problem)
-        place, velocity, acceleration = series[:, :, None, None]
-        node_m = place + later * (velocity + later / 2.0 * acceleration)
-        signals, excess, waves = signals_at(problem, theta, node_m)
-        sigma = bins.sigma * np.repeat(problem.noise_scale, 2)[:, None]
-        use = problem.use & self.motion.known(bins.time_s)
-        residual = (np.concatenate([one.value for one in signals]) - bins.value) * use
-        loss, weight = _robust(residual / sigma)
-        weight = weight * use / sigma**2
-        n_all = n_shared + own.size
-        normal, slope = np.zeros((n_all, n_all)), np.zeros(n_all)
-        residual_m = np.full((problem.n_receivers, bins.n_bins), np.nan)
-        for n, receiver in enumerate(layout.receivers):
-            pair = slice(2 * n, 2 * n + 2)
-            lin = receiver_slopes(node_m[:, pair], theta, layout, problem.inputs, n, excess[pair], waves[n])
-            known = np.einsum("can,ank->cnk", lin.by_position, slopes)
-            plain = signal_of(waves[n], theta, layout, problem.inputs, n).value
-            for k, one in enumerate(world.unknowns):
-                if one.key.startswith(("transmitter", f"receiver[{n + 1}]")):
-                    other = replace(problem.inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
-                    shifted = receiver_signal(node_m[:, pair], theta, layout, other, n).value
-                    known[:, :, k] += (shifted - plain) / STEP
-            columns = [known, lin.columns * np.concatenate([sd[layout.shared], sd[receiver.without_drift]])]
-            places = [np.arange(n_shared + n_own), *(n_shared + n_own + np.arange(s.start, s.stop) for s in (
-                layout.shared, receiver.without_drift
-            ))]  # fmt: skip
-            if layout.sizes.drift:
-                drift = problem.inputs.drift[pair]
-                for c, own_drift in enumerate((receiver.drift_i, receiver.drift_q)):
-                    apart = np.zeros_like(drift)
-                    apart[c] = drift[c] * sd[own_drift]
-                    columns.append(apart)
-                    places.append(n_shared + n_own + np.arange(own_drift.start, own_drift.stop))
-            index = np.concatenate(places)
-            rows = np.concatenate(columns, axis=2)
-            weighted = rows * weight[pair][:, :, None]
-            flat = weighted.reshape(-1, index.size)
-            normal[np.ix_(index, index)] += flat.T @ rows.reshape(-1, index.size)
-            slope[index] += flat.T @ residual[pair].ravel()
-            # along the circle: what of the residual a path would explain
-            along = lin.columns[:, :, receiver.phase - receiver.first + lin.n_shared] * problem.inputs.wavenumber
-            power = (along**2).sum(axis=0)
-            residual_m[n] = np.where(use, -(along * residual[pair]).sum(axis=0) / np.maximum(power, 1e-12), np.nan)
-        # the breaks of its spline are not asked: they stay
-        pull = np.concatenate([own[:n_own], (theta - problem.prior.mean) / sd])
-        misfit = np.array([_misfit((residual / sigma)[2 * n : 2 * n + 2, use]) for n in range(problem.n_receivers)])
-        return _local(loss, normal, slope, n_shared, (tied, by_ties), pull, residual_m, misfit)
-
-    def renewed(self, own: FloatArray, local: Local) -> tuple[SignalLikelihood, FloatArray]:
-        """Return it with the deviations of maps and mirrors re-estimated and the noise scaled, and its own unknowns.
-
-        As the joint estimate does between its rounds (method 4, Priors).
-        """
-        n_own, old = len(self.motion.own), self.problem.prior
-        theta = self.theta + old.sd * own[n_own:]
-        variance = np.diag(np.linalg.inv(local.inner))[n_own:] * old.sd**2
-        prior = reestimated(old, theta, variance)
-        scale = np.maximum(self.problem.noise_scale * np.sqrt(np.maximum(local.misfit, 1e-3)), 1.0)
-        problem = replace(self.problem, prior=prior, noise_scale=scale)
-        return replace(self, problem=problem, theta=theta), np.concatenate([own[:n_own], np.zeros(theta.size)])

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from support.changed import changed
 
-from radargui.calibration.likelihood import SignalLikelihood, World
+from radargui.calibration.likelihood import World
 from radargui.calibration.preparing import prepare_fall, sample_problem
+from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup

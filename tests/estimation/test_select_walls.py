@@ -8,7 +8,7 @@ from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_p
 
 from radargui.estimation.select.converge import converge
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
-from radargui.estimation.select.walls import _peaks, search_wall
+from radargui.estimation.select.walls import peaks, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
 
@@ -77,5 +77,5 @@ def test_upright_planes_face_the_middle_at_their_distance() -> None:
 def test_peaks_of_a_circle_of_azimuths_go_round() -> None:
     table = np.zeros((6, 3))
     table[0, 1], table[5, 1], table[3, 2] = 5.0, 4.0, 3.0
-    assert [divmod(k, 3) for k in _peaks(table, around=True)[:2]] == [(0, 1), (3, 2)]
-    assert [divmod(k, 3) for k in _peaks(table, around=False)[:3]] == [(0, 1), (5, 1), (3, 2)]
+    assert [divmod(k, 3) for k in peaks(table, around=True)[:2]] == [(0, 1), (3, 2)]
+    assert [divmod(k, 3) for k in peaks(table, around=False)[:3]] == [(0, 1), (5, 1), (3, 2)]

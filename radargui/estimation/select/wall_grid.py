@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,13 +11,14 @@ from scipy.sparse import bsr_matrix, csr_matrix, eye_array, hstack, kron, vstack
 
 from radargui.estimation.forward.mirrors import WALL, MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import polarisation_places
-from radargui.estimation.forward.signal_model import waves_at
+from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem
+from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray, IntArray, pieces
 
 
@@ -135,7 +136,7 @@ class _LinearisedSearch:
     def __init__(self, solution: Solution, settings: WallSettings) -> None:
         self.solution, self.reflection, problem = solution, settings.reflection, solution.problem
         # at the state of the loose maps, with the curvature of stiff ones: what they have taken shows as slope
-        stiff = _stiffened(problem, settings)
+        stiff = stiffened(problem, settings)
         assembled = assemble(stiff, solution.state, solution.at)
         self.normal = assembled.factor()
         self.half_slope = self.normal.motion.half_solve(assembled.slope_motion[:, None])
@@ -152,9 +153,7 @@ class _LinearisedSearch:
         self.n_motion = motion.shape[1]
         # once a solution, for hundreds of places
         self.receivers = [_Receiver.of(solution, moved, n) for n in range(problem.n_receivers)]
-        place = positions_at_bins(solution)
-        thin = np.unique(np.append(np.arange(0, self.n_bins, _THIN), self.n_bins - 1))
-        self.thin_place, self.between = place[:, thin], _Between.of(thin, self.n_bins)
+        self.scattered = OverMirrors(problem, solution.state.theta, positions_at_bins(solution))
 
     def gains(self, planes: list[MirrorPlane]) -> FloatArray:
         """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2, A the Schur complement of T and R, g their slope; (n_planes,)."""
@@ -164,19 +163,12 @@ class _LinearisedSearch:
         slope, curvature = np.zeros((n_planes, n_new)), np.zeros((n_planes, n_new, n_new))
         to_motion = np.zeros((self.n_motion, n_planes, n_new))
         to_global = np.zeros((layout.size, n_planes, n_new))
-        inputs, still = problem.inputs, np.zeros(3)
-        images = [
-            np.array([plane.image(antenna, still) for plane in planes])
-            for antenna in (inputs.antennas.transmitter_m, *inputs.antennas.receivers_m)
-        ]
-        scattered = self._scattered(planes)
+        inputs, images = problem.inputs, images_of(problem.inputs.antennas, planes)
+        scattered = self.scattered(planes)
         for number, (receiver, own) in enumerate(zip(self.receivers, layout.receivers, strict=True)):
-            z = [
-                receiver.over(image, leg) * (1.0 if scattered is None else scattered[leg][:, number, None])
-                for leg, image in enumerate((images[0], images[1 + number]))
-            ]
-            # real and imaginary part of T, then of R
-            j = np.stack([part for one in z for part in (one.real, -one.imag)], axis=1)
+            j = receiver.direct.columns(
+                (images[0], images[1 + number]), None if scattered is None else [leg[:, number] for leg in scattered]
+            )
             weighed = (j * receiver.weight).reshape(4 * n_planes, -1)
             columns = np.r_[0:2, 2 + 2 * number : 4 + 2 * number]
             slope[:, columns] += (weighed @ receiver.misfit.ravel()).reshape(n_planes, 4)
@@ -209,24 +201,44 @@ class _LinearisedSearch:
         for one in (half, lower):
             columns = one.reshape(-1, n_planes, n_new).transpose(1, 2, 0)
             a -= columns @ columns.transpose(0, 2, 1)
-        sign, log_determinant = np.linalg.slogdet(a)
-        # rounding can take the last digit of a reflection that the motion explains entirely
-        a[sign <= 0.0] = np.eye(n_new)
-        explained = np.einsum("pk,pk->p", slope, np.linalg.solve(a, slope[:, :, None])[:, :, 0])
-        gain = 0.5 * explained - 0.5 * log_determinant - n_new * np.log(self.reflection)
-        return np.where(sign > 0.0, gain, -np.inf)
+        return evidence_of(slope, a, self.reflection)
 
-    def _scattered(self, planes: list[MirrorPlane]) -> tuple[ComplexArray, ComplexArray] | None:
-        """Return M of the paths over planes by the transmitter's and by each receiver's image; None for a point.
 
-        Shapes (n_planes, n_receivers, n_bins).
-        """
-        problem = self.solution.problem
-        if problem.sphere is None:
+def evidence_of(slope: FloatArray, a: FloatArray, reflection: float) -> FloatArray:
+    """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2 of slopes g, (n_planes, n), and A with its prior, (n_planes, n, n)."""
+    n_new = slope.shape[1]
+    sign, log_determinant = np.linalg.slogdet(a)
+    # rounding can take the last digit of a reflection that the motion explains entirely
+    a = np.where((sign > 0.0)[:, None, None], a, np.eye(n_new))
+    explained = np.einsum("pk,pk->p", slope, np.linalg.solve(a, slope[:, :, None])[:, :, 0])
+    gain = 0.5 * explained - 0.5 * log_determinant - n_new * np.log(reflection)
+    return np.where(sign > 0.0, gain, -np.inf)
+
+
+class OverMirrors:
+    """What the sphere scatters over planes that are sought, M (method 4, Mirrors); thinned, and straight between.
+
+    Parameters
+    ----------
+    problem, theta
+        With its sphere and the antennas' angles.
+    place_m
+        At the bins, shape (3, n_bins).
+    """
+
+    def __init__(self, problem: JointProblem, theta: FloatArray, place_m: FloatArray) -> None:
+        n_bins = place_m.shape[1]
+        thin = np.unique(np.append(np.arange(0, n_bins, _THIN), n_bins - 1))
+        self._problem, self._angles = problem, theta[polarisation_places(problem.layout)]
+        self._place, self._between = place_m[:, thin], _Between.of(thin, n_bins)
+
+    def __call__(self, planes: list[MirrorPlane]) -> tuple[ComplexArray, ComplexArray] | None:
+        """Return M by the images of transmitter and receivers, (n_planes, n_receivers, n_bins); None for a point."""
+        sphere = self._problem.sphere
+        if sphere is None:
             return None
-        angles = self.solution.state.theta[polarisation_places(problem.layout)]
-        sent, got = problem.sphere.over_mirrors(self.thin_place, problem.inputs.antennas, planes, angles)
-        return self.between(sent), self.between(got)
+        sent, got = sphere.over_mirrors(self._place, self._problem.inputs.antennas, planes, self._angles)
+        return self._between(sent), self._between(got)
 
 
 @dataclass(frozen=True)
@@ -249,8 +261,8 @@ class _Between:
 
 
 @dataclass(frozen=True)
-class _Receiver:
-    """One receiver at a solution: what a mirrored wave is made of, and what it couples to.
+class DirectWave:
+    """The direct wave of a receiver, of which a mirrored one is made.
 
     Attributes
     ----------
@@ -261,13 +273,7 @@ class _Receiver:
     release_m, wavenumber
         As of `ModelInputs`.
     field
-        The direct wave as the channels show it (`Waves.path`), shape (2, 2, n_bins).
-    weight, misfit
-        Shape (2, n_bins).
-    by_own, by_shared
-        Slopes, (2 n_bins, n).
-    moved
-        Both channels' slopes with respect to motion and breaks, transposed, (n_motion + n_breaks, 2 n_bins).
+        As the channels show it (`Waves.path`), shape (2, 2, n_bins).
     """
 
     node_m: FloatArray
@@ -276,6 +282,61 @@ class _Receiver:
     release_m: FloatArray
     wavenumber: float
     field: ComplexArray
+
+    @staticmethod
+    def of(node_m: FloatArray, waves: Waves, inputs: ModelInputs) -> DirectWave:
+        """Return that of a receiver's nodes, (3, 2, 2, n_bins)."""
+        rest_m = np.linalg.norm(inputs.release_m - waves.antenna_m[:, 0], axis=1)
+        length_m, field = waves.length_m[:, 0].reshape(2, -1), waves.path[0, 0]
+        return DirectWave(node_m.reshape(3, -1), length_m, rest_m, inputs.release_m, inputs.wavenumber, field)
+
+    def columns(self, images_m: tuple[FloatArray, FloatArray], scattered: Sequence[ComplexArray] | None) -> FloatArray:
+        """Return slopes of the channels by real and imaginary part of T, then of R, (n_planes, 4, 2, n_bins).
+
+        Parameters
+        ----------
+        images_m
+            Of transmitter and receiver, (n_planes, 3) each.
+        scattered
+            What the sphere scatters that way (`OverMirrors`), (n_planes, n_bins) each; None for a point.
+        """
+        z = [
+            self._over(image, leg) * (1.0 if scattered is None else scattered[leg][:, None])
+            for leg, image in enumerate(images_m)
+        ]
+        return np.stack([part for one in z for part in (one.real, -one.imag)], axis=1)
+
+    def _over(self, image_m: FloatArray, leg: int) -> ComplexArray:
+        direct, away = self.length_m[leg], distances(self.node_m, image_m)
+        rest = np.linalg.norm(self.release_m - image_m, axis=1) - self.rest_m[leg]
+        ratio = direct / away * turned(self.wavenumber * (away - direct - rest[:, None]))
+        nodes = self.field * ratio.reshape(-1, *self.field.shape)
+        return np.asarray(0.5 * (nodes[:, :, 0] + nodes[:, :, 1]))
+
+
+def images_of(antennas: Antennas, planes: list[MirrorPlane]) -> list[FloatArray]:
+    """Return the images of the transmitter and of each receiver, (n_planes, 3) each."""
+    points, still = (antennas.transmitter_m, *antennas.receivers_m), np.zeros(3)
+    return [np.array([plane.image(antenna, still) for plane in planes]) for antenna in points]
+
+
+@dataclass(frozen=True)
+class _Receiver:
+    """One receiver at a solution: what a mirrored wave is made of, and what it couples to.
+
+    Attributes
+    ----------
+    direct
+        Its direct wave.
+    weight, misfit
+        Shape (2, n_bins).
+    by_own, by_shared
+        Slopes, (2 n_bins, n).
+    moved
+        Both channels' slopes with respect to motion and breaks, transposed, (n_motion + n_breaks, 2 n_bins).
+    """
+
+    direct: DirectWave
     weight: FloatArray
     misfit: FloatArray
     by_own: FloatArray
@@ -295,12 +356,7 @@ class _Receiver:
             for own in slopes.by_position
         ]
         return _Receiver(
-            node_m.reshape(3, -1),
-            waves.length_m[:, 0].reshape(2, -1),
-            np.linalg.norm(inputs.release_m - waves.antenna_m[:, 0], axis=1),
-            inputs.release_m,
-            inputs.wavenumber,
-            waves.path[0, 0],
+            DirectWave.of(node_m, waves, inputs),
             # robust weights of the last step: an impulse must not find a wall
             at.weight[pair],
             at.signals[number].value - problem.bins.value[pair],
@@ -309,16 +365,8 @@ class _Receiver:
             csr_matrix(vstack(by_motion).T),
         )
 
-    def over(self, image_m: FloatArray, leg: int) -> ComplexArray:
-        """Return the waves over images (n_planes, 3) of the transmitter (leg 0) or receiver, (n_planes, 2, n_bins)."""
-        direct, away = self.length_m[leg], distances(self.node_m, image_m)
-        rest = np.linalg.norm(self.release_m - image_m, axis=1) - self.rest_m[leg]
-        ratio = direct / away * turned(self.wavenumber * (away - direct - rest[:, None]))
-        nodes = self.field * ratio.reshape(-1, *self.field.shape)
-        return np.asarray(0.5 * (nodes[:, :, 0] + nodes[:, :, 1]))
 
-
-def _stiffened(problem: JointProblem, settings: WallSettings) -> JointProblem:
+def stiffened(problem: JointProblem, settings: WallSettings = WALLS) -> JointProblem:
     """Return the problem with maps as stiff as if nothing were left to explain.
 
     Maps that have grown to explain a wall would hide it.

@@ -85,7 +85,7 @@ def search_wall(
         gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
         most = settings.carried if thorough and number == 0 else settings.carried_again
         # maxima, not the best places: neighbours of one maximum converge to the same wall
-        numbers = _peaks(gains, around=number == 0)[:most]
+        numbers = peaks(gains, around=number == 0)[:most]
         starts = [problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers]
         if number == 0:
             # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
@@ -135,7 +135,7 @@ def _place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray)
     return float(np.arctan2(outward @ second, outward @ first)), 0.5 * float(np.linalg.norm(outward))
 
 
-def _peaks(table: FloatArray, *, around: bool) -> list[int]:
+def peaks(table: FloatArray, *, around: bool) -> list[int]:
     """Return the flat indices of the local maxima, the highest first.
 
     Parameters

@@ -130,7 +130,23 @@ def problem_with_mirrors(
     bias
         Functions of the bias maps; None keeps them.
     """
-    before, theta = solution.problem, solution.state.theta
+    before = solution.problem
+    problem, theta = mirrors_changed(before, solution.state.theta, planes, bias)
+    problem = replace(
+        problem,
+        spline=solution.at.spline,
+        law_sd=np.where(solution.at.law.rows.is_flight, np.minimum(before.law_sd, _STIFF_M_S2), before.law_sd),
+    )
+    # other functions of position, or other images of the antennas
+    if bias is not None or problem.sphere is not None:
+        problem = problem.at_places(positions_at_bins(solution), theta)
+    return Start(problem, State(solution.state.coefficients, theta))
+
+
+def mirrors_changed(
+    before: JointProblem, theta: FloatArray, planes: tuple[MirrorPlane, ...], bias: PositionBasis | None = None
+) -> tuple[JointProblem, FloatArray]:
+    """Return a problem with other mirrors or other functions for the bias, and theta; see `problem_with_mirrors`."""
     old = before.layout
     n_bias = old.sizes.bias if bias is None else bias.size
     layout = make_layout(replace(old.sizes, mirrors=len(planes), bias=n_bias))
@@ -154,14 +170,9 @@ def problem_with_mirrors(
         layout=layout,
         prior=prior,
         inputs=replace(before.inputs, planes=planes),
-        spline=solution.at.spline,
-        law_sd=np.where(solution.at.law.rows.is_flight, np.minimum(before.law_sd, _STIFF_M_S2), before.law_sd),
         bias_basis=before.bias_basis if bias is None else bias,
     )
-    # other functions of position, or other images of the antennas
-    if bias is not None or problem.sphere is not None:
-        problem = problem.at_places(positions_at_bins(solution), new_theta)
-    return Start(problem, State(solution.state.coefficients, new_theta))
+    return problem, new_theta
 
 
 def positions_at_bins(solution: Solution) -> FloatArray:

@@ -1,0 +1,213 @@
+"""The likelihood of one recording by its samples, all mismatch marginalised: sharp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from radargui.calibration.likelihood import STEP, Local, Motion, World, local_at, misfit_of, motion_slopes, robust
+from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.forward.signal_model import Waves, receiver_signal, signal_of
+from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.solve.changed_problem import mirrors_changed
+from radargui.estimation.solve.prior_deviations import reestimated
+from radargui.estimation.solve.priors import Prior
+from radargui.estimation.solve.problem import JointProblem, node_offsets, signals_at
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.errors import SolveError
+
+
+@dataclass(frozen=True)
+class ReceiverRows:
+    """What a receiver's channels change with.
+
+    Attributes
+    ----------
+    index
+        Places among the shared and own unknowns, shape (n,).
+    rows
+        Slopes in prior deviations, shape (2, n_bins, n).
+    along
+        Of the phase, shape (2, n_bins).
+    """
+
+    index: IntArray
+    rows: FloatArray
+    along: FloatArray
+
+
+@dataclass(frozen=True)
+class SampledState:
+    """A recording's samples at a state.
+
+    Attributes
+    ----------
+    problem, theta
+        With the antennas of the state; global parameters.
+    place_m, node_m
+        At the bins, (3, n_bins), and at their nodes, (3, n_channels, 2, n_bins).
+    residual, weight
+        Model less data, shape (n_channels, n_bins), zero where a bin does not count; robust weights over variance.
+    """
+
+    problem: JointProblem
+    theta: FloatArray
+    place_m: FloatArray
+    node_m: FloatArray
+    residual: FloatArray
+    weight: FloatArray
+    use: BoolArray
+    loss: float
+    slopes: FloatArray
+    ties: tuple[FloatArray, FloatArray]
+    excess: FloatArray
+    waves: tuple[Waves, ...]
+
+    @cached_property
+    def sigma(self) -> FloatArray:
+        """Standard deviation of each bin, shape (n_channels, n_bins)."""
+        return np.asarray(self.problem.bins.sigma * np.repeat(self.problem.noise_scale, 2)[:, None])
+
+
+@dataclass(frozen=True)
+class SignalLikelihood:
+    """A recording by its binned samples: the joint estimate's own equations with the known motion put in.
+
+    Its own unknowns are those of the motion and all mismatch (theta of the joint estimate, method 4), these in their
+    prior deviations from `theta`.
+
+    Attributes
+    ----------
+    problem
+        Of the joint estimate (`preparing.sample_problem`); its spline and the law of flight take no part.
+    theta
+        Where the mismatch starts.
+    motion
+        What is known.
+    """
+
+    problem: JointProblem
+    theta: FloatArray
+    motion: Motion
+
+    @property
+    def start(self) -> FloatArray:
+        """The motion at its prior mean, the mismatch at `theta`."""
+        return np.zeros(len(self.motion.own) + self.theta.size)
+
+    def sampled(self, world: World, z: FloatArray, own: FloatArray) -> SampledState:
+        """Return samples, model and weights at a state."""
+        problem, n_own = self.problem, len(self.motion.own)
+        theta = self.theta + problem.prior.sd * own[n_own:]
+        series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[:n_own], problem.bins.time_s)
+        antennas = world.antennas(z)
+        problem = replace(problem, inputs=replace(problem.inputs, antennas=antennas)).at_places(series[0], theta)
+        later = node_offsets(problem)
+        place, velocity, acceleration = series[:, :, None, None]
+        node_m = place + later * (velocity + later / 2.0 * acceleration)
+        signals, excess, waves = signals_at(problem, theta, node_m)
+        sigma = problem.bins.sigma * np.repeat(problem.noise_scale, 2)[:, None]
+        use = problem.use & self.motion.known(problem.bins.time_s)
+        residual = (np.concatenate([one.value for one in signals]) - problem.bins.value) * use
+        loss, weight = robust(residual / sigma)
+        return SampledState(
+            problem, theta, series[0], node_m, residual, weight * use / sigma**2, use, loss, slopes, (tied, by_ties),
+            excess, waves,
+        )  # fmt: skip
+
+    def rows(self, world: World, z: FloatArray, at: SampledState, n: int) -> ReceiverRows:
+        """Return what a receiver's channels change with."""
+        problem, theta, layout, n_shared = at.problem, at.theta, at.problem.layout, len(z)
+        pair, receiver, sd = slice(2 * n, 2 * n + 2), layout.receivers[n], problem.prior.sd
+        lin = receiver_slopes(at.node_m[:, pair], theta, layout, problem.inputs, n, at.excess[pair], at.waves[n])
+        known = np.einsum("can,ank->cnk", lin.by_position, at.slopes)
+        plain = signal_of(at.waves[n], theta, layout, problem.inputs, n).value
+        for k, one in enumerate(world.unknowns):
+            if one.key.startswith(("transmitter", f"receiver[{n + 1}]")):
+                other = replace(problem.inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
+                shifted = receiver_signal(at.node_m[:, pair], theta, layout, other, n).value
+                known[:, :, k] += (shifted - plain) / STEP
+        first = n_shared + len(self.motion.own)
+        columns = [known, lin.columns * np.concatenate([sd[layout.shared], sd[receiver.without_drift]])]
+        places = [np.arange(first), *(first + np.arange(s.start, s.stop) for s in (
+            layout.shared, receiver.without_drift
+        ))]  # fmt: skip
+        if layout.sizes.drift:
+            drift = problem.inputs.drift[pair]
+            for c, own_drift in enumerate((receiver.drift_i, receiver.drift_q)):
+                apart = np.zeros_like(drift)
+                apart[c] = drift[c] * sd[own_drift]
+                columns.append(apart)
+                places.append(first + np.arange(own_drift.start, own_drift.stop))
+        along = lin.columns[:, :, receiver.phase - receiver.first + lin.n_shared]
+        return ReceiverRows(np.concatenate(places), np.concatenate(columns, axis=2), along)
+
+    def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
+        """Return it at a state."""
+        at = self.sampled(world, z, own)
+        return self.local(at, [self.rows(world, z, at, n) for n in range(at.problem.n_receivers)], z.size, own)
+
+    def local(self, at: SampledState, parts: list[ReceiverRows], n_shared: int, own: FloatArray) -> Local:
+        """Return the normal equations of what the channels change with."""
+        problem, n_all, n_own = at.problem, n_shared + own.size, len(self.motion.own)
+        normal, slope = np.zeros((n_all, n_all)), np.zeros(n_all)
+        residual_m = np.full((problem.n_receivers, problem.bins.n_bins), np.nan)
+        for n, one in enumerate(parts):
+            pair = slice(2 * n, 2 * n + 2)
+            flat = (one.rows * at.weight[pair][:, :, None]).reshape(-1, one.index.size)
+            normal[np.ix_(one.index, one.index)] += flat.T @ one.rows.reshape(-1, one.index.size)
+            slope[one.index] += flat.T @ at.residual[pair].ravel()
+            # along the circle: what of the residual a path would explain
+            along = one.along * problem.inputs.wavenumber
+            power = np.maximum((along**2).sum(axis=0), 1e-12)
+            residual_m[n] = np.where(at.use, -(along * at.residual[pair]).sum(axis=0) / power, np.nan)
+        # the breaks of its spline are not asked: they stay
+        pull = np.concatenate([own[:n_own], (at.theta - problem.prior.mean) / problem.prior.sd])
+        scaled = at.residual / at.sigma
+        misfit = np.array([misfit_of(scaled[2 * n : 2 * n + 2, at.use]) for n in range(problem.n_receivers)])
+        return local_at(at.loss, normal, slope, n_shared, at.ties, pull, residual_m, misfit)
+
+    def renewed(self, own: FloatArray, local: Local) -> tuple[SignalLikelihood, FloatArray]:
+        """Return it with the deviations of maps and mirrors re-estimated and the noise scaled, and its own unknowns.
+
+        As the joint estimate does between its rounds (method 4, Priors).
+
+        Raises
+        ------
+        SolveError
+            The state is no minimum of anything: nothing can be re-estimated there.
+        """
+        n_own, old = len(self.motion.own), self.problem.prior
+        theta = self.theta + old.sd * own[n_own:]
+        try:
+            variance = np.diag(np.linalg.inv(local.inner))[n_own:] * old.sd**2
+        except np.linalg.LinAlgError as error:
+            raise SolveError("A recording's own unknowns are not determined.") from error
+        scale = np.maximum(self.problem.noise_scale * np.sqrt(np.maximum(local.misfit, 1e-3)), 1.0)
+        if not (np.isfinite(variance).all() and np.isfinite(theta).all() and np.isfinite(scale).all()):
+            raise SolveError("A recording's samples are far from any motion as stated.")
+        prior = reestimated(old, theta, np.maximum(variance, 0.0))
+        return self.with_problem(replace(self.problem, prior=prior, noise_scale=scale), theta, own)
+
+    def with_problem(
+        self, problem: JointProblem, theta: FloatArray, own: FloatArray
+    ) -> tuple[SignalLikelihood, FloatArray]:
+        """Return it with another problem that starts at theta, and its own unknowns there."""
+        n_own = len(self.motion.own)
+        return replace(self, problem=problem, theta=theta), np.concatenate([own[:n_own], np.zeros(theta.size)])
+
+    def with_mirrors(self, planes: tuple[MirrorPlane, ...], own: FloatArray) -> tuple[SignalLikelihood, FloatArray]:
+        """Return it with more mirrors, these at nothing, and its own unknowns."""
+        theta = self.theta + self.problem.prior.sd * own[len(self.motion.own) :]
+        return self.with_problem(*mirrors_changed(self.problem, theta, planes), own)
+
+    def with_prior(self, prior: Prior, own: FloatArray) -> tuple[SignalLikelihood, FloatArray]:
+        """Return it with another prior, and its own unknowns."""
+        theta = self.theta + self.problem.prior.sd * own[len(self.motion.own) :]
+        return self.with_problem(replace(self.problem, prior=prior), theta, own)
+
+    def log_widths(self) -> float:
+        """Return what of the log evidence is not cost or determinant: the noise scale (`minimise.log_evidence`)."""
+        return 2.0 * int(self.problem.use.sum()) * float(np.log(self.problem.noise_scale).sum())

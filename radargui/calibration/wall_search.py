@@ -1,0 +1,252 @@
+"""Walls that the recordings of a calibration have in common, sought with antennas and motions as nearly known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from radargui.calibration.fit import Fit, fit
+from radargui.calibration.likelihood import Likelihood, World
+from radargui.calibration.signal_likelihood import SignalLikelihood
+from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.select.wall_grid import (
+    WALLS,
+    DirectWave,
+    OverMirrors,
+    evidence_of,
+    images_of,
+    stiffened,
+    tangents,
+    upright_planes,
+    wall_grid,
+)
+from radargui.estimation.select.walls import peaks
+from radargui.estimation.solve.changed_problem import carried_places
+from radargui.model.arrays import FloatArray
+from radargui.model.errors import ProcessingError, SolveError
+
+MOST_WALLS = 2
+"""As many as are sought; what is left is the maps'."""
+RENEWALS, STEPS = 3, 4
+"""How often the deviations of maps are re-estimated, and steps between."""
+SEARCHES, CARRIED, CARRIED_AGAIN = 4, 4, 3
+"""The grid, then finer around what was found, for antennas bent by a wall hide where it is; places fitted of each."""
+SHARES = np.geomspace(0.5, 2.0, 19)
+"""Distances of the finer grid over that of the wall found: one that is wrong by half still gains."""
+TOGETHER = 20
+"""Planes looked at together: they stay in memory."""
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A fit with its likelihoods, deviations of maps and mirrors re-estimated."""
+
+    found: Fit
+    likelihoods: tuple[Likelihood, ...]
+
+    @property
+    def log_evidence(self) -> float:
+        """Laplace's approximation: -cost - ln det H / 2, all in prior deviations, less the noise scales' logarithms."""
+        found = self.found
+        shared = np.linalg.slogdet(found.information()[0] + np.eye(found.z.size))[1]
+        own = sum(np.linalg.slogdet(one.inner)[1] for one in found.locals_)
+        widths = sum(one.log_widths() for one in self.likelihoods if isinstance(one, SignalLikelihood))
+        return float(-found.cost - 0.5 * (shared + own) - widths)
+
+
+def settle(
+    world: World,
+    likelihoods: Sequence[Likelihood],
+    start: Fit,
+    own: Sequence[FloatArray],
+    round_done: Callable[[], None],
+    renewals: int = RENEWALS,
+) -> Settled:
+    """Fit, and re-estimate deviations of maps and mirrors in between.
+
+    Raises
+    ------
+    ProcessingError, SolveError
+        There is no solution.
+    """
+    found = start
+    for _ in range(renewals):
+        found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
+        renewed = [
+            one.renewed(state, local) if isinstance(one, SignalLikelihood) else (one, state)
+            for one, state, local in zip(likelihoods, found.own, found.locals_, strict=True)
+        ]
+        likelihoods, own = [one for one, _ in renewed], [state for _, state in renewed]
+    found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
+    return Settled(found, tuple(likelihoods))
+
+
+def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]) -> Settled:
+    """Return the fit with the walls that its recordings ask for.
+
+    As the joint estimate seeks them (method 4, Walls): the evidence of each place of a grid with everything else
+    marginalised, the best few fitted, the best kept where it convinces.
+
+    Parameters
+    ----------
+    base
+        Without walls.
+    normal
+        Upward normal of the floor, shape (3,).
+    round_done
+        Called now and then; may raise to cancel.
+    """
+    for _ in range(MOST_WALLS):
+        better = _one_more(base, normal, round_done)
+        if better is None or better.log_evidence < base.log_evidence + WALLS.convincing:
+            break
+        base = better
+    return base
+
+
+def _one_more(base: Settled, normal: FloatArray, round_done: Callable[[], None]) -> Settled | None:
+    middle = _middle(base)
+    if middle is None:
+        return None
+    azimuth, distance = wall_grid()
+    best, at = None, base
+    for number in range(SEARCHES):
+        planes = upright_planes(middle, normal, azimuth, distance)
+        gains = linearised_gains(at, planes, round_done).reshape(azimuth.size, -1)
+        places = peaks(gains, around=number == 0)[: CARRIED if number == 0 else CARRIED_AGAIN]
+        before = best.log_evidence if best is not None else -np.inf
+        for trial in _trials(at, [planes[k] for k in places], round_done):
+            if best is None or trial.log_evidence > best.log_evidence:
+                best = trial
+        if best is None or best.log_evidence < max(before + WALLS.worthwhile, base.log_evidence - WALLS.convincing):
+            break
+        # what the wall has straightened stays straight: from there its place shows better
+        at = _without_last(best, base)
+        angle, away = _place_of_last(best, middle, normal)
+        azimuth = angle + np.radians(WALLS.fine_deg)
+        distance = np.maximum(away * SHARES, WALLS.nearest_m)
+    return best
+
+
+def _without_last(settled: Settled, base: Settled) -> Settled:
+    """Return a fit without its last mirror, with the maps of one that never had it: no minimum, a place to go on."""
+    found, likelihoods, states = settled.found, [], []
+    for one, bare, own in zip(settled.likelihoods, base.likelihoods, found.own, strict=True):
+        if isinstance(one, SignalLikelihood) and isinstance(bare, SignalLikelihood):
+            place, there = carried_places(bare.problem.layout, one.problem.layout)
+            theta = np.zeros(bare.theta.size)
+            theta[place] = (one.theta + one.problem.prior.sd * own[len(one.motion.own) :])[there]
+            likelihood, state = bare.with_problem(bare.problem, theta, own)
+        else:
+            likelihood, state = one, own
+        likelihoods.append(likelihood)
+        states.append(state)
+    locals_ = tuple(one.at(found.world, found.z, own) for one, own in zip(likelihoods, states, strict=True))
+    return Settled(replace(found, own=tuple(states), locals_=locals_), tuple(likelihoods))
+
+
+def _trials(base: Settled, planes: Sequence[MirrorPlane], round_done: Callable[[], None]) -> list[Settled]:
+    found, out = base.found, []
+    for plane in planes:
+        pairs = [
+            one.with_mirrors((*one.problem.inputs.planes, plane), state)
+            if isinstance(one, SignalLikelihood)
+            else (one, state)
+            for one, state in zip(base.likelihoods, found.own, strict=True)
+        ]
+        try:
+            out.append(settle(found.world, [one for one, _ in pairs], found, [own for _, own in pairs], round_done))
+        except (ProcessingError, SolveError):
+            continue
+    return out
+
+
+def _sampled(base: Settled) -> list[tuple[SignalLikelihood, FloatArray, int]]:
+    return [
+        (one, own, n)
+        for n, (one, own) in enumerate(zip(base.likelihoods, base.found.own, strict=True))
+        if isinstance(one, SignalLikelihood)
+    ]
+
+
+def _middle(base: Settled) -> FloatArray | None:
+    """Return the middle of the motions, shape (3,); None where no recording is fitted by its samples."""
+    found = base.found
+    means = [one.sampled(found.world, found.z, own).place_m.mean(axis=1) for one, own, _ in _sampled(base)]
+    return np.mean(means, axis=0) if means else None
+
+
+def _place_of_last(settled: Settled, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
+    """Return azimuth and distance of the last mirror, the mean of the recordings'."""
+    outward = []
+    for one, own, _ in _sampled(settled):
+        theta = one.theta + one.problem.prior.sd * own[len(one.motion.own) :]
+        unknown = one.problem.layout.plane_unknowns(theta)[-1]
+        outward.append(one.problem.inputs.planes[-1].image(middle_m, unknown) - middle_m)
+    mean = np.mean(outward, axis=0)
+    first, second = tangents(normal)
+    return float(np.arctan2(mean @ second, mean @ first)), 0.5 * float(np.linalg.norm(mean))
+
+
+def linearised_gains(base: Settled, planes: list[MirrorPlane], round_done: Callable[[], None]) -> FloatArray:
+    """Return the linearised log evidence of each plane as one more wall, shape (n_planes,), summed over recordings."""
+    found = base.found
+    gains = np.zeros(len(planes))
+    for one, own, number in _sampled(base):
+        search = _LinearisedSearch(found, one, own, number)
+        for first in range(0, len(planes), TOGETHER):
+            round_done()
+            gains[first : first + TOGETHER] += search.gains(planes[first : first + TOGETHER])
+    return gains
+
+
+class _LinearisedSearch:
+    """What one more mirror would explain of a recording, everything else marginalised."""
+
+    def __init__(self, found: Fit, likelihood: SignalLikelihood, own: FloatArray, number: int) -> None:
+        world, z, free = found.world, found.z, ~found.held
+        # maps that have grown to explain a wall would hide it
+        stiff, own = likelihood.with_prior(stiffened(likelihood.problem).prior, own)
+        self.at = stiff.sampled(world, z, own)
+        n_receivers = self.at.problem.n_receivers
+        self.parts = [stiff.rows(world, z, self.at, n) for n in range(n_receivers)]
+        self.local = stiff.local(self.at, self.parts, z.size, own)
+        normal, slope, self.back = self.local.reduced(0.0)
+        was, was_slope, _ = found.locals_[number].reduced(0.0)
+        information, all_slope = found.information()
+        total = information - was + normal + np.eye(z.size)
+        self.free, self.inverse = free, np.linalg.inv(total[np.ix_(free, free)])
+        self.shared_slope = (all_slope - was_slope + slope + z)[free]
+        self.waves = [
+            DirectWave.of(self.at.node_m[:, 2 * n : 2 * n + 2], self.at.waves[n], self.at.problem.inputs)
+            for n in range(n_receivers)
+        ]
+        self.scattered = OverMirrors(self.at.problem, self.at.theta, self.at.place_m)
+
+    def gains(self, planes: list[MirrorPlane]) -> FloatArray:
+        """Return the evidence of T and R of each plane, shape (n_planes,)."""
+        at, n_planes, n_shared = self.at, len(planes), len(self.local.slope)
+        n_new = 2 + 2 * at.problem.n_receivers
+        slope, a = np.zeros((n_planes, n_new)), np.zeros((n_planes, n_new, n_new))
+        to_all = np.zeros((n_planes, n_new, n_shared + len(self.local.inner_slope)))
+        images, scattered = images_of(at.problem.inputs.antennas, planes), self.scattered(planes)
+        for n, (part, wave) in enumerate(zip(self.parts, self.waves, strict=True)):
+            sphere = None if scattered is None else [leg[:, n] for leg in scattered]
+            j = wave.columns((images[0], images[1 + n]), sphere)
+            weighed = (j * at.weight[2 * n : 2 * n + 2]).reshape(n_planes, 4, -1)
+            columns = np.r_[0:2, 2 + 2 * n : 4 + 2 * n]
+            slope[:, columns] += weighed @ at.residual[2 * n : 2 * n + 2].ravel()
+            a[:, columns[:, None], columns] += weighed @ j.reshape(weighed.shape).transpose(0, 2, 1)
+            to_all[:, columns[:, None], part.index] += weighed @ part.rows.reshape(-1, part.index.size)
+        # Schur complements: the recording's own taken out, then what all share
+        own = to_all[:, :, n_shared:]
+        a += np.eye(n_new) / WALLS.reflection**2
+        solved = np.linalg.solve(self.local.inner, own.reshape(-1, own.shape[2]).T).T.reshape(own.shape)
+        a -= own @ solved.transpose(0, 2, 1)
+        slope = slope - own @ self.back[:, -1]
+        shared = (to_all[:, :, :n_shared] - own @ self.back[:, :-1])[:, :, self.free]
+        a -= shared @ self.inverse @ shared.transpose(0, 2, 1)
+        slope = slope - shared @ (self.inverse @ self.shared_slope)
+        return evidence_of(slope, a, WALLS.reflection)

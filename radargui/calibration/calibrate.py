@@ -36,7 +36,7 @@ from radargui.calibration.verdict import (
     rms_m,
     untold,
 )
-from radargui.calibration.wall_search import settle, with_walls
+from radargui.calibration.wall_search import approach, with_walls
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
@@ -152,7 +152,7 @@ def calibrate(
     _refuse_misfit(rough, recordings, prepared, shares.round_done)
     before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]), shares.round_done)
     likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
-    settled = settle(world, likelihoods, rough, own, shares.round_done)
+    settled = approach(world, likelihoods, rough, own, shares.round_done)
     settled = with_walls(settled, np.asarray(setup.floor.normal), shares.round_done)
     likelihoods, own = settled.likelihoods, settled.found.own
     found = fit(world, likelihoods, held=held, start=settled.found, own=own, round_done=shares.round_done)

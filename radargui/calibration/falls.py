@@ -17,8 +17,8 @@ LEAST_FLIGHT_S, MOST_FLIGHTS = 0.08, 4
 """Flights that are used: shorter ones say little of gravity, later ones no more than the first."""
 RELEASE_S, MARGIN_S = 0.010, 0.001
 """What is left out after the onset, for a release is no clean cut, and beside an impact, which takes its time."""
-U_ONSET_S, U_START_M_S, U_IMPACT_S, U_VELOCITY_M_S = 0.003, 0.005, 0.005, 0.3
-"""Prior deviations: of the release's instant and speed, of impacts and of the velocities after them."""
+U_ONSET_S, U_START_M_S, U_IMPACT_S, U_VELOCITY_M_S = 0.003, 0.02, 0.005, 0.3
+"""Prior deviations: of the release's instant and speed (a finger's), of impacts and of the velocities after them."""
 U_CONTACT_M = 2e-5
 """How well an impact lies on the floor's plane: roughness, and how far a sphere presses in."""
 _STEPS = 6
@@ -85,9 +85,10 @@ class Falls:
         # each flight starts where the one before it ended
         end = np.cumsum(curve(1.0)[:, :3], axis=0) + place
         start = np.vstack([place, end[:-1]])
-        number = np.searchsorted(begin_s, time_s, side="right") - 1
+        # after its last flight it counts as at rest: what it does there is not asked, and must not be far away
+        number = np.where(time_s > self.end_s, -1, np.searchsorted(begin_s, time_s, side="right") - 1)
         out = np.zeros((3, 3, time_s.size))
-        out[0] = place[:, None]
+        out[0] = np.where(time_s > self.end_s, end[-1][:, None], place[:, None])
         for n, (begin, lasts) in enumerate(zip(begin_s, duration_s, strict=True)):
             here = number == n
             for order in range(3):

@@ -15,7 +15,7 @@ CLOSE, MOST_STEPS = 0.1, 40
 """A step that gains less in cost is the last; in so many steps it gets there or does not."""
 LEAST, FEW = 1.2, 3.0
 """Least widening of u, as of all estimates with maps (method 6), and from how many differences on they are believed."""
-FIRST_DAMPING, MOST_DAMPING, UP, DOWN = 1e-3, 1e6, 8.0, 8.0
+FIRST_DAMPING, MOST_DAMPING, UP, DOWN = 1e-3, 1e6, 8.0, 2.5
 """Shares of the diagonal, and factors after a step that did not, or did, lower the cost (Marquardt 1963)."""
 
 

@@ -191,6 +191,14 @@ class SignalLikelihood:
         prior = reestimated(old, theta, np.maximum(variance, 0.0))
         return self.with_problem(replace(self.problem, prior=prior, noise_scale=scale), theta, own)
 
+    def scaled(self, misfit: FloatArray, least: float) -> SignalLikelihood:
+        """Return it with the noise of each receiver as its misfit says, shape (n_receivers,).
+
+        Never below the white noise, nor below a share of what it was.
+        """
+        scale = self.problem.noise_scale * np.maximum(np.sqrt(np.maximum(misfit, 1e-3)), least)
+        return replace(self, problem=replace(self.problem, noise_scale=np.maximum(scale, 1.0)))
+
     def with_problem(
         self, problem: JointProblem, theta: FloatArray, own: FloatArray
     ) -> tuple[SignalLikelihood, FloatArray]:

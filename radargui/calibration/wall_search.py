@@ -30,7 +30,11 @@ from radargui.model.errors import ProcessingError, SolveError
 MOST_WALLS = 2
 """As many as are sought; what is left is the maps'."""
 RENEWALS, STEPS = 3, 4
-"""How often the deviations of maps are re-estimated, and steps between."""
+"""How often the deviations of maps and the noise are re-estimated, and steps between."""
+MOST_RENEWALS, SLOWLY = 12, 0.4
+"""How often, and to which share each time at the least, the noise comes down from a start that is far."""
+SETTLED = 10.0
+"""The noise has come down where one renewal gains less than this in ln E."""
 SEARCHES, CARRIED, CARRIED_AGAIN = 4, 4, 3
 """The grid, then finer around what was found, for antennas bent by a wall hide where it is; places fitted of each."""
 SHARES = np.geomspace(0.5, 2.0, 19)
@@ -74,13 +78,49 @@ def settle(
     found = start
     for _ in range(renewals):
         found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
-        renewed = [
-            one.renewed(state, local) if isinstance(one, SignalLikelihood) else (one, state)
-            for one, state, local in zip(likelihoods, found.own, found.locals_, strict=True)
-        ]
-        likelihoods, own = [one for one, _ in renewed], [state for _, state in renewed]
+        likelihoods, own = _renewed(likelihoods, found)
     found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
     return Settled(found, tuple(likelihoods))
+
+
+def approach(
+    world: World,
+    likelihoods: Sequence[Likelihood],
+    start: Fit,
+    own: Sequence[FloatArray],
+    round_done: Callable[[], None],
+) -> Settled:
+    """Fit from paths that are tenths of a millimetre off, where samples are so many deviations that nothing is linear.
+
+    The noise is first taken as large as the misfit is, so that priors hold what is hardly determined, and follows it
+    down.
+
+    Raises
+    ------
+    ProcessingError, SolveError
+        There is no solution.
+    """
+    likelihoods, own = list(likelihoods), list(own)
+    locals_ = [one.at(world, start.z, state) for one, state in zip(likelihoods, own, strict=True)]
+    found, least, widths = start, 1.0, np.inf
+    for _ in range(MOST_RENEWALS):
+        for n, (one, local) in enumerate(zip(likelihoods, locals_, strict=True)):
+            if isinstance(one, SignalLikelihood):
+                likelihoods[n] = one.scaled(local.misfit, least)
+        before, widths = widths, sum(one.log_widths() for one in likelihoods if isinstance(one, SignalLikelihood))
+        if widths > before - SETTLED:
+            break
+        found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
+        own, locals_, least = list(found.own), list(found.locals_), SLOWLY
+    return settle(world, likelihoods, found, own, round_done)
+
+
+def _renewed(likelihoods: Sequence[Likelihood], found: Fit) -> tuple[list[Likelihood], list[FloatArray]]:
+    pairs = [
+        one.renewed(state, local) if isinstance(one, SignalLikelihood) else (one, state)
+        for one, state, local in zip(likelihoods, found.own, found.locals_, strict=True)
+    ]
+    return [one for one, _ in pairs], [own for _, own in pairs]
 
 
 def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]) -> Settled:

@@ -20,7 +20,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup, moved
 
-CENTRE_M = np.array([0.03, 0.02, 0.0])
+CENTRE_M = np.array([0.05, 0.03, 0.02])
 U_RELEASE_M = 0.002 / 3.0**0.5
 
 

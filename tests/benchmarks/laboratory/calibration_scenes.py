@@ -17,6 +17,10 @@ from radargui.model.setup import Setup
 
 PLACES = ((0.0, 0.0, 0.12), (0.08, 0.02, 0.10), (-0.03, 0.09, 0.14))
 HEIGHT_M = 0.22
+U_CIRCLE_M = 5e-5
+"""Of the circle's place as a whole, as its path file states it; its true place is exact."""
+NEAREST_WALL_M = 0.2
+"""A turntable needs its room: a wall that is drawn nearer stands here."""
 OFF_DEG, OFF_M, OFF_RELEASE_M = 3.0, 0.02, 0.002
 """Seeded errors of the setup, even between plus and minus these; their deviation is this over the root of three."""
 
@@ -48,6 +52,9 @@ class Laboratory:
 def laboratory(seed: int, **held: object) -> Laboratory:
     """Return the laboratory of a seed: mismatch, noise, a floor, and in half of them a wall."""
     scene = draw(seed, "exact", lively=False, height_m=HEIGHT_M, **held)
+    wall = scene.room.mirrors[1:]
+    if wall and "wall_distance_m" not in held and -wall[0].offset_m < NEAREST_WALL_M:
+        scene = draw(seed, "exact", lively=False, height_m=HEIGHT_M, **(held | {"wall_distance_m": NEAREST_WALL_M}))
     rng, third = np.random.default_rng([seed, 31]), 3.0**-0.5
 
     def off(value: float, by: float) -> float:
@@ -91,9 +98,9 @@ def dropped(lab: Laboratory, number: int, place: int) -> Record:
     return _recorded(lab, drop, f"drop-{number}", 100 + number)
 
 
-def circled(lab: Laboratory, folder: Path, *, centre_m: Array, radius_m: float = 0.06) -> tuple[Record, Trajectory]:
+def circled(lab: Laboratory, folder: Path, *, centre_m: Array, radius_m: float = 0.10) -> tuple[Record, Trajectory]:
     """Return a circle that leans, off the axis, and what a table of places on the recording's clock says of it."""
-    lean, turns, ramp_s, period_s, start_s = np.radians(25.0), 2.0, 0.5, 2.0, 0.5
+    lean, turns, ramp_s, period_s, start_s = np.radians(65.0), 2.0, 0.5, 2.0, 0.5
     across, along = np.array([0.0, 1.0, 0.0]), np.array([np.cos(lean), 0.0, np.sin(lean)])
     lasts = turns * period_s + ramp_s
 
@@ -113,7 +120,9 @@ def circled(lab: Laboratory, folder: Path, *, centre_m: Array, radius_m: float =
     path = folder / f"circle-{lab.scene.seed}.csv"
     table = np.column_stack([times, *position(times)])
     np.savetxt(path, table, delimiter=",", header="time_s,x_m,y_m,z_m", comments="", fmt="%.9f")
-    return record, read_known(path, "shared")
+    stated = path.with_suffix(".toml")
+    stated.write_text(f'kind = "table"\nfile = "{path.name}"\nu_position_m = {U_CIRCLE_M}\n')
+    return record, read_known(stated, "shared")
 
 
 def _recorded(lab: Laboratory, drop: Drop, name: str, number: int) -> Record:

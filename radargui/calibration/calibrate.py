@@ -154,8 +154,9 @@ def calibrate(
     likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
     settled = approach(world, likelihoods, rough, own, shares.round_done)
     settled = with_walls(settled, np.asarray(setup.floor.normal), shares.round_done)
-    likelihoods, own = settled.likelihoods, settled.found.own
-    found = fit(world, likelihoods, held=held, start=settled.found, own=own, round_done=shares.round_done)
+    found = fit(
+        world, settled.likelihoods, held=held, start=settled.found, own=settled.found.own, round_done=shares.round_done
+    )
     if not np.isfinite(found.information()[0]).all():
         raise ProcessingError(
             "the samples do not agree with what is known of the motions, whatever the antennas",
@@ -163,7 +164,7 @@ def calibrate(
             remedy="Give more recordings, from other places.",
         )
     _refuse_above(LEFT_M, found, recordings)
-    calibration = _calibration(found, before, likelihoods, recordings, made_at, operator)
+    calibration = _calibration(found, before, settled.likelihoods, recordings, made_at, operator)
     lost = tuple(
         f"{recordings[number].name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s, put right"
         for number, receiver, time_s in slips

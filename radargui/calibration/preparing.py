@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -25,6 +26,7 @@ from radargui.estimation.solve.problem import Start
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 
@@ -34,6 +36,8 @@ U_PATH_M = 3e-4
 """Of each of them, while the samples themselves do not decide: what floor and walls leave in a receiver's circle."""
 POOLED_S = 0.002
 """Means in which a known motion is looked for: at 0.5 m/s a tenth of a fringe."""
+FAR_FROM_G, LEAST_VALUES = 0.25, 20
+"""Relative deviation from g and number of values with which a flight is none: 3 degrees and 2 cm make 0.1."""
 U_OFFSET_S = 0.01
 """Prior deviation of a free clock's offset against the best of the grid."""
 OFFSETS, ZEROS, COARSE = 400, 24, 500
@@ -107,18 +111,22 @@ def _thinned(time_s: FloatArray, change_m: FloatArray) -> Measured:
 
 def _flights(estimate: MotionEstimate) -> tuple[FloatArray, FloatArray, float]:
     """Return impacts, velocities after them and the end of the last flight that is used."""
-    impacts = np.asarray(estimate.impact_s)[:MOST_FLIGHTS]
-    edges = [estimate.onset_s, *impacts]
-    last = next((n for n in range(1, len(edges)) if edges[n] - edges[n - 1] < LEAST_FLIGHT_S), len(edges)) - 1
-    place = estimate.position_m
-    if last == 0 or place is None:
-        return np.empty(0), np.empty((0, 3)), estimate.onset_s
-    end, kept, after = float(edges[last]), impacts[: last - 1], []
-    for begin, stop in zip(kept, edges[2 : last + 1], strict=True):
+    edges = [estimate.onset_s, *estimate.impact_s[:MOST_FLIGHTS]]
+    place, velocities, end = estimate.position_m, [], estimate.onset_s
+    for begin, stop in pairwise(edges):
+        if place is None or stop - begin < LEAST_FLIGHT_S:
+            break
         here = (estimate.time_s > begin + 0.003) & (estimate.time_s < stop - 0.003)
         here &= np.isfinite(place).all(axis=0)
-        after.append(np.polyfit(estimate.time_s[here] - begin, place[:, here].T, 2)[1])
-    return kept, np.array(after).reshape(-1, 3), end
+        if here.sum() < LEAST_VALUES:
+            break
+        curve = np.polyfit(estimate.time_s[here] - begin, place[:, here].T, 2)
+        # an impact that was not found makes two flights one, and that no parabola
+        if abs(2.0 * curve[0, 2] / NOMINAL_GRAVITY_M_S2 + 1.0) > FAR_FROM_G:
+            break
+        velocities.append(curve[1])
+        end = float(stop)
+    return np.array(edges[1 : len(velocities)]), np.array(velocities[1:]).reshape(-1, 3), end
 
 
 def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) -> Prepared:

@@ -1,0 +1,88 @@
+"""Walls are sought with everything else marginalised, and only where no motion goes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.changed import changed
+
+from radargui.calibration.fit import Fit
+from radargui.calibration.likelihood import World
+from radargui.calibration.preparing import prepare_fall, sample_problem
+from radargui.calibration.signal_likelihood import SignalLikelihood
+from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns
+from radargui.calibration.wall_search import CLEAR_M, CONVINCING, Settled, _clear, _trials, approach, linearised_gains
+from radargui.estimation.select.wall_grid import upright_planes
+from radargui.model.resources import default_setup_path
+from radargui.model.setup import read_setup
+from radargui.sources.simulated import simulate_recording
+
+RELEASE = "tracer.release_position_m"
+UP = np.array([0.0, 0.0, 1.0])
+WALL_M, WALL_DEG = 0.30, 40.0
+
+
+@pytest.fixture(scope="module")
+def fitted() -> Settled:
+    """Return a drop beside a wall, fitted without it by the antennas that are true."""
+    setup = changed(
+        read_setup(default_setup_path()),
+        daq={"rate_hz": 4000.0, "channel_skew_s": 0.0},
+        simulation={
+            "rest_s": 0.3, "settle_s": 0.1, "restitution": 0.3, "snr_db": 40.0, "reflection": 0.1, "drift": 0.0,
+            "wall_reflection": 0.06, "wall_distance_m": [WALL_M], "wall_azimuth_deg": [WALL_DEG],
+        },
+    )  # fmt: skip
+    recording, _ = simulate_recording(setup)
+    place = tuple(setup.tracer.release_position_m)
+    unknowns = [*antenna_unknowns(setup), *place_unknowns(setup, place, RELEASE), *fall_unknowns(setup)]
+    world = World(setup, tuple(unknowns))
+    ready = prepare_fall(recording, setup, RELEASE)
+    own = np.array([one.value for one in ready.motion.own])
+    begun = sample_problem(ready, setup, world.values(np.zeros(len(unknowns))), own)
+    assert begun is not None
+    one, z = SignalLikelihood(begun.problem, begun.state.theta, ready.motion), np.zeros(len(unknowns))
+    start = Fit(world, z, (one.start,), (one.at(world, z, one.start),), np.array([bool(u.key) for u in unknowns]))
+    return approach(world, [one], start, start.own, lambda: None)
+
+
+def test_with_its_wall_the_samples_fit_and_without_they_do_not(fitted: Settled) -> None:
+    planes = upright_planes(np.zeros(3), UP, np.array([np.radians(WALL_DEG + 180.0)]), np.array([WALL_M]))
+    (better,) = _trials(fitted, [tuple(planes)], lambda: None)
+    (without,), (beside,) = fitted.likelihoods, better.likelihoods
+    assert isinstance(without, SignalLikelihood)
+    assert isinstance(beside, SignalLikelihood)
+    assert (without.problem.noise_scale > 2.0).all()
+    assert (beside.problem.noise_scale < 1.3).all()
+    assert better.log_evidence > fitted.log_evidence + CONVINCING
+
+
+def test_a_wall_is_seen_where_it_is(fitted: Settled) -> None:
+    azimuth, distance = np.radians(np.arange(0.0, 360.0, 24.0)), np.array([0.15, 0.21, WALL_M, 0.42])
+    # azimuths of planes count from -x towards -y (`tangents`)
+    azimuth = azimuth + np.radians(WALL_DEG + 180.0)
+    gains = linearised_gains(fitted, upright_planes(np.zeros(3), UP, azimuth, distance), lambda: None).reshape(15, 4)
+    assert np.unravel_index(np.argmax(gains), gains.shape) == (0, 2)
+    assert gains[0, 2] > gains[3:13].max() + 10.0
+
+
+def test_no_wall_stands_where_the_sphere_goes(fitted: Settled) -> None:
+    planes = upright_planes(np.zeros(3), UP, np.array([0.0]), np.array([0.5 * CLEAR_M, 2.0 * CLEAR_M]))
+    assert _clear(fitted, planes).tolist() == [False, True]
+
+
+def test_a_new_mirror_changes_nothing_before_it_reflects(fitted: Settled) -> None:
+    (one,), found = fitted.likelihoods, fitted.found
+    assert isinstance(one, SignalLikelihood)
+    (plane,) = upright_planes(np.zeros(3), UP, np.array([1.0]), np.array([0.3]))
+    other, own = one.with_mirrors((*one.problem.inputs.planes, plane), found.own[0])
+    # maps start again with the mirrors: without them in both the model is the same
+    bare, state = one.with_mirrors(one.problem.inputs.planes, found.own[0])
+    layout, theta = bare.problem.layout, bare.theta.copy()
+    for receiver in layout.receivers:
+        theta[receiver.bias_i] = theta[receiver.bias_q] = 0.0
+    bare = replace(bare, theta=theta)
+    a, b = (which.sampled(found.world, found.z, at).residual for which, at in ((bare, state), (other, own)))
+    np.testing.assert_allclose(a, b, atol=1e-12)

@@ -34,6 +34,7 @@ from radargui.calibration.verdict import (
     other_orders,
     put_right,
     rms_m,
+    undecidable,
     untold,
 )
 from radargui.calibration.wall_search import approach, with_walls
@@ -169,7 +170,8 @@ def calibrate(
         f"{recordings[number].name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s, put right"
         for number, receiver, time_s in slips
     )
-    calibration = replace(calibration, notes=calibration.notes + lost)
+    alike = tuple(f"these motions cannot tell whether {words}" for words in undecidable(rough, by_paths))
+    calibration = replace(calibration, notes=calibration.notes + lost + alike)
     progress(1.0)
     return Calibrated(calibration, calibrated_setup(setup, found, calibration), found)
 

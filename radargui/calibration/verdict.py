@@ -12,7 +12,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.calibration.fit import MOST_STEPS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
-from radargui.calibration.unknowns import Unknown
+from radargui.calibration.unknowns import Unknown, setup_with
+from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup
@@ -24,6 +25,8 @@ MISFIT_M, LEFT_M = 4e-3, 5e-4
 that reflects 0.3 bends them by 1.5 mm), and of the samples once all mismatch is fitted."""
 FAR = 4.0
 """Prior deviations beyond which a value makes one look for swapped receivers."""
+ALIKE_M = 1.5e-3
+"""Paths that differ by less look alike: a floor that reflects 0.3 bends them by as much."""
 GAIN = 20.0
 """In cost (ln likelihood) by which another order of the receivers must be better, at a misfit of `LOOSE`."""
 LOOSE = (30.0, 5.0, 1.0)
@@ -103,7 +106,13 @@ def _in_words(vector: FloatArray, unknowns: Sequence[Unknown]) -> str:
             "a shift of the release sideways" if share[sideways].sum() > share[height].sum() else "the release's height"
         )
     largest = [n for n in np.argsort(share)[::-1] if share[n] > 0.1][:3]
-    return " with ".join(unknowns[n].name for n in sorted(largest))
+    return " with ".join(_spoken(unknowns[n].name) for n in sorted(largest))
+
+
+def _spoken(name: str) -> str:
+    """Name a place from which drops fell; keys of the setup stay, for who reads looks for them there."""
+    kind, _, rest = name.partition(".")
+    return f"release place {rest.replace('.', ', ')}" if kind == "place" else name
 
 
 def _members(unknowns: Sequence[Unknown], ending: str) -> list[int]:
@@ -149,6 +158,25 @@ def other_orders(setup: Setup) -> Iterator[tuple[str, Setup]]:
             if mirrored:
                 receivers = [one.model_copy(update={"azimuth_deg": -one.azimuth_deg}) for one in receivers]
             yield _order_in_words(order, mirrored=mirrored), setup.model_copy(update={"receiver": tuple(receivers)})
+
+
+def undecidable(found: Fit, recordings: Sequence[PathLikelihood]) -> list[str]:
+    """Return what may be wrong with the receivers' order that these motions would not show, in words."""
+    values, out = found.world.values(found.z), []
+    setup = setup_with(found.world.setup, found.world.unknowns, values)
+    changes = []
+    for one, own in zip(recordings, found.own, strict=True):
+        unknowns = one.motion.own
+        state = np.array([u.value + u.u * float(z) for u, z in zip(unknowns, own, strict=False)])
+        time_s = one.measured.time_s[one.motion.known(one.measured.time_s)]
+        changes.append(one.motion.at(time_s, values, state)[0][0])
+    for words, other in other_orders(setup):
+        pairs = [[path_lengths(place, place_antennas(which)) for which in (setup, other)] for place in changes]
+        # constants are each recording's own
+        apart = [np.std(b - a, axis=1).max(initial=0.0) for a, b in pairs]
+        if max(apart) < ALIKE_M:
+            out.append(words)
+    return out
 
 
 def _order_in_words(order: tuple[int, ...], *, mirrored: bool) -> str:

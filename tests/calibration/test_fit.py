@@ -13,7 +13,7 @@ from radargui.calibration.fit import LEAST, Fit
 from radargui.calibration.known_path import KnownMotion, read_known
 from radargui.calibration.likelihood import Measured, Motion, PathLikelihood, World
 from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns, setup_with
-from radargui.calibration.verdict import GAIN, fit_paths, left_out, other_orders, put_right, untold
+from radargui.calibration.verdict import GAIN, fit_paths, left_out, other_orders, put_right, undecidable, untold
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.setup import Setup, read_setup
@@ -134,6 +134,20 @@ def test_swapped_receivers_fit_worse_than_the_right_order() -> None:
     right = World(dict(other_orders(world.setup))["receivers 1 and 3 are swapped"], ())
     right = World(right.setup, tuple(antenna_unknowns(right.setup)))
     assert found_of(right, swapped).cost < found_of(world, swapped).cost - GAIN
+
+
+def test_what_a_path_does_not_show_of_the_order_is_named() -> None:
+    world, _, recordings = made(7, falls=False)
+    assert undecidable(found_of(world, recordings), recordings) == []
+    # between receivers that stand alike around the axis, a sphere that only goes up and down sees no difference
+    setup = stated()
+    pendulum = read_known(RESOURCES / "paths" / "pendulum.toml")
+    lift = replace(pendulum, place=lambda t: np.stack([0.0 * t, 0.0 * t, 0.05 * np.sin(t)]))
+    world, motion = World(setup, tuple(antenna_unknowns(setup))), KnownMotion(lift, 0.3, 0.01)
+    time = np.linspace(0.0, 4.0, 100)
+    path = path_lengths(np.stack([0.0 * time, 0.0 * time, 0.05 * np.sin(time - 0.3)]), place_antennas(setup))
+    one = PathLikelihood(Measured(time, path, NOISE_M), motion, setup.radar.wavelength_m)
+    assert len(undecidable(found_of(world, [one]), [one])) == 11
 
 
 def test_a_lost_fringe_is_found_and_put_right() -> None:

@@ -34,7 +34,7 @@ def test_help_offers_commands_that_explain_themselves(command: Command) -> None:
     [
         (["frobnicate"], "No such command 'frobnicate'"),
         (["record", "--frobnicate"], "No such option"),
-        (["record", "--source", "radio"], "'radio' is not one of 'simulated', 'ni', 'replay'"),
+        (["record", "--source", "radio"], "'radio' is not one of simulated, ni, replay"),
         (["record", "--runs", "0"], "--runs"),
         (["record", "--runs", "many"], "--runs"),
         (["report"], "Missing argument 'SESSION...'"),

@@ -12,14 +12,20 @@ def open_window() -> int:
     Raises
     ------
     RadarGuiError
-        There is no display.
+        There is no display, or a system library that Qt loads is missing.
     """
-    headless = sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-    if headless and "QT_QPA_PLATFORM" not in os.environ:
+    from radargui.gui.qt_libraries import OFFSCREEN, WINDOW, advice, has_display, missing
+
+    if not has_display() and "QT_QPA_PLATFORM" not in os.environ:
         raise RadarGuiError(
             "There is no display for the window (DISPLAY and WAYLAND_DISPLAY are unset).",
             remedy="The commands work without one: see radargui --help.",
         )
+    # Qt itself would abort without saying which package helps
+    on_x11 = bool(os.environ.get("DISPLAY")) and "QT_QPA_PLATFORM" not in os.environ
+    if sys.platform.startswith("linux") and (lost := missing(WINDOW if on_x11 else OFFSCREEN)):
+        said, remedy = advice(lost)
+        raise RadarGuiError(said, remedy=remedy)
     from radargui.gui.app import run_window
 
     return run_window()

@@ -82,6 +82,20 @@ def test_without_a_display_the_window_says_so(command: Command, monkeypatch: pyt
     assert "There is no display" in ended.error
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="system libraries come with Qt elsewhere")
+def test_a_missing_system_library_is_named_with_the_command_that_installs_it(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DISPLAY", ":99")
+    monkeypatch.delenv("QT_QPA_PLATFORM", raising=False)
+    monkeypatch.setattr("radargui.gui.qt_libraries.WINDOW", {"libnowhere.so.9": "libnowhere9"})
+    monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
+    ended = command()
+    assert ended.status == 1
+    assert "Qt needs system libraries that are missing: libnowhere.so.9." in ended.error
+    assert "sudo apt-get update && sudo apt-get install -y libnowhere9" in ended.err
+
+
 def test_the_window_opens_without_a_command(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("radargui.cli.window.open_window", lambda: 0)
     assert command().status == 0

@@ -16,6 +16,7 @@ STAMP = VENV / "radargui-stamp.json"
 LOCKS = {
     "run": ROOT / "packaging" / "requirements.txt",
     "dev": ROOT / "packaging" / "requirements-dev.txt",  # holds all of the other, at the same versions
+    "package": ROOT / "packaging" / "requirements-package.txt",  # what help, packages and audits are made with
 }
 
 

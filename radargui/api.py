@@ -77,7 +77,7 @@ class Result:
 
     @property
     def status(self) -> Status:
-        """Whether there is a result: ok, no_motion (an answer), rejected."""
+        """One of ok, no_motion (an answer) and rejected."""
         return self.details.status
 
     @property
@@ -92,7 +92,7 @@ class Result:
 
     @property
     def correction(self) -> str | None:
-        """The correction used: another than asked for where that did not fit; None without motion."""
+        """The correction used, another than asked for where that did not fit; None without motion."""
         quality = self.details.quality
         return quality.method if quality else None
 
@@ -109,7 +109,7 @@ class Result:
 
     @property
     def free_fall(self) -> FreeFall | None:
-        """The first fall against the parabola: g and its uncertainty; None where none can be fitted."""
+        """The first fall against the parabola, with g and its uncertainty; None where none can be fitted."""
         return self.details.bounces.free_fall
 
     @property
@@ -203,7 +203,7 @@ def open_run(
     """
     path = Path(path)
     if not isinstance(setup, Setup):
-        setup = read_setup(Path(setup)) if setup is not None else read_run_setup(path) if _is_run(path) else None
+        setup = read_setup(setup) if setup is not None else read_run_setup(path) if _is_run(path) else None
     if setup is None:
         raise UsageError(f"{path} brings no setup", remedy="Give open_run(path, setup=...).")
     if _is_run(path) and channels is None:

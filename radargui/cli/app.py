@@ -61,13 +61,16 @@ def window(
     version: Annotated[
         bool, Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
     ] = False,
+    opened: Annotated[
+        Path | None, Option("--open", metavar="PATH", help="The window with this setup file, session or run.")
+    ] = None,
 ) -> int:
     """Record a particle-tracking radar, watch it live, and measure the restitution of a falling sphere."""
     if context.invoked_subcommand is not None:
         return 0
     from radargui.cli.window import open_window
 
-    return open_window()
+    return open_window(opened)
 
 
 @dataclass_transform(frozen_default=True)
@@ -96,7 +99,7 @@ class Record(Command, does="record.record_session"):
 
     Attributes
     ----------
-    source
+    source : KIND
         Where samples come from: simulated, ni, replay, or the name of a plug-in.
     file : FILE
         Recording that `--source replay` plays.

@@ -2,12 +2,18 @@
 
 import os
 import sys
+from pathlib import Path
 
 from radargui.model.errors import RadarGuiError
 
 
-def open_window() -> int:
+def open_window(path: Path | None = None) -> int:
     """Open the window and return the exit status when it is closed.
+
+    Parameters
+    ----------
+    path
+        Setup file, session or run that it begins with.
 
     Raises
     ------
@@ -28,4 +34,6 @@ def open_window() -> int:
         raise RadarGuiError(said, remedy=remedy)
     from radargui.gui.app import run_window
 
-    return run_window()
+    if path is None or path.suffix.lower() == ".toml":
+        return run_window(path)
+    return run_window(session=path if path.is_dir() else path.parent)

@@ -14,13 +14,15 @@ _COLLECT_S = 0.5
 """Rings of Python objects live so long; a whole collection takes some ten milliseconds, seldom (chosen by hand)."""
 
 
-def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulated") -> int:
+def run_window(setup_path: Path | None = None, *, session: Path | None = None, source: SourceKind = "simulated") -> int:
     """Show the window until it is closed; return the exit status.
 
     Parameters
     ----------
     setup_path
         Setup to begin with; the last one, else the shipped default, where left out.
+    session
+        Session folder to show at first.
     source
         Source that is chosen at first.
     """
@@ -53,6 +55,8 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
         board.post("warning", f"The remembered settings were damaged; they are kept in {settings.set_aside}")
     window = MainWindow(theme, settings, board, setup_path=setup_path, source=source, probe=OpenGLProbe())
     window.show()
+    if session is not None:
+        window.sessions.open(session)
 
     def interrupted(*_: object) -> None:
         # Ctrl+C in the terminal closes the window as its button does; a second one does not wait

@@ -207,7 +207,7 @@ def _not_toml(name: str, fault: str) -> SetupError:
     return SetupError(f"{name} is not TOML: {text}.", remedy="Correct that place or start from a shipped setup.")
 
 
-def read_setup(path: Path) -> Setup:
+def read_setup(path: str | Path) -> Setup:
     """Return the setup in a file.
 
     Raises
@@ -215,6 +215,7 @@ def read_setup(path: Path) -> Setup:
     SetupError
         Unreadable, not TOML, or invalid.
     """
+    path = Path(path)
     try:
         if path.stat().st_size > MAXIMUM_BYTES:
             raise SetupError(f"{path} is larger than a setup file can be", remedy="Give the TOML file of a setup.")

@@ -97,8 +97,9 @@ def test_a_missing_system_library_is_named_with_the_command_that_installs_it(
 
 
 def test_the_window_opens_without_a_command(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.cli.window.open_window", lambda: 0)
+    monkeypatch.setattr("radargui.cli.window.open_window", lambda path: 3 if path else 0)
     assert command().status == 0
+    assert command("--open", "lab.toml").status == 3
 
 
 def test_a_console_that_lacks_a_sign_shows_a_replacement(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGING = ROOT / "packaging"
 LOST = {"libnowhere.so.9": "libnowhere9"}
-MODULES = ("dev", "environment", "locking", "qt_libraries")
+MODULES = ("dev", "environment", "locking", "packages", "qt_libraries")
 
 
 @pytest.fixture

@@ -23,4 +23,6 @@ def test_the_build_reads_the_version_where_the_program_does() -> None:
 
 def test_what_repeats_the_version_agrees() -> None:
     assert re.search(rf"^version: {re.escape(__version__)}$", text("CITATION.cff"), re.MULTILINE)
+    metainfo = text("packaging/linux/io.github.radargui.RadarGUI.metainfo.xml")
+    assert re.search(rf'<release version="{re.escape(__version__)}"', metainfo)
     assert re.search(rf"^## {re.escape(__version__)}$", text("CHANGELOG.md"), re.MULTILINE)

@@ -13,7 +13,7 @@ mkdir -p "$data/radargui" "$bin" "$data/applications" "$data/icons/hicolor/scala
 cp -a "$here/radargui/." "$data/radargui/"
 ln -sf "$data/radargui/radargui" "$bin/radargui"
 cp "$here/radargui.desktop" "$data/applications/"
-cp "$here/radargui.svg" "$data/icons/hicolor/scalable/apps/"
+cp "$here/radargui/_internal/resources/window/radargui.svg" "$data/icons/hicolor/scalable/apps/"
 cp "$here/radargui-mime.xml" "$data/mime/packages/"
 cp "$here/io.github.radargui.RadarGUI.metainfo.xml" "$data/metainfo/"
 update-desktop-database "$data/applications" 2>/dev/null || true

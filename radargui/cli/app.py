@@ -62,15 +62,15 @@ def window(
         bool, Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
     ] = False,
     opened: Annotated[
-        Path | None, Option("--open", metavar="PATH", help="The window with this setup file, session or run.")
-    ] = None,
+        str, Option("--open", metavar="PATH", help="The window with this setup file, session or run.")
+    ] = "",
 ) -> int:
     """Record a particle-tracking radar, watch it live, and measure the restitution of a falling sphere."""
     if context.invoked_subcommand is not None:
         return 0
     from radargui.cli.window import open_window
 
-    return open_window(opened)
+    return open_window(Path(opened) if opened else None)
 
 
 @dataclass_transform(frozen_default=True)

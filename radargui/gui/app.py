@@ -33,12 +33,14 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None, s
 
     from pyqtgraph.util.garbage_collector import GarbageCollector
     from PySide6.QtCore import QCoreApplication, QEventLoop, Qt
+    from PySide6.QtGui import QIcon
     from PySide6.QtWidgets import QApplication
 
     from radargui.gui.main_window import MainWindow
     from radargui.gui.notices import Hooks, NoticeBoard
     from radargui.gui.settings import Settings
     from radargui.gui.theme import Theme
+    from radargui.model.resources import resources_folder
     from radargui.session.ending import on_ending
 
     # with shared contexts the 3D view keeps its drawing when its panel is torn off and put back
@@ -46,6 +48,8 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None, s
     application = QApplication(sys.argv[:1])
     application.setApplicationName("RadarGUI")
     application.setApplicationDisplayName("RadarGUI")
+    application.setDesktopFileName("radargui")
+    application.setWindowIcon(QIcon(str(resources_folder() / "window" / "radargui.svg")))
     garbage = GarbageCollector(interval=_COLLECT_S)
     board = NoticeBoard()
     hooks = Hooks(board)

@@ -30,7 +30,19 @@ def wheel(arguments: list[str]) -> int:
         return code
     shutil.rmtree(DIST / "wheel", ignore_errors=True)
     python = environment.ensure("package")
-    made = [str(python), "-m", "build", "--no-isolation", "--outdir", str(DIST / "wheel"), *arguments]
+    made = [
+        str(python),
+        "-m",
+        "hatchling",
+        "build",
+        "-t",
+        "wheel",
+        "-t",
+        "sdist",
+        "-d",
+        str(DIST / "wheel"),
+        *arguments,
+    ]
     return _call(made) or _call([str(python), "packaging/try_wheel.py"])
 
 

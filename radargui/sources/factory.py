@@ -9,7 +9,6 @@ from radargui.model.setup import Setup
 from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
 from radargui.sources.paced import ReplaySource
 from radargui.sources.restarting import RestartingSource
-from radargui.sources.simulated import SimulatedSource
 
 SourceKind: TypeAlias = str
 BUILT_IN = ("simulated", "ni", "replay")
@@ -60,6 +59,9 @@ def make_source(
     """
     match kind:
         case "simulated":
+            # brings the integration of motions along, which neither a device nor the start of the window waits for
+            from radargui.sources.simulated import SimulatedSource
+
             return SimulatedSource(setup, run=run, realtime=realtime, clock=clock, repeat=repeat)
         case "replay":
             return _replay(setup, file, realtime=realtime, clock=clock)

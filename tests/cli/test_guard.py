@@ -109,3 +109,20 @@ def test_a_console_that_lacks_a_sign_shows_a_replacement(monkeypatch: pytest.Mon
     stream.write("0.80 ± 0.01 m/s² – ✓")
     stream.flush()
     assert stream.buffer.getvalue().decode("cp437") == "0.80 ± 0.01 m/s² ? ?"  # type: ignore[attr-defined]
+
+
+def test_the_window_begins_with_the_setup_session_or_run_that_is_named(
+    command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    begun: list[tuple[Path | None, Path | None]] = []
+
+    def window(setup_path: Path | None = None, *, session: Path | None = None) -> int:
+        begun.append((setup_path, session))
+        return 0
+
+    monkeypatch.setattr("radargui.gui.app.run_window", window)
+    for name in ("lab.toml", "session.json", "run-0001.h5"):
+        (tmp_path / name).touch()
+        assert command("--open", tmp_path / name).status == 0
+    assert command("--open", tmp_path).status == 0
+    assert begun == [(tmp_path / "lab.toml", None), *[(None, tmp_path)] * 3]

@@ -78,7 +78,9 @@ def test_the_whole_setup_is_written_with_the_values_and_their_u(
 def test_what_is_refused_writes_nothing(
     command: Command, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("radargui.calibration.calibrate.calibrate", lambda _, setup, *__, **___: found_by(setup, "refused"))
+    monkeypatch.setattr(
+        "radargui.calibration.calibrate.calibrate", lambda _, setup, *__, **___: found_by(setup, "refused")
+    )
     output = tmp_path / "new.toml"
     done = command("calibrate", recording, "--known", PATH, "--setup", SETUP, "--output", output)
     assert done.status == 1

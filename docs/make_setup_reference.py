@@ -1,4 +1,4 @@
-"""Write setup-file.md: every key of the setup file as the program itself knows it.
+"""Write setup-file.md and setup.schema.json: every key of the setup file as the program itself knows it.
 
 python docs/make_setup_reference.py
 """
@@ -6,6 +6,7 @@ python docs/make_setup_reference.py
 from __future__ import annotations
 
 import inspect
+import json
 import re
 from pathlib import Path
 from typing import get_args
@@ -62,5 +63,11 @@ def _meanings(table: type[Section]) -> dict[str, str]:
     return {name: " ".join(text.split()) for names, text in found for name in names.split(", ")}
 
 
+def schema() -> str:
+    """Return the same as JSON schema, for editors and other programs."""
+    return json.dumps(Setup.model_json_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
 if __name__ == "__main__":
+    (Path(__file__).parent / "setup.schema.json").write_text(schema(), encoding="utf-8", newline="\n")
     (Path(__file__).parent / "setup-file.md").write_text(reference(), encoding="utf-8", newline="\n")

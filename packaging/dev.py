@@ -1,10 +1,15 @@
-"""One door to the checkout: run, test, lint, bench, lock. Needs Python 3.11 or later and nothing else.
+"""One door to the checkout and what is made of it. Needs Python 3.11 or later and nothing else.
 
 python3 packaging/dev.py run [--headless [--output DIR]]   the window; without a display three simulated drops
 python3 packaging/dev.py test [PYTEST ARGUMENTS]           the whole test suite
 python3 packaging/dev.py lint                              ruff, formatting, types, layers
 python3 packaging/dev.py bench [NAME [ARGUMENTS]]          one benchmark; without a name the list of them
 python3 packaging/dev.py lock [--upgrade]                  the hashed lock anew, after a change of dependencies
+python3 packaging/dev.py docs                              the help that F1 opens and the static site, build/help
+python3 packaging/dev.py wheel                             wheel and source distribution, tried in an empty environment
+python3 packaging/dev.py freeze                            the frozen folder dist/radargui, tried
+python3 packaging/dev.py audit                             known vulnerabilities of the locked packages (network)
+python3 packaging/dev.py bounds oldest|newest              the tests with the oldest, the newest allowed dependencies
 """
 
 from __future__ import annotations
@@ -20,6 +25,7 @@ if sys.version_info < (3, 11):
 
 import environment
 import locking
+import packages
 import qt_libraries
 
 ROOT = environment.ROOT
@@ -120,6 +126,9 @@ def _call(command: list[str], cwd: Path | None = None, **extra: str) -> int:
 
 
 VERBS = {"run": run, "test": test, "lint": lint, "bench": bench, "lock": lock}
+VERBS |= {
+    one.__name__: one for one in (packages.docs, packages.wheel, packages.freeze, packages.audit, packages.bounds)
+}
 
 
 def main(arguments: list[str]) -> int:

@@ -16,6 +16,7 @@ STAMP = VENV / "radargui-stamp.json"
 LOCKS = {
     "run": ROOT / "packaging" / "requirements.txt",
     "dev": ROOT / "packaging" / "requirements-dev.txt",  # holds all of the other, at the same versions
+    "package": ROOT / "packaging" / "requirements-package.txt",  # what help, packages and audits are made with
 }
 
 
@@ -25,7 +26,7 @@ def tool(name: str) -> Path:
 
 
 def ensure(kind: str) -> Path:
-    """Return the environment's Python, after installing the lock `kind` (run or dev) where it is not yet.
+    """Return the environment's Python, after installing the lock `kind` (run, dev or package) where it is not yet.
 
     Raises
     ------
@@ -43,9 +44,9 @@ def ensure(kind: str) -> Path:
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--no-input", "install", *quiet]
     _run([*pip, "--require-hashes", "--only-binary", ":all:", "-r", str(LOCKS[kind])])
     _run([*pip, "--no-deps", "--no-build-isolation", "-e", str(ROOT)])
-    installed = {kind: wanted}
-    if kind == "dev":
-        installed["run"] = fingerprint("run")
+    # the locks hold the same versions: what was installed by another one is still there
+    installed = {name: value for name, value in _read_stamp().items() if name in LOCKS and value == fingerprint(name)}
+    installed |= {kind: wanted, "run": fingerprint("run")}
     STAMP.write_text(json.dumps(installed, indent=2), encoding="utf-8")
     return python
 

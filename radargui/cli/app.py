@@ -35,7 +35,9 @@ Layout = Annotated[
 ]
 Rate = Annotated[float | None, Option(metavar="R", help="Samples per second where the file has no rate.")]
 Paths = Annotated[list[Path], Argument(metavar="PATH...", help="Sessions, runs, or folders of them at any depth.")]
-Correction = Annotated[str | None, Option(help="Instead of the setup's: joint, adaptive, published, ellipse, none.")]
+Correction = Annotated[
+    str | None, Option(help="Instead of the setup's: joint, adaptive, published, ellipse, none, a plug-in.")
+]
 Geometry = Annotated[str | None, Option(help="Instead of the setup's: exact, plane.")]
 Output = Annotated[Path | None, Option(metavar="DIR", help="Folder that results go below.")]
 
@@ -59,13 +61,16 @@ def window(
     version: Annotated[
         bool, Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
     ] = False,
+    opened: Annotated[
+        str, Option("--open", metavar="PATH", help="The window with this setup file, session or run.")
+    ] = "",
 ) -> int:
     """Record a particle-tracking radar, watch it live, and measure the restitution of a falling sphere."""
     if context.invoked_subcommand is not None:
         return 0
     from radargui.cli.window import open_window
 
-    return open_window()
+    return open_window(Path(opened) if opened else None)
 
 
 @dataclass_transform(frozen_default=True)
@@ -94,8 +99,8 @@ class Record(Command, does="record.record_session"):
 
     Attributes
     ----------
-    source
-        Where samples come from.
+    source : KIND
+        Where samples come from: simulated, ni, replay, or the name of a plug-in.
     file : FILE
         Recording that `--source replay` plays.
     runs
@@ -122,7 +127,7 @@ class Record(Command, does="record.record_session"):
         Set up as in this session: setup, operator, sample, target.
     """
 
-    source: Literal["simulated", "ni", "replay"] = "simulated"
+    source: str = "simulated"
     file: Path | None = None
     setup: SetupFile = None
     runs: Annotated[int, Option(min=1)] = 1

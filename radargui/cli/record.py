@@ -21,7 +21,7 @@ from radargui.processing.calibration_check import check_calibration
 from radargui.session.info import About, Calibration, SessionInfo, about_setup_file, default_data_folder
 from radargui.session.session import Session
 from radargui.sources.contract import Source
-from radargui.sources.factory import make_source
+from radargui.sources.factory import make_source, source_kinds
 
 _LIKE = ("operator", "sample", "target")
 
@@ -115,11 +115,14 @@ def _about(options: Record, like: SessionInfo | None) -> About:
 
 def _setup(options: Record, like: SessionInfo | None) -> Setup:
     positive("--seconds", options.seconds)
+    if options.source not in (kinds := source_kinds()):
+        wrong = f"--source = {options.source!r} is not one of {', '.join(kinds)}"
+        raise UsageError(wrong, remedy="See radargui record --help.")
     if (options.source == "replay") != (options.file is not None):
         raise UsageError("--source replay and --file FILE go together, allowed: both or neither")
     if options.seed is not None and options.source != "simulated":
         raise UsageError(f"--seed = {options.seed}, allowed: only with --source simulated")
-    if options.fast and options.source == "ni":
+    if options.fast and options.source not in ("simulated", "replay"):
         raise UsageError("--fast, allowed: only with --source simulated or replay; a device keeps its own time")
     if like is not None and options.setup is not None:
         raise UsageError("--like and --setup, allowed: one of them")

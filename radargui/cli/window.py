@@ -2,24 +2,38 @@
 
 import os
 import sys
+from pathlib import Path
 
 from radargui.model.errors import RadarGuiError
 
 
-def open_window() -> int:
+def open_window(path: Path | None = None) -> int:
     """Open the window and return the exit status when it is closed.
+
+    Parameters
+    ----------
+    path
+        Setup file, session or run that it begins with.
 
     Raises
     ------
     RadarGuiError
-        There is no display.
+        There is no display, or a system library that Qt loads is missing.
     """
-    headless = sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-    if headless and "QT_QPA_PLATFORM" not in os.environ:
+    from radargui.gui.qt_libraries import OFFSCREEN, WINDOW, advice, has_display, missing
+
+    if not has_display() and "QT_QPA_PLATFORM" not in os.environ:
         raise RadarGuiError(
             "There is no display for the window (DISPLAY and WAYLAND_DISPLAY are unset).",
             remedy="The commands work without one: see radargui --help.",
         )
+    # Qt itself would abort without saying which package helps
+    on_x11 = bool(os.environ.get("DISPLAY")) and "QT_QPA_PLATFORM" not in os.environ
+    if sys.platform.startswith("linux") and (lost := missing(WINDOW if on_x11 else OFFSCREEN)):
+        said, remedy = advice(lost)
+        raise RadarGuiError(said, remedy=remedy)
     from radargui.gui.app import run_window
 
-    return run_window()
+    if path is None or path.suffix.lower() == ".toml":
+        return run_window(path)
+    return run_window(session=path if path.is_dir() else path.parent)

@@ -1,4 +1,4 @@
-"""Each receiver corrected by itself by the chosen method: published, ellipse or none."""
+"""Each receiver corrected by itself by the chosen method: published, ellipse, none or a plug-in."""
 
 from __future__ import annotations
 
@@ -13,9 +13,17 @@ from radargui.correction.published import PublishedSteps, correct_published
 from radargui.correction.quality import assess, circularity
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError
+from radargui.model.plugins import load_plugin
 from radargui.model.result import ChannelQuality, CorrectedIQ, Segment
 
 Steps = PublishedSteps | Ellipse | None
+AddedCorrection = Callable[[FloatArray, Segment, BoolArray], FloatArray]
+"""A plug-in of the group `radargui.corrections`.
+
+Given I and Q of one receiver in V, shape (2, n_samples), where motion and rest are, and which samples are sound, it
+returns I and Q on the unit circle, NaN where unknown, same shape. It raises `ProcessingError` where it cannot.
+"""
+
 LEAST_U_PHASE_RAD = 1e-12
 """Of a signal that is perfectly round: a weight stays finite."""
 
@@ -28,7 +36,7 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
     conditioned
         Signals, motion, noise.
     method
-        published, ellipse or none.
+        published, ellipse, none, or the name of a plug-in.
     progress
         Called with the share done.
 
@@ -84,7 +92,10 @@ def _correct_one(conditioned: Conditioned, number: int, pair_v: FloatArray, meth
         return correct_published(pair_v, conditioned.sample_rate_hz, segment, highest_hz, int(conditioned.size > 1))
     if method == "ellipse":
         return correct_ellipse(pair_v, segment, conditioned.valid[number])
-    return correct_none(pair_v, segment), None
+    if method == "none":
+        return correct_none(pair_v, segment), None
+    added: AddedCorrection = load_plugin("corrections", method)
+    return np.array(added(pair_v, segment, conditioned.valid[number]), dtype=np.float64).reshape(pair_v.shape), None
 
 
 def _scale(pair_v: FloatArray, iq: FloatArray, segment: Segment, step: Steps) -> FloatArray:

@@ -1,15 +1,15 @@
 """A calibration as both doors order it: recordings, what is known of each, what is unknown."""
 
+from __future__ import annotations
+
 import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from radargui.calibration.calibrate import KnownRecording, calibrate
-from radargui.calibration.known_path import Trajectory, read_known
 from radargui.files.access import Progress
 from radargui.files.formats import RUN, format_of, own_setup_of
 from radargui.files.reading import read_recording
@@ -17,6 +17,10 @@ from radargui.model.calibration import Calibration
 from radargui.model.errors import FileError, ProcessingError
 from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
+
+if TYPE_CHECKING:
+    from radargui.calibration.calibrate import KnownRecording
+    from radargui.calibration.known_path import Trajectory
 
 FALL = "fall"
 
@@ -67,6 +71,10 @@ def calibrate_files(order: CalibrationOrder, progress: Progress) -> Calibration:
     RadarGuiError
         A file that cannot be read, or does not fit what is known of it or the setup.
     """
+    # the window knows the order from its start on; the estimate behind it takes a second to load
+    from radargui.calibration.calibrate import calibrate
+    from radargui.calibration.known_path import read_known
+
     known = {name: None if name == FALL else read_known(Path(name), order.clock) for name in set(order.known)}
     recordings = [_read(file, known[name], order.setup) for file, name in zip(order.files, order.known, strict=True)]
     found = calibrate(
@@ -83,6 +91,8 @@ def calibrate_files(order: CalibrationOrder, progress: Progress) -> Calibration:
 
 def _read(path: Path, trajectory: Trajectory | None, setup: Setup) -> KnownRecording:
     """Return a recording with what is known of it; a run knows where its sphere hung."""
+    from radargui.calibration.calibrate import KnownRecording
+
     brought = own_setup_of(path)
     recording = read_for_processing(path) if format_of(path) is RUN else read_recording(path)
     if recording.n_receivers != setup.n_receivers:

@@ -172,7 +172,7 @@ FORMATS = (
     Format("TDMS", (".tdms",), list_tdms, read_tdms, tdms_facts),
     Format("SigMF", SIGMF_SUFFIXES, list_sigmf, read_sigmf, sigmf_facts, program=sigmf_program),
 )
-SUFFIXES = tuple(suffix for one in FORMATS for suffix in one.suffixes)
+SUFFIXES: tuple[str, ...] = tuple(suffix for one in FORMATS for suffix in one.suffixes)
 
 
 def format_of(path: Path, raw: RawLayout | None = None) -> Format:

@@ -14,13 +14,15 @@ _COLLECT_S = 0.5
 """Rings of Python objects live so long; a whole collection takes some ten milliseconds, seldom (chosen by hand)."""
 
 
-def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulated") -> int:
+def run_window(setup_path: Path | None = None, *, session: Path | None = None, source: SourceKind = "simulated") -> int:
     """Show the window until it is closed; return the exit status.
 
     Parameters
     ----------
     setup_path
         Setup to begin with; the last one, else the shipped default, where left out.
+    session
+        Session folder to show at first.
     source
         Source that is chosen at first.
     """
@@ -31,12 +33,14 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
 
     from pyqtgraph.util.garbage_collector import GarbageCollector
     from PySide6.QtCore import QCoreApplication, QEventLoop, Qt
+    from PySide6.QtGui import QIcon
     from PySide6.QtWidgets import QApplication
 
     from radargui.gui.main_window import MainWindow
     from radargui.gui.notices import Hooks, NoticeBoard
     from radargui.gui.settings import Settings
     from radargui.gui.theme import Theme
+    from radargui.model.resources import resources_folder
     from radargui.session.ending import on_ending
 
     # with shared contexts the 3D view keeps its drawing when its panel is torn off and put back
@@ -44,6 +48,8 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
     application = QApplication(sys.argv[:1])
     application.setApplicationName("RadarGUI")
     application.setApplicationDisplayName("RadarGUI")
+    application.setDesktopFileName("radargui")
+    application.setWindowIcon(QIcon(str(resources_folder() / "window" / "radargui.svg")))
     garbage = GarbageCollector(interval=_COLLECT_S)
     board = NoticeBoard()
     hooks = Hooks(board)
@@ -53,6 +59,8 @@ def run_window(setup_path: Path | None = None, *, source: SourceKind = "simulate
         board.post("warning", f"The remembered settings were damaged; they are kept in {settings.set_aside}")
     window = MainWindow(theme, settings, board, setup_path=setup_path, source=source, probe=OpenGLProbe())
     window.show()
+    if session is not None:
+        window.sessions.open(session)
 
     def interrupted(*_: object) -> None:
         # Ctrl+C in the terminal closes the window as its button does; a second one does not wait

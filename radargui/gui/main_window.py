@@ -14,6 +14,7 @@ from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, 
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
+from radargui.gui.help import show_help
 from radargui.gui.layout import fill
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
@@ -301,6 +302,10 @@ class MainWindow(QMainWindow):
         chosen = self.settings.text("track_view", "space" if good else "projections")
         if usable and chosen == "space":
             self.actions_.in_space.setChecked(True)
+
+    def open_help(self) -> None:
+        """Show the help."""
+        show_help(self)
 
     def tell_about(self) -> None:
         """Show the facts about the program."""

@@ -17,7 +17,6 @@ from radargui.gui.theme import scaled_font
 from radargui.model.setup import Setup
 from radargui.processing.wiring import WiringReport
 from radargui.sources.contract import Source
-from radargui.sources.simulated.model import WiringScene
 
 _WELCOME = (
     "Half a minute at the antennas: keep still, move the tracer away, wave a hand in front of each receiver. "
@@ -28,6 +27,15 @@ _TITLE, _LARGE, _MEDIUM = 3.0, 4.0, 1.5
 
 
 LOOK_MS = 40
+
+
+def simulated_operator(setup: Setup) -> Source:
+    """Return the scene in which somebody does what the guide says; loaded when it is wanted."""
+    from radargui.sources.simulated.model import WiringScene
+
+    return WiringScene(setup)
+
+
 """How often the guide looks at the samples: a step begins within a frame or two of what is said."""
 
 
@@ -49,7 +57,7 @@ class WiringCheck(Dialog):
         self._feed: Feed | None = None
         self._wanted = self._own_view = self._measuring = False
         self._report: WiringReport | None = None
-        self.scene: Callable[[Setup], Source] = WiringScene
+        self.scene: Callable[[Setup], Source] = simulated_operator
         self.findings: list[QLabel] = []
         self.when = PlainLabel(selectable=False)
         self.when.setFont(scaled_font(self.font(), _TITLE, bold=True))

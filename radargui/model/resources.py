@@ -28,6 +28,13 @@ def default_setup_path() -> Path:
     return resources_folder() / "setups" / DEFAULT_SETUP
 
 
+def help_page() -> Path:
+    """Return the first page of the help: built, else the text that it is built from."""
+    shipped, checkout = resources_folder() / "help", Path(__file__).resolve().parents[2]
+    built = (folder / "index.html" for folder in (shipped, checkout / "build" / "help"))
+    return next((page for page in built if page.is_file()), checkout / "docs" / "tutorial.md")
+
+
 def resource_table(name: str) -> dict[str, Any]:
     """Return a shipped table: of the window its words, colours or actions, of NI-DAQmx its errors."""
     return tomllib.loads((resources_folder() / f"{name}.toml").read_text(encoding="utf-8"))

@@ -156,7 +156,7 @@ class ChannelQuality:
     snr_db
         10 log10(A^2 / (2 sigma^2)), sigma the noise of one channel.
     circularity
-        Root mean square of |z| - 1 after correction, in amplitudes.
+        Root mean square of abs(z) - 1 after correction, in amplitudes.
     image_rejection_db
         20 log10 of the line at +f_doppler over the line at -f_doppler of I + iQ after correction.
     fringes

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomlkit
-from pydantic import ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 from tomlkit.exceptions import TOMLKitError
 
 from radargui.model.calibration_file import (
@@ -22,6 +22,7 @@ from radargui.model.calibration_file import (
 )
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.errors import FileError, SetupError
+from radargui.model.plugins import plugins
 from radargui.model.radar import Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.recording import iq_names
 from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
@@ -30,7 +31,16 @@ from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
 
 SCHEMA = 1
-Correction = Literal["joint", "adaptive", "published", "ellipse", "none"]
+CORRECTIONS = ("joint", "adaptive", "published", "ellipse", "none")
+
+
+def _known_correction(name: str) -> str:
+    if name not in CORRECTIONS and name not in (added := plugins("corrections")):
+        raise ValueError(f"allowed: {', '.join((*CORRECTIONS, *added))}")
+    return name
+
+
+Correction = Annotated[str, AfterValidator(_known_correction), Field(json_schema_extra={"enum": list(CORRECTIONS)})]
 Geometry = Literal["exact", "plane"]
 
 
@@ -40,7 +50,7 @@ class Processing(Section):
     Attributes
     ----------
     correction
-        See method.md.
+        See method.md; also the name of a plug-in.
     geometry
         plane: the antennas taken as infinitely far away.
     """
@@ -197,7 +207,7 @@ def _not_toml(name: str, fault: str) -> SetupError:
     return SetupError(f"{name} is not TOML: {text}.", remedy="Correct that place or start from a shipped setup.")
 
 
-def read_setup(path: Path) -> Setup:
+def read_setup(path: str | Path) -> Setup:
     """Return the setup in a file.
 
     Raises
@@ -205,6 +215,7 @@ def read_setup(path: Path) -> Setup:
     SetupError
         Unreadable, not TOML, or invalid.
     """
+    path = Path(path)
     try:
         if path.stat().st_size > MAXIMUM_BYTES:
             raise SetupError(f"{path} is larger than a setup file can be", remedy="Give the TOML file of a setup.")

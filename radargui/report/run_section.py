@@ -16,6 +16,7 @@ from radargui.model.result import Bounces, ChannelQuality, RunResult
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget, budget_rows, variance_shares
+from radargui.report.added_pictures import added_pictures
 from radargui.report.curves import RunCurves, take_curves
 from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
 from radargui.restitution.site_gravity import SiteCheck, site_check
@@ -75,6 +76,7 @@ class RunFacts:
     site_check: SiteCheck | None = None
     uncertainty_budget: UncertaintyBudget | None = None
     warnings: tuple[str, ...] = ()
+    added: tuple[Picture, ...] = field(default=(), repr=False)
     curves: RunCurves | None = field(default=None, repr=False)
 
     def figure(self, key: str) -> float | None:
@@ -163,6 +165,7 @@ def take_facts(result: RunResult, name: str, *, drawn: bool = True) -> RunFacts:
         uncertainty_budget=result.uncertainty_budget,
         warnings=result.warnings,
         curves=take_curves(result) if drawn else None,
+        added=added_pictures(result) if drawn else (),
     )
 
 
@@ -300,7 +303,7 @@ def _calibration(run: RunFacts) -> list[Content]:
 def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:
     curves = run.curves
     if curves is None:
-        return ()
+        return run.added
     # matplotlib is loaded only where a report is made: the window shows the same words without it
     from radargui.report.run_figures import paths_page, signals_page, steps_page, track_page
 
@@ -311,4 +314,4 @@ def _pictures(run: RunFacts, setup: Setup) -> tuple[Picture, ...]:
         pictures.append(Picture("phase and path length", partial(paths_page, curves)))
     if curves.track is not None and curves.track.places_m.size:
         pictures.append(Picture("track", partial(track_page, curves, curves.track, setup.floor.height_m)))
-    return tuple(pictures)
+    return (*pictures, *run.added)

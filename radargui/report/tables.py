@@ -92,7 +92,7 @@ def _track(result: RunResult) -> Iterator[bytes]:
     yield (",".join(header) + "\n").encode()
     if result.status == "no_motion" or result.recording.n_samples == 0:
         return
-    columns = _columns(result)
+    columns = columns_of(result)
     excerpt = result.recording.excerpt
     if excerpt is not None:
         lost = excerpt.first_index - excerpt.first_stored
@@ -104,7 +104,7 @@ def _track(result: RunResult) -> Iterator[bytes]:
         yield from _unknown(result, excerpt.last_stored, lost, excerpt.of_samples, piece=last_piece)
 
 
-def _columns(result: RunResult) -> dict[str, Column]:
+def columns_of(result: RunResult) -> dict[str, Column]:
     """Return the columns of the samples processed by name, those of a position too; u is NaN where the change is."""
     recording, paths, track = result.recording, result.paths, result.track
     lengths = _length_names(recording.n_receivers)

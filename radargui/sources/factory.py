@@ -1,16 +1,22 @@
 """The one place that makes a source of a kind."""
 
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 from radargui.model.errors import SourceError
+from radargui.model.plugins import load_plugin, plugins
 from radargui.model.setup import Setup
 from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
 from radargui.sources.paced import ReplaySource
 from radargui.sources.restarting import RestartingSource
-from radargui.sources.simulated import SimulatedSource
 
-SourceKind: TypeAlias = Literal["simulated", "ni", "replay"]
+SourceKind: TypeAlias = str
+BUILT_IN = ("simulated", "ni", "replay")
+
+
+def source_kinds() -> tuple[SourceKind, ...]:
+    """Return what `make_source` makes: what is built in, then the plug-ins of the group `radargui.sources`."""
+    return (*BUILT_IN, *plugins("sources"))
 
 
 def make_source(
@@ -28,7 +34,7 @@ def make_source(
     Parameters
     ----------
     kind
-        simulated, ni or replay.
+        One of `source_kinds`. A plug-in is called as `added(setup, run=run, clock=clock)` and returns a `Source`.
     setup
         What is acquired.
     run
@@ -53,12 +59,18 @@ def make_source(
     """
     match kind:
         case "simulated":
+            # brings the integration of motions along, which neither a device nor the start of the window waits for
+            from radargui.sources.simulated import SimulatedSource
+
             return SimulatedSource(setup, run=run, realtime=realtime, clock=clock, repeat=repeat)
         case "replay":
             return _replay(setup, file, realtime=realtime, clock=clock)
         case "ni":
             return _device(setup, clock)
-    raise SourceError(f"{kind!r} is no source", remedy="Choose simulated, ni or replay.")
+    if kind not in plugins("sources"):
+        raise SourceError(f"{kind!r} is no source", remedy=f"Choose one of {', '.join(source_kinds())}.")
+    made: Source = load_plugin("sources", kind)(setup, run=run, clock=clock)
+    return made
 
 
 def _device(setup: Setup, clock: Clock) -> Source:

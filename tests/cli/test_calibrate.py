@@ -13,7 +13,6 @@ from radargui.calibration.calibrate import Calibrated, KnownRecording, calibrate
 from radargui.calibration.fit import Fit
 from radargui.calibration.likelihood import World
 from radargui.calibration.unknowns import antenna_unknowns
-from radargui.experiment import calibrating
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
 from radargui.model.setup import Setup, read_setup
@@ -57,7 +56,7 @@ def test_the_whole_setup_is_written_with_the_values_and_their_u(
         asked.extend(recordings)
         return found_by(setup, "good")
 
-    monkeypatch.setattr(calibrating, "calibrate", calibrated)
+    monkeypatch.setattr("radargui.calibration.calibrate.calibrate", calibrated)
     output = tmp_path / "new.toml"
     done = command("calibrate", recording, "--known", PATH, "--setup", SETUP, "--output", output)
     assert done.status == 0, done.err
@@ -79,7 +78,9 @@ def test_the_whole_setup_is_written_with_the_values_and_their_u(
 def test_what_is_refused_writes_nothing(
     command: Command, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(calibrating, "calibrate", lambda _, setup, *__, **___: found_by(setup, "refused"))
+    monkeypatch.setattr(
+        "radargui.calibration.calibrate.calibrate", lambda _, setup, *__, **___: found_by(setup, "refused")
+    )
     output = tmp_path / "new.toml"
     done = command("calibrate", recording, "--known", PATH, "--setup", SETUP, "--output", output)
     assert done.status == 1

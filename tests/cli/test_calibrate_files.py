@@ -25,7 +25,7 @@ def fitted(monkeypatch: pytest.MonkeyPatch) -> list[KnownRecording]:
         assert groups == ("tilt",)
         return SimpleNamespace(calibration=calibration_of(setup, shift_u=1.0))
 
-    monkeypatch.setattr("radargui.experiment.calibrating.calibrate", calibrate)
+    monkeypatch.setattr("radargui.calibration.calibrate.calibrate", calibrate)
     return given
 
 

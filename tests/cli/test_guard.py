@@ -34,7 +34,7 @@ def test_help_offers_commands_that_explain_themselves(command: Command) -> None:
     [
         (["frobnicate"], "No such command 'frobnicate'"),
         (["record", "--frobnicate"], "No such option"),
-        (["record", "--source", "radio"], "'radio' is not one of 'simulated', 'ni', 'replay'"),
+        (["record", "--source", "radio"], "'radio' is not one of simulated, ni, replay"),
         (["record", "--runs", "0"], "--runs"),
         (["record", "--runs", "many"], "--runs"),
         (["report"], "Missing argument 'SESSION...'"),
@@ -82,9 +82,24 @@ def test_without_a_display_the_window_says_so(command: Command, monkeypatch: pyt
     assert "There is no display" in ended.error
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="system libraries come with Qt elsewhere")
+def test_a_missing_system_library_is_named_with_the_command_that_installs_it(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DISPLAY", ":99")
+    monkeypatch.delenv("QT_QPA_PLATFORM", raising=False)
+    monkeypatch.setattr("radargui.gui.qt_libraries.WINDOW", {"libnowhere.so.9": "libnowhere9"})
+    monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
+    ended = command()
+    assert ended.status == 1
+    assert "Qt needs system libraries that are missing: libnowhere.so.9." in ended.error
+    assert "sudo apt-get update && sudo apt-get install -y libnowhere9" in ended.err
+
+
 def test_the_window_opens_without_a_command(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.cli.window.open_window", lambda: 0)
+    monkeypatch.setattr("radargui.cli.window.open_window", lambda path: 3 if path else 0)
     assert command().status == 0
+    assert command("--open", "lab.toml").status == 3
 
 
 def test_a_console_that_lacks_a_sign_shows_a_replacement(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,3 +109,20 @@ def test_a_console_that_lacks_a_sign_shows_a_replacement(monkeypatch: pytest.Mon
     stream.write("0.80 ± 0.01 m/s² – ✓")
     stream.flush()
     assert stream.buffer.getvalue().decode("cp437") == "0.80 ± 0.01 m/s² ? ?"  # type: ignore[attr-defined]
+
+
+def test_the_window_begins_with_the_setup_session_or_run_that_is_named(
+    command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    begun: list[tuple[Path | None, Path | None]] = []
+
+    def window(setup_path: Path | None = None, *, session: Path | None = None) -> int:
+        begun.append((setup_path, session))
+        return 0
+
+    monkeypatch.setattr("radargui.gui.app.run_window", window)
+    for name in ("lab.toml", "session.json", "run-0001.h5"):
+        (tmp_path / name).touch()
+        assert command("--open", tmp_path / name).status == 0
+    assert command("--open", tmp_path).status == 0
+    assert begun == [(tmp_path / "lab.toml", None), *[(None, tmp_path)] * 3]

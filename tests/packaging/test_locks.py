@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-RUN, DEV = ROOT / "packaging" / "requirements.txt", ROOT / "packaging" / "requirements-dev.txt"
+RUN, DEV, PACKAGE = (ROOT / "packaging" / f"requirements{kind}.txt" for kind in ("", "-dev", "-package"))
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
@@ -23,7 +23,7 @@ def wanted(requirements: list[str]) -> set[str]:
     return {re.split(r"[\[<>=!~; ]", text, maxsplit=1)[0].lower().replace("_", "-") for text in requirements}
 
 
-@pytest.mark.parametrize("path", [RUN, DEV], ids=lambda path: path.name)
+@pytest.mark.parametrize("path", [RUN, DEV, PACKAGE], ids=lambda path: path.name)
 def test_a_lock_holds_versions_with_hashes_and_nothing_else(path: Path) -> None:
     for line in path.read_text(encoding="utf-8").replace("\\\n", "").splitlines():
         if line.startswith("#"):
@@ -31,7 +31,7 @@ def test_a_lock_holds_versions_with_hashes_and_nothing_else(path: Path) -> None:
         assert re.fullmatch(r"[a-z0-9.-]+==[^ ;]+( ; [^\"#:/]+)?( +--hash=sha256:[0-9a-f]{64})+", line), line
 
 
-@pytest.mark.parametrize("path", [RUN, DEV], ids=lambda path: path.name)
+@pytest.mark.parametrize("path", [RUN, DEV, PACKAGE], ids=lambda path: path.name)
 def test_a_lock_names_each_package_once_for_every_python(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert len(entries(path)) == text.count("==") - text.count("sys_platform ==")
@@ -46,8 +46,14 @@ def test_the_lock_for_running_holds_every_dependency_and_what_builds_the_project
 
 def test_the_lock_for_development_holds_the_other_at_the_same_versions_and_all_tools() -> None:
     assert entries(RUN).items() <= entries(DEV).items()
-    for group in PROJECT["dependency-groups"].values():
-        assert wanted(group) <= entries(DEV).keys()
+    for name, group in PROJECT["dependency-groups"].items():
+        assert wanted(group) <= entries(PACKAGE if name == "package" else DEV).keys()
+
+
+def test_what_is_packed_is_what_was_tested() -> None:
+    tested, packed = entries(DEV), entries(PACKAGE)
+    assert entries(RUN).items() <= packed.items()
+    assert all(tested[name] == packed[name] for name in tested.keys() & packed.keys())
 
 
 def test_the_lock_for_running_brings_no_test_tools() -> None:

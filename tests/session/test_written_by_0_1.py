@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from support.run_contents import read_markers
 
+import radargui
 from radargui.experiment.reprocess import process_run
 from radargui.files.run_file import read_run, read_run_setup, run_is_complete
 from radargui.files.stored_results import read_stored_results
@@ -128,6 +129,12 @@ def test_a_run_can_be_processed_again_with_its_own_setup(sessions: Path, name: s
         assert result.bounces.impacts[0].valid
         assert result.bounces.impacts[0].e == pytest.approx(E_OF_SCENE, abs=1e-3)
     assert (read_run(run).raw == samples).all()
+
+
+def test_the_door_for_programmers_opens_it(sessions: Path) -> None:
+    result = radargui.process(radargui.open_run(sessions / "published" / "run-0001.h5"))
+    assert (result.status, result.correction) == ("ok", "published")
+    assert result.bounces[0].e == pytest.approx(E_OF_SCENE, abs=1e-3)
 
 
 def test_an_interrupted_run_is_found_and_finished(sessions: Path) -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 
 from PySide6.QtCore import QObject
@@ -34,14 +35,19 @@ class CalibrationController(QObject):
 
     def __post_init__(self) -> None:
         super().__init__(self.services.parent)
-        panel = self.panel
-        self.dialog = CalibrationDialog(
-            self.model, self.calibrate, lambda: panel.data_folder, lambda: panel.details.operator, self.services
-        )
-        self.services.settings.restore_sizes(self.dialog)
         self.group.asked.connect(self.begin)
         self.browser.calibrate_asked.connect(self.begin_with)
         self.control.run_recorded.connect(self._recorded)
+
+    @cached_property
+    def dialog(self) -> CalibrationDialog:
+        """Made when it is first wanted: the window starts sooner without it."""
+        panel = self.panel
+        made = CalibrationDialog(
+            self.model, self.calibrate, lambda: panel.data_folder, lambda: panel.details.operator, self.services
+        )
+        self.services.settings.restore_sizes(made)
+        return made
 
     def begin(self) -> None:
         """Calibrate from the runs of the session that is open, or from what the operator adds."""

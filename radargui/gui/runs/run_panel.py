@@ -1,7 +1,11 @@
 """The panel of one run: figures, the steps of the correction, phase and path lengths, all samples at a glance."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import asdict
+from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker
@@ -139,6 +143,9 @@ def _words(result: RunResult, found: object) -> str:
 LONG_S = 60.0
 """From here on processing takes minutes: who chose such a run sees its samples at once instead of an empty page."""
 _TURN = 2.0 * np.pi
+_PAGES = ("figures", "steps", "phase")
+"""Of a result, in the order of their tabs; that of the samples comes after them."""
+_View = TypeVar("_View", bound=QWidget)
 
 
 class RunPanel(QWidget):
@@ -150,26 +157,48 @@ class RunPanel(QWidget):
         self._stale: set[int] = set()
         self._title = QLabel("No run chosen")
         self._title.setContentsMargins(6, 3, 6, 0)
+        self._theme = theme
         self.figures = FiguresView(theme)
-        self.steps = StepsView(theme)
-        self.phase = PhaseView(theme)
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
         self.samples = SamplesView(theme)
-        self._pages = (self.figures, self.steps, self.phase)
-        names = ("Result", "Correction steps", "Phase and path", "Samples")
-        for page, words in zip((*self._pages, self.samples), names, strict=True):
+        pages = {
+            "Result": self.figures,
+            "Correction steps": QWidget(),
+            "Phase and path": QWidget(),
+            "Samples": self.samples,
+        }
+        for words, page in pages.items():
             self.tabs.addTab(page, words)
         self.tabs.currentChanged.connect(self._draw)
         fill(QVBoxLayout(self), self._title, (self.tabs, 1))
+
+    @cached_property
+    def steps(self) -> StepsView:
+        """The page of the correction; made when it is first looked at, for the window starts sooner without it."""
+        return self._put(StepsView(self._theme), _PAGES.index("steps"))
+
+    @cached_property
+    def phase(self) -> PhaseView:
+        """The page of phase and path; the same holds."""
+        return self._put(PhaseView(self._theme), _PAGES.index("phase"))
+
+    def _put(self, view: _View, place: int) -> _View:
+        shown, words = self.tabs.currentIndex(), self.tabs.tabText(place)
+        with QSignalBlocker(self.tabs):
+            self.tabs.removeTab(place)
+            self.tabs.insertTab(place, view, words)
+            self.tabs.setCurrentIndex(shown)
+        return view
 
     def clear(self) -> None:
         """Forget the run that was shown."""
         self.result = None
         self._stale.clear()
         self._title.setText("No run chosen")
-        for page in (*self._pages, self.samples):
-            page.clear()
+        for name in (*_PAGES, "samples"):
+            if name in vars(self):
+                vars(self)[name].clear()
 
     def loading(self, name: str) -> None:
         """Say that a run is being read and processed."""
@@ -190,7 +219,7 @@ class RunPanel(QWidget):
         self.figures.notes = tuple(filter(None, notes))
         self.result = result
         self._title.setText(f"{name}, preliminary" if result.preliminary else name)
-        self._stale = set(range(len(self._pages)))
+        self._stale = set(range(len(_PAGES)))
         self._draw()
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
@@ -202,7 +231,7 @@ class RunPanel(QWidget):
         page = self.tabs.currentIndex()
         if self.result is not None and page in self._stale and self.isVisible():
             self._stale.discard(page)
-            self._pages[page].show_result(self.result)
+            getattr(self, _PAGES[page]).show_result(self.result)
 
 
 class SamplesView(QWidget):

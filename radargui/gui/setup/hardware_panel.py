@@ -13,6 +13,7 @@ from radargui.gui.panels import Actions
 from radargui.gui.setup.fields import FormPanel, SetupForm
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import called
+from radargui.model.plugins import plugins
 from radargui.model.setup import Setup
 from radargui.sources.factory import SourceKind
 
@@ -176,7 +177,7 @@ class HardwarePanel(FormPanel):
     ) -> None:
         super().__init__(model)
         self._does = does
-        self.source = Choice(SOURCES.items())
+        self.source = Choice([*SOURCES.items(), *((name, name) for name in plugins("sources"))])
         self.source.setObjectName("source")
         group = Group("Source")
         group.row("Samples from", self.source)

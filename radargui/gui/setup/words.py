@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from radargui.model.plugins import plugins
 from radargui.model.resources import resource_table
 from radargui.model.setup import Setup
 from radargui.model.setup_error import describe, dotted, faults_in_order, find_place
@@ -97,6 +98,9 @@ _TABLE = resource_table("window/words")
 FORMS: dict[str, dict[str, Any]] = _TABLE["forms"]
 _ANTENNAS: dict[str, str] = _TABLE["antennas"]
 _WORDS = {key: Words(**found | {"choices": dict(found.get("choices", ()))}) for key, found in _TABLE["values"].items()}
+_BY = _WORDS["processing.correction"]
+_ADDED = {name: name for name in plugins("corrections")}
+_WORDS["processing.correction"] = replace(_BY, choices={**_BY.choices, **_ADDED})
 
 
 def words_of(key: str) -> Words:

@@ -1,7 +1,6 @@
 """What time adds to a channel: white and 1/f noise, drift, mains pick-up; the same however a run is read."""
 
 import numpy as np
-from scipy.signal import lfilter
 
 from radargui.model.arrays import FloatArray
 from radargui.model.simulation import Simulation
@@ -162,6 +161,9 @@ class Flicker:
 
     def add_to(self, volts: FloatArray, chunk: int) -> None:
         """Add the noise of a chunk to its volts (n_channels, chunk_length)."""
+        # most of a second to load, and few scenes flicker
+        from scipy.signal import lfilter
+
         start, end = self._anchors.around(chunk)
         drawn = generator(self._seed, Draw.FLICKER, self._run, chunk).standard_normal(self._shape)
         total = np.zeros(self._shape[1:])

@@ -1,0 +1,5 @@
+"""Where the frozen program begins."""
+
+from radargui.cli import main
+
+main()

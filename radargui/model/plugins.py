@@ -1,0 +1,34 @@
+"""What a laboratory adds from a package of its own: sources, corrections and figures, found by their entry points."""
+
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Literal
+
+from radargui.model.errors import RadarGuiError
+
+Kind = Literal["sources", "corrections", "figures"]
+
+
+@cache
+def plugins(kind: Kind) -> dict[str, EntryPoint]:
+    """Return what is installed of a kind, by name: the entry points of the group `radargui.KIND`."""
+    return {point.name: point for point in entry_points(group=f"radargui.{kind}")}
+
+
+def load_plugin(kind: Kind, name: str) -> Any:
+    """Return what an entry point names; what it must be is said where it is used, and in docs/plugins.md.
+
+    Raises
+    ------
+    RadarGuiError
+        None of this name is installed, or it cannot be loaded.
+    """
+    point = plugins(kind).get(name)
+    if point is None:
+        raise RadarGuiError(f"No plug-in {name!r} among the {kind} is installed", remedy="Install its package.")
+    try:
+        return point.load()
+    except Exception as error:
+        raise RadarGuiError(
+            f"The plug-in {name} ({point.value}) cannot be loaded: {type(error).__name__}: {error}"
+        ) from error

@@ -1,0 +1,48 @@
+"""F1 opens the help: the built pages in the browser, else the texts they are built from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QUrl
+from PySide6.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
+
+from radargui.gui.help import HelpBrowser, show_help
+from radargui.gui.main_window import MainWindow
+from radargui.model import resources
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[QUrl]:
+    """What the browser was asked for; it is there and says so."""
+    asked: list[QUrl] = []
+    monkeypatch.setattr("radargui.gui.help.QDesktopServices.openUrl", lambda url: asked.append(url) is None)
+    return asked
+
+
+def test_the_built_help_opens_in_the_browser(
+    window: MainWindow, opened: list[QUrl], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = tmp_path / "help" / "index.html"
+    page.parent.mkdir()
+    page.touch()
+    monkeypatch.setattr(resources, "resources_folder", lambda: tmp_path)
+    assert window.actions_.help.shortcut().toString() == "F1"
+    window.actions_.help.trigger()
+    assert opened == [QUrl.fromLocalFile(str(page))]
+
+
+def test_without_a_build_the_texts_are_shown(qtbot: QtBot, opened: list[QUrl], monkeypatch: pytest.MonkeyPatch) -> None:
+    text = Path(__file__).parents[2] / "docs" / "tutorial.md"
+    monkeypatch.setattr("radargui.gui.help.help_page", lambda: text)
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    show_help(parent)
+    (browser,) = parent.findChildren(HelpBrowser)
+    assert not opened
+    assert browser.pages.toPlainText().startswith("The first drop")
+    browser.pages.setSource(QUrl("uncertainty.md"))
+    assert browser.pages.toPlainText().startswith("Uncertainties")
+    browser.close()

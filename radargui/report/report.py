@@ -15,7 +15,8 @@ from radargui.report.rendering import render
 from radargui.report.run_section import ResultOf, RunFacts, all_simulated, run_section, study
 from radargui.report.session_section import session_section
 from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
-from radargui.restitution.series import Series, Statistics, drop_labels, series_of
+from radargui.restitution.series import Series, drop_labels, series_of
+from radargui.restitution.statistics import Statistics
 from radargui.session.info import REPORT_FOLDER, SessionInfo, own_subfolder
 from radargui.session.session import BY_OPERATOR, Session
 

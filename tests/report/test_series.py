@@ -15,7 +15,8 @@ from radargui.model.result import Bounces
 from radargui.report.report import IMPACT_HEADER, impacts_csv, series_csv, session_document
 from radargui.report.run_section import RunFacts, take_facts
 from radargui.report.tables import json_bytes, plain_value, safe_cell
-from radargui.restitution.series import Statistics, series_of
+from radargui.restitution.series import series_of
+from radargui.restitution.statistics import Statistics
 from radargui.session.info import SessionInfo
 
 

@@ -1,26 +1,26 @@
 """The report of a session: PDF, HTML, CSV and JSON."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 
-from radargui import __version__
-from radargui.files.access import Progress, fresh_files, write_whole
-from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.files.access import Progress, fresh_files
 from radargui.model.drop import RunOrigin
-from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.document import Document
+from radargui.report.facts import SessionFacts, report_facts
+from radargui.report.numbers import FILES, write_numbers
+from radargui.report.provenance import provenance_of
 from radargui.report.rendering import render
 from radargui.report.run_section import ResultOf, RunFacts, all_simulated, run_section, study
 from radargui.report.session_section import session_section
-from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
-from radargui.restitution.series import Series, drop_labels, series_of
-from radargui.restitution.statistics import Statistics
+from radargui.restitution.series import drop_labels
+from radargui.restitution.speed_models import ModelName
 from radargui.session.info import REPORT_FOLDER, SessionInfo, own_subfolder
 from radargui.session.session import BY_OPERATOR, Session
 
 _READING_SHARE = 0.5
+REPORT_FILES = ("report.pdf", "report.html", *FILES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,19 +29,26 @@ class Report:
 
     Attributes
     ----------
+    facts
+        What it was made of, without curves: a series needs it again.
     pdf, html, json
         The report for people, on paper and on the screen, and for programs.
     csv
         One row an impact of each run.
     series_csv
         Statistics of the series.
+    tex, bib
+        The tables for LaTeX, and how to cite the session.
     """
 
+    facts: SessionFacts = field(repr=False, compare=False)
     pdf: Path
     html: Path
     csv: Path
     json: Path
     series_csv: Path
+    tex: Path
+    bib: Path
 
 
 def write_report(
@@ -51,6 +58,7 @@ def write_report(
     progress: Progress | None = None,
     *,
     now: datetime | None = None,
+    model: ModelName | None = None,
 ) -> Report:
     """Write what all runs of a session give with its setup.
 
@@ -66,6 +74,8 @@ def write_report(
         Called with the share done, 0 to 1.
     now
         Date and time of the report with offset from UTC; the clock's where left out.
+    model
+        The dependence of e on the impact speed that the user chose; left out: all are told.
 
     Raises
     ------
@@ -77,12 +87,11 @@ def write_report(
     report_progress = progress or (lambda _: None)
     folder = output or own_subfolder(session.path, REPORT_FOLDER)
     made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
-    names = ("report.pdf", "report.html", "report.csv", "report.json", "report-series.csv")
-    report = Report(*(folder / name for name in names))
     runs = _study_all(session, result_of, report_progress)
-    write_whole(report.csv, [impacts_csv(runs)])
-    write_whole(report.series_csv, [series_csv(runs)])
-    write_whole(report.json, [json_bytes(session_document(session.info, runs, made_at))])
+    without = tuple(replace(run, curves=None) for run in runs)
+    facts = SessionFacts(session.info, without, provenance_of(session, {run.name: run for run in without}, made_at))
+    report = Report(facts, *(folder / name for name in REPORT_FILES))
+    write_numbers(report_facts([facts], made_at, model), folder)
     with fresh_files((report.pdf, report.html), force=True) as (pdf, html):
         render(
             compose(session.info, runs, made_at),
@@ -133,85 +142,3 @@ def compose(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> Docume
     # on the foot of every page
     mark = ", simulated" if all_simulated(runs) else ""
     return Document(f"RadarGUI report: {info.name}{mark}", info.operator, sections)
-
-
-IMPACT_HEADER = (
-    *("run", "verdict", "impact", "time_s", "time_from_zero_s", "speed_before_m_s", "speed_after_m_s"),
-    *("e", "u_e", "u_e_combined", "valid", "method", "drop_height_m", "g_m_s2", "u_g_m_s2", "source", "reason"),
-)
-SERIES_HEADER = ("quantity", "n", "mean", "standard_error", "standard_deviation", "u_combined")
-
-
-def impacts_csv(runs: Sequence[RunFacts]) -> bytes:
-    """Return one row an impact of each run; a run without impact has one row in which these columns are nan."""
-    return csv_bytes(IMPACT_HEADER, (row for run in runs for row in _impact_rows(run)))
-
-
-def series_csv(runs: Sequence[RunFacts]) -> bytes:
-    """Return the statistics of the series, one row a quantity."""
-    found = _statistics(series_of([run.drop for run in runs]))
-    return csv_bytes(
-        SERIES_HEADER,
-        ({"quantity": name, **asdict(one), "u_combined": one.combined} for name, one in found.items()),
-    )
-
-
-def session_document(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> dict[str, object]:
-    """Return all that the report says in numbers, for JSON."""
-    antennas = place_antennas(info.setup)
-    series = series_of([run.drop for run in runs])
-    return {
-        "version": __version__,
-        "made_at": made_at,
-        "session": info.model_dump(mode="json", exclude={"setup"}),
-        "setup": info.setup,
-        "t_matrix": t_matrix(antennas),
-        "condition_number": condition_number(antennas) if info.setup.n_receivers >= LEAST_RECEIVERS else None,
-        "series": _statistics(series),
-        "series_kind": series.kind,
-        "left_out_of_series": series.left_out,
-        "runs": [_run_document(run) for run in runs],
-    }
-
-
-def _statistics(series: Series) -> dict[str, Statistics]:
-    return {"e_first_bounce": series.e, "g_m_s2": series.g_m_s2, "drop_height_m": series.drop_height_m}
-
-
-def _run_document(run: RunFacts) -> dict[str, object]:
-    return {
-        "name": run.name,
-        "drop": run.label,
-        "source": run.source.kind,
-        "replay_of": run.source.file or None,
-        "status": run.status,
-        "reason": run.failure or run.reason or None,
-        "verdict": run.verdict,
-        "started_at": run.started_at or None,
-        "duration_s": run.duration_s,
-        "sample_rate_hz": run.rate_hz,
-        "n_samples": run.n_samples,
-        "device": run.device or None,
-        "imported_from": run.origin or None,
-        "correction_used": run.correction,
-        "geometry_used": run.geometry,
-        "zero_time_s": run.zero_s,
-        "zero_is": run.since,
-        "summary": run.figures,
-        "bounces": run.bounces.impacts,
-        "free_fall": free_fall_document(run.bounces.free_fall, run.site_check),
-        "channels": run.channels,
-        "uncertainty_budget": run.uncertainty_budget,
-        "gaps": run.gaps,
-        "warnings": run.warnings,
-    }
-
-
-def _impact_rows(run: RunFacts) -> Iterator[dict[str, object]]:
-    of_run = {"run": run.name, "verdict": run.verdict, "source": run.source.kind, "reason": run.failure or run.reason}
-    of_fall = {key: run.figure(key) for key in ("drop_height_m", "g_m_s2", "u_g_m_s2")}
-    if not run.bounces.impacts:
-        yield {**of_run, "impact": "", "valid": "", "method": "", **of_fall}
-    for place, impact in enumerate(run.bounces.impacts, 1):
-        since = {"impact": place, "time_from_zero_s": impact.time_s - run.zero_s}
-        yield {**of_run, **since, **asdict(impact), **of_fall}

@@ -21,7 +21,7 @@ from radargui.model.errors import FileError
 from radargui.model.recording import Block, Excerpt, Gap, Recording
 from radargui.processing.result_of_run import result_of_run
 from radargui.report.document import Grid
-from radargui.report.report import Report, write_report
+from radargui.report.report import REPORT_FILES, Report, write_report
 from radargui.report.run_section import _impacts, take_facts
 from radargui.session.session import Session
 
@@ -73,7 +73,7 @@ def test_the_report_lies_in_the_sessions_own_folder_and_nothing_else_does(
 ) -> None:
     session, report, _ = made
     names = sorted(path.name for path in (session.path / "report").iterdir())
-    assert names == ["report-series.csv", "report.csv", "report.html", "report.json", "report.pdf"]
+    assert names == sorted(REPORT_FILES)
     assert report.pdf == session.path / "report" / "report.pdf"
 
 

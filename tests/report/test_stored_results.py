@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import fields, is_dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -74,8 +75,14 @@ def test_the_report_does_not_compute_what_the_files_hold(tmp_path: Path, monkeyp
     with h5py.File(run, "r+") as file:
         del file["results"]
     computed = write_report(session, result_of_run, tmp_path / "computed", now=NOW)
-    for name in ("csv", "series_csv", "json"):
+    for name in ("csv", "series_csv", "tex"):
         assert getattr(wanted, name).read_bytes() == getattr(computed, name).read_bytes()
+    documents = [json.loads(one.json.read_bytes()) for one in (wanted, computed)]
+    # the file is another one without its results, and its checksum says so
+    provenances = [one.pop("provenance")["runs"][0] for one in documents]
+    assert documents[0] == documents[1]
+    assert provenances[0]["sha256"] != provenances[1]["sha256"]
+    assert provenances[0]["samples_crc32"] == provenances[1]["samples_crc32"]
     process_run(run)
     monkeypatch.delattr(NO_COMPUTING)
     assert study(run, session.setup, result_of_run).status == "ok"

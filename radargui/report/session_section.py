@@ -58,7 +58,11 @@ def session_section(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -
             blocks.append(Note(f"{said} radargui batch makes up for it.", warning=True))
         blocks += [_summary(runs), *_statistics(runs)]
     blocks += _setup_blocks(info.setup, recorded=not imported and not simulated, simulated=simulated)
-    return Chapter(f"Session {info.name}{', simulated' if simulated else ''}", tuple(blocks), _pictures(runs))
+    return Chapter(
+        f"Session {info.name}{', simulated' if simulated else ''}",
+        tuple(blocks),
+        speed_picture({run.name: [run] for run in runs}),
+    )
 
 
 def _summary(runs: Sequence[RunFacts]) -> Grid:
@@ -107,8 +111,9 @@ _WORST_SHARE = 0.1
 """An e known to no better than this would stretch the axis of all others."""
 
 
-def _pictures(runs: Sequence[RunFacts]) -> tuple[Picture, ...]:
-    points = {run.name: own for run in runs if (own := _points(run))}
+def speed_picture(groups: Mapping[str, Sequence[RunFacts]]) -> tuple[Picture, ...]:
+    """Return the figure of e against the impact speed, one colour a group of runs; none without a valid impact."""
+    points = {name: own for name, runs in groups.items() if (own := [one for run in runs for one in _points(run)])}
     return (Picture("restitution against impact speed", partial(_series_page, points)),) if points else ()
 
 

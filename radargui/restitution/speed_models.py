@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.special import chdtrc
+from scipy.special import chdtrc, stdtr
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.rounding import quantity
-from radargui.restitution.statistics import probability, student
+from radargui.restitution.statistics import CONFIDENCE, probability, student
 
 ModelName = Literal["constant", "power", "johnson", "viscoelastic"]
 
@@ -133,6 +133,10 @@ class SpeedFit:
         Test of fit: the stated statistical uncertainties alone, and how often chance gives as much or more.
     birge_ratio
         sqrt(chi2 / degrees of freedom).
+    trend_p
+        Test of the shape, which allows for any scatter: how often the residuals of a model that is right depend on ln v
+        as much or more, by a slope (models with one parameter) or a curvature (with two). None of fewer than three
+        runs.
     scatter
         Standard deviation of e beyond the stated uncertainties, which the weights take into account (maximum
         likelihood); 0 where there is none.
@@ -154,6 +158,7 @@ class SpeedFit:
     degrees_of_freedom: int | None = None
     p: float | None = None
     birge_ratio: float | None = None
+    trend_p: float | None = None
     scatter: float | None = None
     aicc: float | None = None
     u_from: str = ""
@@ -173,10 +178,16 @@ class SpeedFit:
         if self.problem:
             return f"{title}: {self.problem}"
         found = ", ".join(one.words for one in self.parameters)
+        shape = "" if self.trend_p is None else f"; left dependence on the speed: p = {probability(self.trend_p)}"
         return (
             f"{title}: {found} (χ² = {self.chi2:.3g} of {self.degrees_of_freedom} degrees of freedom, "
-            f"p = {probability(self.p or 0.0)})"
+            f"p = {probability(self.p or 0.0)}{shape})"
         )
+
+    @property
+    def describes(self) -> bool | None:
+        """Whether e depends on the speed as the model says, at 5 %; None where that cannot be tested."""
+        return None if self.trend_p is None else self.trend_p >= 1.0 - CONFIDENCE
 
 
 def fit_speed_models(points: Sequence[ImpactPoint]) -> tuple[SpeedFit, ...]:
@@ -241,8 +252,7 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
         if len(runs) >= _FEWEST_RUNS:
             of = np.array([point.run for point in points])
             left = np.array([_least_squares(model, v[k], e[k], variance[k], at) for k in (of != run for run in runs)])
-            spread = left - left.mean(axis=0)
-            covariance = (len(runs) - 1.0) / len(runs) * spread.T @ spread
+            covariance = _jackknife(left)
             factor, u_from = student(len(runs) - 1), "runs left out one at a time"
         else:
             # maximum likelihood knows no degrees of freedom
@@ -269,11 +279,38 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
         degrees_of_freedom=n - p,
         p=float(chdtrc(n - p, chi2)),
         birge_ratio=math.sqrt(chi2 / (n - p)),
+        trend_p=_trend_p(points, residual, variance, slopes, e - residual),
         scatter=scatter,
         # Hurvich & Tsai 1989
         aicc=_minus_2_log_likelihood(residual, variance) + 2.0 * k * n / (n - k - 1) if n > k + 1 else None,
         u_from=u_from,
     )
+
+
+def _jackknife(left: FloatArray) -> FloatArray:
+    """Return the covariance (p, p) of values found with each run left out in turn, shape (n_runs, p)."""
+    spread = left - left.mean(axis=0)
+    return np.asarray((len(left) - 1.0) / len(left) * spread.T @ spread)
+
+
+def _trend_p(
+    points: Sequence[ImpactPoint], residual: FloatArray, variance: FloatArray, slopes: FloatArray, e: FloatArray
+) -> float | None:
+    """Return the p-value of what the residuals still depend on, see `SpeedFit.trend_p` (after Ramsey 1969)."""
+    of, x = np.array([point.run for point in points]), np.log([point.speed_m_s for point in points])
+    runs = dict.fromkeys(of.tolist())
+    if len(runs) < _FEWEST_RUNS:
+        return None
+    # the fit has taken the mean, of two parameters the slope too
+    more = e * (x - x.mean()) ** slopes.shape[1]
+    design = np.column_stack([slopes, more]) / np.sqrt(variance)[:, None]
+    wanted = residual / np.sqrt(variance)
+
+    def found(kept: BoolArray) -> float:
+        return float(np.linalg.lstsq(design[kept], wanted[kept], rcond=None)[0][-1])
+
+    u = math.sqrt(_jackknife(np.array([[found(of != run)] for run in runs]))[0, 0])
+    return float(2.0 * stdtr(len(runs) - 1, -abs(found(np.ones(of.size, dtype=np.bool_))) / u)) if u else None
 
 
 def _least_squares(

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from radargui.model.rounding import UNKNOWN, plain, quantity
+from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.report.document import Chapter, Content, Facts, Grid, Note
 from radargui.report.facts import ReportFacts
 from radargui.report.methods import methods
@@ -54,8 +54,8 @@ def speed_table(sample: SampleFindings, found: Findings) -> Grid:
             "parameters": ", ".join(one.words for one in fit.parameters) or fit.problem,
             "χ²": plain(fit.chi2, 3),
             "ν": str(fit.degrees_of_freedom or UNKNOWN),
-            "p": UNKNOWN if fit.p is None else probability(fit.p),
-            "p of the shape": UNKNOWN if fit.trend_p is None else probability(fit.trend_p),
+            "p": UNKNOWN if fit.p is None else probability(fit.p).removeprefix("= "),
+            "p of the shape": UNKNOWN if fit.trend_p is None else probability(fit.trend_p).removeprefix("= "),
             "scatter": plain(fit.scatter, 2),
             "AICc": plain(fit.aicc, 5) + (" *" if fit in best else ""),
         }
@@ -70,12 +70,12 @@ def speed_table(sample: SampleFindings, found: Findings) -> Grid:
 def _repeatability(sample: SampleFindings) -> Iterator[Content]:
     one = sample.repeatability
     if one is not None:
+        low, high = (alone(end, one.u_mean) for end in (one.interval_low, one.interval_high))
         rows = {
-            "Mean of the sessions": f"{quantity(one.mean, one.u_mean)}, 95 % interval {plain(one.interval_low, 5)} to "
-            f"{plain(one.interval_high, 5)}",
+            "Mean of the sessions": f"{quantity(one.mean, one.u_mean)}, 95 % interval {low} to {high} {sample.reduced}",
             "Repeatability s_r": f"{plain(one.repeatability_sd, 2)} within a session ({one.n} drops)",
             "Between sessions s_L": f"{plain(one.between_sd, 2)} ({one.n_groups} sessions, F = {one.f:.3g}, "
-            f"p = {probability(one.p)})",
+            f"p {probability(one.p)})",
             "Reproducibility s_R": plain(one.reproducibility_sd, 2),
         }
         yield Facts.of(rows, f"Within and between sessions{f': {sample.label}' if sample.label else ''} (ISO 5725-2)")

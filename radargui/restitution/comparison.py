@@ -49,7 +49,7 @@ class Comparison:
         letter = "t" if self.difference is not None else "F"
         return (
             f"The means of {', '.join(self.groups)} {said} at 5 % ({self.test}: {letter} = {self.statistic:.3g}, "
-            f"p = {probability(self.p)}; equal scatter, Levene: p = {probability(self.scatter_p)})"
+            f"p {probability(self.p)}; equal scatter, Levene: p {probability(self.scatter_p)})"
         )
 
 

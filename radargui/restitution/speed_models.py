@@ -178,10 +178,10 @@ class SpeedFit:
         if self.problem:
             return f"{title}: {self.problem}"
         found = ", ".join(one.words for one in self.parameters)
-        shape = "" if self.trend_p is None else f"; left dependence on the speed: p = {probability(self.trend_p)}"
+        shape = "" if self.trend_p is None else f"; left dependence on the speed: p {probability(self.trend_p)}"
         return (
             f"{title}: {found} (χ² = {self.chi2:.3g} of {self.degrees_of_freedom} degrees of freedom, "
-            f"p = {probability(self.p or 0.0)}{shape})"
+            f"p {probability(self.p or 0.0)}{shape})"
         )
 
     @property

@@ -10,7 +10,7 @@ from radargui.cli.app import Export, Report
 from radargui.cli.bar import Bar, progress_bar
 from radargui.cli.console import FAILED, fail
 from radargui.files.formats import EXPORT_FORMATS
-from radargui.model.errors import RadarGuiError, SessionError
+from radargui.model.errors import RadarGuiError
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
 
@@ -34,7 +34,12 @@ def report_sessions(options: Report) -> int:
         try:
             session = Session.open(folder, write=False)
             output = options.output
-            below = output / session.path.resolve().name if output and len(options.sessions) > 1 else output
+            below = output
+            if output and len(options.sessions) > 1:
+                below = output / session.path.resolve().name
+                # of two with one name none shall be lost
+                while any(report.pdf.parent == below for report in reports):
+                    below = below.with_name(f"{below.name}-2")
             with progress_bar(f"Report of {session.path.name}") as report_progress:
                 report = write_report(session, result_of_run, below, report_progress, model=options.model)
         except RadarGuiError as error:
@@ -47,7 +52,8 @@ def report_sessions(options: Report) -> int:
         return status
     if status == FAILED:
         # a series without one of its sessions would be another series
-        return fail(SessionError("There is no report of the series: not every session could be reported.")) and FAILED
+        typer.echo("There is no report of the series: not every session could be reported.")
+        return status
     sessions = [facts for report in reports for facts in report.facts]
     with progress_bar("Report of the series") as report_progress:
         series = write_series_report(sessions, options.output, report_progress, model=options.model)

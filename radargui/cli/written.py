@@ -29,7 +29,8 @@ def report_sessions(options: Report) -> int:
     from radargui.report.report import write_report
     from radargui.report.series_report import write_series_report
 
-    status, reports = 0, []
+    status = 0
+    reports: list[WrittenReport] = []
     for folder in options.sessions:
         try:
             session = Session.open(folder, write=False)

@@ -253,7 +253,9 @@ def _named(session: SeriesSession, run: SeriesRun) -> Drop:
 
 def _session_findings(session: SeriesSession, counted: Series) -> SessionFindings:
     left_out = {
-        run.drop.name: why for run in session.runs if (why := counted.left_out.get(f"{session.name}/{run.drop.name}"))
+        run.drop.name: why.replace(f" {session.name}/", " ")
+        for run in session.runs
+        if (why := counted.left_out.get(f"{session.name}/{run.drop.name}"))
     }
     series = replace(series_of([run.drop for run in session.runs if run.drop.name not in left_out]), kind=counted.kind)
     series = replace(series, left_out=left_out)

@@ -79,7 +79,7 @@ def test_every_run_that_is_not_in_the_mean_says_why() -> None:
         run(8, 0.9, from_rest=False),
         run(9, 0.9, origin=RunOrigin("replay", file="a.h5", first_sample=3)),
         run(10, 0.9, origin=FIVE[1].drop.origin),
-        replace(run(11, 0.9, e=None), preliminary=True),
+        replace(run(11, 0.9), preliminary=True, drop=Drop("run-0011")),
         replace(run(12, 0.9), status="failed", reason="damaged", drop=Drop("run-0012")),
     ]
     (found,) = findings_of([session("a", *FIVE, *other, set_aside={"run-0013": "bumped the table"})]).sessions
@@ -90,7 +90,7 @@ def test_every_run_that_is_not_in_the_mean_says_why() -> None:
         "run-0007": ("no motion", ""),
         "run-0008": ("release not seen", "the rest before the fall was not recorded"),
         "run-0009": ("replay", "a replay is no drop of its own"),
-        "run-0010": ("twice", "the same drop as a/run-0002"),
+        "run-0010": ("twice", "the same drop as run-0002"),
         "run-0011": ("no valid first bounce", ""),
         "run-0012": ("failed", "damaged"),
     }
@@ -115,7 +115,8 @@ def test_the_sentence_can_be_quoted() -> None:
     found = findings_of([session("a", *FIVE, sample="steel\nsphere", target="glass")])
     assert found.sentence == (
         "Coefficient of restitution of steel sphere on glass: e = 0.8000(50) at 2.260 m/s, mean of 5 drops from "
-        "260.0 mm (in parentheses the combined standard uncertainty; standard deviation 0.00079, standard error 0.00035)."
+        "260.0 mm (in parentheses the combined standard uncertainty; standard deviation 0.00079, "
+        "standard error 0.00035)."
     )
     simulated = [replace(one, drop=replace(one.drop, origin=RunOrigin("simulated"))) for one in FIVE[:1]]
     assert "one simulated drop" in findings_of([session("a", *simulated)]).sentence

@@ -167,16 +167,20 @@ class Process(Command, does="process.process_files"):
 
 
 class Report(Command, does="written.report_sessions"):
-    """Write PDF, HTML, CSV and JSON of sessions.
+    """Write PDF, HTML, CSV and JSON of sessions; with `--output` several are also reported together as a series.
 
     Attributes
     ----------
     sessions : SESSION...
-        Session folders.
+        Session folders: other heights, samples, days.
+    model
+        How e shall depend on the impact speed: constant, power law, Johnson's v^(-1/4), viscoelastic; left out: all
+        are compared.
     """
 
     sessions: Annotated[list[Path], Argument()]
     output: Output = None
+    model: Annotated[Literal["constant", "power", "johnson", "viscoelastic"] | None, Option("--law")] = None
 
 
 class Export(Command, does="written.export_runs"):

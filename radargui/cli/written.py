@@ -1,5 +1,9 @@
 """`radargui report` and `radargui export`: what is written from sessions for others to open."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import typer
 
 from radargui.cli.app import Export, Report
@@ -10,32 +14,57 @@ from radargui.model.errors import RadarGuiError
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
 
+if TYPE_CHECKING:
+    from radargui.report.report import Report as WrittenReport
+
 
 def report_sessions(options: Report) -> int:
     """Write the report of each session and return the exit status; one that fails does not stop the others.
 
-    With several sessions and a folder for their reports each gets a folder of its name below.
+    With several sessions and a folder for their reports each gets a folder of its name below, and the folder itself
+    the report of all together.
     """
     # an export does not need what draws figures
     from radargui.processing.result_of_run import result_of_run
     from radargui.report.report import write_report
+    from radargui.report.series_report import write_series_report
 
     status = 0
+    reports: list[WrittenReport] = []
     for folder in options.sessions:
         try:
             session = Session.open(folder, write=False)
             output = options.output
-            below = output / session.path.resolve().name if output and len(options.sessions) > 1 else output
+            below = output
+            if output and len(options.sessions) > 1:
+                below = output / session.path.resolve().name
+                # of two with one name none shall be lost
+                while any(report.pdf.parent == below for report in reports):
+                    below = below.with_name(f"{below.name}-2")
             with progress_bar(f"Report of {session.path.name}") as report_progress:
-                report = write_report(session, result_of_run, below, report_progress)
+                report = write_report(session, result_of_run, below, report_progress, model=options.model)
         except RadarGuiError as error:
             fail(error, str(folder))
             status = FAILED
             continue
-        typer.echo(f"Report:  {report.pdf}")
-        for path in (report.html, report.csv, report.json):
-            typer.echo(f"         {path}")
+        reports.append(report)
+        _show("Report:", report)
+    if options.output is None or len(options.sessions) < 2:
+        return status
+    if status == FAILED:
+        # a series without one of its sessions would be another series
+        typer.echo("There is no report of the series: not every session could be reported.")
+        return status
+    sessions = [facts for report in reports for facts in report.facts]
+    with progress_bar("Report of the series") as report_progress:
+        series = write_series_report(sessions, options.output, report_progress, model=options.model)
+    _show("Series:", series)
     return status
+
+
+def _show(title: str, report: WrittenReport) -> None:
+    for number, path in enumerate((report.pdf, report.html, report.csv, report.json)):
+        typer.echo(f"{'' if number else title:<9}{path}")
 
 
 def export_runs(options: Export) -> int:

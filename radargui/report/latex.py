@@ -1,4 +1,4 @@
-"""Tables for LaTeX (booktabs, nothing else needed) and the BibTeX entry; operators' text stays text."""
+"""Tables for LaTeX (booktabs and longtable) and the BibTeX entry; operators' text stays text."""
 
 from collections.abc import Sequence
 
@@ -37,7 +37,9 @@ def latex_tables(facts: ReportFacts) -> str:
     """Return the tables of a report, one below the other."""
     found = facts.findings
     tables = [
-        "% Tables of RadarGUI " + __version__ + r": \usepackage{booktabs}. In parentheses: standard uncertainty.",
+        "% Tables of RadarGUI "
+        + __version__
+        + r": \usepackage{booktabs, longtable}. In parentheses: standard uncertainty.",
         _table(
             "Coefficient of restitution of the first impact",
             ("session", "fell on", "$n$", "$h$ / mm", "$v$ / (m/s)", "$e$", "$s$", "$s/\\sqrt{n}$", "$g$ / (m/s$^2$)"),
@@ -72,7 +74,7 @@ def _fits(sample: SampleFindings) -> str:
             or fit.problem,
             plain(fit.chi2, 3),
             str(fit.degrees_of_freedom or "–"),
-            "–" if fit.p is None else probability(fit.p),
+            "–" if fit.p is None else probability(fit.p).removeprefix("= "),
             plain(fit.aicc, 5),
         )
         for fit in sample.fits
@@ -101,24 +103,23 @@ def _runs(name: str, session: SessionFacts) -> str:
         for number, impact in enumerate(run.bounces.impacts, 1)
     ]
     header = ("run", "impact", "$t$ / s", "$v$ / (m/s)", "$e$", "$e$ of flight time", "$e$ of height", "valid")
-    return _table(f"Impacts of {escaped(name)}, times from the trigger", header, rows)
+    since = " or ".join(dict.fromkeys(run.since for run in session.runs))
+    return _table(f"Impacts of {escaped(name)}, times from {since}", header, rows)
 
 
 def _table(caption: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     lines = [" & ".join(map(escaped, row)) + r" \\" for row in rows]
     return "\n".join(
         (
-            r"\begin{table}",
-            r"\centering",
-            rf"\caption{{{caption}}}",
-            rf"\begin{{tabular}}{{{'l' * len(header)}}}",
+            rf"\begin{{longtable}}{{{'l' * len(header)}}}",
+            rf"\caption{{{caption}}} \\",
             r"\toprule",
             " & ".join(header) + r" \\",
             r"\midrule",
+            r"\endhead",
             *lines,
             r"\bottomrule",
-            r"\end{tabular}",
-            r"\end{table}",
+            r"\end{longtable}",
         )
     )
 

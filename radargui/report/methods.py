@@ -35,10 +35,12 @@ _GEOMETRIES = {
 def methods(facts: ReportFacts) -> str:
     """Return the paragraph; what differs between sessions is said of each."""
     found = facts.findings
-    said = [
-        _session(one, session, alone=len(facts.sessions) == 1)
-        for one, session in zip(found.sessions, facts.sessions, strict=True)
-    ]
+    pairs = list(zip(found.sessions, facts.sessions, strict=True))
+    said = [_dropped(one, session, alone=len(pairs) == 1) for one, session in pairs]
+    ways: dict[str, list[str]] = {}
+    for one, session in pairs:
+        ways.setdefault(_followed(session), []).append(one.name)
+    said += [way if len(ways) == 1 else f"{', '.join(names)}: {way}" for way, names in ways.items()]
     said.append(
         "The coefficient of restitution of an impact is the ratio of the speeds along the floor's normal just after "
         "and just before it, both from fits of the flights. The mean stands with its combined standard uncertainty: "
@@ -57,31 +59,34 @@ def methods(facts: ReportFacts) -> str:
     return " ".join(said)
 
 
-def _session(found: SessionFindings, session: SessionFacts, *, alone: bool) -> str:
-    setup, runs = session.info.setup, session.runs
-    radar, n = setup.radar, setup.n_receivers
-    air = "" if radar.refractive_index is None else f", refractive index of the air {radar.refractive_index:g}"
-    used = [run for run in runs if run.status == "ok"]
-    height = found.series.drop_height_m
-    diameter = setup.tracer.diameter_m
-    sphere = f"A sphere of {plain(diameter, 3, 'mm', 1e3)} diameter" if diameter else "A sphere"
-    what = f" ({found.label})" if found.label else ""
-    begin = f"{sphere}{what}" if alone else f"{found.name}: {sphere[0].lower()}{sphere[1:]}{what}"
+def _dropped(found: SessionFindings, session: SessionFacts, *, alone: bool) -> str:
+    """Return what fell, how often and from where."""
+    height, diameter = found.series.drop_height_m, session.info.setup.tracer.diameter_m
+    sphere = f"{'A' if alone else f'{found.name}: a'} sphere" + (f" of {1e3 * diameter:g} mm diameter" * bool(diameter))
+    label = f" ({found.label})" if found.label else ""
     dropped = f" from {plain(height.mean, 4, 'mm', 1e3)}" if height.n else ""
     simulated = " The runs are simulated." if found.series.kind == "simulated" else ""
-    rates = _each(f"{run.rate_hz:g}" for run in used if run.rate_hz)
-    ways = [
-        _each(_CORRECTIONS.get(run.correction or "", "") for run in used),
-        _each(_GEOMETRIES.get(run.geometry or "", "") for run in used),
-    ]
-    way = "; ".join(filter(None, ways))
+    n = sum(run.status != "no_motion" for run in session.runs)
+    said = f"{sphere}{label} was dropped {n} times{dropped}; {found.series.e.n} drops gave a valid e."
+    return said + simulated
+
+
+def _followed(session: SessionFacts) -> str:
+    """Return how its motion was measured and computed."""
+    setup, used = session.info.setup, [run for run in session.runs if run.status == "ok"]
+    radar, n = setup.radar, setup.n_receivers
+    air = "" if radar.refractive_index is None else f", refractive index of the air {radar.refractive_index:g}"
     said = (
-        f"{begin} was dropped {len(runs)} times{dropped}, {found.series.e.n} drops gave a valid e."
-        f"{simulated} It was followed by a continuous-wave radar at {radar.frequency_hz / 1e9:g} GHz (wavelength "
+        f"The motion was followed by a continuous-wave radar at {radar.frequency_hz / 1e9:g} GHz (wavelength "
         f"{plain(radar.wavelength_m, 5, 'mm', 1e3)}{air}) with one transmitter and {n} receiver{'s' * (n > 1)}."
     )
-    if rates:
+    if rates := _each(f"{run.rate_hz:g}" for run in used if run.rate_hz):
         said += f" I and Q of each receiver were digitised at {rates} samples per second."
+    ways = (
+        _each(_CORRECTIONS.get(run.correction or "", "") for run in used),
+        _each(_GEOMETRIES.get(run.geometry or "", "") for run in used),
+    )
+    way = "; ".join(filter(None, ways))
     return f"{said} {way[0].upper()}{way[1:]}." if way else said
 
 

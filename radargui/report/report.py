@@ -30,7 +30,7 @@ class Report:
     Attributes
     ----------
     facts
-        What it was made of, without curves: a series needs it again.
+        Sessions that it was made of, without curves: a series needs them again.
     pdf, html, json
         The report for people, on paper and on the screen, and for programs.
     csv
@@ -41,7 +41,7 @@ class Report:
         The tables for LaTeX, and how to cite the session.
     """
 
-    facts: SessionFacts = field(repr=False, compare=False)
+    facts: tuple[SessionFacts, ...] = field(repr=False, compare=False)
     pdf: Path
     html: Path
     csv: Path
@@ -90,7 +90,7 @@ def write_report(
     runs = _study_all(session, result_of, report_progress)
     without = tuple(replace(run, curves=None) for run in runs)
     facts = SessionFacts(session.info, without, provenance_of(session, {run.name: run for run in without}, made_at))
-    report = Report(facts, *(folder / name for name in REPORT_FILES))
+    report = Report((facts,), *(folder / name for name in REPORT_FILES))
     write_numbers(report_facts([facts], made_at, model), folder)
     with fresh_files((report.pdf, report.html), force=True) as (pdf, html):
         render(

@@ -23,7 +23,8 @@ class Comparison:
     statistic, p
         t or F, and how often groups with one mean give as much or more.
     scatter_p
-        Of Levene's test about the medians (Brown & Forsythe 1974): whether the groups scatter alike.
+        Of Levene's test about the medians (Brown & Forsythe 1974): whether the groups scatter alike; None where pairs
+        cannot tell.
     difference, difference_low, difference_high
         First less second of two groups, and its 95 % interval; None for more.
     """
@@ -32,7 +33,7 @@ class Comparison:
     test: str
     statistic: float
     p: float
-    scatter_p: float
+    scatter_p: float | None
     difference: float | None = None
     difference_low: float | None = None
     difference_high: float | None = None
@@ -46,10 +47,11 @@ class Comparison:
     def words(self) -> str:
         """What the test says."""
         said = "differ" if self.differ else "are not shown to differ"
+        alike = "" if self.scatter_p is None else f"; equal scatter, Levene: p {probability(self.scatter_p)}"
         letter = "t" if self.difference is not None else "F"
         return (
             f"The means of {', '.join(self.groups)} {said} at 5 % ({self.test}: {letter} = {self.statistic:.3g}, "
-            f"p = {probability(self.p)}; equal scatter, Levene: p = {probability(self.scatter_p)})"
+            f"p {probability(self.p)}{alike})"
         )
 
 
@@ -64,7 +66,10 @@ def compare(groups: Mapping[str, Sequence[float]]) -> Comparison | None:
     known = {name: np.asarray(values, dtype=np.float64) for name, values in groups.items() if len(values) > 1}
     if len(known) < 2 or any(np.ptp(values) == 0.0 for values in known.values()):
         return None
-    scatter_p = float(levene(*known.values()).pvalue)
+    # both values of a pair are as far from its median
+    with np.errstate(invalid="ignore", divide="ignore"):
+        levenes = float(levene(*known.values()).pvalue)
+    scatter_p = levenes if math.isfinite(levenes) else None
     if len(known) > 2:
         found = f_oneway(*known.values(), equal_var=False)
         title = "Welch's analysis of variance"

@@ -4,15 +4,17 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from radargui.model.drop import Drop
 from radargui.model.result import Bounce
-from radargui.model.rounding import plain
+from radargui.model.rounding import alone, concise, plain
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, UncertaintyBudget
 from radargui.restitution.comparison import Comparison, Repeatability, compare, repeatability_of
 from radargui.restitution.series import Series, series_of
 from radargui.restitution.site_gravity import SiteCheck, check_against_site
-from radargui.restitution.speed_models import ImpactPoint, ModelName, SpeedFit, fit_speed_models
+from radargui.restitution.speed_models import MODELS, ImpactPoint, ModelName, SpeedFit, fit_speed_models
 from radargui.restitution.statistics import Statistics, probability
 
 
@@ -93,6 +95,11 @@ class SessionFindings:
     preliminary: tuple[str, ...]
 
     @property
+    def kind(self) -> str:
+        """What is said before "drops" of what is no measurement: "simulated "; empty of measurements."""
+        return "" if self.series.kind in (None, "measured") else f"{self.series.kind} "
+
+    @property
     def label(self) -> str:
         """What fell on what."""
         return sample_label(self.sample, self.target)
@@ -104,8 +111,7 @@ class SessionFindings:
         of = f" of {self.label}" if self.label else ""
         if e.mean is None:
             return f"No drop{of} gave a valid coefficient of restitution."
-        kind = "" if self.series.kind in (None, "measured") else f"{self.series.kind} "
-        drops = f"mean of {e.n} {kind}drops" if e.n > 1 else f"one {kind}drop"
+        drops = f"mean of {e.n} {self.kind}drops" if e.n > 1 else f"one {self.kind}drop"
         high = f" from {plain(height.mean, 4, 'mm', 1e3)}" if height.n else ""
         fast = f" at {plain(speed.mean, 4, 'm/s')}" if speed.n else ""
         behind = "combined standard uncertainty" if e.combined else "standard uncertainty without calibration"
@@ -130,13 +136,17 @@ class SampleFindings:
     fits
         Every model of e against the impact speed, over the valid impacts of the drops that count.
     repeatability
-        Of e within and between the sessions; None of one session.
+        Of e within and between the sessions; None of one session, and where their speeds differ and no model says by
+        how much e differs for that.
+    reduced
+        How e was brought to one speed for it, in words; empty where the sessions had one.
     """
 
     label: str
     sessions: tuple[str, ...]
     fits: tuple[SpeedFit, ...]
     repeatability: Repeatability | None
+    reduced: str = ""
 
     def fit(self, model: ModelName) -> SpeedFit:
         """Return the fit of one model."""
@@ -178,11 +188,15 @@ class Findings:
             if found is None:
                 said += [one.sentence for one in self.sessions if one.name in sample.sessions]
                 continue
+            low, high = (alone(one, found.u_mean) for one in (found.interval_low, found.interval_high))
+            kinds = dict.fromkeys(one.kind for one in self.sessions if one.name in sample.sessions)
+            model = f" {sample.fit(self.model).words}." if self.model else ""
             said.append(
-                f"{sample.label or 'All sessions'}: mean of {found.n_groups} sessions e = {plain(found.mean, 5)}, "
-                f"95 % interval {plain(found.interval_low, 5)} to {plain(found.interval_high, 5)} (Student's t between "
-                f"sessions), repeatability s_r = {plain(found.repeatability_sd, 2)}, reproducibility between sessions "
-                f"s_R = {plain(found.reproducibility_sd, 2)} (between them p = {probability(found.p)})."
+                f"{sample.label or 'All sessions'}: mean of {found.n_groups} {''.join(kinds)}sessions e = "
+                f"{concise(found.mean, found.u_mean)}{f' {sample.reduced}' if sample.reduced else ''}, 95 % interval "
+                f"{low} to {high} (standard error and Student's t between sessions), repeatability s_r = "
+                f"{plain(found.repeatability_sd, 2)}, reproducibility between sessions s_R = "
+                f"{plain(found.reproducibility_sd, 2)} (sessions differ: p {probability(found.p)}).{model}"
             )
         return " ".join(said)
 
@@ -209,9 +223,9 @@ def findings_of(sessions: Sequence[SeriesSession], model: ModelName | None = Non
     for label in labels:
         names = tuple(one.name for one in found if one.label == label)
         points = [point for one in sessions if one.name in names for point in _points(one, counted)]
-        samples.append(
-            SampleFindings(label, names, fit_speed_models(points), repeatability_of([values[name] for name in names]))
-        )
+        fits = fit_speed_models(points)
+        own = [one for one in sessions if one.name in names]
+        samples.append(SampleFindings(label, names, fits, *_repeated(own, counted, fits, model or "power")))
         of_samples[label or "not named"] = [values[name] for name in names if values[name]]
     means = all(len(groups) > 1 for groups in of_samples.values())
     grouped = {
@@ -239,7 +253,9 @@ def _named(session: SeriesSession, run: SeriesRun) -> Drop:
 
 def _session_findings(session: SeriesSession, counted: Series) -> SessionFindings:
     left_out = {
-        run.drop.name: why for run in session.runs if (why := counted.left_out.get(f"{session.name}/{run.drop.name}"))
+        run.drop.name: why.replace(f" {session.name}/", " ")
+        for run in session.runs
+        if (why := counted.left_out.get(f"{session.name}/{run.drop.name}"))
     }
     series = replace(series_of([run.drop for run in session.runs if run.drop.name not in left_out]), kind=counted.kind)
     series = replace(series, left_out=left_out)
@@ -303,6 +319,30 @@ def _points(session: SeriesSession, counted: Series) -> list[ImpactPoint]:
 def _values(session: SeriesSession, found: SessionFindings) -> list[float]:
     seen = {run.drop.name: run.drop.e for run in session.runs}
     return [e for name in found.series.seen if (e := seen[name]) is not None]
+
+
+def _repeated(
+    sessions: Sequence[SeriesSession], counted: Series, fits: Sequence[SpeedFit], model: ModelName
+) -> tuple[Repeatability | None, str]:
+    """Return the scatter of e within and between sessions, all at one speed, and how they were brought to it."""
+    pairs = [
+        [
+            (run.drop.impact_speed_m_s, run.drop.e)
+            for run in one.runs
+            if f"{one.name}/{run.drop.name}" in counted.seen and run.drop.e is not None and run.drop.impact_speed_m_s
+        ]
+        for one in sessions
+    ]
+    speeds = [speed for group in pairs for speed, _ in group]
+    if not speeds or max(speeds) <= (1.0 + _SAME_SPEED) * min(speeds):
+        return repeatability_of([[e for _, e in group] for group in pairs]), ""
+    fit = next(fit for fit in fits if fit.model == model)
+    if fit.problem or fit.describes is False:
+        return None, ""
+    at = sum(speeds) / len(speeds)
+    expected = dict(zip([at, *speeds], fit.e(np.array([at, *speeds]))[0].tolist(), strict=True))
+    groups = [[e * expected[at] / expected[speed] for speed, e in group] for group in pairs]
+    return repeatability_of(groups), f"at {plain(at, 3, 'm/s')} (brought there by the {MODELS[model].title})"
 
 
 def _cautions(sessions: Sequence[SeriesSession], found: Sequence[SessionFindings]) -> list[str]:

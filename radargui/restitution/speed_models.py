@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.special import chdtrc
+from scipy.special import chdtrc, stdtr
 
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.rounding import quantity
-from radargui.restitution.statistics import probability, student
+from radargui.restitution.statistics import CONFIDENCE, probability, student
 
 ModelName = Literal["constant", "power", "johnson", "viscoelastic"]
 
@@ -41,8 +41,8 @@ class SpeedModel:
 
 
 _SERIES = (1.0, -1.15344, 0.79826, -0.48358, 0.28528)
-_LARGEST = 0.8
-"""Of a v^(1/5): beyond it (e < 0.51) the terms left out are no longer small."""
+_LARGEST = 0.6
+"""Of a v^(1/5), e = 0.53: by the ratio of the coefficients the first term left out reaches 0.01 of e there."""
 
 
 def _viscoelastic(v: FloatArray, a: float) -> FloatArray:
@@ -133,6 +133,10 @@ class SpeedFit:
         Test of fit: the stated statistical uncertainties alone, and how often chance gives as much or more.
     birge_ratio
         sqrt(chi2 / degrees of freedom).
+    trend_p
+        Test of the shape, which allows for any scatter: how often the residuals of a model that is right depend on ln v
+        as much or more, by a slope (models with one parameter) or a curvature (with two). None of fewer than three
+        runs.
     scatter
         Standard deviation of e beyond the stated uncertainties, which the weights take into account (maximum
         likelihood); 0 where there is none.
@@ -154,6 +158,7 @@ class SpeedFit:
     degrees_of_freedom: int | None = None
     p: float | None = None
     birge_ratio: float | None = None
+    trend_p: float | None = None
     scatter: float | None = None
     aicc: float | None = None
     u_from: str = ""
@@ -173,10 +178,16 @@ class SpeedFit:
         if self.problem:
             return f"{title}: {self.problem}"
         found = ", ".join(one.words for one in self.parameters)
+        shape = "" if self.trend_p is None else f"; left dependence on the speed: p {probability(self.trend_p)}"
         return (
             f"{title}: {found} (χ² = {self.chi2:.3g} of {self.degrees_of_freedom} degrees of freedom, "
-            f"p = {probability(self.p or 0.0)})"
+            f"p {probability(self.p or 0.0)}{shape})"
         )
+
+    @property
+    def describes(self) -> bool | None:
+        """Whether e depends on the speed as the model says, at 5 %; None where that cannot be tested."""
+        return None if self.trend_p is None else self.trend_p >= 1.0 - CONFIDENCE
 
 
 def fit_speed_models(points: Sequence[ImpactPoint]) -> tuple[SpeedFit, ...]:
@@ -199,10 +210,11 @@ def preferred(fits: Sequence[SpeedFit]) -> tuple[SpeedFit, ...]:
     return tuple(fit for fit in known if (fit.aicc or 0.0) - (known[0].aicc or 0.0) <= 2.0)
 
 
+_TOO_SMALL = f"e is too small for the series (a v^1/5 above {_LARGEST:g}, e below 0.53)"
 _FEWEST_RUNS = 3
 _MOST_BIAS = 0.25
 """Of the slope from errors of the speed, in its standard uncertainties."""
-_STEP = 1e-6
+_STEP, _CLOSE, _MOST_STEPS = 1e-6, 1e-10, 50
 
 
 def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
@@ -241,16 +253,16 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
         if len(runs) >= _FEWEST_RUNS:
             of = np.array([point.run for point in points])
             left = np.array([_least_squares(model, v[k], e[k], variance[k], at) for k in (of != run for run in runs)])
-            spread = left - left.mean(axis=0)
-            covariance = (len(runs) - 1.0) / len(runs) * spread.T @ spread
+            covariance = _jackknife(left)
             factor, u_from = student(len(runs) - 1), "runs left out one at a time"
         else:
             # maximum likelihood knows no degrees of freedom
             covariance, factor, u_from = inverse * n / (n - p), student(n - p), "least squares: too few runs"
-    except (RuntimeError, np.linalg.LinAlgError):
-        return replace(fit, problem="it cannot be fitted to these impacts")
+    except np.linalg.LinAlgError:
+        # the series has a lowest e, below which there is none
+        return replace(fit, problem=_TOO_SMALL if name == "viscoelastic" else "it cannot be fitted to these impacts")
     if name == "viscoelastic" and at[0] * float(v.max()) ** 0.2 > _LARGEST:
-        return replace(fit, problem="e is too small for the series (a v^1/5 above 0.8, e below 0.51)")
+        return replace(fit, problem=_TOO_SMALL)
     own = np.sqrt(np.diag(covariance))
     shared = _shared(points, inverse @ (slopes.T / variance))
     residual = e - model.e(v, *at)
@@ -269,6 +281,7 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
         degrees_of_freedom=n - p,
         p=float(chdtrc(n - p, chi2)),
         birge_ratio=math.sqrt(chi2 / (n - p)),
+        trend_p=_trend_p(points, residual, variance, slopes, e - residual),
         scatter=scatter,
         # Hurvich & Tsai 1989
         aicc=_minus_2_log_likelihood(residual, variance) + 2.0 * k * n / (n - k - 1) if n > k + 1 else None,
@@ -276,13 +289,44 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
     )
 
 
+def _jackknife(left: FloatArray) -> FloatArray:
+    """Return the covariance (p, p) of values found with each run left out in turn, shape (n_runs, p)."""
+    spread = left - left.mean(axis=0)
+    return np.asarray((len(left) - 1.0) / len(left) * spread.T @ spread)
+
+
+def _trend_p(
+    points: Sequence[ImpactPoint], residual: FloatArray, variance: FloatArray, slopes: FloatArray, e: FloatArray
+) -> float | None:
+    """Return the p-value of what the residuals still depend on, see `SpeedFit.trend_p` (after Ramsey 1969)."""
+    of, x = np.array([point.run for point in points]), np.log([point.speed_m_s for point in points])
+    runs = dict.fromkeys(of.tolist())
+    if len(runs) < _FEWEST_RUNS:
+        return None
+    # the fit has taken the mean, of two parameters the slope too
+    more = e * (x - x.mean()) ** slopes.shape[1]
+    design = np.column_stack([slopes, more]) / np.sqrt(variance)[:, None]
+    wanted = residual / np.sqrt(variance)
+
+    def found(kept: BoolArray) -> float:
+        return float(np.linalg.lstsq(design[kept], wanted[kept], rcond=None)[0][-1])
+
+    u = math.sqrt(_jackknife(np.array([[found(of != run)] for run in runs]))[0, 0])
+    return float(2.0 * stdtr(len(runs) - 1, -abs(found(np.ones(of.size, dtype=np.bool_))) / u)) if u else None
+
+
 def _least_squares(
     model: SpeedModel, v: FloatArray, e: FloatArray, variance: FloatArray, start: Sequence[float] | FloatArray
 ) -> FloatArray:
-    from scipy.optimize import curve_fit
-
-    found, _ = curve_fit(model.e, v, e, start, np.sqrt(variance), absolute_sigma=True)
-    return np.asarray(found)
+    """Return the parameters, shape (p,), by Gauss and Newton: the models are nearly linear in them."""
+    at, weights = np.array(start, dtype=np.float64), variance**-0.5
+    for _ in range(_MOST_STEPS):
+        residual = (e - model.e(v, *at)) * weights
+        step = np.linalg.lstsq(_slopes(model, v, at) * weights[:, None], residual, rcond=None)[0]
+        at += step
+        if (np.abs(step) <= _CLOSE * (1.0 + np.abs(at))).all():
+            return at
+    raise np.linalg.LinAlgError
 
 
 def _slopes(model: SpeedModel, v: FloatArray, at: FloatArray) -> FloatArray:

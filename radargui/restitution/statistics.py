@@ -55,7 +55,7 @@ class Consistency:
             said = "smaller than the stated uncertainties"
         return (
             f"The scatter is {said} (χ² = {self.chi2:.3g} of {self.degrees_of_freedom} degrees of freedom, "
-            f"p = {probability(self.p)}, Birge ratio {self.birge_ratio:.2f})"
+            f"p {probability(self.p)}, Birge ratio {self.birge_ratio:.2f})"
         )
 
 
@@ -216,5 +216,5 @@ def outliers_of(values: FloatArray) -> tuple[int, ...]:
 
 
 def probability(p: float) -> str:
-    """Return a p-value as people write it."""
-    return "< 0.0001" if p < 1e-4 else f"{p:.2g}"
+    """Return what stands behind the letter of a p-value: "= 0.03", "< 0.0001"."""
+    return "< 0.0001" if p < 1e-4 else f"= {p:.2g}"

@@ -52,7 +52,7 @@ class _Written:
     y: float
     text: str
     size: float
-    colour: str
+    colour: str = "black"
 
 
 class Canvas(Artist):  # type: ignore[misc]  # matplotlib says nothing of its types here
@@ -68,7 +68,9 @@ class Canvas(Artist):  # type: ignore[misc]  # matplotlib says nothing of its ty
         """Add a line through places in mm."""
         self._drawn.append(_Drawn(places, line, clip, **looks))
 
-    def write(self, x: float, y: float, text: str, align: float = 0.0, size: float = SIZE, colour: str = "black") -> None:
+    def write(
+        self, x: float, y: float, text: str, align: float = 0.0, size: float = SIZE, colour: str = "black"
+    ) -> None:
         """Add text at its base line; `align` is the share of its width that lies left of x."""
         self._written.append(_Written(x - align * sheet.width_mm(text, size), y, text, size, colour))
 
@@ -92,7 +94,9 @@ class Canvas(Artist):  # type: ignore[misc]  # matplotlib says nothing of its ty
                 )
             # a hundredth of a point is not seen, and is written in half of the room
             places = np.round(np.column_stack([one.places[:, 0] * scale, high - one.places[:, 1] * scale]), 2)
-            renderer.draw_path(gc, Path(places, one.codes), IdentityTransform(), one.line.colour if one.filled else None)
+            renderer.draw_path(
+                gc, Path(places, one.codes), IdentityTransform(), gc.get_rgb() if one.filled else None
+            )
             gc.restore()
         flipped = renderer.flipy()
         for word in self._written:

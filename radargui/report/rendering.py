@@ -94,16 +94,20 @@ def _utf16(text: str) -> bytes:
     return b"\xfe\xff" + text.encode("utf-16-be", errors="replace")
 
 
-def section_html(chapter: Chapter, number: int) -> str:
+def section_html(chapter: Chapter, name: str) -> str:
     """Return a chapter for the HTML file, with its figures in it."""
     blocks = chapter.blocks if chapter.screen is None else chapter.screen
-    pictures = [{"title": one.title, "uri": _inline(page := one.draw("a4"), sheet.body(page))} for one in chapter.pictures]
-    return templates().get_template("section.html").render(
-        number=number, section=chapter, blocks=blocks, pictures=pictures, picture_of=picture_of
+    pictures = [
+        {"title": one.title, "uri": _inline(page := one.draw("a4"), sheet.body(page))} for one in chapter.pictures
+    ]
+    return (
+        templates()
+        .get_template("section.html")
+        .render(name=name, section=chapter, blocks=blocks, pictures=pictures, picture_of=picture_of)
     )
 
 
-def write_html(path: Path, title: str, sections: Iterable[tuple[str, str]]) -> None:
+def write_html(path: Path, title: str, sections: Iterable[tuple[str, str, str]]) -> None:
     """Write the HTML file.
 
     Parameters
@@ -113,7 +117,7 @@ def write_html(path: Path, title: str, sections: Iterable[tuple[str, str]]) -> N
     title
         Of the document.
     sections
-        Title and content of each, see `section_html`.
+        Name, title and content of each, see `section_html`.
     """
     script = (resources.files("radargui.report") / "templates" / "sort.js").read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
@@ -122,9 +126,9 @@ def write_html(path: Path, title: str, sections: Iterable[tuple[str, str]]) -> N
         file.write(
             templates()
             .get_template("begin.html")
-            .render(title=title, names=[name for name, _ in parts], version=__version__, digest=digest)
+            .render(title=title, names=[(name, title) for name, title, _ in parts], version=__version__, digest=digest)
         )
-        file.writelines(content for _, content in parts)
+        file.writelines(content for _, _, content in parts)
         file.write(f"<script>{script}</script>\n</body>\n</html>\n")
 
 

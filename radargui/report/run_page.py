@@ -136,7 +136,10 @@ def _part(
         lines += [(part.scale, Line(_SCALE_COLOUR, 0.6), "scale"), (part.bias, Line(sheet.FIT_COLOUR, 0.6), "bias")]
         lines += [(part.upper, spline, "splines"), (part.lower, spline, "")]
     else:
-        lines += [(part.rest, Line(sheet.FIT_COLOUR, _THIN), "raw − circle"), (part.circle, Line(colour, _THIN), "circle")]
+        lines += [
+            (part.rest, Line(sheet.FIT_COLOUR, _THIN), "raw − circle"),
+            (part.circle, Line(colour, _THIN), "circle"),
+        ]
     lines.append((part.signal, Line(sheet.RAW_COLOUR, _THIN), "raw"))
     # the names stand from the right, the lines lie on each other from below
     for _, line, name in lines if key else ():

@@ -1,13 +1,7 @@
-"""The report's first section: who, when, all runs in one table, statistics and figure of the series, setup."""
-
-import math
-from collections.abc import Mapping, Sequence
-from functools import partial
+"""What the report says of a setup: antennas, sphere, acquisition, calibration."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from radargui import __version__
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
 from radargui.model.calibrated_setup import (
     CORRELATED,
@@ -18,18 +12,13 @@ from radargui.model.calibrated_setup import (
     unit_of,
     value_at,
 )
-from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.radar import Transmitter
 from radargui.model.rounding import UNKNOWN, plain, quantity
 from radargui.model.setup import Setup
 from radargui.processing.locate import LEAST_RECEIVERS
-from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
-from radargui.report.run_section import RunFacts, all_simulated
-from radargui.report.sheet import RECEIVER_COLOURS, add_axes, legend, new_page
-from radargui.restitution.series import series_of
-from radargui.session.info import SessionInfo
+from radargui.report.document import Content, Facts, Grid, Note
 
-
+_MOST_NAMED = 8
 _WORST_CONDITION = 100.0
 """From here an error of L may reach the position a hundredfold."""
 

@@ -8,7 +8,9 @@ from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
+import matplotlib as mpl
 from matplotlib.backends.backend_pdf import Name, PdfPages
 from matplotlib.figure import Figure
 
@@ -18,6 +20,9 @@ from radargui.report.document import Chapter, Drawing, templates
 from radargui.report.flow import text_pages
 from radargui.report.sheet import Paper
 
+_SAFE = " /:;,=.()-+*!?@$&|{}~^_[]"
+"""Signs that need no escape in an address of data between quotes."""
+_HEAD_SIZE = 12.0
 _SCREEN = sheet.Area(14.0, 6.0, 160.0, 0.0)
 """Where a figure lies in the picture of it that HTML shows."""
 _SCREEN_WIDTH_MM, _SCREEN_BELOW_MM = 178.0, 10.0
@@ -64,10 +69,11 @@ class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its
         super().close()
 
     def _page(self, page: Figure, title: str) -> None:
-        sheet.write(page, sheet.LEFT_MM, 15.0, sheet.printable(title), fontsize=12.0, fontweight="bold")
+        head = _one_line(title, _HEAD_SIZE)
+        sheet.write(page, sheet.LEFT_MM, 15.0, head, fontsize=_HEAD_SIZE, fontweight="bold")
         sheet.rule(page, 18.0, width=0.8)
         foot_mm = sheet.size_mm(page)[1] - sheet.FOOT_MM
-        sheet.write(page, sheet.LEFT_MM, foot_mm, sheet.printable(self._title), fontsize=6.5, color="#606060")
+        sheet.write(page, sheet.LEFT_MM, foot_mm, _one_line(self._title, 6.5), fontsize=6.5, color="#606060")
         self.savefig(page)
         self._bookmarks.append((title, self._ensure_file().pageList[-1]))
 
@@ -88,6 +94,12 @@ class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its
         catalog = {"Type": Name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
         view = {"PageMode": Name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
         file.writeObject(file.rootObject, {**catalog, **view})
+
+
+def _one_line(text: str, size: float) -> str:
+    """Return what of a text fits on one line of a page."""
+    first, *more = sheet.wrapped(" ".join(sheet.printable(text).split()), size, 0.85 * sheet.ROOM_MM)
+    return f"{first} …" if more else first
 
 
 def _utf16(text: str) -> bytes:
@@ -147,6 +159,7 @@ def drawn_alone(block: Drawing) -> Figure:
 
 def _inline(page: Figure, part: Any = None) -> str:
     """Return a figure as SVG within a data URI; what is white shows the page's own ground."""
-    text = io.BytesIO()
-    page.savefig(text, format="svg", bbox_inches=part, transparent=True, metadata={"Date": None, "Creator": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode("ascii")
+    text = io.StringIO()
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        page.savefig(text, format="svg", bbox_inches=part, transparent=True, metadata={"Date": None, "Creator": None})
+    return "data:image/svg+xml," + quote(text.getvalue(), safe=_SAFE)

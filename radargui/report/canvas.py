@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from matplotlib.artist import Artist
-from matplotlib.backends.backend_pdf import Op, PdfFile
+from matplotlib.backends.backend_pdf import Op, RendererPdf
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.path import Path
@@ -48,11 +48,12 @@ class _Written:
     bold: bool = False
 
 
-class Canvas(Artist):  # type: ignore[misc]  # matplotlib says nothing of its types here
+class Canvas(Artist):
     """Lines and words on a figure, handed to the renderer as they are."""
 
     def __init__(self, figure: Figure) -> None:
         super().__init__()
+        self._figure = figure
         self._drawn: list[_Drawn] = []
         self._written: list[_Written] = []
         figure.add_artist(self)
@@ -77,7 +78,7 @@ class Canvas(Artist):  # type: ignore[misc]  # matplotlib says nothing of its ty
 
     def draw(self, renderer: Any) -> None:
         """Draw everything; called by matplotlib."""
-        figure = self.get_figure(root=True)
+        figure = self._figure
         scale = figure.dpi / sheet.MM_PER_INCH
         high = figure.bbox.height
         for one in self._drawn:
@@ -121,8 +122,8 @@ _recorded: WeakKeyDictionary[Any, dict[tuple[str, float, bool], bytes]] = WeakKe
 
 
 def _draw_word(renderer: Any, gc: Any, x: float, y: float, word: _Written) -> None:
-    file = getattr(renderer, "file", None)
-    if not isinstance(file, PdfFile):
+    file: Any = getattr(renderer, "file", None)
+    if not isinstance(renderer, RendererPdf):
         renderer.draw_text(gc, x, y, word.text, _font(word.size, word.bold), 0.0)
         return
     renderer.check_gc(gc, gc.get_rgb())

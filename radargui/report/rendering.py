@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import quote
 
 import matplotlib as mpl
-from matplotlib.backends.backend_pdf import Name, PdfPages
+from matplotlib.backends import backend_pdf
 from matplotlib.figure import Figure
 
 from radargui import __version__
@@ -20,6 +20,7 @@ from radargui.report.document import Chapter, Drawing, templates
 from radargui.report.flow import text_pages
 from radargui.report.sheet import Paper
 
+backend: Any = backend_pdf
 _SAFE = " /:;,=.()-+*!?@$&|{}~^_[]"
 """Signs that need no escape in an address of data between quotes."""
 _HEAD_SIZE = 12.0
@@ -28,7 +29,7 @@ _SCREEN = sheet.Area(14.0, 6.0, 160.0, 0.0)
 _SCREEN_WIDTH_MM, _SCREEN_BELOW_MM = 178.0, 10.0
 
 
-class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its types here
+class PdfFile:
     """A PDF whose chapters may be put in front of those that are written already.
 
     Parameters
@@ -42,9 +43,19 @@ class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its
     """
 
     def __init__(self, path: Path, paper: Paper, title: str, author: str) -> None:
-        super().__init__(path, metadata={"Title": title, "Author": author, "Creator": f"RadarGUI {__version__}"})
+        metadata = {"Title": title, "Author": author, "Creator": f"RadarGUI {__version__}"}
+        self._pages: Any = backend.PdfPages(path, metadata=metadata)
+        self._file: Any = self._pages._ensure_file()
         self._paper, self._title = paper, title
         self._bookmarks: list[tuple[str, Any]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bookmarks:
+            self._write_outline()
+        self._pages.close()
 
     def put(self, chapter: Chapter) -> None:
         """Add the pages of a chapter."""
@@ -56,17 +67,10 @@ class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its
     @contextmanager
     def in_front(self) -> Iterator[None]:
         """Put what is written inside before all that was written until now."""
-        pages, before = self._ensure_file().pageList, len(self._bookmarks)
+        pages, before = self._file.pageList, len(self._bookmarks)
         yield
         for items in (pages, self._bookmarks):
             items[:] = [*items[before:], *items[:before]]
-
-    def close(self) -> None:
-        """Write the bookmarks and end the file."""
-        # a run has no page number: its pages are written before it is known how many lie in front of them
-        if self._bookmarks:
-            self._write_outline()
-        super().close()
 
     def _page(self, page: Figure, title: str) -> None:
         head = _one_line(title, _HEAD_SIZE)
@@ -74,12 +78,12 @@ class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its
         sheet.rule(page, 18.0, width=0.8)
         foot_mm = sheet.size_mm(page)[1] - sheet.FOOT_MM
         sheet.write(page, sheet.LEFT_MM, foot_mm, _one_line(self._title, 6.5), fontsize=6.5, color="#606060")
-        self.savefig(page)
-        self._bookmarks.append((title, self._ensure_file().pageList[-1]))
+        self._pages.savefig(page)
+        self._bookmarks.append((title, self._file.pageList[-1]))
 
     def _write_outline(self) -> None:
         """Write one bookmark a title (PDF 32000-1, 12.3.3), and the catalog once more, with them in it."""
-        file = self._ensure_file()
+        file = self._file
         first_of = dict(reversed(self._bookmarks))
         titles = list(dict.fromkeys(title for title, _ in self._bookmarks))
         outline = file.reserveObject("outline")
@@ -87,12 +91,12 @@ class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its
         for number, (title, item) in enumerate(zip(titles, items, strict=True)):
             near = {"Prev": items[number - 1]} if number else {}
             near |= {"Next": items[number + 1]} if number + 1 < len(items) else {}
-            target = [first_of[title], Name("Fit")]
+            target = [first_of[title], backend.Name("Fit")]
             file.writeObject(item, {"Title": _utf16(title), "Parent": outline, "Dest": target, **near})
-        found = {"Type": Name("Outlines"), "First": items[0], "Last": items[-1], "Count": len(items)}
+        found = {"Type": backend.Name("Outlines"), "First": items[0], "Last": items[-1], "Count": len(items)}
         file.writeObject(outline, found)
-        catalog = {"Type": Name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
-        view = {"PageMode": Name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
+        catalog = {"Type": backend.Name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
+        view = {"PageMode": backend.Name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
         file.writeObject(file.rootObject, {**catalog, **view})
 
 

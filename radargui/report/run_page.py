@@ -119,7 +119,7 @@ def correction(canvas: Canvas, area: Area, curves: RunCurves, receivers: tuple[R
     """Draw the correction at work: I above Q, one column a receiver."""
     rows = _rows(area, 2)
     for number, (receiver, column) in enumerate(zip(receivers, _columns(area, len(receivers)), strict=True)):
-        parts = receiver.steps or receiver.circles
+        parts: tuple[StepCurves | CircleCurves, ...] = receiver.steps or receiver.circles
         for place, part in enumerate(parts):
             where = column._replace(top=rows[place].top, height=rows[place].height)
             _part(canvas, where, curves, part, bottom=place == 1, key=number == place == 0)

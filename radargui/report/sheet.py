@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.font_manager import FontProperties, findfont, get_font, get_font_names
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
@@ -91,7 +91,7 @@ def new_figure(width_mm: float, height_mm: float) -> Figure:
     return Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH))
 
 
-def size_mm(figure: Figure) -> tuple[float, float]:
+def size_mm(figure: Figure | SubFigure) -> tuple[float, float]:
     """Return width and height of a figure."""
     width, height = figure.get_size_inches()
     return float(width) * MM_PER_INCH, float(height) * MM_PER_INCH

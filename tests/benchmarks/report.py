@@ -1,4 +1,4 @@
-"""A report of a hundred runs: time, memory of all its processes, size; what the same call leaves when it is cancelled."""
+"""A report of a hundred runs: time, memory of its processes, size; what one that is cancelled leaves."""
 
 from __future__ import annotations
 

@@ -88,8 +88,7 @@ def write_report(
     folder = output or own_subfolder(session.path, REPORT_FOLDER)
     made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
     runs = _study_all(session, result_of, report_progress)
-    without = tuple(replace(run, curves=None) for run in runs)
-    facts = SessionFacts(session.info, without, provenance_of(session, {run.name: run for run in without}, made_at))
+    facts = _facts(session, runs, made_at)
     report = Report((facts,), *(folder / name for name in REPORT_FILES))
     write_numbers(report_facts([facts], made_at, model), folder)
     with fresh_files((report.pdf, report.html), force=True) as (pdf, html):
@@ -103,7 +102,19 @@ def write_report(
     return report
 
 
-def _study_all(session: Session, result_of: ResultOf, report_progress: Progress) -> list[RunFacts]:
+def study_session(session: Session, result_of: ResultOf, progress: Progress, made_at: str) -> SessionFacts:
+    """Return what a series needs of a session, without pages."""
+    return _facts(session, _study_all(session, result_of, progress, drawn=False), made_at)
+
+
+def _facts(session: Session, runs: Sequence[RunFacts], made_at: str) -> SessionFacts:
+    without = {run.name: replace(run, curves=None) for run in runs}
+    return SessionFacts(session.info, tuple(without.values()), provenance_of(session, without, made_at))
+
+
+def _study_all(
+    session: Session, result_of: ResultOf, report_progress: Progress, *, drawn: bool = True
+) -> list[RunFacts]:
     paths = session.run_paths()
     runs = []
     for number, path in enumerate(paths):
@@ -111,7 +122,7 @@ def _study_all(session: Session, result_of: ResultOf, report_progress: Progress)
         def part(done: float, number: int = number) -> None:
             report_progress(_READING_SHARE * (number + done) / len(paths))
 
-        runs.append(study(path, session.setup, result_of, part))
+        runs.append(study(path, session.setup, result_of, part, drawn=drawn))
         part(1.0)
     labels = _labels(session, {run.name: run.source for run in runs})
     return [replace(run, label=labels[run.name]) for run in runs]

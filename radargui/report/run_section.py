@@ -111,7 +111,9 @@ def all_simulated(runs: Sequence[RunFacts]) -> bool:
     return bool(runs) and all(run.source.kind == "simulated" for run in runs)
 
 
-def study(path: Path, setup: Setup, result_of: ResultOf, progress: Progress | None = None) -> RunFacts:
+def study(
+    path: Path, setup: Setup, result_of: ResultOf, progress: Progress | None = None, *, drawn: bool = True
+) -> RunFacts:
     """Take the facts of one run from its result; whatever goes wrong with it becomes its `failure`.
 
     Parameters
@@ -124,9 +126,11 @@ def study(path: Path, setup: Setup, result_of: ResultOf, progress: Progress | No
         Gives the result of a run file under a setup: a report shows results and computes none.
     progress
         Called with the share done, 0 to 1.
+    drawn
+        Whether its curves are wanted.
     """
     try:
-        facts = take_facts(result_of(path, setup, progress), path.stem)
+        facts = take_facts(result_of(path, setup, progress), path.stem, drawn=drawn)
         return replace(facts, origin=read_origin(path), source=read_run_card(path).origin)
     except CancelledError:
         raise

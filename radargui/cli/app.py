@@ -173,6 +173,10 @@ class Report(Command, does="written.report_sessions"):
     ----------
     sessions : SESSION...
         Session folders: other heights, samples, days.
+    paper
+        Of the PDF.
+    details
+        Several pages a run, with all figures, instead of one.
     model
         How e shall depend on the impact speed: constant, power law, Johnson's v^(-1/4), viscoelastic; left out: all
         are compared.
@@ -180,7 +184,25 @@ class Report(Command, does="written.report_sessions"):
 
     sessions: Annotated[list[Path], Argument()]
     output: Output = None
+    paper: Literal["a4", "letter"] = "a4"
+    details: bool = False
     model: Annotated[Literal["constant", "power", "johnson", "viscoelastic"] | None, Option("--law")] = None
+
+
+class Figures(Command, does="written.draw_figures"):
+    """Write every figure of a session alone, as PDF, SVG and PNG, for a paper.
+
+    Attributes
+    ----------
+    session : SESSION
+        Session folder.
+    width : LENGTH
+        Of a column of the journal, like 86mm, 3.4in or 8.6cm.
+    """
+
+    session: Annotated[Path, Argument()]
+    width: str = "86mm"
+    output: Output = None
 
 
 class Export(Command, does="written.export_runs"):

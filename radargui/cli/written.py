@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from radargui.cli.app import Export, Report
+from radargui.cli.app import Export, Figures, Report
 from radargui.cli.bar import Bar, progress_bar
 from radargui.cli.console import FAILED, fail
 from radargui.files.formats import EXPORT_FORMATS
 from radargui.model.errors import RadarGuiError
+from radargui.session.info import own_subfolder
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
 
@@ -25,12 +26,12 @@ def report_sessions(options: Report) -> int:
     the report of all together.
     """
     # an export does not need what draws figures
-    from radargui.processing.result_of_run import result_of_run
-    from radargui.report.report import write_report
-    from radargui.report.series_report import write_series_report
+    from radargui.processing.result_of_run import stored_or_computed
+    from radargui.report.report import Layout, write_report, write_series_report
 
     status = 0
     reports: list[WrittenReport] = []
+    layout = Layout(options.paper, options.details, options.model)
     for folder in options.sessions:
         try:
             session = Session.open(folder, write=False)
@@ -41,8 +42,8 @@ def report_sessions(options: Report) -> int:
                 # of two with one name none shall be lost
                 while any(report.pdf.parent == below for report in reports):
                     below = below.with_name(f"{below.name}-2")
-            with progress_bar(f"Report of {session.path.name}") as report_progress:
-                report = write_report(session, result_of_run, below, report_progress, model=options.model)
+            with progress_bar(f"Report of {session.path.name}") as progress:
+                report = write_report(session, stored_or_computed, below, progress, layout=layout, ahead=True)
         except RadarGuiError as error:
             fail(error, str(folder))
             status = FAILED
@@ -56,10 +57,22 @@ def report_sessions(options: Report) -> int:
         typer.echo("There is no report of the series: not every session could be reported.")
         return status
     sessions = [facts for report in reports for facts in report.facts]
-    with progress_bar("Report of the series") as report_progress:
-        series = write_series_report(sessions, options.output, report_progress, model=options.model)
-    _show("Series:", series)
+    _show("Series:", write_series_report(sessions, options.output, layout=layout))
     return status
+
+
+def draw_figures(options: Figures) -> int:
+    """Write every figure of a session alone and return the exit status."""
+    from radargui.processing.result_of_run import stored_or_computed
+    from radargui.report.figures import FIGURES_FOLDER, parse_width, write_figures
+
+    width_mm = parse_width(options.width)
+    session = Session.open(options.session, write=False)
+    folder = options.output or own_subfolder(session.path, FIGURES_FOLDER)
+    with progress_bar(f"Figures of {session.path.name}") as progress:
+        names = write_figures(session, stored_or_computed, folder, width_mm, progress)
+    typer.echo(f"{len(names)} figures as PDF, SVG and PNG: {folder}")
+    return 0
 
 
 def _show(title: str, report: WrittenReport) -> None:

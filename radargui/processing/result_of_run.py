@@ -2,11 +2,12 @@
 
 import logging
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from radargui.files.run_file import read_run
-from radargui.files.stored_results import read_prior, read_whole_result
+from radargui.files.stored_results import read_prior, read_stored_results, read_whole_result
 from radargui.model.errors import FileError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
@@ -58,3 +59,22 @@ def result_of_run(
     # the prior that the stored result had, where there was one: opening a run must not change what it says
     result = process(read_for_processing(path), setup, progress, on_preliminary, read_prior(path, setup))
     return replace(result, warnings=(DAMAGED, *result.warnings)) if damaged else result
+
+
+def stored_or_computed(path: Path, setup: Setup, progress: Callable[[float], None] | None = None) -> RunResult:
+    """Return the result stored with a run file, whatever setup made it; computed with `setup` where there is none.
+
+    A run that was processed again with another setup keeps what came out: it is not undone by whoever reads it.
+
+    Parameters and errors as for `result_of_run`.
+    """
+    return result_of_run(path, setup_of_result(path) or setup, progress)
+
+
+def setup_of_result(path: Path) -> Setup | None:
+    """Return what the present result of a run file was made with; None where it holds none that can be read."""
+    # damaged ones are computed again
+    with suppress(FileError):
+        stored = read_stored_results(path)
+        return stored[-1].setup if stored and stored[-1].is_present else None
+    return None

@@ -58,7 +58,7 @@ th, td {{ font-weight: normal; padding: 1px 6px; text-align: right; }}
 
 def page_of(result: RunResult, theme: Theme) -> str:
     """Return what the report says of a run in simple HTML; what it warns of in the colour of an alarm."""
-    blocks = list(run_section(take_facts(result, "", drawn=False), result.setup).blocks)
+    blocks = list(run_section(take_facts(result, "", columns=0), result.setup).blocks)
     if result.status == "rejected":
         blocks.insert(0, Note(f"rejected: {result.reason}", warning=True))
     # the panel is narrow: a table that is wider than high is turned

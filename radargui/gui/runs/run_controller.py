@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,7 +16,6 @@ from radargui.experiment.event import RecordedRun
 from radargui.experiment.reprocess import own_setup, process_run
 from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
-from radargui.files.stored_results import read_stored_results
 from radargui.gui.background import Task
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, notes_of_file
@@ -25,11 +23,11 @@ from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import entry_of
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.errors import CancelledError, FileError, RadarGuiError
+from radargui.model.errors import CancelledError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
-from radargui.processing.result_of_run import result_of_run
+from radargui.processing.result_of_run import result_of_run, setup_of_result
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
@@ -266,17 +264,7 @@ def _is_being_computed(result: RunResult) -> bool:
 def _result_of(
     path: Path, progress: Callable[[float], None], on_preliminary: Callable[[RunResult], None] | None = None
 ) -> RunResult:
-    return result_of_run(path, _setup_of(path), progress, on_preliminary)
-
-
-def _setup_of(path: Path) -> Setup:
-    """Return what the stored results were made with, so that they are shown; else what the run was recorded with."""
-    # damaged ones are computed again
-    with contextlib.suppress(FileError):
-        stored = read_stored_results(path)
-        if stored and stored[-1].is_present and (setup := stored[-1].setup) is not None:
-            return setup
-    return own_setup(path)
+    return result_of_run(path, setup_of_result(path) or own_setup(path), progress, on_preliminary)
 
 
 def _report_session(session: Session, task: Task) -> Report:

@@ -24,7 +24,7 @@ from radargui.gui.setup.setup_model import SetupFileController
 from radargui.model.errors import CancelledError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
-from radargui.processing.result_of_run import result_of_run
+from radargui.processing.result_of_run import stored_or_computed
 from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.info import SessionInfo, read_info
 from radargui.session.recovery import unfinished_runs
@@ -191,18 +191,17 @@ def _recovered(paths: list[Path], task: Task) -> tuple[Outcome[RecoveredRun], ..
 
 def _reported_series(sessions: tuple[Path, ...], output: Path, task: Task) -> Path:
     # matplotlib is loaded only where a report is made
-    from radargui.report.report import study_session
-    from radargui.report.series_report import write_series_report
+    from radargui.report.report import study_session, write_series_report
 
-    now, facts = datetime.now().astimezone(), []
+    facts = []
     for number, path in enumerate(sessions):
 
         def part(share: float, number: int = number) -> None:
             task.report((number + share) / (len(sessions) + 1))
 
         session = Session.open(path, write=False)
-        facts.append(study_session(session, result_of_run, part, now.isoformat(sep=" ", timespec="seconds")))
-    return write_series_report(facts, output, lambda _: task.report(1.0), now=now).pdf.parent
+        facts.append(study_session(session, stored_or_computed, part))
+    return write_series_report(facts, output).pdf.parent
 
 
 _SAVE_DETAILS_MS = 800

@@ -94,9 +94,7 @@ class Canvas(Artist):  # type: ignore[misc]  # matplotlib says nothing of its ty
                 )
             # a hundredth of a point is not seen, and is written in half of the room
             places = np.round(np.column_stack([one.places[:, 0] * scale, high - one.places[:, 1] * scale]), 2)
-            renderer.draw_path(
-                gc, Path(places, one.codes), IdentityTransform(), gc.get_rgb() if one.filled else None
-            )
+            renderer.draw_path(gc, Path(places, one.codes), IdentityTransform(), gc.get_rgb() if one.filled else None)
             gc.restore()
         flipped = renderer.flipy()
         for word in self._written:

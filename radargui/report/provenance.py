@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from radargui.files.access import reading
+from radargui.files.hdf5 import text
 from radargui.files.run_card import read_health, read_origin, read_run_card
-from radargui.files.run_file import read_run_setup
+from radargui.files.run_file import opened_run, read_gaps, read_run_setup
 from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup, dump_setup
@@ -173,6 +174,8 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
             size, digest = path.stat().st_size, _sha256(path)
         card, imported = read_run_card(path), read_origin(path)
         own = read_run_setup(path)
+        with opened_run(path) as file:
+            gaps, device = read_gaps(file, path), text(file.attrs, "device")
         return RunProvenance(
             path.stem,
             path.name,
@@ -180,14 +183,14 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
             digest,
             card.origin.samples,
             "file" if imported else _SOURCES[card.origin.kind],
-            facts.device,
+            device,
             imported,
             card.origin.file,
             card.started_at,
             card.sample_rate_hz,
             card.n_samples,
-            len(facts.gaps),
-            sum(gap.count for gap in facts.gaps),
+            len(gaps),
+            sum(gap.count for gap in gaps),
             max((one.fraction_clipped for one in facts.channels if one.fraction_clipped is not None), default=None),
             card.recovered_at,
             set_aside,

@@ -50,7 +50,7 @@ def facts_of(folder: Path, name: str, es: tuple[float, ...], **about: str) -> Se
         with session.new_run(result.recording.digitisation, started_at=NOW.isoformat()) as writer:
             writer.write(Block(result.recording.raw, 0))
         write_results(writer.path, result)
-        runs.append(take_facts(result, writer.path.stem, drawn=False))
+        runs.append(take_facts(result, writer.path.stem, columns=0))
     session.reject(writer.path, EVIL)
     kept = tuple(runs[:-1])
     provenance = provenance_of(session, {run.name: run for run in kept}, "now")
@@ -157,7 +157,7 @@ def test_the_provenance_names_every_file_with_its_checksum_and_why_it_was_set_as
     assert (first.source, first.device, first.set_aside) == ("device", "made by hand", "")
     assert [(made.correction, made.is_present) for made in first.processings] == [("published", True)]
     assert first.processings[0].e == pytest.approx(0.8)
-    assert second.set_aside == EVIL
+    assert (second.set_aside, second.device) == (EVIL, "made by hand")
     assert first.settings_changed == ()
     assert "numpy" in one.reported_with
     assert not first.problem
@@ -169,9 +169,10 @@ def test_a_run_with_other_settings_or_a_damaged_file_says_so(tmp_path: Path) -> 
     other = changed(default_setup(), daq={"range_v": 2.5})
     path, made = session.path / "run-0001.h5", result.recording.digitisation
     with RunWriter(path, made, started_at=NOW.isoformat(), setup_toml=dump_setup(other)) as writer:
-        writer.write(Block(result.recording.raw, 0))
+        writer.write(Block(result.recording.raw[:, :900], 0))
+        writer.write(Block(result.recording.raw[:, 900:], 920, Gap(900, 20, "late")))
     (session.path / "run-0002.h5").write_bytes(b"no run")
-    facts = take_facts(result, "run-0001", drawn=False)
+    facts = take_facts(result, "run-0001", columns=0)
     first, broken = provenance_of(session, {"run-0001": facts}, "now").runs
     session.close()
     assert (first.n_gaps, first.n_lost) == (1, 20)

@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from matplotlib.artist import Artist
-from matplotlib.backends.backend_pdf import Op, RendererPdf
+from matplotlib.backends.backend_pdf import Op
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.path import Path
@@ -123,7 +123,7 @@ _recorded: WeakKeyDictionary[Any, dict[tuple[str, float, bool], bytes]] = WeakKe
 
 def _draw_word(renderer: Any, gc: Any, x: float, y: float, word: _Written) -> None:
     file: Any = getattr(renderer, "file", None)
-    if not isinstance(renderer, RendererPdf):
+    if file is None:
         renderer.draw_text(gc, x, y, word.text, _font(word.size, word.bold), 0.0)
         return
     renderer.check_gc(gc, gc.get_rgb())

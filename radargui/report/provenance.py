@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from radargui.files.access import reading
+from radargui.files.hdf5 import text
 from radargui.files.run_card import read_health, read_origin, read_run_card
-from radargui.files.run_file import read_run_setup
-from radargui.files.stored_results import read_stored_results
+from radargui.files.run_file import opened_run, read_gaps, read_run_setup
+from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.errors import RadarGuiError
-from radargui.model.setup import Setup
+from radargui.model.setup import Setup, dump_setup
 from radargui.report.run_section import RunFacts
 from radargui.session.info import versions
 from radargui.session.session import Session
@@ -19,13 +20,17 @@ from radargui.session.session import Session
 
 @dataclass(frozen=True, slots=True)
 class Processing:
-    """One processing of a run: when, by which version, with which correction, and what e it gave."""
+    """One processing of a run: when, by which version, with which correction, and what e it gave.
+
+    `settings_changed` holds settings that were not those of the session, as in `RunProvenance`.
+    """
 
     processed_at: str
     version: str
     correction: str | None
     e: float | None
     is_present: bool
+    settings_changed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +174,8 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
             size, digest = path.stat().st_size, _sha256(path)
         card, imported = read_run_card(path), read_origin(path)
         own = read_run_setup(path)
-        done = read_stored_results(path)
+        with opened_run(path) as file:
+            gaps, device = read_gaps(file, path), text(file.attrs, "device")
         return RunProvenance(
             path.stem,
             path.name,
@@ -177,20 +183,20 @@ def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
             digest,
             card.origin.samples,
             "file" if imported else _SOURCES[card.origin.kind],
-            facts.device,
+            device,
             imported,
             card.origin.file,
             card.started_at,
             card.sample_rate_hz,
             card.n_samples,
-            len(facts.gaps),
-            sum(gap.count for gap in facts.gaps),
+            len(gaps),
+            sum(gap.count for gap in gaps),
             max((one.fraction_clipped for one in facts.channels if one.fraction_clipped is not None), default=None),
             card.recovered_at,
             set_aside,
             () if own is None else tuple(setting_changes(session.setup, own)),
             card.markers,
-            tuple(_processing(one.processed_at, one.version, one.summary, is_present=one.is_present) for one in done),
+            tuple(_processing(one, session.setup) for one in read_stored_results(path)),
             read_health(path),
         )
     except RadarGuiError as error:
@@ -202,10 +208,16 @@ def _sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _processing(at: str, version: str, summary: Mapping[str, object], *, is_present: bool) -> Processing:
-    correction, e = summary.get("correction"), summary.get("e")
+def _processing(one: StoredResult, setup: Setup) -> Processing:
+    correction, e = one.summary.get("correction"), one.summary.get("e")
+    own = None if one.setup_toml == dump_setup(setup) else one.setup
     return Processing(
-        at, version, str(correction) if correction else None, e if isinstance(e, float) else None, is_present
+        one.processed_at,
+        one.version,
+        str(correction) if correction else None,
+        e if isinstance(e, float) else None,
+        one.is_present,
+        () if own is None else tuple(setting_changes(setup, own)),
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from urllib.parse import quote
 
 import matplotlib as mpl
@@ -45,7 +45,7 @@ class PdfFile:
     def __init__(self, path: Path, paper: Paper, title: str, author: str) -> None:
         metadata = {"Title": title, "Author": author, "Creator": f"RadarGUI {__version__}"}
         self._pages: Any = backend.PdfPages(path, metadata=metadata)
-        self._file: Any = self._pages._ensure_file()
+        self._file: Any = self._pages._ensure_file()  # noqa: SLF001  there is no other way to bookmarks
         self._paper, self._title = paper, title
         self._bookmarks: list[tuple[str, Any]] = []
 

@@ -161,13 +161,25 @@ def write_report(
             # figures are drawn: of hundreds of runs only the numbers stay
             kept.append(replace(named, curves=None))
             progress(_RUNS_SHARE * len(kept) / len(paths))
-        provenance = provenance_of(session, {run.name: run for run in kept}, made_at)
-        facts = SessionFacts(session.info, tuple(kept), provenance)
+        facts = _facts(session, kept, made_at)
         of_report = report_facts([facts], made_at, layout.model)
         writer.put_front(of_report)
         write_numbers(of_report, folder)
     progress(1.0)
     return replace(report, facts=(facts,))
+
+
+def _facts(session: Session, runs: Sequence[RunFacts], made_at: str) -> SessionFacts:
+    return SessionFacts(session.info, tuple(runs), provenance_of(session, {run.name: run for run in runs}, made_at))
+
+
+def study_session(session: Session, result_of: ResultOf, progress: Progress = silent) -> SessionFacts:
+    """Return what a series needs of a session, without pages; parameters as for `write_report`."""
+    paths, labels, kept = session.run_paths(), _labels(session), list[RunFacts]()
+    for run in studied(paths, session.setup, result_of, detailed=False, ahead=False):
+        kept.append(replace(run, label=labels[run.name], curves=None))
+        progress(len(kept) / len(paths))
+    return _facts(session, kept, datetime.now().astimezone().isoformat(sep=" ", timespec="seconds"))
 
 
 def write_series_report(

@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font, get_font_names
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
@@ -91,10 +91,16 @@ def new_figure(width_mm: float, height_mm: float) -> Figure:
     return Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH))
 
 
-def size_mm(figure: Figure | SubFigure) -> tuple[float, float]:
+def size_mm(figure: Figure) -> tuple[float, float]:
     """Return width and height of a figure."""
     width, height = figure.get_size_inches()
     return float(width) * MM_PER_INCH, float(height) * MM_PER_INCH
+
+
+def figure_of(axes: Axes) -> Figure:
+    """Return the figure that axes are on."""
+    figure: Figure = axes.get_figure(root=True)  # type: ignore[assignment]  # they are on one
+    return figure
 
 
 def body(figure: Figure) -> Bbox:
@@ -251,7 +257,7 @@ def legend(axes: Axes, *, raised: bool = False) -> None:
     """Put a legend above the frame at the right, where it hides no curve; raised: above the title too."""
     handles, names = axes.get_legend_handles_labels()
     if names:
-        height_mm = axes.get_position().height * size_mm(axes.figure)[1]
+        height_mm = axes.get_position().height * size_mm(figure_of(axes))[1]
         place = (1.0, 1.0 + 4.0 / height_mm * raised)
         axes.legend(handles, names, loc="lower right", bbox_to_anchor=place, ncols=len(names), columnspacing=1.0)
 

@@ -312,7 +312,7 @@ def _points(session: SeriesSession, counted: Series) -> list[ImpactPoint]:
         for run in session.runs
         if f"{session.name}/{run.drop.name}" not in counted.left_out
         for impact in run.impacts
-        if impact.valid and math.isfinite(impact.e) and impact.u_e > 0.0
+        if impact.valid and math.isfinite(impact.e) and impact.u_e > 0.0 and impact.speed_before_m_s > 0.0
     ]
 
 

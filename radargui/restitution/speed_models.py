@@ -214,7 +214,7 @@ _TOO_SMALL = f"e is too small for the series (a v^1/5 above {_LARGEST:g}, e belo
 _FEWEST_RUNS = 3
 _MOST_BIAS = 0.25
 """Of the slope from errors of the speed, in its standard uncertainties."""
-_STEP, _CLOSE, _MOST_STEPS = 1e-6, 1e-10, 50
+_STEP, _CLOSE, _MOST_STEPS, _LARGEST_PARAMETER = 1e-6, 1e-10, 50, 30.0
 
 
 def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
@@ -324,6 +324,9 @@ def _least_squares(
         residual = (e - model.e(v, *at)) * weights
         step = np.linalg.lstsq(_slopes(model, v, at) * weights[:, None], residual, rcond=None)[0]
         at += step
+        # it diverges
+        if not (np.abs(at) < _LARGEST_PARAMETER).all():
+            break
         if (np.abs(step) <= _CLOSE * (1.0 + np.abs(at))).all():
             return at
     raise np.linalg.LinAlgError

@@ -1,5 +1,6 @@
 """Lines and words handed to matplotlib's renderer as they are: artists of its own take a second for a full page."""
 
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -94,8 +95,8 @@ class Canvas(Artist):
                 gc.set_clip_rectangle(
                     Bbox.from_bounds(left * scale, high - (top + height) * scale, width * scale, height * scale)
                 )
-            # a hundredth of a point is not seen, and is written in half of the room
-            places = np.round(np.column_stack([one.places[:, 0] * scale, high - one.places[:, 1] * scale]), 2)
+            # a tenth of a point is not seen, and is written in half of the room
+            places = np.round(np.column_stack([one.places[:, 0] * scale, high - one.places[:, 1] * scale]), 1)
             renderer.draw_path(gc, Path(places, one.codes), IdentityTransform(), gc.get_rgb() if one.filled else None)
             gc.restore()
         for word in self._written:
@@ -117,6 +118,8 @@ class _Recorder:
         self.content += data
 
 
+_TINY_KERN = re.compile(rb"(?<!\\)\)\s+-?[01]\.\d+\s+\(")
+"""Below two thousandths of the font's size, between almost all letters: half of a page's size."""
 _recorded: WeakKeyDictionary[Any, dict[tuple[str, float, bool], bytes]] = WeakKeyDictionary()
 """For each PDF what it writes for a word at its origin: to lay one out takes a millisecond, and most come again."""
 
@@ -135,7 +138,7 @@ def _draw_word(renderer: Any, gc: Any, x: float, y: float, word: _Written) -> No
             renderer.draw_text(gc, 0.0, 0.0, word.text, _font(word.size, word.bold), 0.0)
         finally:
             recorder, file.currentstream = file.currentstream, page
-        known[key] = recorder.content
+        known[key] = _TINY_KERN.sub(b"", recorder.content)
     file.output(Op.gsave, 1, 0, 0, 1, round(x, 2), round(y, 2), Op.concat_matrix)
     file.write(known[key])
     file.output(Op.grestore)

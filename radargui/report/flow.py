@@ -176,8 +176,11 @@ def _fitting_size(cells: list[list[str]], size: float) -> float:
 
 
 def _column_widths(cells: list[list[str]], size: float, left: tuple[int, ...]) -> list[float]:
-    """Return widths that fill at most the page; the widest columns of words give way first, then those of numbers."""
+    """Return widths that fill at most the page: heads give way first, then columns of words, then those of numbers."""
     widths = _natural(cells, size)
+    if _length(widths) > sheet.ROOM_MM:
+        words = [[max(head.split(), key=len, default="") for head in cells[0]], *cells[1:]]
+        widths = _natural(words, size)
     for giving in (set(left), set(range(len(widths)))):
         most = max(widths)
         while most > _LEAST_COLUMN_MM and _length(widths) > sheet.ROOM_MM:

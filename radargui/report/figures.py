@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from radargui.files.access import Progress, fresh_files, silent
 from radargui.model.errors import UsageError
 from radargui.report import sheet
+from radargui.report.canvas import Canvas
 from radargui.report.curves import RunCurves
 from radargui.report.facts import SessionFacts, report_facts
-from radargui.report.panel import Canvas
 from radargui.report.provenance import provenance_of
 from radargui.report.run_page import correction, fall, iq_rows, phase
 from radargui.report.run_section import ResultOf, RunFacts, study

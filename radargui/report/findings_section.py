@@ -14,8 +14,9 @@ from radargui.report.provenance import RunProvenance
 from radargui.report.run_section import RunFacts, all_simulated
 from radargui.report.setup_section import setup_blocks
 from radargui.restitution.findings import Findings, SampleFindings, SessionFindings
+from radargui.restitution.site_gravity import SiteCheck
 from radargui.restitution.speed_models import MODELS, preferred
-from radargui.restitution.statistics import OUTLIER_RULE, probability
+from radargui.restitution.statistics import OUTLIER_RULE, Statistics, probability
 
 _SPEEDS_MM, _FALLS_MM = 62.0, 70.0
 _DIGEST = 16
@@ -84,9 +85,7 @@ def _found(one: SessionFindings, session: SessionFacts, *, named: bool) -> Itera
         if e.n > 2
         else "",
         "g of the first fall": f"{series.g_m_s2.words()} m/s²" if series.g_m_s2.n else "",
-        "g of the place": f"{one.site.verdict} ({quantity(one.site.expected_m_s2, one.site.u_expected_m_s2, 'm/s²')})"
-        if one.site
-        else "",
+        "g of the place": _site(one.site) if one.site else "",
     }
     yield Facts.of(rows, one.name if named else "")
     if not session.runs:
@@ -95,9 +94,12 @@ def _found(one: SessionFindings, session: SessionFacts, *, named: bool) -> Itera
         yield Note(text, warning=True)
 
 
-def _mean(found: object, scale: float = 1.0) -> str:
-    mean, spread = getattr(found, "mean", None), getattr(found, "standard_deviation", None)
-    return quantity(mean, spread, scale=scale) if spread and spread > 1e-4 * mean else plain(mean, 4, scale=scale)
+def _site(site: SiteCheck) -> str:
+    return f"{site.verdict}; expected {quantity(site.expected_m_s2, site.u_expected_m_s2, 'm/s²')}"
+
+
+def _mean(found: Statistics, scale: float = 1.0) -> str:
+    return plain(found.mean, 4, scale=scale)
 
 
 def _marks(one: SessionFindings, session: SessionFacts) -> Iterator[str]:

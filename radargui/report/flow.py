@@ -2,9 +2,11 @@
 
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from radargui.report import sheet
+from radargui.report.canvas import Canvas, Line
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
 from radargui.report.sheet import Paper
 
@@ -18,6 +20,7 @@ _LABELS_MM = (13.0, 10.0)
 """Room that a figure needs left of its frames and beneath."""
 _FREE_MM = 20.0
 """Above the edge of the paper."""
+_RULE = Line("#404040", 0.5)
 _WARNING_COLOUR = "#a02000"
 
 
@@ -61,6 +64,7 @@ class _Flow:
 
     def _new_page(self) -> None:
         self.pages.append(sheet.new_page(self._paper))
+        self._canvas = Canvas(self.pages[-1])
         self.y = sheet.TOP_MM + self._line
         self.paragraph_end = 0.0
 
@@ -71,14 +75,17 @@ class _Flow:
             self._new_page()
         return full
 
-    def _write(self, x_mm: float, text: str, below_mm: float = 0.0, **looks: Any) -> None:
-        sheet.write(self.pages[-1], x_mm, self.y + below_mm, text, **{"fontsize": self._size, **looks})
+    def _write(self, x_mm: float, text: str, below_mm: float = 0.0, size: float = 0.0, **looks: Any) -> None:
+        self._canvas.write(x_mm, self.y + below_mm, text, size or self._size, **looks)
 
     def _title(self, text: str, rows: int) -> None:
         self._room((min(rows, 4) + 2) * self._line)
-        if text:
-            self._write(sheet.LEFT_MM, sheet.printable(text), fontsize=1.19 * self._size, fontweight="bold")
-            self.y += 1.36 * self._line
+        size = 1.19 * self._size
+        # bold letters are wider
+        for line in sheet.wrapped(sheet.printable(text), size, 0.9 * sheet.ROOM_MM) if text else ():
+            self._write(sheet.LEFT_MM, line, size=size, bold=True)
+            self.y += 1.2 * self._line
+        self.y += 0.16 * self._line
 
     def _drawing(self, block: Drawing) -> None:
         left, below = _LABELS_MM
@@ -99,7 +106,7 @@ class _Flow:
             for number, line in enumerate(sheet.wrapped(sheet.printable(value), self._size, room)):
                 self._room(self._line)
                 if number == 0:
-                    self._write(sheet.LEFT_MM, sheet.printable(name), color="#505050")
+                    self._write(sheet.LEFT_MM, sheet.printable(name), colour="#505050")
                 self._write(sheet.LEFT_MM + values_mm, line)
                 self.y += self._line
 
@@ -107,7 +114,7 @@ class _Flow:
         colour, indent_mm = (_WARNING_COLOUR, 4.0) if block.warning else ("black", 0.0)
         for line in sheet.wrapped(sheet.printable(block.text), self._size, sheet.ROOM_MM - 4.0):
             self._room(self._line)
-            self._write(sheet.LEFT_MM + indent_mm, line, color=colour)
+            self._write(sheet.LEFT_MM + indent_mm, line, colour=colour)
             self.y += self._line
         self.paragraph_end = self.y
         self.y -= self._gap - 2.0
@@ -120,20 +127,21 @@ class _Flow:
             [sheet.wrapped(cell, size, width) for cell, width in zip(row, widths, strict=True)] for row in cells
         )
 
-        def put(row: list[list[str]], weight: str = "normal") -> None:
+        def put(row: list[list[str]], *, bold: bool = False) -> None:
             x = sheet.LEFT_MM
             for number, (lines, width) in enumerate(zip(row, widths, strict=True)):
-                place, side = (x, "left") if number in block.left else (x + width, "right")
+                place, align = (x, 0.0) if number in block.left else (x + width, 1.0)
                 for below, line in enumerate(lines):
-                    self._write(place, line, below * self._line, fontsize=size, ha=side, fontweight=weight)
+                    self._write(place, line, below * self._line, size, align=align, bold=bold)
                 x += width + _COLUMN_GAP_MM
             self.y += self._height(row)
 
         def underline() -> None:
-            sheet.rule(self.pages[-1], self.y - 0.67 * self._line, _length(widths))
+            left, y = sheet.LEFT_MM, self.y - 0.67 * self._line
+            self._canvas.line(np.array([[left, y], [left + _length(widths), y]]), _RULE)
 
         def head() -> None:
-            put(header, "bold")
+            put(header, bold=True)
             underline()
             self.y += 0.28 * self._line
 

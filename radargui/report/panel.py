@@ -1,20 +1,16 @@
-"""Small figures side by side, drawn straight onto a page: axes of matplotlib take a second a page of twenty."""
+"""One frame of a figure: its axes, curves and names, drawn on a canvas."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import Bbox, IdentityTransform
 
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
+from radargui.report.canvas import Canvas, Line
 from radargui.report.curves import Curve
 from radargui.report.sheet import Area
 
@@ -24,91 +20,6 @@ _FRAME = "#404040"
 _TICK_MM, _TITLE_MM = 0.8, 1.0
 _STEPS = (1, 2, 5, 10)
 Span = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """How a line looks: colour, width in points, dashes and gaps in points (none: drawn through)."""
-
-    colour: str
-    width: float = 0.5
-    dashes: tuple[float, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class _Drawn:
-    """Lines through places in mm from the upper left corner, shape (n, 2); NaN breaks them."""
-
-    places: FloatArray
-    line: Line
-    clip: Area | None = None
-    filled: bool = False
-    codes: Any = None
-
-
-@dataclass(frozen=True, slots=True)
-class _Written:
-    x: float
-    y: float
-    text: str
-    size: float
-    colour: str = "black"
-
-
-class Canvas(Artist):  # type: ignore[misc]  # matplotlib says nothing of its types here
-    """Lines and words on a figure, handed to the renderer as they are."""
-
-    def __init__(self, figure: Figure) -> None:
-        super().__init__()
-        self._drawn: list[_Drawn] = []
-        self._written: list[_Written] = []
-        figure.add_artist(self)
-
-    def line(self, places: FloatArray, line: Line, clip: Area | None = None, **looks: Any) -> None:
-        """Add a line through places in mm."""
-        self._drawn.append(_Drawn(places, line, clip, **looks))
-
-    def write(
-        self, x: float, y: float, text: str, align: float = 0.0, size: float = SIZE, colour: str = "black"
-    ) -> None:
-        """Add text at its base line; `align` is the share of its width that lies left of x."""
-        self._written.append(_Written(x - align * sheet.width_mm(text, size), y, text, size, colour))
-
-    def draw(self, renderer: Any) -> None:
-        """Draw everything; called by matplotlib."""
-        figure = self.get_figure(root=True)
-        scale = figure.dpi / sheet.MM_PER_INCH
-        high = figure.bbox.height
-        for one in self._drawn:
-            gc = renderer.new_gc()
-            gc.set_foreground(one.line.colour)
-            gc.set_linewidth(renderer.points_to_pixels(one.line.width))
-            gc.set_capstyle("round" if one.codes is not None else "butt")
-            gc.set_joinstyle("bevel")
-            if one.line.dashes:
-                gc.set_dashes(0.0, [renderer.points_to_pixels(length) for length in one.line.dashes])
-            if one.clip is not None:
-                left, top, width, height = one.clip
-                gc.set_clip_rectangle(
-                    Bbox.from_bounds(left * scale, high - (top + height) * scale, width * scale, height * scale)
-                )
-            # a hundredth of a point is not seen, and is written in half of the room
-            places = np.round(np.column_stack([one.places[:, 0] * scale, high - one.places[:, 1] * scale]), 2)
-            renderer.draw_path(gc, Path(places, one.codes), IdentityTransform(), gc.get_rgb() if one.filled else None)
-            gc.restore()
-        flipped = renderer.flipy()
-        for word in self._written:
-            gc = renderer.new_gc()
-            gc.set_foreground(word.colour)
-            y = word.y * scale if flipped else high - word.y * scale
-            renderer.draw_text(gc, word.x * scale, y, word.text, _font(word.size), 0.0)
-            gc.restore()
-        self.stale = False
-
-
-@lru_cache(maxsize=8)
-def _font(size: float) -> FontProperties:
-    return FontProperties(family=list(sheet.fonts()), size=size)
 
 
 def span_of(curves: Sequence[Curve], factor: float = 1.0, margin: float = 0.06) -> Span:
@@ -187,7 +98,7 @@ class Panel:
         """Name a line above the frame, from the right."""
         right, base = self.area.left + self.area.width - self._key_mm, self.area.top - _TITLE_MM
         begin = right - sheet.width_mm(name, self.size)
-        self.canvas.write(begin, base, name, size=self.size)
+        self.canvas.write(begin, base, name, self.size)
         middle = base - 0.1 * self.size
         self.canvas.line(np.array([[begin - 3.6, middle], [begin - 0.8, middle]]), Line(line.colour, 0.8, line.dashes))
         self._key_mm += right - begin + 5.5
@@ -202,7 +113,7 @@ class Panel:
     def say(self, text: str) -> None:
         """Write in the middle that there is nothing to draw."""
         left, top, width, height = self.area
-        self.canvas.write(left + 0.5 * width, top + 0.5 * height, text, 0.5, colour="#808080")
+        self.canvas.write(left + 0.5 * width, top + 0.5 * height, text, self.size, 0.5, colour="#808080")
 
     def frame(self, title: str, label: str = "", *, ticks: bool = True, numbers: bool = True) -> None:
         """Draw the frame, its ticks and numbers, the title above and the name of the axis beneath.
@@ -227,16 +138,16 @@ class Panel:
                 x = self.place([value], [self.y[0]])[0, 0]
                 marks += [(x, bottom), (x, bottom + _TICK_MM), (np.nan, np.nan)]
                 if numbers:
-                    self.canvas.write(x, bottom + 0.48 * self.size, _number(value), 0.5, self.size)
+                    self.canvas.write(x, bottom + 0.48 * self.size, _number(value), self.size, 0.5)
             for value in _ticks(self.y, max(2, min(6, round(height / 8.0)))):
                 y = self.place([self.x[0]], [value])[0, 1]
                 marks += [(left, y), (left - _TICK_MM, y), (np.nan, np.nan)]
-                self.canvas.write(left - 1.2, y + 0.13 * self.size, _number(value), 1.0, self.size)
+                self.canvas.write(left - 1.2, y + 0.13 * self.size, _number(value), self.size, 1.0)
             self.canvas.line(np.array(marks).reshape(-1, 2), Line(_FRAME, 0.5))
         self.canvas.line(corners, Line(_FRAME, 0.5))
-        self.canvas.write(left, top - _TITLE_MM, title, size=self.size)
+        self.canvas.write(left, top - _TITLE_MM, title, self.size)
         if label:
-            self.canvas.write(left + 0.5 * width, bottom + 0.93 * self.size, label, 0.5, self.size)
+            self.canvas.write(left + 0.5 * width, bottom + 0.93 * self.size, label, self.size, 0.5)
 
 
 def _ticks(span: Span, most: int) -> list[float]:

@@ -7,9 +7,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
+from urllib.parse import quote
 
-from matplotlib.backends.backend_pdf import Name, PdfPages
+import matplotlib as mpl
+from matplotlib.backends import backend_pdf
 from matplotlib.figure import Figure
 
 from radargui import __version__
@@ -18,12 +20,16 @@ from radargui.report.document import Chapter, Drawing, templates
 from radargui.report.flow import text_pages
 from radargui.report.sheet import Paper
 
+backend: Any = backend_pdf
+_SAFE = " /:;,=.()-+*!?@$&|{}~^_[]"
+"""Signs that need no escape in an address of data between quotes."""
+_HEAD_SIZE = 12.0
 _SCREEN = sheet.Area(14.0, 6.0, 160.0, 0.0)
 """Where a figure lies in the picture of it that HTML shows."""
 _SCREEN_WIDTH_MM, _SCREEN_BELOW_MM = 178.0, 10.0
 
 
-class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its types here
+class PdfFile:
     """A PDF whose chapters may be put in front of those that are written already.
 
     Parameters
@@ -37,9 +43,19 @@ class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its
     """
 
     def __init__(self, path: Path, paper: Paper, title: str, author: str) -> None:
-        super().__init__(path, metadata={"Title": title, "Author": author, "Creator": f"RadarGUI {__version__}"})
+        metadata = {"Title": title, "Author": author, "Creator": f"RadarGUI {__version__}"}
+        self._pages: Any = backend.PdfPages(path, metadata=metadata)
+        self._file: Any = self._pages._ensure_file()  # noqa: SLF001  there is no other way to bookmarks
         self._paper, self._title = paper, title
         self._bookmarks: list[tuple[str, Any]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bookmarks:
+            self._write_outline()
+        self._pages.close()
 
     def put(self, chapter: Chapter) -> None:
         """Add the pages of a chapter."""
@@ -51,29 +67,23 @@ class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its
     @contextmanager
     def in_front(self) -> Iterator[None]:
         """Put what is written inside before all that was written until now."""
-        pages, before = self._ensure_file().pageList, len(self._bookmarks)
+        pages, before = self._file.pageList, len(self._bookmarks)
         yield
         for items in (pages, self._bookmarks):
             items[:] = [*items[before:], *items[:before]]
 
-    def close(self) -> None:
-        """Write the bookmarks and end the file."""
-        # a run has no page number: its pages are written before it is known how many lie in front of them
-        if self._bookmarks:
-            self._write_outline()
-        super().close()
-
     def _page(self, page: Figure, title: str) -> None:
-        sheet.write(page, sheet.LEFT_MM, 15.0, sheet.printable(title), fontsize=12.0, fontweight="bold")
+        head = _one_line(title, _HEAD_SIZE)
+        sheet.write(page, sheet.LEFT_MM, 15.0, head, fontsize=_HEAD_SIZE, fontweight="bold")
         sheet.rule(page, 18.0, width=0.8)
         foot_mm = sheet.size_mm(page)[1] - sheet.FOOT_MM
-        sheet.write(page, sheet.LEFT_MM, foot_mm, sheet.printable(self._title), fontsize=6.5, color="#606060")
-        self.savefig(page)
-        self._bookmarks.append((title, self._ensure_file().pageList[-1]))
+        sheet.write(page, sheet.LEFT_MM, foot_mm, _one_line(self._title, 6.5), fontsize=6.5, color="#606060")
+        self._pages.savefig(page)
+        self._bookmarks.append((title, self._file.pageList[-1]))
 
     def _write_outline(self) -> None:
         """Write one bookmark a title (PDF 32000-1, 12.3.3), and the catalog once more, with them in it."""
-        file = self._ensure_file()
+        file = self._file
         first_of = dict(reversed(self._bookmarks))
         titles = list(dict.fromkeys(title for title, _ in self._bookmarks))
         outline = file.reserveObject("outline")
@@ -81,13 +91,19 @@ class PdfFile(PdfPages):  # type: ignore[misc]  # matplotlib says nothing of its
         for number, (title, item) in enumerate(zip(titles, items, strict=True)):
             near = {"Prev": items[number - 1]} if number else {}
             near |= {"Next": items[number + 1]} if number + 1 < len(items) else {}
-            target = [first_of[title], Name("Fit")]
+            target = [first_of[title], backend.Name("Fit")]
             file.writeObject(item, {"Title": _utf16(title), "Parent": outline, "Dest": target, **near})
-        found = {"Type": Name("Outlines"), "First": items[0], "Last": items[-1], "Count": len(items)}
+        found = {"Type": backend.Name("Outlines"), "First": items[0], "Last": items[-1], "Count": len(items)}
         file.writeObject(outline, found)
-        catalog = {"Type": Name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
-        view = {"PageMode": Name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
+        catalog = {"Type": backend.Name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
+        view = {"PageMode": backend.Name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
         file.writeObject(file.rootObject, {**catalog, **view})
+
+
+def _one_line(text: str, size: float) -> str:
+    """Return what of a text fits on one line of a page."""
+    first, *more = sheet.wrapped(" ".join(sheet.printable(text).split()), size, 0.85 * sheet.ROOM_MM)
+    return f"{first} …" if more else first
 
 
 def _utf16(text: str) -> bytes:
@@ -147,6 +163,7 @@ def drawn_alone(block: Drawing) -> Figure:
 
 def _inline(page: Figure, part: Any = None) -> str:
     """Return a figure as SVG within a data URI; what is white shows the page's own ground."""
-    text = io.BytesIO()
-    page.savefig(text, format="svg", bbox_inches=part, transparent=True, metadata={"Date": None, "Creator": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode("ascii")
+    text = io.StringIO()
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        page.savefig(text, format="svg", bbox_inches=part, transparent=True, metadata={"Date": None, "Creator": None})
+    return "data:image/svg+xml," + quote(text.getvalue(), safe=_SAFE)

@@ -42,7 +42,7 @@ def _pair(
         against_time.set_ylim(-limit, limit)
     (left, bottom), (right, top) = in_plane.get_position().get_points()
     # room for the words beneath
-    room = 4.0 / sheet.size_mm(in_plane.figure)[1]
+    room = 4.0 / sheet.size_mm(sheet.figure_of(in_plane))[1]
     in_plane.set_position((left, bottom + room, right - left, top - bottom - room))
     in_plane.set_box_aspect(1.0)
     in_plane.set_anchor("NW")

@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from radargui.report import sheet
+from radargui.report.canvas import Canvas, Line
 from radargui.report.curves import CircleCurves, Curve, ReceiverCurves, RunCurves, StepCurves, TrackCurves
-from radargui.report.panel import Canvas, Line, Panel, span_of
+from radargui.report.panel import Panel, span_of
 from radargui.report.sheet import Area
 
 _GAP_MM, _LABELS_MM, _TICKS_MM = 4.5, 10.0, 9.0
@@ -118,7 +119,7 @@ def correction(canvas: Canvas, area: Area, curves: RunCurves, receivers: tuple[R
     """Draw the correction at work: I above Q, one column a receiver."""
     rows = _rows(area, 2)
     for number, (receiver, column) in enumerate(zip(receivers, _columns(area, len(receivers)), strict=True)):
-        parts = receiver.steps or receiver.circles
+        parts: tuple[StepCurves | CircleCurves, ...] = receiver.steps or receiver.circles
         for place, part in enumerate(parts):
             where = column._replace(top=rows[place].top, height=rows[place].height)
             _part(canvas, where, curves, part, bottom=place == 1, key=number == place == 0)
@@ -195,6 +196,7 @@ def fall(canvas: Canvas, area: Area, curves: RunCurves, track: TrackCurves) -> N
         panel.frame("Residual", ticks=False)
         return
     factor, unit = sheet.scaled("m", residual.largest)
-    panel = Panel(canvas, below, curves.span_s, span_of([residual], factor))
+    # drawn over its own time: a fall is a small part of what a sphere does that bounces
+    panel = Panel(canvas, below, (float(residual.x[0]), float(residual.x[-1])), span_of([residual], factor))
     panel.curve(residual, Line(sheet.FIT_COLOUR, 0.4), factor)
     _over_time(panel, curves, f"Residual of the fall / {unit}")

@@ -148,8 +148,8 @@ def study(
 def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts:
     """Return what the report keeps of a result, its curves decimated to so many columns; none where it is 0."""
     curves = take_curves(result, columns) if columns else None
-    track = curves and curves.track
-    falls = (track.fallen, track.since_vertex) if track and track.fallen and track.since_vertex else None
+    drawn = curves.track if curves else None
+    falls = (drawn.fallen, drawn.since_vertex) if drawn and drawn.fallen and drawn.since_vertex else None
     recording, corrected, track = result.recording, result.corrected, result.track
     return RunFacts(
         name=name,
@@ -202,13 +202,15 @@ def run_page(run: RunFacts) -> Chapter:
 
     rows = {
         "Result": " – ".join(part for part in (run.said, run.reason) if part),
-        "Recorded": "; ".join(filter(None, (run.started_at, run.origin or run.device, run.source.file, _samples(run)))),
+        "Recorded": "; ".join(
+            filter(None, (run.started_at, run.origin or run.device or run.source.file, _samples(run)))
+        ),
         "Correction, geometry": f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}",
         **_fall_rows(run, "First fall" if run.from_rest else "Flight before the first impact seen"),
     }
     shown = replace(run, bounces=replace(run.bounces, impacts=run.bounces.impacts[:_MOST_IMPACTS]))
     notes = [*run.warnings, *_more_impacts(run), *(f"{gap} samples were lost." for gap in _lost(run))]
-    blocks = [
+    blocks: list[Content] = [
         Facts(tuple((name, _cut(value)) for name, value in rows.items() if value)),
         *(replace(block, title="") for block in _impacts(shown) if isinstance(block, Grid)),
         *(replace(block, title="") for block in _quality(run) if isinstance(block, Grid)),

@@ -97,6 +97,12 @@ def size_mm(figure: Figure) -> tuple[float, float]:
     return float(width) * MM_PER_INCH, float(height) * MM_PER_INCH
 
 
+def figure_of(axes: Axes) -> Figure:
+    """Return the figure that axes are on."""
+    figure: Figure = axes.get_figure(root=True)  # type: ignore[assignment]  # they are on one
+    return figure
+
+
 def body(figure: Figure) -> Bbox:
     """Return the part of a page from the header down to the labels of its lowest axes, in inches: what HTML shows."""
     width_mm, height_mm = size_mm(figure)
@@ -251,7 +257,7 @@ def legend(axes: Axes, *, raised: bool = False) -> None:
     """Put a legend above the frame at the right, where it hides no curve; raised: above the title too."""
     handles, names = axes.get_legend_handles_labels()
     if names:
-        height_mm = axes.get_position().height * size_mm(axes.figure)[1]
+        height_mm = axes.get_position().height * size_mm(figure_of(axes))[1]
         place = (1.0, 1.0 + 4.0 / height_mm * raised)
         axes.legend(handles, names, loc="lower right", bbox_to_anchor=place, ncols=len(names), columnspacing=1.0)
 

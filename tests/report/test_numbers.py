@@ -173,12 +173,14 @@ def test_a_run_with_other_settings_or_a_damaged_file_says_so(tmp_path: Path) -> 
     with RunWriter(path, made, started_at=NOW.isoformat(), setup_toml=dump_setup(other)) as writer:
         writer.write(Block(result.recording.raw[:, :900], 0))
         writer.write(Block(result.recording.raw[:, 900:], 920, Gap(900, 20, "late")))
+    write_results(path, replace(result, setup=other))
     (session.path / "run-0002.h5").write_bytes(b"no run")
     facts = take_facts(result, "run-0001", columns=0)
     first, broken = provenance_of(session, {"run-0001": facts}, "now").runs
     session.close()
     assert (first.n_gaps, first.n_lost) == (1, 20)
     assert first.settings_changed == ("daq.range_v: 5.0 -> 2.5",)
+    assert first.processings[0].settings_changed == first.settings_changed
     assert "run-0002.h5" in broken.problem
 
 

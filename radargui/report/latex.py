@@ -143,5 +143,9 @@ def _entry(name: str, session: SessionFacts) -> str:
         "year": info.created_at[:4],
         "note": f"{len(session.runs)} runs, recorded {info.created_at[:10]}, analysed with RadarGUI {__version__}",
     }
-    lines = (f"  {field} = {{{escaped(text)}}},\n" for field, text in fields.items() if text.strip())
+    # BibTeX counts braces that LaTeX would only print
+    plain_braces = str.maketrans("{}", "()")
+    lines = (
+        f"  {field} = {{{escaped(text.translate(plain_braces))}}},\n" for field, text in fields.items() if text.strip()
+    )
     return f"@misc{{radargui-{key},\n{''.join(lines)}}}"

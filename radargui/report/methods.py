@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from radargui import __version__
 from radargui.model.rounding import plain
 from radargui.report.facts import ReportFacts, SessionFacts
-from radargui.restitution.findings import SessionFindings
+from radargui.restitution.findings import Findings, SessionFindings
 from radargui.restitution.speed_models import MODELS
 from radargui.restitution.statistics import OUTLIER_RULE
 
@@ -43,20 +43,31 @@ def methods(facts: ReportFacts) -> str:
     said += [way if len(ways) == 1 else f"{', '.join(names)}: {way}" for way, names in ways.items()]
     said.append(
         "The coefficient of restitution of an impact is the ratio of the speeds along the floor's normal just after "
-        "and just before it, both from fits of the flights. The mean stands with its combined standard uncertainty: "
-        "the standard error from the scatter of the drops, and calibration and sphere, common to all drops, which do "
-        "not average out (GUM, JCGM 100). Intervals are 95 %, Student's t. Outliers were flagged by the "
-        f"{OUTLIER_RULE} and kept."
+        f"and just before it, both from fits of the flights. {_uncertainty(found)} Intervals are 95 %, Student's t. "
+        f"Outliers were flagged by the {OUTLIER_RULE} and kept."
     )
     if found.model:
         model = MODELS[found.model]
         source = f" ({model.source})" if model.source else ""
+        fits = [fit for one in found.samples if (fit := one.fit(found.model)).parameters]
+        how = _each(fit.u_from for fit in fits)
         said.append(
             f"e against the impact speed v was described by {model.equation}{source}, fitted by weighted least squares "
-            "with the scatter between impacts as a free parameter; uncertainties by leaving runs out one at a time."
+            f"with the scatter between impacts as a free parameter; uncertainties: {how}."
+            if fits
+            else f"{model.equation}{source} could not be fitted to e against the impact speed v."
         )
     said.append(f"All results were computed with RadarGUI {__version__}.")
     return " ".join(said)
+
+
+def _uncertainty(found: Findings) -> str:
+    if all(one.series.e.combined is None for one in found.sessions):
+        return "The mean stands with the standard error from the scatter of the drops."
+    return (
+        "The mean stands with its combined standard uncertainty: the standard error from the scatter of the drops, and "
+        "calibration and sphere, common to all drops, which do not average out (GUM, JCGM 100)."
+    )
 
 
 def _dropped(found: SessionFindings, session: SessionFacts, *, alone: bool) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from radargui import __version__
 from radargui.files.access import write_whole
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.model.recording import Gap
 from radargui.model.result import Bounce
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.facts import ReportFacts, SessionFacts
@@ -160,12 +161,26 @@ def _run_document(run: RunFacts) -> dict[str, object]:
         "zero_is": run.since,
         "summary": run.figures,
         "bounces": [_from_zero(run, impact) for impact in run.bounces.impacts],
-        "free_fall": free_fall_document(run.bounces.free_fall, run.site_check),
+        "free_fall": _fall_document(run),
         "channels": run.channels,
         "uncertainty_budget": run.uncertainty_budget,
-        "gaps": run.gaps,
+        "gaps": [_gap_document(run, gap) for gap in run.gaps],
         "warnings": run.warnings,
     }
+
+
+def _fall_document(run: RunFacts) -> dict[str, object] | None:
+    fall = run.bounces.free_fall
+    own = free_fall_document(fall, run.site_check)
+    if fall is None or own is None:
+        return None
+    ends = {"first": fall.first_time_s, "last": fall.last_time_s}
+    return {**{f"{end}_time_from_zero_s": time_s - run.zero_s for end, time_s in ends.items()}, **own}
+
+
+def _gap_document(run: RunFacts, gap: Gap) -> dict[str, object]:
+    since = gap.first_index / run.rate_hz - run.zero_s if run.rate_hz else None
+    return {"time_from_zero_s": since, **asdict(gap)}
 
 
 def _from_zero(run: RunFacts, impact: Bounce) -> dict[str, object]:

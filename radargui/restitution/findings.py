@@ -257,8 +257,8 @@ def _session_findings(session: SeriesSession, counted: Series) -> SessionFinding
         for run in session.runs
         if (why := counted.left_out.get(f"{session.name}/{run.drop.name}"))
     }
-    series = replace(series_of([run.drop for run in session.runs if run.drop.name not in left_out]), kind=counted.kind)
-    series = replace(series, left_out=left_out)
+    kept = [run.drop for run in session.runs if run.drop.name not in left_out]
+    series = replace(series_of(kept), kind=counted.kind, left_out=left_out)
     used = [run for run in session.runs if run.drop.name in series.seen]
     e_budget = _budget(series.e, [run for run in used if run.drop.e is not None], lambda one: one.e)
     g_budget = _budget(series.g_m_s2, [run for run in used if run.drop.g_m_s2 is not None], lambda one: one.g_m_s2)

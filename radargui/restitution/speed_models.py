@@ -254,10 +254,14 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
             of = np.array([point.run for point in points])
             left = np.array([_least_squares(model, v[k], e[k], variance[k], at) for k in (of != run for run in runs)])
             covariance = _jackknife(left)
-            factor, u_from = student(len(runs) - 1), "runs left out one at a time"
+            factor, u_from = student(len(runs) - 1), "from the runs, left out one at a time"
         else:
             # maximum likelihood knows no degrees of freedom
-            covariance, factor, u_from = inverse * n / (n - p), student(n - p), "least squares: too few runs"
+            covariance, factor, u_from = (
+                inverse * n / (n - p),
+                student(n - p),
+                "from least squares, for there are too few runs",
+            )
     except np.linalg.LinAlgError:
         # the series has a lowest e, below which there is none
         return replace(fit, problem=_TOO_SMALL if name == "viscoelastic" else "it cannot be fitted to these impacts")

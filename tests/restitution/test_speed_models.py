@@ -127,7 +127,7 @@ def test_what_all_impacts_share_stays_whole() -> None:
 
 def test_two_runs_have_the_uncertainty_of_least_squares_and_no_test_of_the_shape() -> None:
     fit = fit_speed_model(points_of(model_e("power"), np.random.default_rng(7), runs=2), "power")
-    assert fit.u_from.startswith("least squares")
+    assert "too few runs" in fit.u_from
     assert fit.trend_p is None
     assert fit.describes is None
     assert 0.0 < fit.parameters[1].u < 0.01

@@ -13,11 +13,14 @@ from radargui.session.info import SessionInfo
 
 @dataclass(frozen=True, slots=True)
 class SessionFacts:
-    """One session: its record, its runs in the order of their numbers (without those set aside), its provenance."""
+    """One session: its record, its runs in the order of their numbers (without those set aside), its provenance.
+
+    Where it comes from is left out of a page that says only what was found.
+    """
 
     info: SessionInfo
     runs: tuple[RunFacts, ...] = field(repr=False)
-    provenance: Provenance = field(repr=False)
+    provenance: Provenance | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, slots=True)

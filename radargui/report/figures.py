@@ -14,7 +14,6 @@ from radargui.report import sheet
 from radargui.report.canvas import Canvas
 from radargui.report.curves import RunCurves
 from radargui.report.facts import SessionFacts, report_facts
-from radargui.report.provenance import provenance_of
 from radargui.report.run_page import correction, fall, iq_rows, phase
 from radargui.report.run_section import ResultOf, RunFacts, study
 from radargui.report.series_figures import draw_falls, draw_speeds
@@ -92,7 +91,7 @@ def _of_run(name: str, curves: RunCurves) -> Iterator[_Named]:
 
 
 def _of_session(session: Session, runs: list[RunFacts]) -> Iterator[_Named]:
-    facts = report_facts([SessionFacts(session.info, tuple(runs), provenance_of(session, {}, ""))], "")
+    facts = report_facts([SessionFacts(session.info, tuple(runs))], "")
     yield "restitution", 0.7, partial(draw_speeds, facts=facts)
     if any(run.falls for run in runs):
         yield "falls", 0.9, partial(draw_falls, runs=runs)

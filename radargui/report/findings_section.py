@@ -152,10 +152,11 @@ def _series(facts: ReportFacts) -> Iterator[Content]:
         yield Drawing("Falls", partial(draw_falls, runs=runs), _FALLS_MM)
     for one, session in zip(found.sessions, facts.sessions, strict=True):
         if session.runs:
-            yield _runs(one, session.runs, f" of {one.name}" if several else "")
+            yield runs_table(one, session.runs, f" of {one.name}" if several else "")
 
 
-def _runs(found: SessionFindings, runs: tuple[RunFacts, ...], of: str) -> Grid:
+def runs_table(found: SessionFindings, runs: tuple[RunFacts, ...], of: str = "") -> Grid:
+    """Return one line a run."""
     rows = (
         {
             "drop": run.label,
@@ -228,6 +229,8 @@ def _repeatability(sample: SampleFindings) -> Iterator[Content]:
 
 def _provenance(session: SessionFacts) -> Iterator[Content]:
     info, found, runs = session.info, session.provenance, session.runs
+    if found is None:
+        return
     imported = bool(runs) and all(run.origin for run in runs)
     simulated = all_simulated(runs)
     rows = {

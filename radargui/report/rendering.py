@@ -23,6 +23,7 @@ from radargui.report.sheet import Paper
 backend: Any = backend_pdf
 _SAFE = " /:;,=.()-+*!?@$&|{}~^_[]"
 """Signs that need no escape in an address of data between quotes."""
+_PIXELS_PER_INCH = 100
 _HEAD_SIZE = 12.0
 _SCREEN = sheet.Area(14.0, 6.0, 160.0, 0.0)
 """Where a figure lies in the picture of it that HTML shows."""
@@ -159,6 +160,13 @@ def drawn_alone(block: Drawing) -> Figure:
     figure = sheet.new_figure(_SCREEN_WIDTH_MM, _SCREEN.top + height_mm + _SCREEN_BELOW_MM)
     block.draw(figure, _SCREEN._replace(height=height_mm))
     return figure
+
+
+def pixels_of(block: Drawing) -> str:
+    """Return a figure as an address of a PNG, for viewers that draw no SVG."""
+    content = io.BytesIO()
+    drawn_alone(block).savefig(content, format="png", dpi=_PIXELS_PER_INCH)
+    return "data:image/png;base64," + base64.b64encode(content.getvalue()).decode("ascii")
 
 
 def _inline(page: Figure, part: Any = None) -> str:

@@ -151,7 +151,7 @@ def write_report(
     folder = output or own_subfolder(session.path, REPORT_FOLDER)
     made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
     report = Report((), *(folder / name for name in REPORT_FILES))
-    paths, labels, kept = session.run_paths(), _labels(session), list[RunFacts]()
+    paths, labels, kept = session.run_paths(), labels_of(session), list[RunFacts]()
     origins = set(_origins(paths).values())
     mark = ", simulated" if {origin.kind for origin in origins} == {"simulated"} else ""
     with _writing(report, layout, f"RadarGUI report: {session.info.name}{mark}", session.info.operator) as writer:
@@ -175,7 +175,7 @@ def _facts(session: Session, runs: Sequence[RunFacts], made_at: str) -> SessionF
 
 def study_session(session: Session, result_of: ResultOf, progress: Progress = silent) -> SessionFacts:
     """Return what a series needs of a session, without pages; parameters as for `write_report`."""
-    paths, labels, kept = session.run_paths(), _labels(session), list[RunFacts]()
+    paths, labels, kept = session.run_paths(), labels_of(session), list[RunFacts]()
     for run in studied(paths, session.setup, result_of, detailed=False, ahead=False):
         kept.append(replace(run, label=labels[run.name], curves=None))
         progress(len(kept) / len(paths))
@@ -225,7 +225,7 @@ def _origins(paths: Sequence[Path]) -> dict[str, RunOrigin]:
     return origins
 
 
-def _labels(session: Session) -> dict[str, str]:
+def labels_of(session: Session) -> dict[str, str]:
     """Return what the drops are called, also with those in mind that were rejected and keep their number."""
     rejected, origins = session.rejected, _origins(session.run_paths())
     return drop_labels(

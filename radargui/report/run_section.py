@@ -9,6 +9,7 @@ from pathlib import Path
 
 from radargui.files.access import Progress
 from radargui.files.run_card import read_origin, read_run_card, summarise
+from radargui.files.stored_results import read_findings
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
 from radargui.model.errors import CancelledError, RadarGuiError, fault_of
 from radargui.model.recording import Gap, Recording
@@ -174,6 +175,27 @@ def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts
         warnings=result.warnings,
         curves=curves,
         falls=falls,
+    )
+
+
+def glance(path: Path) -> RunFacts:
+    """Return what the results stored with a run say, without its samples; whatever goes wrong becomes its `failure`."""
+    try:
+        found, source = read_findings(path), read_run_card(path).origin
+    except RadarGuiError as error:
+        return RunFacts(path.stem, failure=str(error))
+    if found is None:
+        return RunFacts(path.stem, failure="not processed yet", source=source)
+    summary = found.summary
+    return RunFacts(
+        path.stem,
+        status=str(summary.get("status")),
+        reason=str(summary.get("reason") or ""),
+        figures=summary,
+        source=source,
+        from_rest=summary.get("from_rest") is not False,
+        bounces=found.bounces,
+        uncertainty_budget=found.uncertainty_budget,
     )
 
 

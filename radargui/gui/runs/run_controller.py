@@ -17,6 +17,7 @@ from radargui.experiment.reprocess import own_setup, process_run
 from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
 from radargui.gui.background import Task
+from radargui.gui.runs.report_preview import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, notes_of_file
 from radargui.gui.runs.run_panel import RunPanel
@@ -27,7 +28,7 @@ from radargui.model.errors import CancelledError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
-from radargui.processing.result_of_run import result_of_run, setup_of_result
+from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_or_computed
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
@@ -51,6 +52,9 @@ class RunController(QObject):
         self._kept: OrderedDict[Path, RunResult] = OrderedDict()
         self._wanted: Path | None = None
         self._reading: Task | None = None
+        self._preview = ReportPreview(services)
+        runs.model.rowsInserted.connect(lambda *_: self._preview.refresh())
+        runs.model.dataChanged.connect(lambda *_: self._preview.refresh())
         runs.run_chosen.connect(self._choose)
 
     def show_session(self, session: Session | None) -> None:
@@ -59,6 +63,7 @@ class RunController(QObject):
             self._run.clear()
             self._track.clear()
         self._session = session
+        self._preview.show_session(session)
         self._kept.clear()
         self._wanted = None
         if session is None:
@@ -115,6 +120,11 @@ class RunController(QObject):
             self._report_failed,
             self._runs.show_report,
         )
+
+    def preview(self) -> None:
+        """Show the report's first page as it would be now, and follow the runs."""
+        self._preview.come_up()
+        self._preview.show_session(self._session)
 
     def ask_export(self) -> None:
         """Let the operator choose where the tables go."""
@@ -271,7 +281,7 @@ def _report_session(session: Session, task: Task) -> Report:
     # matplotlib is loaded only where a report is made
     from radargui.report.report import write_report
 
-    return write_report(session, result_of_run, progress=task.report)
+    return write_report(session, stored_or_computed, progress=task.report)
 
 
 def _free_folder(parent: Path, name: str) -> Path:

@@ -49,14 +49,14 @@ class ReportPreview(Dialog):
 
     def _read(self, found: tuple[_Known, str]) -> None:
         self._is_reading = False
-        if not self._is_outdated:
-            bar = self.page.verticalScrollBar()
-            place = bar.value()
-            self._known, page = found
-            self.page.setHtml(page)
-            bar.setValue(place)
-        else:
+        self._known, page = found
+        if self._is_outdated:
             self.refresh()
+            return
+        bar = self.page.verticalScrollBar()
+        place = bar.value()
+        self.page.setHtml(page)
+        bar.setValue(place)
 
     def _failed(self, error: BaseException) -> None:
         self._is_reading = False

@@ -52,9 +52,9 @@ class RunController(QObject):
         self._kept: OrderedDict[Path, RunResult] = OrderedDict()
         self._wanted: Path | None = None
         self._reading: Task | None = None
-        self._preview = ReportPreview(services)
-        runs.model.rowsInserted.connect(lambda *_: self._preview.refresh())
-        runs.model.dataChanged.connect(lambda *_: self._preview.refresh())
+        self.report_preview = ReportPreview(services)
+        runs.model.rowsInserted.connect(lambda *_: self.report_preview.refresh())
+        runs.model.dataChanged.connect(lambda *_: self.report_preview.refresh())
         runs.run_chosen.connect(self._choose)
 
     def show_session(self, session: Session | None) -> None:
@@ -63,7 +63,7 @@ class RunController(QObject):
             self._run.clear()
             self._track.clear()
         self._session = session
-        self._preview.show_session(session)
+        self.report_preview.show_session(session)
         self._kept.clear()
         self._wanted = None
         if session is None:
@@ -123,8 +123,8 @@ class RunController(QObject):
 
     def preview(self) -> None:
         """Show the report's first page as it would be now, and follow the runs."""
-        self._preview.come_up()
-        self._preview.show_session(self._session)
+        self.report_preview.come_up()
+        self.report_preview.show_session(self._session)
 
     def ask_export(self) -> None:
         """Let the operator choose where the tables go."""

@@ -75,7 +75,7 @@ class Panel:
         places = self.place(x, y)
         places = np.repeat(places[np.isfinite(places).all(axis=1)], 2, axis=0)
         # a line without length is not drawn
-        places[1::2, 0] += 0.02
+        places[1::2, 0] += 0.04
         codes = np.tile(np.array([Path.MOVETO, Path.LINETO], np.uint8), len(places) // 2)
         self.canvas.line(places, Line(colour, size), self.area, codes=codes)
 

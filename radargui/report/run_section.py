@@ -293,7 +293,7 @@ def _fall_rows(run: RunFacts, name: str) -> dict[str, str]:
     drop = f"{plain(fall.drop_height_m, 5, 'mm', 1e3)} " if isfinite(fall.drop_height_m) else ""
     return {
         name: f"{drop}{release}",
-        "g": quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²"),
+        "g (statistical u)": quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²"),
         "g against the site": run.site_check.compared if run.site_check else "",
         "Residual of the fit": f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms",
     }

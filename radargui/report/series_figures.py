@@ -17,8 +17,8 @@ from radargui.report.sheet import Area
 from radargui.restitution.speed_models import MODELS, SpeedFit, preferred
 
 _LARGE = 7.0
-_WORST_SHARE = 0.1
-"""An e known to no better than this would stretch the axis of all others."""
+_WORST_SHARE, _GOOD_SHARE = 0.1, 0.01
+"""Of e: an e that is known to no better than the first is not drawn; the second decide how far the axis reaches."""
 _DASHES = (4.0, 2.0)
 _MOST_NAMED = 5
 _FALLS_SHARE = 0.62
@@ -57,8 +57,11 @@ def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
         panel.say("no valid impact")
         panel.frame("e", ticks=False)
         return
-    bars = Curve(every[0], every[1] - COVERED * every[2]), Curve(every[0], every[1] + COVERED * every[2])
-    panel = Panel(canvas, area, (0.0, 1.08 * float(every[0].max())), span_of(bars, margin=0.1), _LARGE)
+    known = every[:, every[2] < _GOOD_SHARE * every[1]]
+    speed, e, u = known if known.size else every
+    low, high = span_of([Curve(speed, e - COVERED * u), Curve(speed, e + COVERED * u)], margin=0.1)
+    n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
+    panel = Panel(canvas, area, (0.0, 1.08 * float(every[0].max())), (low, high), _LARGE)
     names = [one.name for one in facts.findings.sessions]
     named = len(groups) > 1 and len(groups) <= _MOST_NAMED
     for fit in shown_fits(facts):
@@ -69,7 +72,8 @@ def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
         _draw_points(panel, groups[number], colour)
         if named:
             panel.key(sheet.printable(names[number])[:24], Line(colour, 1.0))
-    panel.frame("e of every valid impact, bars ± 2 u (statistical)", "speed before the impact / (m/s)")
+    outside = f"; {n_outside} hardly known outside" if n_outside else ""
+    panel.frame(f"e of every valid impact, bars ± 2 u (statistical){outside}", "speed before the impact / (m/s)")
 
 
 def _draw_points(panel: Panel, points: FloatArray, colour: str) -> None:
@@ -77,7 +81,7 @@ def _draw_points(panel: Panel, points: FloatArray, colour: str) -> None:
     x = np.repeat(speed, 3)
     y = np.stack([e - COVERED * u, e + COVERED * u, np.full_like(e, np.nan)], axis=1).ravel()
     panel.curve(Curve(x, y), Line(colour, 0.6))
-    panel.dots(speed, e, colour, 2.2)
+    panel.dots(speed, e, colour, 3.0)
 
 
 def _draw_fit(panel: Panel, fit: SpeedFit) -> None:

@@ -7,6 +7,7 @@ its value at the exact speed of the first impact; a mean over drops that scatter
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import sys
 import tempfile
@@ -90,6 +91,7 @@ def main() -> int:
     print(f"seeds from {options.seed}, {options.correction}, {options.rate_hz:g} Hz, {options.drops} drops", flush=True)
     held: dict[str, list[bool]] = {"mean e": [], "exponent": [], "e1": []}
     away: dict[str, list[float]] = {"mean e": [], "exponent": [], "e1": []}
+    impacts: list[tuple[float, float]] = []
     counts, ratios, shapes, refused = [], [], [], 0
     for seed in range(options.seed, options.seed + options.series):
         setup = scene_setup(seed, options.correction, options.rate_hz)
@@ -113,6 +115,18 @@ def main() -> int:
         ratios.append(mean["consistency"]["birge_ratio"])
         marks = " ".join(f"{name} {away[name][-1]:+.2f} u" for name in found)
         print(f"{seed}: n {mean['n']}, v {speed:.4f} m/s, e {mean['mean']:.5f} ({e_true:.5f}), {marks}", flush=True)
+        impacts += [
+            (one["speed_before_m_s"], one["e"] - setup.simulation.restitution_at(one["speed_before_m_s"]))
+            for run in document["runs"]
+            for one in run["bounces"]
+            if one["valid"]
+        ]
+    speed, difference = np.array(impacts).T
+    for low, high in itertools.pairwise((0.0, 0.1, 0.15, 0.2, 0.3, 0.6, 1.2, 3.0)):
+        part = difference[(speed >= low) & (speed < high)]
+        if part.size > 1:
+            error = part.std(ddof=1) / np.sqrt(part.size)
+            print(f"e at {low:g} to {high:g} m/s: {part.mean():+.5f} ({error:.5f}), {part.size} impacts")
     status = 0
     for name, inside in held.items():
         share = float(np.mean(inside)) if inside else 0.0

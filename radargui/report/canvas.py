@@ -70,12 +70,10 @@ class Canvas(Artist):
         self._written.append(_Written(x, y, text, size, **looks))
 
     @property
-    def edges_mm(self) -> tuple[float, float, float, float]:
-        """The least and the largest x, the least and the largest y of all words."""
-        x = [one.x for one in self._written]
-        ends = [one.x + sheet.width_mm(one.text, one.size, bold=one.bold) for one in self._written]
-        y = [one.y for one in self._written]
-        return min(x), max(ends), min(y), max(y)
+    def words(self) -> list[tuple[float, float, float, str]]:
+        """Where each word begins and ends, the height of its base line, in mm, and what it is."""
+        width = sheet.width_mm
+        return [(one.x, one.x + width(one.text, one.size, bold=one.bold), one.y, one.text) for one in self._written]
 
     def draw(self, renderer: Any) -> None:
         """Draw everything; called by matplotlib."""
@@ -85,11 +83,13 @@ class Canvas(Artist):
         for one in self._drawn:
             gc = renderer.new_gc()
             gc.set_foreground(one.line.colour)
-            gc.set_linewidth(renderer.points_to_pixels(one.line.width))
+            gc.set_linewidth(one.line.width)
             gc.set_capstyle("round" if one.codes is not None else "butt")
             gc.set_joinstyle("bevel")
+            # a dot on the grid of pixels would have no length
+            gc.set_snap(False if one.codes is not None else None)
             if one.line.dashes:
-                gc.set_dashes(0.0, [renderer.points_to_pixels(length) for length in one.line.dashes])
+                gc.set_dashes(0.0, one.line.dashes)
             if one.clip is not None:
                 left, top, width, height = one.clip
                 gc.set_clip_rectangle(

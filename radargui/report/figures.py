@@ -81,7 +81,7 @@ def write_figures(
 def _of_run(name: str, curves: RunCurves) -> Iterator[_Named]:
     for one in curves.receivers:
         own = f"{name}-receiver-{one.name}"
-        yield f"{own}-iq", 0.3, _on_canvas(partial(iq_rows, curves=curves, receivers=(one,)), halves=True)
+        yield f"{own}-iq", 0.6, _on_canvas(partial(iq_rows, curves=curves, receivers=(one,)))
         if one.steps or one.circles:
             yield f"{own}-correction", 0.7, _on_canvas(partial(correction, curves=curves, receivers=(one,)))
     if any(one.phase.largest for one in curves.receivers):
@@ -97,7 +97,7 @@ def _of_session(session: Session, runs: list[RunFacts]) -> Iterator[_Named]:
         yield "falls", 0.9, partial(draw_falls, runs=runs)
 
 
-def _on_canvas(draw: Callable[[Canvas, Area], None], *, halves: bool = False) -> Draw:
+def _on_canvas(draw: Callable[[Canvas, Area], None]) -> Draw:
     return lambda figure, area: draw(Canvas(figure), area)
 
 

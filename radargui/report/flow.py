@@ -177,10 +177,13 @@ def _fitting_size(cells: list[list[str]], size: float) -> float:
 
 def _column_widths(cells: list[list[str]], size: float, left: tuple[int, ...]) -> list[float]:
     """Return widths that fill at most the page: heads give way first, then columns of words, then those of numbers."""
-    widths = _natural(cells, size)
-    if _length(widths) > sheet.ROOM_MM:
-        words = [[max(head.split(), key=len, default="") for head in cells[0]], *cells[1:]]
-        widths = _natural(words, size)
+    whole = _natural(cells, size)
+    words = [[max(head.split(), key=len, default="") for head in cells[0]], *cells[1:]]
+    widths = _natural(words, size)
+    wanted = sum(whole) - sum(widths)
+    if wanted > 0.0:
+        share = min(1.0, max(0.0, sheet.ROOM_MM - _length(widths)) / wanted)
+        widths = [least + share * (most - least) for least, most in zip(widths, whole, strict=True)]
     for giving in (set(left), set(range(len(widths)))):
         most = max(widths)
         while most > _LEAST_COLUMN_MM and _length(widths) > sheet.ROOM_MM:

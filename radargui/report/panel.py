@@ -139,7 +139,7 @@ class Panel:
                 marks += [(x, bottom), (x, bottom + _TICK_MM), (np.nan, np.nan)]
                 if numbers:
                     self.canvas.write(x, bottom + 0.48 * self.size, _number(value), self.size, 0.5)
-            for value in _ticks(self.y, max(2, min(6, round(height / 8.0)))):
+            for value in _ticks(self.y, max(1, min(6, round(height / 6.0)))):
                 y = self.place([self.x[0]], [value])[0, 1]
                 marks += [(left, y), (left - _TICK_MM, y), (np.nan, np.nan)]
                 self.canvas.write(left - 1.2, y + 0.13 * self.size, _number(value), self.size, 1.0)

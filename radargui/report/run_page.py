@@ -17,7 +17,7 @@ _THIN = 0.3
 _IMPACTS = Line("#808080", 0.25, (3.0, 2.5))
 _SCALE_COLOUR = "#009e73"
 _DASHES = (3.0, 2.0)
-_MOST_HIGH_MM = 30.0
+_MOST_HIGH_MM, _NARROW_MM = 30.0, 120.0
 
 DrawPart = Callable[[Canvas, Area], None]
 
@@ -29,7 +29,7 @@ def run_figures(figure: Figure, area: Area, curves: RunCurves) -> None:
     if any(one.steps or one.circles for one in every):
         parts.append((0.7, 2, lambda on, where: correction(on, where, curves, every)))
     if any(one.phase.largest for one in every):
-        parts.append((2.0, 1, lambda on, where: _phase_and_fall(on, where, curves)))
+        parts.append((2.4, 1, lambda on, where: _phase_and_fall(on, where, curves)))
     gaps = sum((rows - 1) * _GAP_MM for _, rows, _ in parts) + (len(parts) - 1) * _LABELS_MM
     unit = min((area.height - gaps) / sum(share * rows for share, rows, _ in parts), _MOST_HIGH_MM)
     canvas, top = Canvas(figure), area.top
@@ -77,10 +77,13 @@ def _over_time(panel: Panel, curves: RunCurves, title: str, *, bottom: bool = Tr
 def iq_rows(canvas: Canvas, area: Area, curves: RunCurves, receivers: tuple[ReceiverCurves, ...]) -> None:
     """Draw one row a receiver: raw and corrected IQ, each against time and in the plane."""
     known = any(np.isfinite(one.corrected.i.y).any() for one in receivers)
-    rows = _rows(area, len(receivers))
-    for receiver, row in zip(receivers, rows, strict=True):
-        for half, corrected in zip(_columns(row, 1 + known), (False, True), strict=False):
-            _pair(canvas, half, curves, receiver, corrected=corrected, bottom=row is rows[-1])
+    shown = [(one, corrected) for one in receivers for corrected in ((False, True) if known else (False,))]
+    # in the column of a journal they stand below each other
+    beside = 1 if area.width < _NARROW_MM else 1 + known
+    rows = _rows(area, len(shown) // beside)
+    places = [column for row in rows for column in _columns(row, beside)]
+    for (receiver, corrected), place in zip(shown, places, strict=True):
+        _pair(canvas, place, curves, receiver, corrected=corrected, bottom=place.top == rows[-1].top)
 
 
 def _pair(
@@ -88,7 +91,8 @@ def _pair(
 ) -> None:
     i, q, plane = receiver.corrected if corrected else receiver.raw
     side = min(area.height, 0.35 * area.width)
-    factor, unit = (1.0, "amplitude") if corrected else sheet.scaled(curves.unit, sheet.largest([i, q]))
+    # in amplitudes, which have no unit
+    factor, unit = (1.0, "") if corrected else sheet.scaled(curves.unit, sheet.largest([i, q]))
     span = span_of([i, q], factor)
     if corrected:
         limit = min(_LIMIT, max(1.15, *map(abs, span)))
@@ -96,8 +100,8 @@ def _pair(
     panel = Panel(canvas, area._replace(width=area.width - side - _TICKS_MM), curves.span_s, span)
     drawn = [panel.curve(i, Line(sheet.I_COLOUR, _THIN), factor, "I")]
     drawn.append(panel.curve(q, Line(sheet.Q_COLOUR, _THIN), factor, "Q"))
-    what = "corrected" if corrected else "raw"
-    _over_time(panel, curves, f"Receiver {receiver.name}: {what} IQ / {unit}", bottom=bottom)
+    what = "corrected IQ" if corrected else f"raw IQ / {unit}"
+    _over_time(panel, curves, f"Receiver {receiver.name}: {what}", bottom=bottom)
     beside = area.inside(area.width - side, area.height - side, side, side)
     limit = _LIMIT if corrected else max(map(abs, span))
     in_plane = Panel(canvas, beside, (-limit, limit), (-limit, limit))
@@ -181,14 +185,14 @@ def phase(canvas: Canvas, area: Area, curves: RunCurves) -> None:
 
 def fall(canvas: Canvas, area: Area, curves: RunCurves, track: TrackCurves) -> None:
     """Draw the height over the fitted parabola, and below it what the fit leaves."""
-    upper = 0.64 * area.height
+    upper = 0.6 * (area.height - _LABELS_MM)
     panel = Panel(canvas, area._replace(height=upper), curves.span_s, span_of([track.height], 1e3))
     if track.parabola is not None:
         panel.curve(track.parabola, Line(sheet.FIT_COLOUR, 1.2, _DASHES), 1e3, "parabola")
     if not panel.curve(track.height, Line(sheet.RECEIVER_COLOURS[0], 0.6), 1e3, "sphere"):
         panel.say("not known")
-    _over_time(panel, curves, "Height / mm", bottom=False)
-    below = area.inside(0.0, upper + _GAP_MM, area.width, area.height - upper - _GAP_MM)
+    _over_time(panel, curves, "Height / mm")
+    below = area.inside(0.0, upper + _LABELS_MM, area.width, area.height - upper - _LABELS_MM)
     residual = track.residual
     if residual is None or not residual.largest:
         panel = Panel(canvas, below, curves.span_s, (-1.0, 1.0))

@@ -72,8 +72,8 @@ def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
         _draw_points(panel, groups[number], colour)
         if named:
             panel.key(sheet.printable(names[number])[:24], Line(colour, 1.0))
-    outside = f"; {n_outside} hardly known outside" if n_outside else ""
-    panel.frame(f"e of every valid impact, bars ± 2 u (statistical){outside}", "speed before the impact / (m/s)")
+    outside = f"; {n_outside} outside" if n_outside else ""
+    panel.frame(f"e of valid impacts, bars ± 2 u{outside}", "speed before the impact / (m/s)")
 
 
 def _draw_points(panel: Panel, points: FloatArray, colour: str) -> None:

@@ -27,7 +27,10 @@ def test_a_width_that_no_column_has_is_refused(text: str) -> None:
         parse_width(text)
 
 
-def test_every_figure_is_there_as_pdf_svg_and_png_in_this_width(tmp_path: Path) -> None:
+def test_every_figure_is_there_as_pdf_svg_and_png_in_this_width(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("radargui.report.figures._DPI", 100)
     session = Session.open(make_session(tmp_path / "data", 4), write=False)
     names = write_figures(session, result_of_run, tmp_path / "out", 86.0)
     of_receivers = [f"run-0001-receiver-{k}-{part}" for k in (1, 2, 3) for part in ("iq", "correction")]
@@ -39,7 +42,7 @@ def test_every_figure_is_there_as_pdf_svg_and_png_in_this_width(tmp_path: Path) 
         (box,) = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+)", path.with_suffix(".pdf").read_bytes())
         assert float(box) * 25.4 / 72.0 == pytest.approx(86.0, abs=0.05)
         (width,) = struct.unpack(">I", path.with_suffix(".png").read_bytes()[16:20])
-        assert width == pytest.approx(86.0 / 25.4 * 600, abs=1.0)
+        assert width == pytest.approx(86.0 / 25.4 * 100, abs=1.0)
         assert "</svg>" in path.with_suffix(".svg").read_text(encoding="utf-8")
         sizes = re.findall(rb"/F\d+ ([\d.]+) Tf", b"".join(pdf_streams(path.with_suffix(".pdf"))))
         assert min(map(float, sizes)) >= 5.0, "readable in print"

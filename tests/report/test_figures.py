@@ -35,9 +35,9 @@ def pages(result: RunResult) -> dict[str, Figure]:
 def everything_is_on_the_page(page: Figure) -> bool:
     width_mm, height_mm = size_mm(page)
     for canvas in (one for one in page.get_children() if isinstance(one, Canvas)):
-        left, right, top, bottom = canvas.edges_mm
-        if not (left >= 0.0 and right <= width_mm and top >= 2.0 and bottom <= height_mm - 1.0):
-            return False
+        for left, right, base, _ in canvas.words:
+            if not (left >= 0.0 and right <= width_mm and 2.0 <= base <= height_mm - 1.0):
+                return False
     if not page.axes:
         return True
     renderer = FigureCanvasAgg(page).get_renderer()
@@ -45,6 +45,17 @@ def everything_is_on_the_page(page: Figure) -> bool:
     boxes = [axes.get_tightbbox(renderer) for axes in page.axes]
     low = all(min(box.x0, box.y0) >= 0.0 for box in boxes)
     return low and all(box.x1 <= page.bbox.width and box.y1 <= page.bbox.height for box in boxes)
+
+
+def overlapping(page: Figure) -> list[tuple[str, str]]:
+    """Return words on one line that lie on each other."""
+    words = [word for one in page.get_children() if isinstance(one, Canvas) for word in one.words if word[3].strip()]
+    return [
+        (one[3], other[3])
+        for number, one in enumerate(words)
+        for other in words[:number]
+        if abs(one[2] - other[2]) < 1.5 and min(one[1], other[1]) - max(one[0], other[0]) > 0.1
+    ]
 
 
 def test_a_whole_drop_has_four_pages_and_nothing_leaves_them() -> None:
@@ -176,6 +187,7 @@ def test_a_run_is_one_page_on_any_paper_and_nothing_leaves_it(paper: Paper, n_re
     long = replace(result, warnings=("a warning that does not end " * 40,) * 5)
     (page,) = text_pages(run_page(take_facts(long, "run-0001", COMPACT)), paper)
     assert everything_is_on_the_page(page)
+    assert overlapping(page) == []
 
 
 @pytest.mark.parametrize("make", [quiet_result, rejected_result])

@@ -24,9 +24,14 @@ from radargui.model.errors import CancelledError, FileError
 from radargui.model.recording import Block, Excerpt, Gap, Recording
 from radargui.model.rounding import quantity
 from radargui.processing.result_of_run import result_of_run
+from radargui.report.curves import COMPACT
 from radargui.report.document import Grid
+from radargui.report.facts import SessionFacts, report_facts
+from radargui.report.findings_section import front_chapters
+from radargui.report.flow import text_pages
+from radargui.report.provenance import RunProvenance, provenance_of
 from radargui.report.report import REPORT_FILES, Layout, Report, write_report
-from radargui.report.run_section import _impacts, take_facts
+from radargui.report.run_section import _impacts, run_page, take_facts
 from radargui.report.sheet import Paper
 from radargui.session.session import Session
 
@@ -299,3 +304,16 @@ def test_e_of_time_and_of_height_have_no_more_digits_than_its_uncertainty() -> N
     facts = take_facts(replace(result, bounces=replace(bounces, impacts=(replace(impact, u_e=0.031),))), "run-0001")
     (grid,) = (one for one in _impacts(facts) if isinstance(one, Grid))
     assert [grid.rows[0][column] for column in (4, 6, 7)] == ["0.800 ± 0.031", "0.800", "0.800"]
+
+
+def test_a_report_of_ten_drops_has_sixteen_pages_at_the_most(tmp_path: Path) -> None:
+    session = new_session(tmp_path, notes="what the operator noted " * 40)
+    one = take_facts(drop_result(rate_hz=4000.0), "run-0001", COMPACT)
+    runs = tuple(replace(one, name=f"run-{number:04d}", label=str(number)) for number in range(1, 11))
+    provenance = provenance_of(session, {}, NOW.isoformat())
+    files = tuple(RunProvenance(run.name, f"{run.name}.h5", source="device") for run in runs)
+    facts = SessionFacts(session.info, runs, replace(provenance, runs=files))
+    chapters = [*front_chapters(report_facts([facts], NOW.isoformat())), *map(run_page, runs)]
+    papers: tuple[Paper, ...] = ("a4", "letter")
+    for paper in papers:
+        assert sum(len(text_pages(chapter, paper)) for chapter in chapters) <= 16

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from support.gui_sessions import make_session
-from support.pdf_text import pdf_words
+from support.pdf_text import pdf_streams, pdf_words
 
 from radargui.model.errors import UsageError
 from radargui.processing.result_of_run import result_of_run
@@ -41,13 +41,6 @@ def test_every_figure_is_there_as_pdf_svg_and_png_in_this_width(tmp_path: Path) 
         (width,) = struct.unpack(">I", path.with_suffix(".png").read_bytes()[16:20])
         assert width == pytest.approx(86.0 / 25.4 * 600, abs=1.0)
         assert "</svg>" in path.with_suffix(".svg").read_text(encoding="utf-8")
-        sizes = re.findall(rb"/F\d+ ([\d.]+) Tf", _content(path.with_suffix(".pdf")))
+        sizes = re.findall(rb"/F\d+ ([\d.]+) Tf", b"".join(pdf_streams(path.with_suffix(".pdf"))))
         assert min(map(float, sizes)) >= 5.0, "readable in print"
     assert "Height / mm" in pdf_words(tmp_path / "out" / "run-0001-fall.pdf").split("\n")
-
-
-def _content(path: Path) -> bytes:
-    import zlib
-
-    streams = re.findall(rb"stream\r?\n(.*?)\r?\nendstream", path.read_bytes(), re.DOTALL)
-    return next(content for one in streams if b" Tf" in (content := zlib.decompress(one)))

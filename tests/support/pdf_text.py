@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import zlib
+from contextlib import suppress
 from pathlib import Path
 
 _STRING = re.compile(rb"\((?:[^()\\]|\\.)*\)", re.DOTALL)
@@ -16,14 +17,20 @@ def _unescaped(text: bytes) -> bytes:
     return re.sub(rb"\\(.)", lambda found: _ESCAPED.get(found[1], found[1]), text, flags=re.DOTALL)
 
 
+def pdf_streams(path: Path) -> list[bytes]:
+    """Return what is in the compressed parts of a PDF."""
+    found = re.findall(rb"stream\r?\n(.*?)endstream", path.read_bytes(), re.DOTALL)
+    contents = []
+    for one in found:
+        with suppress(zlib.error):
+            contents.append(zlib.decompressobj().decompress(one))
+    return contents
+
+
 def pdf_words(path: Path) -> str:
     """Return every text of a PDF, one a line, in the order written; a ligature is one strange sign."""
     lines = []
-    for found in re.finditer(rb"stream\r?\n(.*?)\r?\nendstream", path.read_bytes(), re.DOTALL):
-        try:
-            content = zlib.decompress(found[1])
-        except zlib.error:
-            continue
+    for content in pdf_streams(path):
         for text in _TEXT.findall(content):
             parts = (_unescaped(one[1:-1]) for shown in _SHOWN.findall(text) for one in _STRING.findall(shown))
             lines.append(b"".join(parts).decode("utf-16-be", errors="replace"))

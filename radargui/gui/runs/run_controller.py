@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog
 
+from radargui import __version__
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
-from radargui.experiment.reprocess import own_setup, process_run
+from radargui.experiment.reprocess import compute_later, own_setup, process_run
 from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
+from radargui.files.stored_results import read_stored_results
 from radargui.gui.background import Task
 from radargui.gui.runs.report_preview import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -24,11 +26,11 @@ from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import entry_of
 from radargui.gui.track.track_panel import TrackPanel
-from radargui.model.errors import CancelledError, RadarGuiError
+from radargui.model.errors import CancelledError, FileError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
-from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_or_computed
+from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
@@ -274,14 +276,33 @@ def _is_being_computed(result: RunResult) -> bool:
 def _result_of(
     path: Path, progress: Callable[[float], None], on_preliminary: Callable[[RunResult], None] | None = None
 ) -> RunResult:
-    return result_of_run(path, setup_of_result(path) or own_setup(path), progress, on_preliminary)
+    return result_of_run(path, _setup_of(path), progress, on_preliminary)
+
+
+def _setup_of(path: Path) -> Setup:
+    """Return what the stored results were made with, so that they are shown; else what the run was recorded with."""
+    return setup_of_result(path) or own_setup(path)
 
 
 def _report_session(session: Session, task: Task) -> Report:
     # matplotlib is loaded only where a report is made
     from radargui.report.report import write_report
 
-    return write_report(session, stored_or_computed, progress=task.report)
+    missing = [path for path in session.run_paths() if not _is_computed(path)]
+    share = len(missing) / (len(missing) + 1)
+    # in a process of its own: the window has to be drawn meanwhile
+    if missing:
+        compute_later(missing, lambda done: task.report(share * done), _setup_of)
+    return write_report(session, stored_result, progress=lambda done: task.report(share + (1.0 - share) * done))
+
+
+def _is_computed(path: Path) -> bool:
+    try:
+        stored = read_stored_results(path)
+    except FileError:
+        # the report says why
+        return True
+    return bool(stored) and stored[-1].is_present and stored[-1].version == __version__
 
 
 def _free_folder(parent: Path, name: str) -> Path:

@@ -46,14 +46,24 @@ def findings_blocks(facts: ReportFacts) -> Iterator[Content]:
     """Give the first page: it answers what fell on what, how often, and what came out."""
     found = facts.findings
     yield Note(found.sentence)
+    several = len(found.sessions) > 1
+    if several:
+        yield _sessions(found)
+        for words in (one.words for one in (found.samples_compared, found.sessions_compared) if one):
+            yield Note(f"{words}.")
     for one, session in zip(found.sessions, facts.sessions, strict=True):
-        yield from _found(one, session, named=len(found.sessions) > 1)
+        if not several:
+            yield from _found(one, session)
+        for text in _marks(one, session):
+            yield Note(f"{one.name}: {text}" if several else text, warning=True)
+    for words in found.cautions:
+        yield Note(words, warning=True)
     from radargui.report.series_figures import draw_speeds
 
     if any(session.runs for session in facts.sessions):
         yield Drawing("", partial(draw_speeds, facts=facts), _SPEEDS_MM)
     for one in found.sessions:
-        named = f" ({one.name})" if len(found.sessions) > 1 else ""
+        named = f" ({one.name})" if several else ""
         if one.e_budget.combined is not None or one.g_budget_m_s2.combined is not None:
             yield _budget(one, named)
         if one.excluded:
@@ -61,7 +71,7 @@ def findings_blocks(facts: ReportFacts) -> Iterator[Content]:
             yield Grid.of(rows, f"Not in the mean of e{named}", left=(0, 1, 2))
 
 
-def _found(one: SessionFindings, session: SessionFacts, *, named: bool) -> Iterator[Content]:
+def _found(one: SessionFindings, session: SessionFacts) -> Iterator[Content]:
     e, series = one.series.e, one.series
     interval = f"{alone(e.interval_low, e.standard_error)} to {alone(e.interval_high, e.standard_error)}"
     expanded = f"; ± {plain(e.expanded, 2)} with calibration and sphere" if e.expanded is not None else ""
@@ -87,11 +97,9 @@ def _found(one: SessionFindings, session: SessionFacts, *, named: bool) -> Itera
         "g of the first fall": f"{series.g_m_s2.words()} m/s²" if series.g_m_s2.n else "",
         "g of the place": _site(one.site) if one.site else "",
     }
-    yield Facts.of(rows, one.name if named else "")
+    yield Facts.of(rows)
     if not session.runs:
         yield Note("This session holds no run.", warning=True)
-    for text in _marks(one, session):
-        yield Note(text, warning=True)
 
 
 def _site(site: SiteCheck) -> str:
@@ -135,16 +143,10 @@ def _budget(one: SessionFindings, named: str) -> Grid:
 def _series(facts: ReportFacts) -> Iterator[Content]:
     found = facts.findings
     several = len(found.sessions) > 1
-    if several:
-        yield _sessions(found)
     for sample in found.samples:
         if sample.fits and sample.fits[0].n_impacts:
             yield _speed_table(sample, found)
         yield from _repeatability(sample)
-    for words in (one.words for one in (found.samples_compared, found.sessions_compared) if one):
-        yield Note(f"{words}.")
-    for words in found.cautions:
-        yield Note(words, warning=True)
     from radargui.report.series_figures import draw_falls
 
     runs = [run for one in facts.sessions for run in one.runs]

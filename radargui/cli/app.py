@@ -172,15 +172,41 @@ class Process(Command, does="process.process_files"):
 
 
 class Report(Command, does="written.report_sessions"):
-    """Write PDF, HTML, CSV and JSON of sessions.
+    """Write PDF, HTML, CSV and JSON of sessions; with `--output` several are also reported together as a series.
 
     Attributes
     ----------
     sessions : SESSION...
-        Session folders.
+        Session folders: other heights, samples, days.
+    paper
+        Of the PDF.
+    details
+        Several pages a run, with all figures, instead of one.
+    model
+        How e shall depend on the impact speed: constant, power law, Johnson's v^(-1/4), viscoelastic; left out: all
+        are compared.
     """
 
     sessions: Annotated[list[Path], Argument()]
+    output: Output = None
+    paper: Literal["a4", "letter"] = "a4"
+    details: bool = False
+    model: Annotated[Literal["constant", "power", "johnson", "viscoelastic"] | None, Option("--law")] = None
+
+
+class Figures(Command, does="written.draw_figures"):
+    """Write every figure of a session alone, as PDF, SVG and PNG, for a paper.
+
+    Attributes
+    ----------
+    session : SESSION
+        Session folder.
+    width : LENGTH
+        Of a column of the journal, like 86mm, 3.4in or 8.6cm.
+    """
+
+    session: Annotated[Path, Argument()]
+    width: str = "86mm"
     output: Output = None
 
 

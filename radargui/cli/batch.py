@@ -22,7 +22,7 @@ from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.rounding import UNKNOWN, alone, quantity
 from radargui.model.setup import read_setup
 from radargui.report.tables import tables_are_current, write_tables
-from radargui.restitution.series import statistics_of
+from radargui.restitution.statistics import statistics_of
 
 
 def run_batch(options: Batch) -> int:

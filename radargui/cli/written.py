@@ -1,41 +1,83 @@
 """`radargui report` and `radargui export`: what is written from sessions for others to open."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import typer
 
-from radargui.cli.app import Export, Report
+from radargui.cli.app import Export, Figures, Report
 from radargui.cli.bar import Bar, progress_bar
 from radargui.cli.console import FAILED, fail
 from radargui.files.formats import EXPORT_FORMATS
 from radargui.model.errors import RadarGuiError
+from radargui.session.info import own_subfolder
 from radargui.session.session import Session
 from radargui.session.transfer import plan_export
+
+if TYPE_CHECKING:
+    from radargui.report.report import Report as WrittenReport
 
 
 def report_sessions(options: Report) -> int:
     """Write the report of each session and return the exit status; one that fails does not stop the others.
 
-    With several sessions and a folder for their reports each gets a folder of its name below.
+    With several sessions and a folder for their reports each gets a folder of its name below, and the folder itself
+    the report of all together.
     """
     # an export does not need what draws figures
-    from radargui.processing.result_of_run import result_of_run
-    from radargui.report.report import write_report
+    from radargui.processing.result_of_run import stored_or_computed
+    from radargui.report.report import Layout, write_report, write_series_report
 
     status = 0
+    reports: list[WrittenReport] = []
+    layout = Layout(options.paper, options.details, options.model)
     for folder in options.sessions:
         try:
             session = Session.open(folder, write=False)
             output = options.output
-            below = output / session.path.resolve().name if output and len(options.sessions) > 1 else output
-            with progress_bar(f"Report of {session.path.name}") as report_progress:
-                report = write_report(session, result_of_run, below, report_progress)
+            below = output
+            if output and len(options.sessions) > 1:
+                below = output / session.path.resolve().name
+                # of two with one name none shall be lost
+                while any(report.pdf.parent == below for report in reports):
+                    below = below.with_name(f"{below.name}-2")
+            with progress_bar(f"Report of {session.path.name}") as progress:
+                report = write_report(session, stored_or_computed, below, progress, layout=layout, ahead=True)
         except RadarGuiError as error:
             fail(error, str(folder))
             status = FAILED
             continue
-        typer.echo(f"Report:  {report.pdf}")
-        for path in (report.html, report.csv, report.json):
-            typer.echo(f"         {path}")
+        reports.append(report)
+        _show("Report:", report)
+    if options.output is None or len(options.sessions) < 2:
+        return status
+    if status == FAILED:
+        # a series without one of its sessions would be another series
+        typer.echo("There is no report of the series: not every session could be reported.")
+        return status
+    sessions = [facts for report in reports for facts in report.facts]
+    _show("Series:", write_series_report(sessions, options.output, layout=layout))
     return status
+
+
+def draw_figures(options: Figures) -> int:
+    """Write every figure of a session alone and return the exit status."""
+    from radargui.processing.result_of_run import stored_or_computed
+    from radargui.report.figures import FIGURES_FOLDER, parse_width, write_figures
+
+    width_mm = parse_width(options.width)
+    session = Session.open(options.session, write=False)
+    folder = options.output or own_subfolder(session.path, FIGURES_FOLDER)
+    with progress_bar(f"Figures of {session.path.name}") as progress:
+        names = write_figures(session, stored_or_computed, folder, width_mm, progress)
+    typer.echo(f"{len(names)} figures as PDF, SVG and PNG: {folder}")
+    return 0
+
+
+def _show(title: str, report: WrittenReport) -> None:
+    for number, path in enumerate((report.pdf, report.html, report.csv, report.json)):
+        typer.echo(f"{'' if number else title:<9}{path}")
 
 
 def export_runs(options: Export) -> int:

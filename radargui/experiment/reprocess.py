@@ -1,6 +1,6 @@
 """Processing of stored runs: results are kept beside the samples; one that fails does not stop the others."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -132,20 +132,24 @@ def recover_run(run: Path, *, now: datetime, progress: Progress | None = None) -
         return RecoveredRun(run, count, error=error)
 
 
-def compute_later(runs: Sequence[Path], progress: Progress) -> tuple[Outcome[RunResult], ...]:
+def compute_later(
+    runs: Sequence[Path], progress: Progress, setup_of: Callable[[Path], Setup] = own_setup
+) -> tuple[Outcome[RunResult], ...]:
     """Compute the results of runs that were left for later, one after the other in a process of its own.
 
     Parameters
     ----------
     runs
-        Run files, each with the setup it was recorded with.
+        Run files.
     progress
         Called with the share of all that is done; what it raises ends the work.
+    setup_of
+        Gives the setup of each; left out: the one it was recorded with.
     """
     apart = ProcessingApart()
 
     def compute(run: Path, report: Progress) -> RunResult:
-        return apart.process(FinishedJob(run, own_setup(run), 0, None), report, lambda _preliminary: None)[0]
+        return apart.process(FinishedJob(run, setup_of(run), 0, None), report, lambda _preliminary: None)[0]
 
     try:
         return tuple(each_run(runs, compute, progress))

@@ -16,7 +16,7 @@ from radargui.files.run_results import ARRAYS, PRIOR, are_made_of, bounces_in, m
 from radargui.model.errors import FileError, SetupError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.recording import Excerpt, Recording
-from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths, RunResult, Segment, Status, Track
+from radargui.model.result import Bounces, ChannelQuality, CorrectedIQ, PathLengths, RunResult, Segment, Status, Track
 from radargui.model.setup import Setup, dump_setup, parse_setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
 
@@ -90,6 +90,30 @@ def _result(group: Any, path: Path, is_present: bool) -> StoredResult:
         is_present,
         thumbnail_in(group, path),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class StoredFindings:
+    """What the present result of a run says in numbers: summary, impacts and first fall, budget; no samples."""
+
+    summary: dict[str, object]
+    bounces: Bounces
+    uncertainty_budget: UncertaintyBudget | None
+
+
+def read_findings(path: Path) -> StoredFindings | None:
+    """Return what a run's present result says in numbers, in milliseconds; None where it holds none.
+
+    Raises
+    ------
+    FileError
+        Unreadable, damaged, or no run file.
+    """
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
+        if (results := sound_results(file)) is None:
+            return None
+        budget = _BUDGET.validate_json(hdf5.text(results.attrs, "uncertainty_budget"))
+        return StoredFindings(summary_in(results), bounces_in(results, path), budget)
 
 
 @dataclass(frozen=True, slots=True)

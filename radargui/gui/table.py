@@ -102,6 +102,11 @@ class RowTable(QTableView, Generic[_R]):
         rows = self.selectionModel().selectedRows()
         return self._rows.entries[rows[0].row()] if rows else None
 
+    @property
+    def all_chosen(self) -> list[_R]:
+        """Every selected row, in the order of the table."""
+        return [self._rows.entries[row] for row in sorted(one.row() for one in self.selectionModel().selectedRows())]
+
     def choose(self, wanted: Callable[[_R], bool]) -> bool:
         """Select the first row that is wanted; return whether there is one."""
         row = next((number for number, one in enumerate(self._rows.entries) if wanted(one)), None)

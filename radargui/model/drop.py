@@ -9,7 +9,10 @@ from typing import Literal
 from radargui.model.rounding import quantity
 
 RunKind = Literal["measured", "simulated", "replay"]
-_FIGURES = ("e", "u_e", "u_e_combined", "g_m_s2", "u_g_m_s2", "u_g_combined_m_s2", "drop_height_m")
+_FIGURES = (
+    *("e", "u_e", "u_e_combined", "g_m_s2", "u_g_m_s2", "u_g_combined_m_s2"),
+    *("drop_height_m", "impact_speed_m_s"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +56,7 @@ class Drop:
         Stem of the run file.
     origin
         Where its samples come from.
-    e, u_e, u_e_combined, g_m_s2, u_g_m_s2, u_g_combined_m_s2, drop_height_m
+    e, u_e, u_e_combined, g_m_s2, u_g_m_s2, u_g_combined_m_s2, drop_height_m, impact_speed_m_s
         Of the first bounce and the first fall; None where not known or not valid.
     from_rest
         Whether the rest before the fall was recorded: only then is the first bounce seen the first.
@@ -68,6 +71,7 @@ class Drop:
     u_g_m_s2: float | None = None
     u_g_combined_m_s2: float | None = None
     drop_height_m: float | None = None
+    impact_speed_m_s: float | None = None
     from_rest: bool = True
 
 

@@ -16,6 +16,9 @@ MismatchKind = Literal[
     "dc_offset", "gain_error", "quadrature_error", "bias", "amplitude_variation", "drift", "reflection", "mains"
 ]
 
+_LARGEST_E = 0.98
+"""A power law alone would make the last small bounces gain speed."""
+
 
 class Simulation(Section):
     """Everything the simulated source needs; sizes of mismatch are relative to the amplitude of I.
@@ -37,6 +40,10 @@ class Simulation(Section):
         Drift of a falling sphere; the azimuth is also the direction of the circle's middle and of the swing.
     restitution
         e of every impact; 0: a dead stop.
+    restitution_exponent
+        n of e = restitution (v / (1 m/s))^-n, v the speed before the impact; at most 0.98.
+    restitution_scatter
+        Standard deviation of e from impact to impact, anew for each run; e stays between 0 and 0.98.
     kick_m_s
         Standard deviation of the velocity that each impact adds in every direction along the floor, anew for each run.
     floor_tilt_deg, floor_tilt_azimuth_deg
@@ -100,6 +107,8 @@ class Simulation(Section):
     gravity_m_s2: Annotated[Real, Field(ge=0.1, le=30.0)] = 9.81
     drop_height_m: Annotated[Real, Field(gt=0.0, le=2.0)] | None = None
     restitution: Annotated[Real, Field(ge=0.0, lt=1.0)] = 0.8
+    restitution_exponent: Annotated[Real, Field(ge=-0.5, le=0.5)] = 0.0
+    restitution_scatter: Annotated[Real, Field(ge=0.0, le=0.2)] = 0.0
     drag_per_m: Annotated[Real, Field(ge=0.0, le=0.2)] = 0.0
     lateral_speed_m_s: Annotated[Real, Field(ge=0.0, le=5.0)] = 0.0
     lateral_azimuth_deg: Annotated[Real, Field(ge=-360.0, le=360.0)] = 30.0
@@ -151,6 +160,13 @@ class Simulation(Section):
     def is_metal(self, *, polarized: bool) -> bool:
         """Return whether the sphere scatters as metal, for a setup that gives the transmitter's polarisation or not."""
         return polarized if self.sphere is None else self.sphere == "metal"
+
+    def restitution_at(self, speed_m_s: float, deviation: float = 0.0) -> float:
+        """Return e of an impact at a speed, `deviation` times its scatter away from the mean."""
+        if not self.restitution_exponent and not self.restitution_scatter:
+            return self.restitution
+        e = self.restitution * speed_m_s**-self.restitution_exponent
+        return float(min(max(e + deviation * self.restitution_scatter, 0.0), _LARGEST_E))
 
     def size(self, kind: MismatchKind) -> float:
         """Return the relative size of one kind of mismatch: its own value, else `mismatch`."""

@@ -10,7 +10,7 @@ import numpy as np
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import FloatArray, IntArray, extremes
-from radargui.model.result import RunResult
+from radargui.model.result import RunResult, Segment
 from radargui.model.rounding import alone
 
 COLUMNS = 500
@@ -18,7 +18,10 @@ COLUMNS = 500
 _MARGIN = 0.15
 """Share of the motion that is drawn before and after it."""
 _LEAST_MARGIN_S = 0.05
-_PLANE_POINTS = 2500
+COMPACT = 150
+"""The same across half a page."""
+_FALL_COLUMNS = 40
+_FITTED = 4000
 _TRACK_POINTS = 1500
 
 
@@ -99,6 +102,28 @@ class StepCurves:
     segment_s: tuple[float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class CircleCurves:
+    """What an estimate makes of one channel, volts against seconds.
+
+    Attributes
+    ----------
+    name
+        Of the channel.
+    signal
+        As recorded.
+    circle
+        One constant offset and circle at the phase found, by least squares over the motion.
+    rest
+        Signal less circle: what changes with position (amplitude, floor and walls that reflect), and noise.
+    """
+
+    name: str
+    signal: Curve
+    circle: Curve
+    rest: Curve
+
+
 class PairCurves(NamedTuple):
     """I and Q against seconds, and I against Q."""
 
@@ -119,7 +144,10 @@ class ReceiverCurves:
     phase_difference: Curve
     change: Curve
     u_change: Curve
+    whole_change: Curve
+    """As `change`, over the whole recording."""
     steps: tuple[StepCurves, ...]
+    circles: tuple[CircleCurves, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +170,11 @@ class TrackCurves:
         The fitted fall, prolonged to the first impact; None where there is none.
     residual
         Height less the parabola over the span of the fit.
+    fallen
+        Way fallen below the vertex of the parabola over that span; its times, as those of `since_vertex`, count from
+        the vertex.
+    since_vertex
+        `residual`, from the vertex on.
     """
 
     x: Curve
@@ -150,8 +183,10 @@ class TrackCurves:
     level: bool
     u: tuple[Curve, Curve, Curve]
     places_m: FloatArray
-    parabola: Curve | None
-    residual: Curve | None
+    parabola: Curve | None = None
+    residual: Curve | None = None
+    fallen: Curve | None = None
+    since_vertex: Curve | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,18 +223,18 @@ class RunCurves:
     impacts: tuple[tuple[float, str], ...]
 
 
-def take_curves(result: RunResult) -> RunCurves | None:
-    """Return the curves of a run, decimated; None where it has no samples."""
+def take_curves(result: RunResult, columns: int = COLUMNS) -> RunCurves | None:
+    """Return the curves of a run, decimated to so many columns; None where it has no samples."""
     if result.recording.n_samples < 2:
         return None
-    return _Taker(result).take()
+    return _Taker(result, columns).take()
 
 
 class _Taker:
     """Curves of one result: samples within the span, broken at the gaps, and what rests on L at the restarts too."""
 
-    def __init__(self, result: RunResult) -> None:
-        recording = result.recording
+    def __init__(self, result: RunResult, columns: int) -> None:
+        recording, self.columns = result.recording, columns
         self.result = result
         self.zero_s, _ = result.zero
         self.time_s = recording.time_s() - self.zero_s
@@ -232,10 +267,10 @@ class _Taker:
         )
 
     def _curve(self, values: FloatArray) -> Curve:
-        return envelope(self.t, values, self.breaks)
+        return envelope(self.t, values, self.breaks, self.columns)
 
     def _of_pieces(self, values: FloatArray) -> Curve:
-        return envelope(self.t, values, [*self.breaks, *self.restarts])
+        return envelope(self.t, values, [*self.breaks, *self.restarts], self.columns)
 
     def _part(self, values: FloatArray | None, row: int) -> FloatArray:
         if values is None:
@@ -263,7 +298,9 @@ class _Taker:
             phase_difference=self._of_pieces(phase_raw - phase),
             change=self._of_pieces(self._part(paths.change_m if paths else None, row)),
             u_change=self._of_pieces(self._part(paths.u_m if paths else None, row)),
+            whole_change=envelope(self.time_s, paths.change_m[row], columns=self.columns // 2) if paths else EMPTY,
             steps=self._steps(row),
+            circles=self._circles(row, phase),
         )
 
     def _at_start(self, phase_raw: FloatArray, phase: FloatArray) -> float:
@@ -278,8 +315,29 @@ class _Taker:
         first, last = 0, self.t.size
         if self.result.segment is not None:
             first, last = self.result.segment.first - self.first, self.result.segment.last - self.first
-        keep = first + every(last - first, _PLANE_POINTS)
+        keep = first + every(last - first, 5 * self.columns)
         return PairCurves(self._curve(i), self._curve(q), Curve(i[keep], q[keep]))
+
+    def _circles(self, row: int, phase: FloatArray) -> tuple[CircleCurves, ...]:
+        corrected, segment = self.result.corrected, self.result.segment
+        if corrected is None or corrected.steps or segment is None:
+            return ()
+        turn = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
+        return tuple(
+            self._circle(f"{part}{row + 1}", self.volts[2 * row + number], turn, segment)
+            for number, part in enumerate("IQ")
+        )
+
+    def _circle(self, name: str, volts: FloatArray, turn: FloatArray, segment: Segment) -> CircleCurves:
+        known = np.isfinite(turn).all(axis=1) & np.isfinite(volts)
+        known[: segment.first - self.first] = known[segment.last - self.first :] = False
+        if np.count_nonzero(known) < turn.shape[1]:
+            return CircleCurves(name, self._curve(volts), EMPTY, EMPTY)
+        # three numbers need no more than some thousand of samples
+        used = np.flatnonzero(known)[:: max(1, np.count_nonzero(known) // _FITTED)]
+        found = np.linalg.lstsq(turn[used], volts[used])[0]
+        circle = turn @ found
+        return CircleCurves(name, self._curve(volts), self._of_pieces(circle), self._of_pieces(volts - circle))
 
     def _steps(self, row: int) -> tuple[StepCurves, ...]:
         corrected = self.result.corrected
@@ -297,8 +355,8 @@ class _Taker:
         return StepCurves(
             name=name,
             signal=self._curve(volts),
-            upper=envelope(motion, found.upper, jumps),
-            lower=envelope(motion, found.lower, jumps),
+            upper=envelope(motion, found.upper, jumps, self.columns),
+            lower=envelope(motion, found.lower, jumps, self.columns),
             bias=self._curve(bias),
             scale=self._curve(found.scale[self.first : self.last]),
             peaks=self._marks(found.peaks, volts),
@@ -322,23 +380,27 @@ class _Taker:
         places = np.insert(position[:, drawn], np.searchsorted(drawn, self.restarts), np.nan, axis=1)
         normal = self.result.bounces.normal or self.result.setup.floor.normal
         height = np.asarray(normal) @ position
-        parabola, residual = self._fall(height)
         x, y, _ = (self._of_pieces(row) for row in position)
         ux, uy, uz = (self._of_pieces(row) for row in u)
         level = normal[2] > 1.0 - 1e-9
-        return TrackCurves(x, y, self._of_pieces(height), level, (ux, uy, uz), places, parabola, residual)
+        return TrackCurves(x, y, self._of_pieces(height), level, (ux, uy, uz), places, *self._fall(height))
 
-    def _fall(self, height_m: FloatArray) -> tuple[Curve | None, Curve | None]:
+    def _fall(self, height_m: FloatArray) -> tuple[Curve, ...]:
+        """Return parabola, residual, way fallen and residual from the vertex on; nothing where no fall was fitted."""
         fall, impacts = self.result.bounces.free_fall, self.result.bounces.impacts
         if fall is None:
-            return None, None
+            return ()
         first, last = fall.first_time_s - self.zero_s, fall.last_time_s - self.zero_s
         end = max(last, impacts[0].time_s - self.zero_s if impacts else last)
         t = np.linspace(first, end, 100)
         inside = (self.t >= first) & (self.t <= last)
         fitted = np.polynomial.polynomial.polyval(self.t[inside] - first, fall.parabola)
         parabola = np.asarray(np.polynomial.polynomial.polyval(t - first, fall.parabola), np.float64)
-        return Curve(t, parabola), envelope(self.t[inside], height_m[inside] - fitted)
+        residual = envelope(self.t[inside], height_m[inside] - fitted, columns=self.columns)
+        at, slope, bend = fall.parabola
+        since, top = (first - slope / (2.0 * bend), at - slope**2 / (4.0 * bend)) if bend else (first, at)
+        fallen = envelope(self.t[inside] - since, top - height_m[inside], columns=_FALL_COLUMNS)
+        return Curve(t, parabola), residual, fallen, Curve(residual.x - since, residual.y)
 
 
 def _span(result: RunResult) -> tuple[int, int]:

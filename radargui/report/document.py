@@ -1,4 +1,4 @@
-"""The report as a list of sections made of blocks; PDF and HTML are drawn from the same."""
+"""The report as chapters made of blocks; PDF and HTML are drawn from the same."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from radargui.report.sheet import Area, Paper
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,33 +62,59 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
+class Drawing:
+    """Figures between the text.
+
+    Attributes
+    ----------
+    title
+        Written above; the bookmark of a page of its own.
+    draw
+        Draws into an area of a figure, which has room for labels left of it and beneath.
+    height_mm
+        Without labels; None: what the page has left.
+    """
+
+    title: str
+    draw: Callable[[Figure, Area], None] = field(repr=False)
+    height_mm: float | None = None
+    kind: Literal["drawing"] = "drawing"
+
+
+@dataclass(frozen=True, slots=True)
 class Picture:
     """A page of figures, drawn when it is needed."""
 
     title: str
-    draw: Callable[[], Figure] = field(repr=False)
-    kind: Literal["picture"] = "picture"
+    draw: Callable[[Paper], Figure] = field(repr=False)
 
 
-Content: TypeAlias = Facts | Grid | Note
+Content: TypeAlias = Facts | Grid | Note | Drawing
 
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """Part of the report: text first, then pictures."""
+    """Part of the report.
+
+    Attributes
+    ----------
+    title
+        On every page of it.
+    blocks
+        Text, tables and figures below each other.
+    pictures
+        Pages of figures behind them.
+    small
+        Whether text is set small, to fit one page.
+    screen
+        What HTML shows instead of `blocks`.
+    """
 
     title: str
     blocks: tuple[Content, ...] = ()
     pictures: tuple[Picture, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Document:
-    """The whole report."""
-
-    title: str
-    author: str
-    sections: tuple[Chapter, ...]
+    small: bool = False
+    screen: tuple[Content, ...] | None = None
 
 
 @lru_cache(maxsize=1)

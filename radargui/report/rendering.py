@@ -1,218 +1,177 @@
-"""A report as PDF, its text flowed onto A4 pages, and as one HTML file that needs nothing else."""
+"""A report as PDF with bookmarks, and as one HTML file that needs nothing else; written chapter by chapter."""
 
 import base64
+import hashlib
 import io
-from collections.abc import Callable
-from itertools import count
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
+from urllib.parse import quote
 
-from matplotlib.backends.backend_pdf import PdfPages
+import matplotlib as mpl
+from matplotlib.backends import backend_pdf
 from matplotlib.figure import Figure
 
 from radargui import __version__
 from radargui.report import sheet
-from radargui.report.document import Chapter, Content, Document, Facts, Grid, Note, templates
+from radargui.report.document import Chapter, Drawing, templates
+from radargui.report.flow import text_pages
+from radargui.report.sheet import Paper
 
-_SIZE = 8.0
-_TITLE_SIZE = 9.5
-_LINE_MM = 4.2
-_GAP_MM = 5.0
-_LAST_MM = sheet.HEIGHT_MM - 22.0
-_COLUMN_GAP_MM = 4.0
-_LEAST_COLUMN_MM = 18.0
-_WARNING_COLOUR = "#a02000"
-
-
-def text_pages(section: Chapter) -> list[Figure]:
-    """Return the pages that a section's blocks fill, without header and footer; none where it has no blocks."""
-    if not section.blocks:
-        return []
-    flow = _Flow()
-    for block in section.blocks:
-        flow.put(block)
-    return flow.pages
+backend: Any = backend_pdf
+_SAFE = " /:;,=.()-+*!?@$&|{}~^_[]"
+"""Signs that need no escape in an address of data between quotes."""
+_PIXELS_PER_INCH = 100
+_HEAD_SIZE = 12.0
+_SCREEN = sheet.Area(14.0, 6.0, 160.0, 0.0)
+"""Where a figure lies in the picture of it that HTML shows."""
+_SCREEN_WIDTH_MM, _SCREEN_BELOW_MM = 178.0, 10.0
 
 
-class _Flow:
-    """Places blocks below each other and begins a new page where one is full."""
-
-    def __init__(self) -> None:
-        self.pages: list[Figure] = []
-        self.y = self.paragraph_end = 0.0
-        self._new_page()
-
-    def put(self, block: Content) -> None:
-        """Add one block."""
-        if isinstance(block, Note):
-            self._note(block)
-        else:
-            self.y = max(self.y, self.paragraph_end + _GAP_MM)
-            self._title(block.title, len(block.rows))
-            if isinstance(block, Facts):
-                self._facts(block)
-            else:
-                self._grid(block)
-        self.y += _GAP_MM
-
-    def _new_page(self) -> None:
-        self.pages.append(sheet.new_page())
-        self.y = sheet.TOP_MM + 6.0
-        self.paragraph_end = 0.0
-
-    def _room(self, height_mm: float) -> bool:
-        """Begin a new page where `height_mm` does not fit; True if so."""
-        full = self.y + height_mm > _LAST_MM
-        if full:
-            self._new_page()
-        return full
-
-    def _write(self, x_mm: float, text: str, below_mm: float = 0.0, **looks: Any) -> None:
-        sheet.write(self.pages[-1], x_mm, self.y + below_mm, text, **{"fontsize": _SIZE, **looks})
-
-    def _title(self, text: str, rows: int) -> None:
-        self._room((min(rows, 4) + 2) * _LINE_MM)
-        if text:
-            self._write(sheet.LEFT_MM, sheet.printable(text), fontsize=_TITLE_SIZE, fontweight="bold")
-            self.y += _LINE_MM + 1.5
-
-    def _facts(self, block: Facts) -> None:
-        names = max((sheet.width_mm(name, _SIZE) for name, _ in block.rows), default=0.0)
-        values_mm = min(names + 6.0, 0.4 * sheet.ROOM_MM)
-        for name, value in block.rows:
-            for number, line in enumerate(sheet.wrapped(sheet.printable(value), _SIZE, sheet.ROOM_MM - values_mm)):
-                self._room(_LINE_MM)
-                if number == 0:
-                    self._write(sheet.LEFT_MM, sheet.printable(name), color="#505050")
-                self._write(sheet.LEFT_MM + values_mm, line)
-                self.y += _LINE_MM
-
-    def _note(self, block: Note) -> None:
-        colour, indent_mm = (_WARNING_COLOUR, 4.0) if block.warning else ("black", 0.0)
-        for line in sheet.wrapped(sheet.printable(block.text), _SIZE, sheet.ROOM_MM - 4.0):
-            self._room(_LINE_MM)
-            self._write(sheet.LEFT_MM + indent_mm, line, color=colour)
-            self.y += _LINE_MM
-        self.paragraph_end = self.y
-        self.y -= _GAP_MM - 2.0
-
-    def _grid(self, block: Grid) -> None:
-        cells = [[sheet.printable(cell) for cell in row] for row in (block.header, *block.rows)]
-        size = _fitting_size(cells)
-        widths = _column_widths(cells, size)
-        header, *rows = (
-            [sheet.wrapped(cell, size, width) for cell, width in zip(row, widths, strict=True)] for row in cells
-        )
-
-        def put(row: list[list[str]], weight: str = "normal") -> None:
-            x = sheet.LEFT_MM
-            for number, (lines, width) in enumerate(zip(row, widths, strict=True)):
-                place, side = (x, "left") if number in block.left else (x + width, "right")
-                for below, line in enumerate(lines):
-                    self._write(place, line, below * _LINE_MM, fontsize=size, ha=side, fontweight=weight)
-                x += width + _COLUMN_GAP_MM
-            self.y += _height(row)
-
-        def underline() -> None:
-            sheet.rule(self.pages[-1], self.y - 2.8, _length(widths))
-
-        def head() -> None:
-            put(header, "bold")
-            underline()
-            self.y += 1.2
-
-        head()
-        for row in rows:
-            if self._room(_height(row)):
-                head()
-            put(row)
-        underline()
-
-
-def _height(row: list[list[str]]) -> float:
-    return max(len(lines) for lines in row) * _LINE_MM
-
-
-def _length(widths: list[float]) -> float:
-    return sum(widths) + _COLUMN_GAP_MM * (len(widths) - 1)
-
-
-def _natural(cells: list[list[str]], size: float) -> list[float]:
-    return [
-        max(sheet.width_mm(cell, size, bold=number == 0) for number, cell in enumerate(column)) + 0.5
-        for column in zip(*cells, strict=True)
-    ]
-
-
-def _fitting_size(cells: list[list[str]]) -> float:
-    """Return a size at which the table fits the page's width without breaking cells, not below 6.5 points."""
-    sizes = (_SIZE, 7.5, 7.0, 6.5)
-    return next((size for size in sizes if _length(_natural(cells, size)) <= sheet.ROOM_MM), sizes[-1])
-
-
-def _column_widths(cells: list[list[str]], size: float) -> list[float]:
-    """Return widths that fill at most the page; the widest columns give way first."""
-    widths = _natural(cells, size)
-    most = max(widths)
-    while most > _LEAST_COLUMN_MM and _length([min(width, most) for width in widths]) > sheet.ROOM_MM:
-        most -= 0.1
-    return [min(width, most) for width in widths]
-
-
-def render(document: Document, pdf: Path, html: Path, progress: Callable[[float], None]) -> None:
-    """Write both files section by section, so that the pictures of one run at a time are in memory.
+class PdfFile:
+    """A PDF whose chapters may be put in front of those that are written already.
 
     Parameters
     ----------
-    document
-        What they show.
-    pdf, html
-        Files to write, in a folder that is there.
-    progress
-        Called with the share done.
-
-    Raises
-    ------
-    OSError
-        The folder cannot be written or the disk is full.
+    path
+        File to write.
+    paper
+        Of every page.
+    title, author
+        Of the document.
     """
-    metadata = {"Title": document.title, "Author": document.author, "Creator": f"RadarGUI {__version__}"}
-    numbers = count(1)
-    with (
-        sheet.page_style(),
-        html.open("w", encoding="utf-8", errors="replace", newline="\n") as file,
-        PdfPages(pdf, metadata=metadata) as pages,
-    ):
 
-        def put(template: str, **values: object) -> None:
-            file.write(templates().get_template(template).render(**values))
+    def __init__(self, path: Path, paper: Paper, title: str, author: str) -> None:
+        metadata = {"Title": title, "Author": author, "Creator": f"RadarGUI {__version__}"}
+        self._pages: Any = backend.PdfPages(path, metadata=metadata)
+        self._file: Any = self._pages._ensure_file()  # noqa: SLF001  there is no other way to bookmarks
+        self._paper, self._title = paper, title
+        self._bookmarks: list[tuple[str, Any]] = []
 
-        put("begin.html", document=document, version=__version__)
-        for number, section in enumerate(document.sections, 1):
-            for page in text_pages(section):
-                _put_page(pages, page, section.title, document.title, next(numbers))
-            pictures = []
-            for picture in section.pictures:
-                page = picture.draw()
-                pictures.append({"title": picture.title, "uri": _inline(page)})
-                _put_page(pages, page, f"{section.title}: {picture.title}", document.title, next(numbers))
-            put("section.html", number=number, section=section, pictures=pictures)
-            progress(number / len(document.sections))
-        put("end.html")
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bookmarks:
+            self._write_outline()
+        self._pages.close()
+
+    def put(self, chapter: Chapter) -> None:
+        """Add the pages of a chapter."""
+        for page in text_pages(chapter, self._paper):
+            self._page(page, chapter.title)
+        for picture in chapter.pictures:
+            self._page(picture.draw(self._paper), f"{chapter.title}: {picture.title}")
+
+    @contextmanager
+    def in_front(self) -> Iterator[None]:
+        """Put what is written inside before all that was written until now."""
+        pages, before = self._file.pageList, len(self._bookmarks)
+        yield
+        for items in (pages, self._bookmarks):
+            items[:] = [*items[before:], *items[:before]]
+
+    def _page(self, page: Figure, title: str) -> None:
+        head = _one_line(title, _HEAD_SIZE)
+        sheet.write(page, sheet.LEFT_MM, 15.0, head, fontsize=_HEAD_SIZE, fontweight="bold")
+        sheet.rule(page, 18.0, width=0.8)
+        foot_mm = sheet.size_mm(page)[1] - sheet.FOOT_MM
+        sheet.write(page, sheet.LEFT_MM, foot_mm, _one_line(self._title, 6.5), fontsize=6.5, color="#606060")
+        self._pages.savefig(page)
+        self._bookmarks.append((title, self._file.pageList[-1]))
+
+    def _write_outline(self) -> None:
+        """Write one bookmark a title (PDF 32000-1, 12.3.3), and the catalog once more, with them in it."""
+        file = self._file
+        first_of = dict(reversed(self._bookmarks))
+        titles = list(dict.fromkeys(title for title, _ in self._bookmarks))
+        outline = file.reserveObject("outline")
+        items = [file.reserveObject("bookmark") for _ in titles]
+        for number, (title, item) in enumerate(zip(titles, items, strict=True)):
+            near = {"Prev": items[number - 1]} if number else {}
+            near |= {"Next": items[number + 1]} if number + 1 < len(items) else {}
+            target = [first_of[title], backend.Name("Fit")]
+            file.writeObject(item, {"Title": _utf16(title), "Parent": outline, "Dest": target, **near})
+        found = {"Type": backend.Name("Outlines"), "First": items[0], "Last": items[-1], "Count": len(items)}
+        file.writeObject(outline, found)
+        catalog = {"Type": backend.Name("Catalog"), "Pages": file.pagesObject, "Outlines": outline}
+        view = {"PageMode": backend.Name("UseOutlines"), "ViewerPreferences": {"DisplayDocTitle": True}}
+        file.writeObject(file.rootObject, {**catalog, **view})
 
 
-def _inline(page: Figure) -> str:
-    """Return a page's figures as SVG within a data URI."""
-    text = io.BytesIO()
-    page.savefig(text, format="svg", bbox_inches=sheet.body(page), metadata={"Date": None, "Creator": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode("ascii")
+def _one_line(text: str, size: float) -> str:
+    """Return what of a text fits on one line of a page."""
+    first, *more = sheet.wrapped(" ".join(sheet.printable(text).split()), size, 0.85 * sheet.ROOM_MM)
+    return f"{first} …" if more else first
 
 
-def _put_page(pages: Any, page: Figure, title: str, foot: str, number: int) -> None:
-    """Add one page with its header and footer."""
-    sheet.write(page, sheet.LEFT_MM, 15.0, sheet.printable(title), fontsize=12.0, fontweight="bold")
-    sheet.rule(page, 18.0, width=0.8)
-    foot_mm = sheet.HEIGHT_MM - 9.0
-    sheet.write(page, sheet.LEFT_MM, foot_mm, sheet.printable(foot), fontsize=6.5, color="#606060")
-    sheet.write(page, sheet.WIDTH_MM - sheet.RIGHT_MM, foot_mm, str(number), fontsize=6.5, color="#606060", ha="right")
-    pages.savefig(page)
+def _utf16(text: str) -> bytes:
+    return b"\xfe\xff" + text.encode("utf-16-be", errors="replace")
+
+
+def section_html(chapter: Chapter, name: str) -> str:
+    """Return a chapter for the HTML file, with its figures in it."""
+    blocks = chapter.blocks if chapter.screen is None else chapter.screen
+    pictures = [
+        {"title": one.title, "uri": _inline(page := one.draw("a4"), sheet.body(page))} for one in chapter.pictures
+    ]
+    return (
+        templates()
+        .get_template("section.html")
+        .render(name=name, section=chapter, blocks=blocks, pictures=pictures, picture_of=picture_of)
+    )
+
+
+def write_html(path: Path, title: str, sections: Iterable[tuple[str, str, str]]) -> None:
+    """Write the HTML file.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    title
+        Of the document.
+    sections
+        Name, title and content of each, see `section_html`.
+    """
+    script = (resources.files("radargui.report") / "templates" / "sort.js").read_text(encoding="utf-8")
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    parts = list(sections)
+    with path.open("w", encoding="utf-8", errors="replace", newline="\n") as file:
+        file.write(
+            templates()
+            .get_template("begin.html")
+            .render(title=title, names=[(name, title) for name, title, _ in parts], version=__version__, digest=digest)
+        )
+        file.writelines(content for _, _, content in parts)
+        file.write(f"<script>{script}</script>\n</body>\n</html>\n")
+
+
+def picture_of(block: Drawing) -> str:
+    """Return a figure as an address of data, as wide as text."""
+    return _inline(drawn_alone(block))
+
+
+def drawn_alone(block: Drawing) -> Figure:
+    """Return a figure on a ground of its own."""
+    height_mm = block.height_mm or 80.0
+    figure = sheet.new_figure(_SCREEN_WIDTH_MM, _SCREEN.top + height_mm + _SCREEN_BELOW_MM)
+    block.draw(figure, _SCREEN._replace(height=height_mm))
+    return figure
+
+
+def pixels_of(block: Drawing) -> str:
+    """Return a figure as an address of a PNG, for viewers that draw no SVG."""
+    content = io.BytesIO()
+    drawn_alone(block).savefig(content, format="png", dpi=_PIXELS_PER_INCH)
+    return "data:image/png;base64," + base64.b64encode(content.getvalue()).decode("ascii")
+
+
+def _inline(page: Figure, part: Any = None) -> str:
+    """Return a figure as SVG within a data URI; what is white shows the page's own ground."""
+    text = io.StringIO()
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        page.savefig(text, format="svg", bbox_inches=part, transparent=True, metadata={"Date": None, "Creator": None})
+    return "data:image/svg+xml," + quote(text.getvalue(), safe=_SAFE)

@@ -1,25 +1,32 @@
-"""The report of a session: PDF, HTML, CSV and JSON."""
+"""The report of a session or a series: PDF, HTML, CSV, JSON, LaTeX and BibTeX."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 
-from radargui import __version__
-from radargui.files.access import Progress, fresh_files, write_whole
-from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.files.access import Progress, fresh_files, silent
+from radargui.files.run_card import read_run_card
 from radargui.model.drop import RunOrigin
-from radargui.processing.locate import LEAST_RECEIVERS
-from radargui.report.document import Document
-from radargui.report.rendering import render
-from radargui.report.run_section import ResultOf, RunFacts, all_simulated, run_section, study
-from radargui.report.session_section import session_section
-from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
-from radargui.restitution.series import Series, Statistics, drop_labels, series_of
-from radargui.session.info import REPORT_FOLDER, SessionInfo, own_subfolder
+from radargui.model.errors import RadarGuiError
+from radargui.report import sheet
+from radargui.report.document import Chapter
+from radargui.report.facts import ReportFacts, SessionFacts, report_facts
+from radargui.report.findings_section import front_chapters
+from radargui.report.numbers import FILES, write_numbers
+from radargui.report.provenance import provenance_of
+from radargui.report.rendering import PdfFile, section_html, write_html
+from radargui.report.run_section import ResultOf, RunFacts, run_page, run_section
+from radargui.report.sheet import Paper
+from radargui.report.study import studied
+from radargui.restitution.series import drop_labels
+from radargui.restitution.speed_models import ModelName
+from radargui.session.info import REPORT_FOLDER, own_subfolder
 from radargui.session.session import BY_OPERATOR, Session
 
-_READING_SHARE = 0.5
+_RUNS_SHARE = 0.95
+REPORT_FILES = ("report.pdf", "report.html", *FILES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,28 +35,92 @@ class Report:
 
     Attributes
     ----------
+    facts
+        Sessions that it was made of, without curves: a series needs them again.
     pdf, html, json
         The report for people, on paper and on the screen, and for programs.
     csv
         One row an impact of each run.
     series_csv
         Statistics of the series.
+    tex, bib
+        The tables for LaTeX, and how to cite the session.
     """
 
+    facts: tuple[SessionFacts, ...] = field(repr=False, compare=False)
     pdf: Path
     html: Path
     csv: Path
     json: Path
     series_csv: Path
+    tex: Path
+    bib: Path
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How a report is laid out.
+
+    Attributes
+    ----------
+    paper
+        Of the PDF.
+    details
+        Several pages a run instead of one.
+    model
+        The dependence of e on the impact speed that the user chose; None: all are told.
+    """
+
+    paper: Paper = "a4"
+    details: bool = False
+    model: ModelName | None = None
+
+
+class _Writer:
+    """PDF and HTML of a report while it grows: runs go out as they come, what stands before them is written last."""
+
+    def __init__(self, pdf: PdfFile) -> None:
+        self._pdf = pdf
+        self._front: list[tuple[str, str, str]] = []
+        self._runs: list[tuple[str, str, str]] = []
+
+    def put_run(self, chapter: Chapter) -> None:
+        self._pdf.put(chapter)
+        name = f"run-{len(self._runs) + 1}"
+        self._runs.append((name, chapter.title, section_html(chapter, name)))
+
+    def put_front(self, facts: ReportFacts) -> None:
+        with self._pdf.in_front():
+            for number, chapter in enumerate(front_chapters(facts), 1):
+                self._pdf.put(chapter)
+                name = f"part-{number}"
+                self._front.append((name, chapter.title, section_html(chapter, name)))
+
+    @property
+    def sections(self) -> list[tuple[str, str, str]]:
+        return [*self._front, *self._runs]
+
+
+@contextmanager
+def _writing(report: Report, layout: Layout, title: str, author: str) -> Iterator[_Writer]:
+    """Hand out what writes PDF and HTML; they are put in place when all went well, else they vanish."""
+    with sheet.page_style(), fresh_files((report.pdf, report.html), force=True) as (pdf, html):
+        report.pdf.parent.mkdir(parents=True, exist_ok=True)
+        with PdfFile(pdf, layout.paper, title, author) as file:
+            writer = _Writer(file)
+            yield writer
+        write_html(html, title, writer.sections)
 
 
 def write_report(
     session: Session,
     result_of: ResultOf,
     output: Path | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     *,
     now: datetime | None = None,
+    layout: Layout = Layout(),
+    ahead: bool = False,
 ) -> Report:
     """Write what all runs of a session give with its setup.
 
@@ -62,9 +133,13 @@ def write_report(
     output
         Folder of the report's files, which are replaced there; the session's own `report` folder where left out.
     progress
-        Called with the share done, 0 to 1.
+        Called with the share done, 0 to 1; what it raises ends the work, and the files that were there stay.
     now
         Date and time of the report with offset from UTC; the clock's where left out.
+    layout
+        Paper, and how much is said of each run.
+    ahead
+        Whether another process may read runs while pages are drawn: `result_of` must be a function that it can import.
 
     Raises
     ------
@@ -73,144 +148,87 @@ def write_report(
     SessionError
         The session's own report folder is a link out of the session.
     """
-    report_progress = progress or (lambda _: None)
     folder = output or own_subfolder(session.path, REPORT_FOLDER)
     made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
-    names = ("report.pdf", "report.html", "report.csv", "report.json", "report-series.csv")
-    report = Report(*(folder / name for name in names))
-    runs = _study_all(session, result_of, report_progress)
-    write_whole(report.csv, [impacts_csv(runs)])
-    write_whole(report.series_csv, [series_csv(runs)])
-    write_whole(report.json, [json_bytes(session_document(session.info, runs, made_at))])
-    with fresh_files((report.pdf, report.html), force=True) as (pdf, html):
-        render(
-            compose(session.info, runs, made_at),
-            pdf,
-            html,
-            lambda share: report_progress(_READING_SHARE + (1.0 - _READING_SHARE) * share),
-        )
-    report_progress(1.0)
+    report = Report((), *(folder / name for name in REPORT_FILES))
+    paths, labels, kept = session.run_paths(), labels_of(session), list[RunFacts]()
+    origins = set(_origins(paths).values())
+    mark = ", simulated" if {origin.kind for origin in origins} == {"simulated"} else ""
+    with _writing(report, layout, f"RadarGUI report: {session.info.name}{mark}", session.info.operator) as writer:
+        for run in studied(paths, session.setup, result_of, detailed=layout.details, ahead=ahead):
+            named = replace(run, label=labels[run.name])
+            writer.put_run(run_section(named, session.setup) if layout.details else run_page(named))
+            # figures are drawn: of hundreds of runs only the numbers stay
+            kept.append(replace(named, curves=None))
+            progress(_RUNS_SHARE * len(kept) / len(paths))
+        facts = _facts(session, kept, made_at)
+        of_report = report_facts([facts], made_at, layout.model)
+        writer.put_front(of_report)
+        write_numbers(of_report, folder)
+    progress(1.0)
+    return replace(report, facts=(facts,))
+
+
+def _facts(session: Session, runs: Sequence[RunFacts], made_at: str) -> SessionFacts:
+    return SessionFacts(session.info, tuple(runs), provenance_of(session, {run.name: run for run in runs}, made_at))
+
+
+def study_session(session: Session, result_of: ResultOf, progress: Progress = silent) -> SessionFacts:
+    """Return what a series needs of a session, without pages; parameters as for `write_report`."""
+    paths, labels, kept = session.run_paths(), labels_of(session), list[RunFacts]()
+    for run in studied(paths, session.setup, result_of, detailed=False, ahead=False):
+        kept.append(replace(run, label=labels[run.name], curves=None))
+        progress(len(kept) / len(paths))
+    return _facts(session, kept, datetime.now().astimezone().isoformat(sep=" ", timespec="seconds"))
+
+
+def write_series_report(
+    sessions: Sequence[SessionFacts],
+    output: Path,
+    *,
+    now: datetime | None = None,
+    layout: Layout = Layout(),
+) -> Report:
+    """Write what sessions found together; the pages of single runs are in their own reports.
+
+    Parameters
+    ----------
+    sessions
+        At least two, as their own reports give them.
+    output
+        Folder of the report's files, which are replaced there.
+    now
+        Date and time of the report with offset from UTC; the clock's where left out.
+    layout
+        Paper, and the model of e against the speed.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written.
+    """
+    made_at = (now or datetime.now().astimezone()).isoformat(sep=" ", timespec="seconds")
+    facts = report_facts(sessions, made_at, layout.model)
+    report = Report(tuple(sessions), *(output / name for name in REPORT_FILES))
+    operators = ", ".join(dict.fromkeys(one.info.operator for one in sessions if one.info.operator))
+    with _writing(report, layout, f"RadarGUI series: {len(sessions)} sessions", operators) as writer:
+        writer.put_front(facts)
+        write_numbers(facts, output)
     return report
 
 
-def _study_all(session: Session, result_of: ResultOf, report_progress: Progress) -> list[RunFacts]:
-    paths = session.run_paths()
-    runs = []
-    for number, path in enumerate(paths):
-
-        def part(done: float, number: int = number) -> None:
-            report_progress(_READING_SHARE * (number + done) / len(paths))
-
-        runs.append(study(path, session.setup, result_of, part))
-        part(1.0)
-    labels = _labels(session, {run.name: run.source for run in runs})
-    return [replace(run, label=labels[run.name]) for run in runs]
+def _origins(paths: Sequence[Path]) -> dict[str, RunOrigin]:
+    origins = {}
+    for path in paths:
+        with suppress(RadarGuiError):
+            origins[path.stem] = read_run_card(path).origin
+    return origins
 
 
-def _labels(session: Session, origins: dict[str, RunOrigin]) -> dict[str, str]:
+def labels_of(session: Session) -> dict[str, str]:
     """Return what the drops are called, also with those in mind that were rejected and keep their number."""
-    rejected = session.rejected
+    rejected, origins = session.rejected, _origins(session.run_paths())
     return drop_labels(
         (path.stem, origins.get(path.stem), rejected.get(path.name, BY_OPERATOR) == BY_OPERATOR)
         for path in session.run_paths(with_rejected=True)
     )
-
-
-def compose(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> Document:
-    """Return the report of a session: session and setup, then one section a run.
-
-    Parameters
-    ----------
-    info
-        The session's record.
-    runs
-        In the order of their numbers.
-    made_at
-        Date and time of the report, for people.
-    """
-    sections = (session_section(info, runs, made_at), *(run_section(run, info.setup) for run in runs))
-    # on the foot of every page
-    mark = ", simulated" if all_simulated(runs) else ""
-    return Document(f"RadarGUI report: {info.name}{mark}", info.operator, sections)
-
-
-IMPACT_HEADER = (
-    *("run", "verdict", "impact", "time_s", "time_from_zero_s", "speed_before_m_s", "speed_after_m_s"),
-    *("e", "u_e", "u_e_combined", "valid", "method", "drop_height_m", "g_m_s2", "u_g_m_s2", "source", "reason"),
-)
-SERIES_HEADER = ("quantity", "n", "mean", "standard_error", "standard_deviation", "u_combined")
-
-
-def impacts_csv(runs: Sequence[RunFacts]) -> bytes:
-    """Return one row an impact of each run; a run without impact has one row in which these columns are nan."""
-    return csv_bytes(IMPACT_HEADER, (row for run in runs for row in _impact_rows(run)))
-
-
-def series_csv(runs: Sequence[RunFacts]) -> bytes:
-    """Return the statistics of the series, one row a quantity."""
-    found = _statistics(series_of([run.drop for run in runs]))
-    return csv_bytes(
-        SERIES_HEADER,
-        ({"quantity": name, **asdict(one), "u_combined": one.combined} for name, one in found.items()),
-    )
-
-
-def session_document(info: SessionInfo, runs: Sequence[RunFacts], made_at: str) -> dict[str, object]:
-    """Return all that the report says in numbers, for JSON."""
-    antennas = place_antennas(info.setup)
-    series = series_of([run.drop for run in runs])
-    return {
-        "version": __version__,
-        "made_at": made_at,
-        "session": info.model_dump(mode="json", exclude={"setup"}),
-        "setup": info.setup,
-        "t_matrix": t_matrix(antennas),
-        "condition_number": condition_number(antennas) if info.setup.n_receivers >= LEAST_RECEIVERS else None,
-        "series": _statistics(series),
-        "series_kind": series.kind,
-        "left_out_of_series": series.left_out,
-        "runs": [_run_document(run) for run in runs],
-    }
-
-
-def _statistics(series: Series) -> dict[str, Statistics]:
-    return {"e_first_bounce": series.e, "g_m_s2": series.g_m_s2, "drop_height_m": series.drop_height_m}
-
-
-def _run_document(run: RunFacts) -> dict[str, object]:
-    return {
-        "name": run.name,
-        "drop": run.label,
-        "source": run.source.kind,
-        "replay_of": run.source.file or None,
-        "status": run.status,
-        "reason": run.failure or run.reason or None,
-        "verdict": run.verdict,
-        "started_at": run.started_at or None,
-        "duration_s": run.duration_s,
-        "sample_rate_hz": run.rate_hz,
-        "n_samples": run.n_samples,
-        "device": run.device or None,
-        "imported_from": run.origin or None,
-        "correction_used": run.correction,
-        "geometry_used": run.geometry,
-        "zero_time_s": run.zero_s,
-        "zero_is": run.since,
-        "summary": run.figures,
-        "bounces": run.bounces.impacts,
-        "free_fall": free_fall_document(run.bounces.free_fall, run.site_check),
-        "channels": run.channels,
-        "uncertainty_budget": run.uncertainty_budget,
-        "gaps": run.gaps,
-        "warnings": run.warnings,
-    }
-
-
-def _impact_rows(run: RunFacts) -> Iterator[dict[str, object]]:
-    of_run = {"run": run.name, "verdict": run.verdict, "source": run.source.kind, "reason": run.failure or run.reason}
-    of_fall = {key: run.figure(key) for key in ("drop_height_m", "g_m_s2", "u_g_m_s2")}
-    if not run.bounces.impacts:
-        yield {**of_run, "impact": "", "valid": "", "method": "", **of_fall}
-    for place, impact in enumerate(run.bounces.impacts, 1):
-        since = {"impact": place, "time_from_zero_s": impact.time_s - run.zero_s}
-        yield {**of_run, **since, **asdict(impact), **of_fall}

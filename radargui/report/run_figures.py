@@ -10,13 +10,14 @@ from matplotlib.figure import Figure
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
 from radargui.report.curves import Curve, ReceiverCurves, RunCurves, StepCurves, TrackCurves
+from radargui.report.sheet import Paper
 
 _CORRECTED_LIMIT = 1.6
 
 
-def signals_page(curves: RunCurves) -> Figure:
+def signals_page(curves: RunCurves, paper: Paper) -> Figure:
     """Return the page: raw and, where there is any, corrected below; time at the left, the plane at the right."""
-    figure = sheet.new_page()
+    figure = sheet.new_page(paper)
     known = any(np.isfinite(receiver.corrected.i.y).any() for receiver in curves.receivers)
     shown = [
         (receiver, corrected) for receiver in curves.receivers for corrected in ((False, True) if known else (False,))
@@ -41,7 +42,8 @@ def _pair(
         against_time.set_ylim(-limit, limit)
     (left, bottom), (right, top) = in_plane.get_position().get_points()
     # room for the words beneath
-    in_plane.set_position((left, bottom + 4.0 / sheet.HEIGHT_MM, right - left, top - bottom - 4.0 / sheet.HEIGHT_MM))
+    room = 4.0 / sheet.size_mm(sheet.figure_of(in_plane))[1]
+    in_plane.set_position((left, bottom + room, right - left, top - bottom - room))
     in_plane.set_box_aspect(1.0)
     in_plane.set_anchor("NW")
     _plane(in_plane, plane, factor, corrected=corrected)
@@ -69,9 +71,9 @@ def _plane(axes: Axes, plane: Curve, factor: float, *, corrected: bool) -> None:
         axes.margins(0.08)
 
 
-def steps_page(curves: RunCurves) -> Figure:
+def steps_page(curves: RunCurves, paper: Paper) -> Figure:
     """Return the page: one row a channel; splines, bias and extremes over the signal, the scale beside."""
-    figure = sheet.new_page()
+    figure = sheet.new_page(paper)
     steps = [step for receiver in curves.receivers for step in receiver.steps]
     rows = sheet.add_rows(figure, len(steps), 33.0, 42.0, 7.0, (22.0, 118.0), (154.0, 42.0))
     for step, (axes, beside) in zip(steps, rows, strict=True):
@@ -108,9 +110,9 @@ def _marks(axes: Axes, places: Curve, factor: float, marker: str, colour: str, l
     sheet.draw_curve(axes, places, factor, label=label, **looks)
 
 
-def paths_page(curves: RunCurves) -> Figure:
+def paths_page(curves: RunCurves, paper: Paper) -> Figure:
     """Return the page: one row a receiver, phase left and path right; below what the correction changed, and u."""
-    figure = sheet.new_page()
+    figure = sheet.new_page(paper)
     columns = (22.0, 80.0), (118.0, 80.0)
     *rows, (change, below) = sheet.add_rows(figure, len(curves.receivers) + 1, 29.0, 64.0, 13.0, *columns)
     for receiver, (left, right), colour in zip(curves.receivers, rows, sheet.RECEIVER_COLOURS, strict=False):
@@ -145,7 +147,7 @@ _LEAST_HALF_SPAN_M = 0.005
 _SMALL = 6.0
 
 
-def track_page(curves: RunCurves, track: TrackCurves, floor_m: float | None) -> Figure:
+def track_page(curves: RunCurves, track: TrackCurves, floor_m: float | None, paper: Paper) -> Figure:
     """Return the page of a track.
 
     Parameters
@@ -156,20 +158,27 @@ def track_page(curves: RunCurves, track: TrackCurves, floor_m: float | None) -> 
         Its track.
     floor_m
         Height of the sphere's centre when it touches the floor, where the setup says it.
+    paper
+        To draw on.
     """
-    figure = sheet.new_page()
-    _height(sheet.add_axes(figure, _LEFT, 30.0, _WIDTH, 70.0), curves, track, floor_m)
-    _residual(sheet.add_axes(figure, _LEFT, 115.0, 80.0, 36.0), curves, track)
+    figure = sheet.new_page(paper)
+    # on paper that is less high everything moves up and shrinks
+    high = sheet.size_mm(figure)[1] / sheet.PAPERS_MM["a4"][1]
+
+    def axes(left: float, top: float, width: float, height: float) -> Axes:
+        return sheet.add_axes(figure, left, 24.0 + (top - 24.0) * high, width, height * high)
+
+    _height(axes(_LEFT, 30.0, _WIDTH, 70.0), curves, track, floor_m)
+    _residual(axes(_LEFT, 115.0, 80.0, 36.0), curves, track)
     of_z, *colours = sheet.RECEIVER_COLOURS[:3]
     sideways = [(track.x, colours[0], "x"), (track.y, colours[1], "y")]
-    sheet.draw_panel(sheet.add_axes(figure, 118.0, 115.0, 80.0, 36.0), curves, "Sideways", "x, y", sideways, unit="m")
+    sheet.draw_panel(axes(118.0, 115.0, 80.0, 36.0), curves, "Sideways", "x, y", sideways, unit="m")
     u = list(zip(track.u, (*colours, of_z), "xyz", strict=True))
     title = "Standard uncertainty of the position"
-    below = sheet.add_axes(figure, _LEFT, 167.0, 80.0, 36.0)
-    sheet.draw_panel(below, curves, title, "u", u, unit="m", from_zero=True)
-    _in_space(sheet.add_axes(figure, 118.0, 166.0, 80.0, 40.0), track)
+    sheet.draw_panel(axes(_LEFT, 167.0, 80.0, 36.0), curves, title, "u", u, unit="m", from_zero=True)
+    _in_space(axes(118.0, 166.0, 80.0, 40.0), track)
     for number, (across, up) in enumerate(((0, 2), (1, 2), (0, 1))):
-        _projection(sheet.add_axes(figure, _LEFT + 64.5 * number, 220.0, 47.0, 47.0), track, across, up)
+        _projection(axes(_LEFT + 64.5 * number, 218.0, 47.0 * high, 47.0), track, across, up)
     return figure
 
 

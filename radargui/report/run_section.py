@@ -9,6 +9,7 @@ from pathlib import Path
 
 from radargui.files.access import Progress
 from radargui.files.run_card import read_origin, read_run_card, summarise
+from radargui.files.stored_results import read_findings
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
 from radargui.model.errors import CancelledError, RadarGuiError, fault_of
 from radargui.model.recording import Gap, Recording
@@ -17,8 +18,8 @@ from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget, budget_rows, variance_shares
 from radargui.report.added_pictures import added_pictures
-from radargui.report.curves import RunCurves, take_curves
-from radargui.report.document import Chapter, Content, Facts, Grid, Note, Picture
+from radargui.report.curves import COLUMNS, COMPACT, Curve, RunCurves, take_curves
+from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note, Picture
 from radargui.restitution.site_gravity import SiteCheck, site_check
 
 _logger = logging.getLogger(__name__)
@@ -50,6 +51,8 @@ class RunFacts:
         Whether the rest before the motion was recorded: only then is the first impact the first, and its fall whole.
     zero_s, since
         What times shown to people count from, see `RunResult.zero`.
+    falls
+        Way fallen and residual of the first fall, see `TrackCurves`.
     """
 
     name: str
@@ -78,6 +81,7 @@ class RunFacts:
     warnings: tuple[str, ...] = ()
     added: tuple[Picture, ...] = field(default=(), repr=False)
     curves: RunCurves | None = field(default=None, repr=False)
+    falls: tuple[Curve, Curve] | None = field(default=None, repr=False)
 
     def figure(self, key: str) -> float | None:
         """Return one number of `figures`; None where it is not known."""
@@ -113,7 +117,9 @@ def all_simulated(runs: Sequence[RunFacts]) -> bool:
     return bool(runs) and all(run.source.kind == "simulated" for run in runs)
 
 
-def study(path: Path, setup: Setup, result_of: ResultOf, progress: Progress | None = None) -> RunFacts:
+def study(
+    path: Path, setup: Setup, result_of: ResultOf, progress: Progress | None = None, *, detailed: bool = True
+) -> RunFacts:
     """Take the facts of one run from its result; whatever goes wrong with it becomes its `failure`.
 
     Parameters
@@ -126,9 +132,11 @@ def study(path: Path, setup: Setup, result_of: ResultOf, progress: Progress | No
         Gives the result of a run file under a setup: a report shows results and computes none.
     progress
         Called with the share done, 0 to 1.
+    detailed
+        Whether curves are to fill the width of a page, else half of it.
     """
     try:
-        facts = take_facts(result_of(path, setup, progress), path.stem)
+        facts = take_facts(result_of(path, setup, progress), path.stem, COLUMNS if detailed else COMPACT)
         return replace(facts, origin=read_origin(path), source=read_run_card(path).origin)
     except CancelledError:
         raise
@@ -140,8 +148,11 @@ def study(path: Path, setup: Setup, result_of: ResultOf, progress: Progress | No
         return RunFacts(path.stem, failure=str(fault_of(error, "The report of this run")))
 
 
-def take_facts(result: RunResult, name: str, *, drawn: bool = True) -> RunFacts:
-    """Return what the report keeps of a result; without its curves where it is not `drawn`."""
+def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts:
+    """Return what the report keeps of a result, its curves decimated to so many columns; none where it is 0."""
+    curves = take_curves(result, columns) if columns else None
+    drawn = curves.track if curves else None
+    falls = (drawn.fallen, drawn.since_vertex) if drawn and drawn.fallen and drawn.since_vertex else None
     recording, corrected, track = result.recording, result.corrected, result.track
     return RunFacts(
         name=name,
@@ -164,8 +175,30 @@ def take_facts(result: RunResult, name: str, *, drawn: bool = True) -> RunFacts:
         site_check=site_check(result),
         uncertainty_budget=result.uncertainty_budget,
         warnings=result.warnings,
-        curves=take_curves(result) if drawn else None,
         added=added_pictures(result) if drawn else (),
+        curves=curves,
+        falls=falls,
+    )
+
+
+def glance(path: Path) -> RunFacts:
+    """Return what the results stored with a run say, without its samples; whatever goes wrong becomes its `failure`."""
+    try:
+        found, source = read_findings(path), read_run_card(path).origin
+    except RadarGuiError as error:
+        return RunFacts(path.stem, failure=str(error))
+    if found is None:
+        return RunFacts(path.stem, failure="not processed yet", source=source)
+    summary = found.summary
+    return RunFacts(
+        path.stem,
+        status=str(summary.get("status")),
+        reason=str(summary.get("reason") or ""),
+        figures=summary,
+        source=source,
+        from_rest=summary.get("from_rest") is not False,
+        bounces=found.bounces,
+        uncertainty_budget=found.uncertainty_budget,
     )
 
 
@@ -175,17 +208,72 @@ def _duration_s(recording: Recording) -> float:
 
 
 def run_section(run: RunFacts, setup: Setup) -> Chapter:
-    """Return the section about one run; of a run that failed it says why."""
-    title = "Run " + run.name.removeprefix("run-")
-    if run.status != "ok" or run.source.mark:
-        title += f" ({run.said})"
+    """Return all that is said of one run, with pages of figures; of a run that failed it says why."""
     if run.failure:
-        return Chapter(title, (Note(f"No result: {run.failure}", warning=True),))
-    samples = f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {plain(run.rate_hz, 6, '1/s')}"
+        return Chapter(_title(run), (Note(f"No result: {run.failure}", warning=True),))
+    return Chapter(_title(run), _words(run), _pictures(run, setup))
+
+
+_MOST_IMPACTS, _MOST_LETTERS = 6, 300
+"""On the page of a run; more stands in the tables."""
+
+
+def run_page(run: RunFacts) -> Chapter:
+    """Return one page about a run: what it gave, in small print, and its figures."""
+    if run.failure or run.curves is None:
+        return Chapter(_title(run), (Note(f"No result: {run.failure or 'no samples'}", warning=True),))
+    # matplotlib is loaded only where a report is made: the window shows the same words without it
+    from radargui.report.run_page import run_figures, run_on_screen
+
+    rows = {
+        "Result": " – ".join(part for part in (run.said, run.reason) if part),
+        "Recorded": "; ".join(
+            filter(None, (run.started_at, run.origin or run.device or run.source.file, _samples(run)))
+        ),
+        "Correction, geometry": f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}",
+        **_fall_rows(run, "First fall" if run.from_rest else "Flight before the first impact seen"),
+    }
+    shown = replace(run, bounces=replace(run.bounces, impacts=run.bounces.impacts[:_MOST_IMPACTS]))
+    notes = [*run.warnings, *_more_impacts(run), *(f"{gap} samples were lost." for gap in _lost(run))]
+    blocks: list[Content] = [
+        Facts(tuple((name, _cut(value)) for name, value in rows.items() if value)),
+        *(replace(block, title="") for block in _impacts(shown) if isinstance(block, Grid)),
+        *(replace(block, title="") for block in _quality(run) if isinstance(block, Grid)),
+        *([Note(_cut(" ".join(f"{note.rstrip('.')}." for note in notes)), warning=True)] if notes else []),
+        Drawing("", partial(run_figures, curves=run.curves)),
+    ]
+    screen = (*_words(run), Drawing("", partial(run_on_screen, curves=run.curves), 52.0))
+    return Chapter(_title(run), tuple(blocks), small=True, screen=screen)
+
+
+def _cut(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= _MOST_LETTERS else f"{line[: _MOST_LETTERS - 1]}…"
+
+
+def _more_impacts(run: RunFacts) -> list[str]:
+    more = len(run.bounces.impacts) - _MOST_IMPACTS
+    return [f"{more} more impacts are in report.csv."] if more > 0 else []
+
+
+def _lost(run: RunFacts) -> list[int]:
+    return [sum(gap.count for gap in run.gaps)] if run.gaps else []
+
+
+def _title(run: RunFacts) -> str:
+    mark = f" ({run.said})" if run.status != "ok" or run.source.mark or run.preliminary else ""
+    return f"Run {run.name.removeprefix('run-')}{mark}"
+
+
+def _samples(run: RunFacts) -> str:
+    return f"{run.n_samples} of each channel in {plain(run.duration_s, 4, 's')} at {plain(run.rate_hz, 6, '1/s')}"
+
+
+def _words(run: RunFacts) -> tuple[Content, ...]:
     rows = {
         "Recorded": run.started_at or UNKNOWN,
         "Replay of": run.source.file,
-        "Samples": samples,
+        "Samples": _samples(run),
         "Imported from": run.origin,
         "Device": run.device or ("" if run.origin else UNKNOWN),
         "Result": " – ".join(part for part in (run.said, run.reason) if part),
@@ -196,8 +284,7 @@ def run_section(run: RunFacts, setup: Setup) -> Chapter:
     blocks += [Note(text, warning=True) for text in run.warnings]
     if run.site_check and run.site_check.agrees is False:
         blocks.append(Note("g is not that of the site: see the comparison above.", warning=True))
-    blocks += [*_impacts(run), *_quality(run), *_gaps(run), *_calibration(run)]
-    return Chapter(title, tuple(blocks), _pictures(run, setup))
+    return *blocks, *_impacts(run), *_quality(run), *_gaps(run), *_calibration(run)
 
 
 def _fall_rows(run: RunFacts, name: str) -> dict[str, str]:
@@ -209,7 +296,7 @@ def _fall_rows(run: RunFacts, name: str) -> dict[str, str]:
     drop = f"{plain(fall.drop_height_m, 5, 'mm', 1e3)} " if isfinite(fall.drop_height_m) else ""
     return {
         name: f"{drop}{release}",
-        "g": quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²"),
+        "g (statistical u)": quantity(fall.g_m_s2, fall.u_g_m_s2, "m/s²"),
         "g against the site": run.site_check.compared if run.site_check else "",
         "Residual of the fit": f"{plain(fall.residual_rms_m, 3, 'mm', 1e3)} rms",
     }

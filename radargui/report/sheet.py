@@ -1,10 +1,10 @@
-"""One A4 page: places in millimetres for title, axes and text; colours, fonts and prefixes of units."""
+"""Paper: places in millimetres for title, axes and text; colours, fonts and prefixes of units."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -17,7 +17,8 @@ from matplotlib.transforms import Bbox
 
 from radargui.report.curves import Curve, RunCurves
 
-A4_INCH = (8.27, 11.69)
+Paper = Literal["a4", "letter"]
+PAPERS_MM: dict[Paper, tuple[float, float]] = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 _STYLE = Path(__file__).with_name("page.mplstyle")
 
 I_COLOUR = "#0060a8"
@@ -58,41 +59,77 @@ def scaled(unit: str, largest: float) -> tuple[float, str]:
     return (1.0, unit) if largest <= 0.0 else (1e12, "p" + unit)
 
 
-WIDTH_MM, HEIGHT_MM = 210.0, 297.0
 LEFT_MM, RIGHT_MM, TOP_MM = 18.0, 12.0, 24.0
-ROOM_MM = WIDTH_MM - LEFT_MM - RIGHT_MM
+FOOT_MM = 9.0
+"""Base line of the foot above the lower edge."""
+ROOM_MM = PAPERS_MM["a4"][0] - LEFT_MM - RIGHT_MM
+"""What text and figures are as wide as, on any paper."""
 MM_PER_INCH = 25.4
 _LABELS_MM = 12.0
 
 
-def new_page() -> Figure:
-    """Return an empty A4 page."""
-    return Figure(figsize=A4_INCH)
+class Area(NamedTuple):
+    """A rectangle on a figure in mm: left and top from its upper left corner."""
+
+    left: float
+    top: float
+    width: float
+    height: float
+
+    def inside(self, left: float, top: float, width: float, height: float) -> "Area":
+        """Return a part of it, measured from its own corner."""
+        return Area(self.left + left, self.top + top, width, height)
+
+
+def new_page(paper: Paper = "a4") -> Figure:
+    """Return an empty page."""
+    return new_figure(*PAPERS_MM[paper])
+
+
+def new_figure(width_mm: float, height_mm: float) -> Figure:
+    """Return an empty figure of this size."""
+    return Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH))
+
+
+def size_mm(figure: Figure) -> tuple[float, float]:
+    """Return width and height of a figure."""
+    width, height = figure.get_size_inches()
+    return float(width) * MM_PER_INCH, float(height) * MM_PER_INCH
+
+
+def figure_of(axes: Axes) -> Figure:
+    """Return the figure that axes are on."""
+    figure: Figure = axes.get_figure(root=True)  # type: ignore[assignment]  # they are on one
+    return figure
 
 
 def body(figure: Figure) -> Bbox:
     """Return the part of a page from the header down to the labels of its lowest axes, in inches: what HTML shows."""
-    lowest_mm = min((axes.get_position().y0 for axes in figure.axes), default=0.0) * HEIGHT_MM
-    edges_mm = (2.0, max(lowest_mm - _LABELS_MM, 0.0), WIDTH_MM - 2.0, HEIGHT_MM - TOP_MM + 4.0)
+    width_mm, height_mm = size_mm(figure)
+    lowest_mm = min((axes.get_position().y0 for axes in figure.axes), default=0.0) * height_mm
+    edges_mm = (2.0, max(lowest_mm - _LABELS_MM, 0.0), width_mm - 2.0, height_mm - TOP_MM + 4.0)
     return Bbox.from_extents(*(edge / MM_PER_INCH for edge in edges_mm))
 
 
 def write(figure: Figure, x_mm: float, y_mm: float, text: str, **looks: Any) -> None:
     """Write text; x from the left, y from the top, at its base line. The text is never read as mathematics."""
-    figure.text(x_mm / WIDTH_MM, 1.0 - y_mm / HEIGHT_MM, text, parse_math=False, **looks)
+    width_mm, height_mm = size_mm(figure)
+    figure.text(x_mm / width_mm, 1.0 - y_mm / height_mm, text, parse_math=False, **looks)
 
 
 def rule(figure: Figure, y_mm: float, length_mm: float = ROOM_MM, width: float = 0.5) -> None:
     """Draw a line from the left margin, y from the top; across the page where no length is given."""
-    y = 1.0 - y_mm / HEIGHT_MM
-    ends = [LEFT_MM / WIDTH_MM, (LEFT_MM + length_mm) / WIDTH_MM]
+    width_mm, height_mm = size_mm(figure)
+    y = 1.0 - y_mm / height_mm
+    ends = [LEFT_MM / width_mm, (LEFT_MM + length_mm) / width_mm]
     figure.add_artist(Line2D(ends, [y, y], transform=figure.transFigure, linewidth=width, color="#404040"))
 
 
 def add_axes(figure: Figure, left_mm: float, top_mm: float, width_mm: float, height_mm: float) -> Axes:
     """Add axes whose frame has this place and size; left and top from the page's upper left corner."""
+    whole_mm, high_mm = size_mm(figure)
     axes = figure.add_axes(
-        (left_mm / WIDTH_MM, 1.0 - (top_mm + height_mm) / HEIGHT_MM, width_mm / WIDTH_MM, height_mm / HEIGHT_MM)
+        (left_mm / whole_mm, 1.0 - (top_mm + height_mm) / high_mm, width_mm / whole_mm, height_mm / high_mm)
     )
     axes.xaxis.set_major_locator(MaxNLocator(_ticks(width_mm), steps=(1, 2, 5, 10)))
     axes.yaxis.set_major_locator(MaxNLocator(_ticks(height_mm), steps=(1, 2, 5, 10)))
@@ -114,7 +151,7 @@ def add_rows(
     columns
         Left and width of each, in mm.
     """
-    height_mm = (min(HEIGHT_MM - 26.0 - top_mm, count * row_mm) + space_mm) / count - space_mm
+    height_mm = (min(size_mm(figure)[1] - 26.0 - top_mm, count * row_mm) + space_mm) / count - space_mm
     tops_mm = (top_mm + number * (height_mm + space_mm) for number in range(count))
     return [[add_axes(figure, left, top, width, height_mm) for left, width in columns] for top in tops_mm]
 
@@ -220,7 +257,8 @@ def legend(axes: Axes, *, raised: bool = False) -> None:
     """Put a legend above the frame at the right, where it hides no curve; raised: above the title too."""
     handles, names = axes.get_legend_handles_labels()
     if names:
-        place = (1.0, 1.0 + 4.0 / (axes.get_position().height * HEIGHT_MM) * raised)
+        height_mm = axes.get_position().height * size_mm(figure_of(axes))[1]
+        place = (1.0, 1.0 + 4.0 / height_mm * raised)
         axes.legend(handles, names, loc="lower right", bbox_to_anchor=place, ncols=len(names), columnspacing=1.0)
 
 

@@ -1,85 +1,14 @@
 """A series of drops: which of them count, how they are numbered, and the statistics of what they gave."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from radargui.model.drop import Drop, RunKind, RunOrigin
-from radargui.model.rounding import UNKNOWN, quantity
+from radargui.model.rounding import UNKNOWN
+from radargui.restitution.statistics import NO_VALUE, Statistics, statistics_of
 
 KINDS: tuple[RunKind, ...] = ("measured", "simulated", "replay")
 """From the best: a series is of one kind, the best that it has; a replay is no measurement, and a simulation none."""
-
-
-@dataclass(frozen=True, slots=True)
-class Statistics:
-    """Of n repeated values.
-
-    Attributes
-    ----------
-    n
-        How many runs gave a value.
-    mean
-        Arithmetic mean; None for n = 0.
-    standard_deviation
-        Of one value, with n - 1; None for n < 2.
-    standard_error
-        Of the mean, standard deviation / sqrt(n) (GUM 4.2.3); None for n < 2.
-    u_single
-        Standard uncertainty of the only value, for n = 1; None where there is none.
-    combined
-        Of the mean, with what all runs on one setup share: calibration and sphere do not average out. None where the
-        runs do not say it.
-    """
-
-    n: int
-    mean: float | None = None
-    standard_deviation: float | None = None
-    standard_error: float | None = None
-    u_single: float | None = None
-    combined: float | None = None
-
-    def words(self, scale: float = 1.0) -> str:
-        """Return the mean with its combined uncertainty; where that is not known the standard error, or its own."""
-        u = self.u_single if self.standard_error is None else self.standard_error
-        u = u if self.combined is None else self.combined
-        return UNKNOWN if self.mean is None else quantity(self.mean, u, scale=scale)
-
-
-def statistics_of(
-    values: Iterable[float | None],
-    uncertainties: Iterable[float | None] = (),
-    combined: Iterable[float | None] = (),
-) -> Statistics:
-    """Return the statistics of the values that are known and finite.
-
-    Parameters
-    ----------
-    values
-        One a run.
-    uncertainties, combined
-        Their statistical and their combined standard uncertainties, as many, or none.
-    """
-    given = list(values)
-    rows = zip(given, [*uncertainties] or [None] * len(given), [*combined] or [None] * len(given), strict=True)
-    known = [row for row in rows if row[0] is not None and math.isfinite(row[0])]
-    if not known:
-        return Statistics(0)
-    array = np.array([x for x, _, _ in known], dtype=np.float64)
-    mean = float(array.mean())
-    # fully correlated between runs on one setup: the shares add, not their squares (JCGM 100, 5.2.2, note 1)
-    shared = [math.sqrt(max(both**2 - own**2, 0.0)) for _, own, both in known if own is not None and both is not None]
-    common = sum(shared) / len(shared) if len(shared) == len(known) else None
-    if array.size == 1:
-        return Statistics(1, mean, u_single=known[0][1], combined=known[0][2])
-    # type A: the scatter between drops, whatever each says of itself (GUM 4.2.2)
-    deviation = float(array.std(ddof=1))
-    error = deviation / math.sqrt(array.size)
-    return Statistics(
-        int(array.size), mean, deviation, error, combined=None if common is None else math.hypot(error, common)
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,15 +21,22 @@ class Series:
         Of the drops that count; None without any.
     left_out
         Drops that do not count, by name, each with the reason.
-    e, g_m_s2, drop_height_m
+    e, g_m_s2, drop_height_m, impact_speed_m_s
         Over the drops that count and whose release was seen: of the first bounce, of the fall.
+    seen
+        Names of these drops.
+    outliers
+        Names of those whose e stands out, see `statistics.OUTLIER_RULE`; they count like the others.
     """
 
     kind: RunKind | None = None
     left_out: Mapping[str, str] = field(default_factory=dict)
-    e: Statistics = Statistics(0)
-    g_m_s2: Statistics = Statistics(0)
-    drop_height_m: Statistics = Statistics(0)
+    e: Statistics = NO_VALUE
+    g_m_s2: Statistics = NO_VALUE
+    drop_height_m: Statistics = NO_VALUE
+    impact_speed_m_s: Statistics = NO_VALUE
+    seen: tuple[str, ...] = ()
+    outliers: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
@@ -135,14 +71,18 @@ def series_of(drops: Sequence[Drop]) -> Series:
             counted.append(drop)
     # without the rest before it the first impact seen may be the third, and e depends on the speed
     seen = [drop for drop in counted if drop.from_rest]
+    e = statistics_of([one.e for one in seen], [one.u_e for one in seen], [one.u_e_combined for one in seen])
     return Series(
         kind,
         left_out,
-        statistics_of([one.e for one in seen], [one.u_e for one in seen], [one.u_e_combined for one in seen]),
+        e,
         statistics_of(
             [one.g_m_s2 for one in seen], [one.u_g_m_s2 for one in seen], [one.u_g_combined_m_s2 for one in seen]
         ),
         statistics_of([drop.drop_height_m for drop in seen]),
+        statistics_of([drop.impact_speed_m_s for drop in seen]),
+        tuple(drop.name for drop in seen),
+        tuple(seen[place].name for place in e.outliers),
     )
 
 

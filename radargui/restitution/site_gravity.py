@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from radargui.model.gravity import U_NORMAL_GRAVITY_M_S2, normal_gravity_m_s2, share_in_air
-from radargui.model.result import FreeFall, RunResult
+from radargui.model.result import RunResult
 from radargui.model.rounding import plain, quantity
 from radargui.model.setup import Setup
 
@@ -43,22 +43,36 @@ class SiteCheck:
     agrees: bool | None
     compared: str
 
+    @property
+    def verdict(self) -> str:
+        """What it says of the scale of lengths: "g agrees with the site's within 1.2 u", or not."""
+        if self.u_difference_m_s2 is None:
+            return "g cannot be compared with the site's: the antennas' uncertainty is not known"
+        ratio = abs(self.difference_m_s2) / self.u_difference_m_s2
+        if self.agrees:
+            # never said to be nearer than it is
+            return f"g agrees with the site's within {max(math.ceil(10.0 * ratio) / 10.0, 0.1):.1f} u"
+        return f"g differs from the site's by {ratio:.1f} u: the calibration is suspect"
+
 
 def site_check(result: RunResult) -> SiteCheck | None:
     """Return the check of a result; None without a fall, or where the setup does not say where it stands."""
     fall, budget = result.bounces.free_fall, result.uncertainty_budget
     if fall is None:
         return None
-    return check_against_site(fall, result.setup, None if budget is None else budget.g_m_s2.combined)
+    combined = None if budget is None else budget.g_m_s2.combined
+    return check_against_site(fall.g_m_s2, fall.u_g_m_s2, result.setup, combined)
 
 
-def check_against_site(fall: FreeFall, setup: Setup, u_combined_m_s2: float | None) -> SiteCheck | None:
+def check_against_site(
+    g_m_s2: float, u_g_m_s2: float | None, setup: Setup, u_combined_m_s2: float | None
+) -> SiteCheck | None:
     """Return the check of g; None where the setup does not say where it stands.
 
     Parameters
     ----------
-    fall
-        With the acceleration measured, which stays as it is.
+    g_m_s2, u_g_m_s2
+        The acceleration measured, of one fall or the mean of several, which stays as it is; its statistical u.
     setup
         Its site, and the sphere's density for buoyancy and added mass.
     u_combined_m_s2
@@ -76,7 +90,7 @@ def check_against_site(fall: FreeFall, setup: Setup, u_combined_m_s2: float | No
     # buoyancy, and half the displaced air that moves with a sphere (Landau & Lifshitz, Fluid Mechanics, 11)
     share = 1.0 if density is None else share_in_air(density)
     expected, u_expected = g * share, math.hypot(u_g, U_AIR * g * (1.0 - share))
-    difference = fall.g_m_s2 - expected
+    difference = g_m_s2 - expected
     u = None if u_combined_m_s2 is None else math.hypot(u_combined_m_s2, u_expected)
     # with the statistical u alone they would nearly always differ: antennas are known to half a degree
     agrees = None if u is None else abs(difference) <= COVERAGE * u
@@ -90,7 +104,7 @@ def check_against_site(fall: FreeFall, setup: Setup, u_combined_m_s2: float | No
         False: f"they differ by more than {COVERAGE:g} u",
     }[agrees]
     compared = (
-        f"Measured {quantity(fall.g_m_s2, u_combined_m_s2 or fall.u_g_m_s2, 'm/s²')}, expected "
+        f"Measured {quantity(g_m_s2, u_combined_m_s2 or u_g_m_s2, 'm/s²')}, expected "
         f"{quantity(expected, u_expected, 'm/s²')}: {origin} {plain(g, 6)} m/s² less {air}. "
         f"Difference {quantity(difference, u, 'm/s²')}: {verdict}.{vacuum}"
     )

@@ -58,6 +58,7 @@ def test_no_headless_command_loads_qt(setup_file: Path, tmp_path: Path) -> None:
         ["process", str(Path("SESSION", "run-0001.h5"))],
         ["report", "SESSION"],
         ["calibrate", "--check", "SESSION"],
+        ["figures", "SESSION", "--width", "86mm"],
         ["export", "SESSION", "--format", "mat"],
         ["import", str(Path("SESSION", "export", "run-0001.mat")), "--output", str(tmp_path / "imported")],
         ["batch", "SESSION", "--force", "--workers", "1"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -30,6 +31,26 @@ def test_a_report_names_its_four_files(command: Command, recorded: Path, tmp_pat
     assert all(path.parent == tmp_path / "report" and path.stat().st_size for path in paths)
 
 
+def test_several_sessions_are_reported_each_and_as_a_series(command: Command, recorded: Path, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    copy = shutil.copytree(recorded, tmp_path / "other" / recorded.name)
+    out = tmp_path / "report"
+    ended = command("report", recorded, copy, "--output", out, "--law", "johnson")
+    assert ended.status == 0
+    paths = [Path(line[9:].strip()) for line in ended.out.splitlines()]
+    folders = [out / recorded.name, out / f"{recorded.name}-2", out]
+    assert [path.parent for path in paths] == [folder for folder in folders for _ in range(4)]
+    assert all(path.stat().st_size for path in paths)
+    document = json.loads((out / "report.json").read_text(encoding="utf-8"))
+    assert document["speed_model"] == "johnson"
+    assert len(document["sessions"]) == 2
+    # the same drops twice are one series
+    first, second = (one["series"]["e_first_bounce"]["n"] for one in document["sessions"])
+    assert first >= 1
+    assert second == 0
+    assert "Johnson, fully plastic (chosen)" in (out / "report.html").read_text(encoding="utf-8")
+
+
 def test_what_is_no_session_is_status_1_and_the_others_are_written_each_in_its_folder(
     command: Command, recorded: Path, tmp_path: Path
 ) -> None:
@@ -40,6 +61,8 @@ def test_what_is_no_session_is_status_1_and_the_others_are_written_each_in_its_f
     assert ended.status == 1
     assert "is not a session" in ended.error
     assert (tmp_path / "report" / "empty-session" / "report.pdf").is_file()
+    assert "no report of the series" in ended.out
+    assert not (tmp_path / "report" / "report.json").exists()
 
 
 def test_devices_are_listed_with_what_one_must_know_to_wire_them(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from datetime import datetime
 from pathlib import Path
 from threading import Event
@@ -91,6 +92,26 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
     assert window.setup_model.path is None
     assert window.control.session is None
     assert all(owner_of(path) is None for path in data_folder.iterdir()), "other programs may write to it now"
+
+
+def test_sessions_chosen_together_are_reported_as_a_series(
+    data_folder: Path, window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window.actions_.sessions.trigger()
+    browser = window.sessions.browser
+    wait_for(lambda: not browser.looking)
+    browser.table.selectRow(0)
+    assert not browser.series.isEnabled()
+    browser.table.selectAll()
+    assert not browser.review.isEnabled()
+    monkeypatch.setattr(
+        "radargui.gui.sessions.session_controller.QFileDialog.getExistingDirectory", lambda *_: str(tmp_path / "series")
+    )
+    browser.series.click()
+    wait_for(lambda: not window.work.busy)
+    document = json.loads((tmp_path / "series" / "report.json").read_text(encoding="utf-8"))
+    assert [one["session"]["operator"] for one in document["sessions"]] == ["Grace", "Ada"]
+    assert (tmp_path / "series" / "report.pdf").stat().st_size
 
 
 def test_a_session_that_another_program_writes_is_opened_for_looking(

@@ -25,8 +25,10 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import RunEntry
 from radargui.model.drop import RunOrigin
 from radargui.model.errors import FileError
-from radargui.report.report import compose
-from radargui.report.run_section import study
+from radargui.report.document import Grid
+from radargui.report.facts import SessionFacts, report_facts
+from radargui.report.findings_section import front_chapters
+from radargui.report.run_section import RunFacts, glance, run_page, study
 from radargui.restitution.series import series_of
 from radargui.session.session import Session
 
@@ -183,8 +185,9 @@ def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistic
     assert session is not None
     facts = [study(run, session.setup, _stored) for run in session.run_paths()]
     assert series_of([one.drop for one in facts]).e == before.e
-    words = str(compose(session.info, facts, "now"))
-    assert "Not in the statistics: run-0002: a replay is no drop of its own" in words
+    first, *_ = front_chapters(report_facts([SessionFacts(session.info, tuple(facts))], "now"))
+    left_out = [block.rows for block in first.blocks if isinstance(block, Grid) and "Not in the mean" in block.title]
+    assert left_out[0][0] == ("run-0002", "replay", "a replay is no drop of its own")
     replays = [entry.drop for entry in window.runs.model.entries[1:]]
     assert series_of(replays).left_out == {"run-0003": "the same drop as run-0002"}
 
@@ -202,10 +205,11 @@ def test_a_simulated_session_says_so_in_window_and_report(window: MainWindow, wa
     session = window.control.session
     assert session is not None
     facts = [study(run, session.setup, _stored) for run in session.run_paths()]
-    document = compose(session.info, facts, "now")
-    assert document.title.endswith(", simulated"), "on the foot of every page"
-    assert all("simulated" in section.title for section in document.sections)
-    assert "Dev1" not in str(document)
+    found = report_facts([SessionFacts(session.info, tuple(facts))], "now")
+    chapters = [*front_chapters(found), *map(run_page, facts)]
+    assert "simulated" in chapters[0].title
+    assert "simulated" in chapters[-1].title
+    assert "Dev1" not in str(chapters)
 
 
 def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
@@ -359,3 +363,32 @@ def test_nobody_is_told_that_this_window_writes_to_its_own_session(
     browser.table.selectRow(0)
     wait_for(lambda: not window.jobs.running)
     assert "writes to it" not in browser.details.text()
+
+
+def test_the_preview_follows_the_runs_and_reads_nothing_before_it_is_opened(
+    window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[str] = []
+
+    def noted(path: Path) -> RunFacts:
+        read.append(path.stem)
+        return glance(path)
+
+    monkeypatch.setattr("radargui.gui.runs.report_preview.glance", noted)
+    path = make_session(tmp_path / "data", 4, sample="<b>steel</b>")
+    opened(window, path, wait_for)
+    wait_for(lambda: not window.jobs.running)
+    assert read == []
+    window.actions_.preview.trigger()
+    page = window.run_controller.report_preview.page
+    wait_for(lambda: "run-0001" in page.toPlainText())
+    assert "of <b>steel</b>: e = 0.50" in page.toPlainText()
+    (second,) = make_session(tmp_path / "other", 5).glob("run-0001.h5")
+    second.rename(path / "run-0002.h5")
+    window.runs.put(RunEntry(path / "run-0002.h5"))
+    wait_for(lambda: "run-0002" in page.toPlainText())
+    assert read == ["run-0001", "run-0002"], "a run is read once"
+    window.run_controller.report_preview.close()
+    window.runs.put(RunEntry(path / "run-0002.h5"))
+    wait_for(lambda: not window.jobs.running)
+    assert len(read) == 2

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from support.results import drop_result, quiet_result, rejected_result
 
 from radargui.model.recording import Gap
 from radargui.model.result import Bounces, RunResult
-from radargui.report.curves import take_curves
+from radargui.report.canvas import Canvas
+from radargui.report.curves import COMPACT, take_curves
 from radargui.report.document import Chapter, Facts, Grid, Note
-from radargui.report.rendering import text_pages
-from radargui.report.run_section import run_section, take_facts
-from radargui.report.sheet import body, page_style, scaled
+from radargui.report.flow import text_pages
+from radargui.report.run_section import run_page, run_section, take_facts
+from radargui.report.sheet import Paper, body, page_style, scaled, size_mm
 
 
 @pytest.fixture(autouse=True)
@@ -27,19 +29,33 @@ def style() -> Iterator[None]:
 
 def pages(result: RunResult) -> dict[str, Figure]:
     section = run_section(take_facts(result, "run-0001"), result.setup)
-    return {picture.title: picture.draw() for picture in section.pictures}
+    return {picture.title: picture.draw("a4") for picture in section.pictures}
 
 
 def everything_is_on_the_page(page: Figure) -> bool:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    canvas = FigureCanvasAgg(page)
-    canvas.draw()
-    renderer = canvas.get_renderer()
-    width, height = page.bbox.width, page.bbox.height
-    boxes = [axes.get_tightbbox(renderer) for axes in page.axes] + [text.get_window_extent() for text in page.texts]
+    width_mm, height_mm = size_mm(page)
+    for canvas in (one for one in page.get_children() if isinstance(one, Canvas)):
+        for left, right, base, _ in canvas.words:
+            if not (left >= 0.0 and right <= width_mm and 2.0 <= base <= height_mm - 1.0):
+                return False
+    if not page.axes:
+        return True
+    renderer = FigureCanvasAgg(page).get_renderer()
+    page.draw(renderer)
+    boxes = [axes.get_tightbbox(renderer) for axes in page.axes]
     low = all(min(box.x0, box.y0) >= 0.0 for box in boxes)
-    return low and all(box.x1 <= width and box.y1 <= height for box in boxes)
+    return low and all(box.x1 <= page.bbox.width and box.y1 <= page.bbox.height for box in boxes)
+
+
+def overlapping(page: Figure) -> list[tuple[str, str]]:
+    """Return words on one line that lie on each other."""
+    words = [word for one in page.get_children() if isinstance(one, Canvas) for word in one.words if word[3].strip()]
+    return [
+        (one[3], other[3])
+        for number, one in enumerate(words)
+        for other in words[:number]
+        if abs(one[2] - other[2]) < 1.5 and min(one[1], other[1]) - max(one[0], other[0]) > 0.1
+    ]
 
 
 def test_a_whole_drop_has_four_pages_and_nothing_leaves_them() -> None:
@@ -162,3 +178,38 @@ def test_long_tables_and_notes_flow_over_pages_and_stay_inside() -> None:
     assert len(made) > 4
     for page in made:
         assert everything_is_on_the_page(page)
+
+
+@pytest.mark.parametrize("paper", ["a4", "letter"])
+@pytest.mark.parametrize("n_receivers", [1, 3])
+def test_a_run_is_one_page_on_any_paper_and_nothing_leaves_it(paper: Paper, n_receivers: int) -> None:
+    result = drop_result(rate_hz=5000.0, n_receivers=n_receivers)
+    long = replace(result, warnings=("a warning that does not end " * 40,) * 5)
+    (page,) = text_pages(run_page(take_facts(long, "run-0001", COMPACT)), paper)
+    assert everything_is_on_the_page(page)
+    assert overlapping(page) == []
+
+
+@pytest.mark.parametrize("make", [quiet_result, rejected_result])
+def test_a_run_without_result_is_one_page_too(make: Callable[[], RunResult]) -> None:
+    (page,) = text_pages(run_page(take_facts(make(), "run-0001", COMPACT)))
+    assert everything_is_on_the_page(page)
+
+
+def test_an_estimate_shows_the_circle_that_it_found_and_what_that_leaves() -> None:
+    result = drop_result(rate_hz=5000.0)
+    assert result.corrected is not None
+    curves = take_curves(replace(result, corrected=replace(result.corrected, method="joint", steps=())), COMPACT)
+    assert curves is not None
+    for receiver in curves.receivers:
+        for one in receiver.circles:
+            # amplitude 1 to 1.03 over the drop, quadrature error 0.1, noise 0.005
+            assert 0.9 < one.circle.largest < 1.2
+            assert one.rest.largest < 0.1
+
+
+def test_the_page_of_a_track_fits_letter_paper() -> None:
+    result = drop_result(rate_hz=5000.0)
+    *_, track = run_section(take_facts(result, "run-0001"), result.setup).pictures
+    assert track.title == "track"
+    assert everything_is_on_the_page(track.draw("letter"))

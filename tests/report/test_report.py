@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import csv
+import hashlib
 import json
 import re
 import subprocess
@@ -13,16 +14,25 @@ from datetime import UTC, datetime
 from html.parser import HTMLParser
 from importlib import resources
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
+from support.pdf_text import pdf_bookmarks, pdf_words
 from support.results import default_setup, drop_result, quiet_result
 
-from radargui.model.errors import FileError
+from radargui.model.errors import CancelledError, FileError
 from radargui.model.recording import Block, Excerpt, Gap, Recording
+from radargui.model.rounding import quantity
 from radargui.processing.result_of_run import result_of_run
+from radargui.report.curves import COMPACT
 from radargui.report.document import Grid
-from radargui.report.report import Report, write_report
-from radargui.report.run_section import _impacts, take_facts
+from radargui.report.facts import SessionFacts, report_facts
+from radargui.report.findings_section import front_chapters
+from radargui.report.flow import text_pages
+from radargui.report.provenance import RunProvenance, provenance_of
+from radargui.report.report import REPORT_FILES, Layout, Report, write_report
+from radargui.report.run_section import _impacts, run_page, take_facts
+from radargui.report.sheet import Paper
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
@@ -73,7 +83,7 @@ def test_the_report_lies_in_the_sessions_own_folder_and_nothing_else_does(
 ) -> None:
     session, report, _ = made
     names = sorted(path.name for path in (session.path / "report").iterdir())
-    assert names == ["report-series.csv", "report.csv", "report.html", "report.json", "report.pdf"]
+    assert names == sorted(REPORT_FILES)
     assert report.pdf == session.path / "report" / "report.pdf"
 
 
@@ -83,37 +93,102 @@ def test_progress_rises_to_one(made: tuple[Session, Report, list[float]]) -> Non
     assert shares[-1] == 1.0
 
 
-def test_the_pdf_is_whole_and_says_who_made_it(made: tuple[Session, Report, list[float]]) -> None:
+def test_the_pdf_has_one_page_a_run_bookmarks_fonts_and_says_who_made_it(
+    made: tuple[Session, Report, list[float]],
+) -> None:
     content = made[1].pdf.read_bytes()
     assert content.startswith(b"%PDF-")
     assert content.rstrip().endswith(b"%%EOF")
-    # session, e against speed, the drop's text and four figures, the quiet run's text and raw signals, the broken run
-    assert len(re.findall(rb"/Type /Page\b", content)) == 2 + 5 + 2 + 1
+    titles = ["Session 2026-11-20T15-04-05", "Runs and series", "Setup and provenance", "Methods and citation"]
+    runs = ["Run 0001", "Run 0002 (no motion)", "Run 0003 (failed)"]
+    assert pdf_bookmarks(made[1].pdf) == [*titles, *runs]
+    # notes and script of the operator may take a line more, never a page
+    assert len(re.findall(rb"/Type /Page\b", content)) == len(titles) + len(runs)
+    assert content.count(b"/FontFile2") == content.count(b"/FontDescriptor /FontName") > 0
     assert b"RadarGUI" in content
+    assert b"/DisplayDocTitle true" in content
 
 
-def test_the_html_needs_no_other_file_and_runs_no_script(made: tuple[Session, Report, list[float]]) -> None:
+def test_the_pages_stand_in_the_order_of_the_bookmarks(made: tuple[Session, Report, list[float]]) -> None:
+    content = made[1].pdf.read_bytes()
+    (kids,) = re.findall(rb"/Type /Pages /Kids \[([^\]]*)\]", content)
+    targets = re.findall(rb"/Dest \[ (\d+) 0 R", content)
+    assert re.findall(rb"(\d+) 0 R", kids) == targets
+
+
+def test_the_pdf_holds_the_numbers_of_the_json(made: tuple[Session, Report, list[float]]) -> None:
+    words = pdf_words(made[1].pdf)
+    document = json.loads(made[1].json.read_text(encoding="utf-8"))
+    e, g = (document["series"][key] for key in ("e_first_bounce", "g_m_s2"))
+    assert f"{quantity(e['mean'], e['combined'] or e['u_single'])} (" in words
+    assert f"{quantity(g['mean'], g['combined'] or g['u_single'])} m/s²" in words
+    impacts = document["runs"][0]["bounces"]
+    assert len(impacts) > 3
+    for impact in impacts[:6]:
+        assert f"{impact['time_s'] - document['runs'][0]['zero_time_s']:.5f}" in words
+        u = impact["u_e_combined"] or impact["u_e"]
+        assert quantity(impact["e"], u) in words.split("\n")
+
+
+def test_what_the_operator_wrote_is_text_on_paper_too(made: tuple[Session, Report, list[float]]) -> None:
+    words = pdf_words(made[1].pdf)
+    assert EVIL in words
+    assert f"{EVIL} $x^2$" in words
+    assert "=1+1" in words.split("\n")
+    assert "'=1+1" not in words
+
+
+def test_the_html_needs_no_other_file_and_runs_only_its_own_script(made: tuple[Session, Report, list[float]]) -> None:
     text = made[1].html.read_text(encoding="utf-8")
     reader = Reader()
     reader.feed(text)
     assert reader.open == []
-    assert "script" not in reader.tags
+    (script,) = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'" in text
     assert "link" not in reader.tags
-    assert all(address.startswith(("data:image/svg+xml;base64,", "#section-")) for address in reader.addresses)
+    assert all(address.startswith(("data:image/svg+xml,", "#part-", "#run-")) for address in reader.addresses)
     assert EVIL not in text
     assert "&lt;script&gt;" in text
-    assert reader.tags.count("img") == 1 + 4 + 1
+    # e against speed, falls, phase and fall of the drop, raw signals of the quiet run
+    assert reader.tags.count("img") == 2 + 1 + 1
+    assert "prefers-color-scheme: dark" in text
 
 
 def test_the_pictures_are_svg_without_script_or_outside_address(made: tuple[Session, Report, list[float]]) -> None:
     text = made[1].html.read_text(encoding="utf-8")
-    pictures = re.findall(r"data:image/svg\+xml;base64,([^\"]+)", text)
-    assert len(pictures) == text.count("<img") > 4
+    pictures = re.findall(r"data:image/svg\+xml,([^\"]+)", text)
+    assert len(pictures) == text.count("<img") == 4
     for encoded in pictures:
-        picture = base64.b64decode(encoded, validate=True).decode()
+        picture = unquote(encoded)
         assert picture.rstrip().endswith("</svg>")
         assert "<script" not in picture
         assert not re.search(r"(href|src)\s*=\s*\"(?!#|data:)", picture)
+
+
+@pytest.mark.parametrize(("paper", "size"), [("a4", (595.3, 841.9)), ("letter", (612.0, 792.0))])
+def test_every_page_has_the_paper_that_was_asked_for(tmp_path: Path, paper: Paper, size: tuple[float, float]) -> None:
+    session = new_session(tmp_path / "data")
+    content = write_report(session, result_of_run, layout=Layout(paper), now=NOW).pdf.read_bytes()
+    boxes = re.findall(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", content)
+    assert len(boxes) > 2
+    for box in boxes:
+        assert tuple(map(float, box)) == pytest.approx(size, abs=0.1)
+
+
+def test_a_report_that_is_cancelled_leaves_the_one_before_and_no_part(tmp_path: Path) -> None:
+    session = new_session(tmp_path / "data")
+    add_run(session, quiet_result(samples=2000).recording)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "report.pdf").write_text("the one before", encoding="utf-8")
+
+    def cancel(_share: float) -> None:
+        raise CancelledError
+
+    with pytest.raises(CancelledError):
+        write_report(session, result_of_run, tmp_path / "out", cancel, now=NOW)
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["report.pdf"]
+    assert (tmp_path / "out" / "report.pdf").read_text(encoding="utf-8") == "the one before"
 
 
 def test_a_broken_run_says_why_and_the_others_are_there(made: tuple[Session, Report, list[float]]) -> None:
@@ -205,7 +280,7 @@ def test_the_report_never_loads_pyplot_or_qt() -> None:
 
 def test_the_templates_are_part_of_the_package() -> None:
     names = {item.name for item in (resources.files("radargui.report") / "templates").iterdir()}
-    assert {"begin.html", "section.html", "end.html"} <= names
+    assert {"begin.html", "blocks.html", "section.html", "sort.js"} <= names
 
 
 def test_gaps_of_an_excerpt_are_told_where_they_lie_in_the_whole() -> None:
@@ -229,3 +304,16 @@ def test_e_of_time_and_of_height_have_no_more_digits_than_its_uncertainty() -> N
     facts = take_facts(replace(result, bounces=replace(bounces, impacts=(replace(impact, u_e=0.031),))), "run-0001")
     (grid,) = (one for one in _impacts(facts) if isinstance(one, Grid))
     assert [grid.rows[0][column] for column in (4, 6, 7)] == ["0.800 ± 0.031", "0.800", "0.800"]
+
+
+def test_a_report_of_ten_drops_has_sixteen_pages_at_the_most(tmp_path: Path) -> None:
+    session = new_session(tmp_path, notes="what the operator noted " * 40)
+    one = take_facts(drop_result(rate_hz=4000.0), "run-0001", COMPACT)
+    runs = tuple(replace(one, name=f"run-{number:04d}", label=str(number)) for number in range(1, 11))
+    provenance = provenance_of(session, {}, NOW.isoformat())
+    files = tuple(RunProvenance(run.name, f"{run.name}.h5", source="device") for run in runs)
+    facts = SessionFacts(session.info, runs, replace(provenance, runs=files))
+    chapters = [*front_chapters(report_facts([facts], NOW.isoformat())), *map(run_page, runs)]
+    papers: tuple[Paper, ...] = ("a4", "letter")
+    for paper in papers:
+        assert sum(len(text_pages(chapter, paper)) for chapter in chapters) <= 16

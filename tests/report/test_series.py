@@ -12,10 +12,13 @@ from hypothesis import given, strategies as st
 from support.results import default_setup, drop_result, quiet_result
 
 from radargui.model.result import Bounces
-from radargui.report.report import IMPACT_HEADER, impacts_csv, series_csv, session_document
+from radargui.report.facts import ReportFacts, SessionFacts, report_facts
+from radargui.report.numbers import IMPACT_HEADER, impacts_csv, report_document, series_csv
+from radargui.report.provenance import Provenance
 from radargui.report.run_section import RunFacts, take_facts
 from radargui.report.tables import json_bytes, plain_value, safe_cell
-from radargui.restitution.series import Statistics, series_of
+from radargui.restitution.series import series_of
+from radargui.restitution.statistics import Statistics
 from radargui.session.info import SessionInfo
 
 
@@ -23,6 +26,12 @@ def runs() -> list[RunFacts]:
     drops = [drop_result(rate_hz=2000.0, e=e, seed=k, name=f"run-{k:04d}") for k, e in enumerate((0.79, 0.80, 0.81), 1)]
     facts = [take_facts(drop, drop.recording.name) for drop in drops]
     return [*facts, take_facts(quiet_result(), "run-0004"), RunFacts("run-0005", failure="=cmd damaged")]
+
+
+def facts(**about: str) -> ReportFacts:
+    info = SessionInfo(name="s", created_at="2026-11-20T15:04:05+00:00", setup=default_setup(), **about)
+    empty = Provenance(*([""] * 6), {}, {}, *([""] * 4), {}, ())
+    return report_facts([SessionFacts(info, tuple(runs()), empty)], "now")
 
 
 def table(content: bytes) -> list[list[str]]:
@@ -51,26 +60,26 @@ def test_a_first_bounce_that_is_not_valid_is_not_replaced_by_the_second() -> Non
 
 
 def test_the_csv_has_a_row_for_each_impact_and_one_for_each_run_without() -> None:
-    rows = table(impacts_csv(runs()))
+    rows = table(impacts_csv(facts()))
     assert tuple(rows[0]) == IMPACT_HEADER
     impacts = sum(len(run.bounces.impacts) for run in runs())
     assert len(rows) == 1 + impacts + 2
     assert {len(row) for row in rows} == {len(IMPACT_HEADER)}
-    assert rows[1][0] == "run-0001"
+    assert rows[1][:2] == ["s", "run-0001"]
     first = dict(zip(rows[0], rows[1], strict=True))
     assert float(first["e"]) == pytest.approx(0.79)
     zero_s, since = drop_result(rate_hz=2000.0).zero
     assert float(first["time_s"]) - float(first["time_from_zero_s"]) == pytest.approx(zero_s)
     assert since == "the first motion"
-    assert rows[-2][:4] == ["run-0004", "no motion", "", "nan"]
-    assert rows[-1][1] == "failed"
-    assert rows[-1][-1] == "'=cmd damaged"
+    assert rows[-2][1:5] == ["run-0004", "no motion", "", "nan"]
+    assert rows[-1][2] == "failed"
+    assert rows[-1][-3] == "'=cmd damaged"
 
 
 def test_the_statistics_table_has_one_row_a_quantity() -> None:
-    rows = table(series_csv(runs()))
-    assert [row[0] for row in rows[1:]] == ["e_first_bounce", "g_m_s2", "drop_height_m"]
-    assert float(rows[1][2]) == pytest.approx(0.80)
+    rows = table(series_csv(facts()))
+    assert [row[1] for row in rows[1:]] == ["e_first_bounce", "g_m_s2", "drop_height_m", "impact_speed_m_s"]
+    assert float(rows[1][3]) == pytest.approx(0.80)
 
 
 @given(st.text(max_size=50))
@@ -81,8 +90,7 @@ def test_no_cell_begins_like_a_formula(text: str) -> None:
 
 
 def test_the_session_document_is_strict_json_with_every_run() -> None:
-    info = SessionInfo(name="s", created_at="2026-11-20T15:04:05+00:00", operator="@x", setup=default_setup())
-    document = json.loads(json_bytes(session_document(info, runs(), "now")))
+    document = json.loads(json_bytes(report_document(facts(operator="@x"))))
     assert [run["name"] for run in document["runs"]] == [f"run-000{k}" for k in range(1, 6)]
     assert document["runs"][0]["free_fall"]["g_m_s2"] == pytest.approx(9.8123)
     assert document["runs"][4]["reason"] == "=cmd damaged"

@@ -25,7 +25,9 @@ def result_at(g_m_s2: float) -> RunResult:
 def test_the_report_says_what_was_compared_and_warns_where_they_differ(g_m_s2: float, differ: bool) -> None:
     result = result_at(g_m_s2)
     blocks = run_section(take_facts(result, "run-0001"), result.setup).blocks
-    (facts,) = (one for one in blocks if isinstance(one, Facts) and ("g", "(9.8123 ± 0.0034) m/s²") in one.rows)
+    (facts,) = (
+        one for one in blocks if isinstance(one, Facts) and ("g (statistical u)", "(9.8123 ± 0.0034) m/s²") in one.rows
+    )
     (compared,) = (value for name, value in facts.rows if name == "g against the site")
     assert "0.023 % that air takes off a sphere of 7800 kg/m³" in compared
     warned = [one.text for one in blocks if isinstance(one, Note) and one.text.startswith("g is not that of the site")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import fields, is_dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,15 +19,29 @@ from radargui.files.run_card import read_run_card
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
 from radargui.processing.offline import STOPPED, cut_short, process
-from radargui.processing.result_of_run import result_of_run
+from radargui.processing.result_of_run import result_of_run, stored_or_computed
 from radargui.report.document import Note
-from radargui.report.report import compose, write_report
-from radargui.report.run_section import study, take_facts
+from radargui.report.facts import SessionFacts, report_facts
+from radargui.report.findings_section import front_chapters
+from radargui.report.provenance import provenance_of
+from radargui.report.report import write_report
+from radargui.report.run_section import run_section, study, take_facts
 from radargui.report.tables import write_tables
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 NO_COMPUTING = "radargui.processing.result_of_run.process"
+
+
+class NoPages:
+    """Writes nothing."""
+
+    def __init__(self, pdf: object) -> None:
+        self.sections: list[tuple[str, str, str]] = []
+
+    def put_run(self, chapter: object) -> None: ...
+
+    def put_front(self, facts: object) -> None: ...
 
 
 def assert_close(found: object, wanted: object, name: str = "") -> None:
@@ -67,15 +82,21 @@ def test_tables_are_equal_and_curves_to_single_precision(
 
 
 def test_the_report_does_not_compute_what_the_files_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radargui.report.report.render", lambda _, pdf, html, __: (pdf.touch(), html.touch()))
+    monkeypatch.setattr("radargui.report.report._Writer", NoPages)
     session = Session.open(make_session(tmp_path / "data", 4))
     wanted = write_report(session, result_of_run, tmp_path / "wanted", now=NOW)
     (run,) = session.run_paths()
     with h5py.File(run, "r+") as file:
         del file["results"]
     computed = write_report(session, result_of_run, tmp_path / "computed", now=NOW)
-    for name in ("csv", "series_csv", "json"):
+    for name in ("csv", "series_csv", "tex"):
         assert getattr(wanted, name).read_bytes() == getattr(computed, name).read_bytes()
+    documents = [json.loads(one.json.read_bytes()) for one in (wanted, computed)]
+    # the file is another one without its results, and its checksum says so
+    provenances = [one.pop("provenance")["runs"][0] for one in documents]
+    assert documents[0] == documents[1]
+    assert provenances[0]["sha256"] != provenances[1]["sha256"]
+    assert provenances[0]["samples_crc32"] == provenances[1]["samples_crc32"]
     process_run(run)
     monkeypatch.delattr(NO_COMPUTING)
     assert study(run, session.setup, result_of_run).status == "ok"
@@ -89,9 +110,22 @@ def test_the_report_says_what_is_preliminary(tmp_path: Path, monkeypatch: pytest
     facts = [study(path, session.setup, result_of_run) for path in session.run_paths()]
     assert [one.verdict for one in facts] == ["good", "good, preliminary"]
     assert [one.said for one in facts] == ["simulated, good", "simulated, good, preliminary"]
-    first, _, second = compose(session.info, facts, "now").sections
+    one = SessionFacts(session.info, tuple(facts), provenance_of(session, {}, "now"))
+    first, *_ = front_chapters(report_facts([one], "now"))
     told = [block.text for block in first.blocks if isinstance(block, Note) and block.warning]
     assert told == [
-        "Preliminary, because the correction was stopped before it ended: run-0002. radargui batch makes up for it."
+        "All runs are simulated: no measurement.",
+        "Preliminary, because the correction was stopped before it ended: run-0002. radargui batch makes up for it.",
     ]
-    assert Note(STOPPED, warning=True) in second.blocks
+    assert Note(STOPPED, warning=True) in run_section(facts[1], session.setup).blocks
+
+
+def test_what_another_setup_gave_is_shown_and_not_computed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = Session.open(make_session(tmp_path / "data", 4))
+    (run,) = session.run_paths()
+    other = changed(SETUP, tracer={"diameter_m": 0.012})
+    wanted = process_run(run, other)
+    monkeypatch.delattr(NO_COMPUTING)
+    assert stored_or_computed(run, session.setup).setup == wanted.setup == other

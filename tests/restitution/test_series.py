@@ -8,7 +8,8 @@ from dataclasses import replace
 import pytest
 
 from radargui.model.drop import Drop, RunOrigin, drop_of
-from radargui.restitution.series import Statistics, drop_labels, series_of, statistics_of
+from radargui.restitution.series import drop_labels, series_of
+from radargui.restitution.statistics import Statistics, statistics_of
 
 
 def drop(number: int, e: float, **origin: object) -> Drop:

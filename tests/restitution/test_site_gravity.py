@@ -9,15 +9,10 @@ from support.changed import changed
 
 from radargui.model.gravity import normal_gravity_m_s2, share_in_air
 from radargui.model.resources import default_setup_path
-from radargui.model.result import FreeFall
 from radargui.model.setup import Setup, read_setup
 from radargui.restitution.site_gravity import check_against_site
 
 STEEL = 7800.0
-
-
-def fall_of(g_m_s2: float) -> FreeFall:
-    return FreeFall(g_m_s2, 1e-4, 0.0, 0.2, 0.12, 0.26, (0.12, 0.0, -0.5 * g_m_s2), 1e-5)
 
 
 def at_site(density_kg_m3: float | None = STEEL, **site: float) -> Setup:
@@ -26,7 +21,7 @@ def at_site(density_kg_m3: float | None = STEEL, **site: float) -> Setup:
 
 def test_steel_in_air_falls_slower_than_the_sites_g_and_the_check_knows() -> None:
     in_air = 9.81 * share_in_air(STEEL)
-    check = check_against_site(fall_of(in_air), at_site(g_m_s2=9.81, u_g_m_s2=1e-4), 2e-4)
+    check = check_against_site(in_air, 1e-4, at_site(g_m_s2=9.81, u_g_m_s2=1e-4), 2e-4)
     assert check is not None
     assert check.expected_m_s2 == in_air
     assert check.difference_m_s2 == 0.0
@@ -38,25 +33,28 @@ def test_what_differs_by_more_than_two_u_of_both_is_said_to_differ() -> None:
     setup = at_site(g_m_s2=9.81, u_g_m_s2=3e-4)
     expected = 9.81 * share_in_air(STEEL)
     u = math.hypot(4e-4, 3e-4, 0.1 * (9.81 - expected))
-    near, far = (check_against_site(fall_of(expected + k * u), setup, 4e-4) for k in (1.9, 2.1))
+    near, far = (check_against_site(expected + k * u, 1e-4, setup, 4e-4) for k in (1.9, 2.1))
     assert near is not None
     assert far is not None
     assert near.u_difference_m_s2 == pytest.approx(u, rel=1e-12)
     assert near.agrees is True
+    assert near.verdict == "g agrees with the site's within 1.9 u"
+    assert far.verdict == "g differs from the site's by 2.1 u: the calibration is suspect"
     assert far.agrees is False
     assert "differ by more than 2 u" in far.compared
 
 
 def test_without_the_antennas_uncertainty_nothing_is_said_of_agreement() -> None:
-    check = check_against_site(fall_of(9.7), at_site(g_m_s2=9.81), None)
+    check = check_against_site(9.7, 1e-4, at_site(g_m_s2=9.81), None)
     assert check is not None
     assert check.agrees is None
     assert check.u_difference_m_s2 is None
+    assert "cannot be compared" in check.verdict
     assert "no more can be said without the antennas' uncertainty" in check.compared
 
 
 def test_latitude_and_height_give_normal_gravity_known_to_50_mgal() -> None:
-    check = check_against_site(fall_of(9.81), at_site(None, latitude_deg=49.6, height_m=280.0), 1e-3)
+    check = check_against_site(9.81, 1e-4, at_site(None, latitude_deg=49.6, height_m=280.0), 1e-3)
     assert check is not None
     assert check.site_g_m_s2 == normal_gravity_m_s2(49.6, 280.0)
     assert check.u_site_g_m_s2 == 5e-4
@@ -68,6 +66,6 @@ def test_latitude_and_height_give_normal_gravity_known_to_50_mgal() -> None:
 def test_a_wavelength_of_vacuum_is_told_and_no_site_is_no_check() -> None:
     setup = at_site(g_m_s2=9.81)
     vacuum = changed(setup, radar={"refractive_index": None})
-    told = [check_against_site(fall_of(9.81), one, 1e-3) for one in (setup, vacuum)]
+    told = [check_against_site(9.81, 1e-4, one, 1e-3) for one in (setup, vacuum)]
     assert [one is not None and "of vacuum" in one.compared for one in told] == [False, True]
-    assert check_against_site(fall_of(9.81), at_site(), 1e-3) is None
+    assert check_against_site(9.81, 1e-4, at_site(), 1e-3) is None

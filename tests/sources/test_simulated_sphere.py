@@ -134,6 +134,22 @@ def test_a_kick_changes_the_velocity_along_the_floor_only_and_each_run_has_its_o
     assert np.linalg.norm(end[0] - end[1]) > 1e-3
 
 
+def test_e_may_fall_with_the_speed_and_scatter_from_impact_to_impact() -> None:
+    def e_of(run: int = 0, **simulation: float) -> np.ndarray:
+        impacts = Scene(perfect_setup(rest_s=0.0, restitution=0.6, **simulation), run=run).trajectory.impact_time_s
+        flights = np.diff(impacts)[:4]
+        # in vacuum a flight lasts 2 v / g
+        first = np.sqrt(2.0 * 0.26 / 9.81)
+        return flights / np.concatenate([[2.0 * first], flights[:-1]])
+
+    speeds = np.sqrt(2.0 * 9.81 * 0.26) * np.cumprod(np.concatenate([[1.0], e_of(restitution_exponent=0.1)[:-1]]))
+    np.testing.assert_allclose(e_of(restitution_exponent=0.1), 0.6 * speeds**-0.1, rtol=1e-6)
+    scattered = np.concatenate([e_of(run, restitution_scatter=0.01) for run in range(30)])
+    assert scattered.mean() == pytest.approx(0.6, abs=0.004)
+    assert scattered.std(ddof=1) == pytest.approx(0.01, rel=0.25)
+    np.testing.assert_array_equal(e_of(3, restitution_scatter=0.01), scattered[12:16])
+
+
 def test_a_dead_stop_has_one_impact_and_stays_there() -> None:
     scene = Scene(perfect_setup(rest_s=0.0, restitution=0.0))
     assert scene.trajectory.impact_time_s.size == 1

@@ -46,7 +46,7 @@ class FiguresView(QTextBrowser):
             self.setHtml(f"<p>{notes}</p>{page_of(self._result, self._theme)}")
 
 
-_SHEET = """<style>
+SHEET = """<style>
 h3 {{ font-size: medium; margin: 8px 0 0 0; }}
 th, td {{ font-weight: normal; padding: 1px 6px; text-align: right; }}
 .grid td {{ white-space: nowrap; }}
@@ -58,12 +58,12 @@ th, td {{ font-weight: normal; padding: 1px 6px; text-align: right; }}
 
 def page_of(result: RunResult, theme: Theme) -> str:
     """Return what the report says of a run in simple HTML; what it warns of in the colour of an alarm."""
-    blocks = list(run_section(take_facts(result, "", drawn=False), result.setup).blocks)
+    blocks = list(run_section(take_facts(result, "", columns=0), result.setup).blocks)
     if result.status == "rejected":
         blocks.insert(0, Note(f"rejected: {result.reason}", warning=True))
     # the panel is narrow: a table that is wider than high is turned
     shown = [one.turned if isinstance(one, Grid) and len(one.header) > len(one.rows) + 1 else one for one in blocks]
-    page = _SHEET.format(alarm=theme.colours.alarm) + templates().get_template("blocks.html").render(blocks=shown)
+    page = SHEET.format(alarm=theme.colours.alarm) + templates().get_template("blocks.html").render(blocks=shown)
     return page + "".join(_stripes(result.uncertainty_budget, theme) if result.uncertainty_budget else ())
 
 

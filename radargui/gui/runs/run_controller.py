@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,13 +11,15 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog
 
+from radargui import __version__
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
-from radargui.experiment.reprocess import own_setup, process_run
+from radargui.experiment.reprocess import compute_later, own_setup, process_run
 from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.background import Task
+from radargui.gui.runs.report_preview import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, notes_of_file
 from radargui.gui.runs.run_panel import RunPanel
@@ -29,7 +30,7 @@ from radargui.model.errors import CancelledError, FileError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
-from radargui.processing.result_of_run import result_of_run
+from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
@@ -53,6 +54,9 @@ class RunController(QObject):
         self._kept: OrderedDict[Path, RunResult] = OrderedDict()
         self._wanted: Path | None = None
         self._reading: Task | None = None
+        self.report_preview = ReportPreview(services)
+        runs.model.rowsInserted.connect(lambda *_: self.report_preview.refresh())
+        runs.model.dataChanged.connect(lambda *_: self.report_preview.refresh())
         runs.run_chosen.connect(self._choose)
 
     def show_session(self, session: Session | None) -> None:
@@ -61,6 +65,7 @@ class RunController(QObject):
             self._run.clear()
             self._track.clear()
         self._session = session
+        self.report_preview.show_session(session)
         self._kept.clear()
         self._wanted = None
         if session is None:
@@ -117,6 +122,11 @@ class RunController(QObject):
             self._report_failed,
             self._runs.show_report,
         )
+
+    def preview(self) -> None:
+        """Show the report's first page as it would be now, and follow the runs."""
+        self.report_preview.come_up()
+        self.report_preview.show_session(self._session)
 
     def ask_export(self) -> None:
         """Let the operator choose where the tables go."""
@@ -271,19 +281,28 @@ def _result_of(
 
 def _setup_of(path: Path) -> Setup:
     """Return what the stored results were made with, so that they are shown; else what the run was recorded with."""
-    # damaged ones are computed again
-    with contextlib.suppress(FileError):
-        stored = read_stored_results(path)
-        if stored and stored[-1].is_present and (setup := stored[-1].setup) is not None:
-            return setup
-    return own_setup(path)
+    return setup_of_result(path) or own_setup(path)
 
 
 def _report_session(session: Session, task: Task) -> Report:
     # matplotlib is loaded only where a report is made
     from radargui.report.report import write_report
 
-    return write_report(session, result_of_run, progress=task.report)
+    missing = [path for path in session.run_paths() if not _is_computed(path)]
+    share = len(missing) / (len(missing) + 1)
+    # in a process of its own: the window has to be drawn meanwhile
+    if missing:
+        compute_later(missing, lambda done: task.report(share * done), _setup_of)
+    return write_report(session, stored_result, progress=lambda done: task.report(share + (1.0 - share) * done))
+
+
+def _is_computed(path: Path) -> bool:
+    try:
+        stored = read_stored_results(path)
+    except FileError:
+        # the report says why
+        return True
+    return bool(stored) and stored[-1].is_present and stored[-1].version == __version__
 
 
 def _free_folder(parent: Path, name: str) -> Path:

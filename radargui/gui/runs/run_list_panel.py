@@ -35,6 +35,7 @@ class RunListPanel(QWidget):
         self.table.selectionModel().selectionChanged.connect(self._chosen)
 
         self.report = button("Make report", does.report.trigger, "PDF, HTML, CSV and JSON of this session")
+        self.preview = button("Preview", does.preview.trigger, "The report's first page, as the runs come in")
         self.open_report = button("Open report", lambda: self._open(self._report_file))
         self.open_folder = button("Open folder", lambda: self._open(self._folder))
         tip = "track.csv, bounces.csv and result.json of the chosen run"
@@ -46,7 +47,7 @@ class RunListPanel(QWidget):
         does.show_rejected.toggled.connect(self.rejected.setChecked)
         # what has no room on a narrow screen is behind an arrow
         row = QToolBar()
-        for part in (self.rejected, self.report, self.open_report, self.open_folder, self.export):
+        for part in (self.rejected, self.report, self.preview, self.open_report, self.open_folder, self.export):
             row.addWidget(part)
         self.series = PlainLabel()
         self.series.setContentsMargins(6, 0, 6, 0)

@@ -105,6 +105,7 @@ class SessionBrowser(Dialog):
     setup_asked = Signal(object)
     elsewhere_asked = Signal()
     calibrate_asked = Signal(object)
+    series_asked = Signal(object)
 
     def __init__(
         self, theme: Theme, jobs: Jobs, work: WorkStrip, data_folder: Callable[[], Path], parent: QWidget | None = None
@@ -121,6 +122,7 @@ class SessionBrowser(Dialog):
         self.search = SearchForm()
         self.model = RowModel(COLUMNS, lambda one: one.problem or one.notes or str(one.path))
         self.table = RowTable(self.model, "sessions.list")
+        self.table.setSelectionMode(RowTable.SelectionMode.ExtendedSelection)
         for name, width in _WIDTHS.items():
             self.table.fit(list(COLUMNS).index(name), width)
         self.words = PlainLabel()
@@ -129,6 +131,9 @@ class SessionBrowser(Dialog):
         self.review = button("Open for review", lambda: self._ask(self.open_asked), default=True)
         self.take_setup = button("Set up as in this session", lambda: self._ask(self.setup_asked))
         self.calibrate = button("What do these drops say about the antennas?", lambda: self._ask(self.calibrate_asked))
+        self.series = button(
+            "Report as a series…", self._ask_series, "Select several sessions: other heights, samples, days"
+        )
         self.elsewhere = button("Open another folder…", self.elsewhere_asked)
         self._lay_out()
         self.search.changed.connect(self.refresh)
@@ -204,10 +209,14 @@ class SessionBrowser(Dialog):
         if chosen is not None and not chosen.problem:
             signal.emit(chosen.path)
 
+    def _ask_series(self) -> None:
+        self.series_asked.emit(tuple(one.path for one in self.table.all_chosen))
+
     def _show_buttons(self) -> None:
-        chosen = self.table.chosen
+        several = self.table.all_chosen
+        self.series.setEnabled(len(several) > 1 and not any(one.problem for one in several))
         for one in (self.review, self.take_setup, self.calibrate):
-            one.setEnabled(chosen is not None and not chosen.problem)
+            one.setEnabled(len(several) == 1 and not several[0].problem)
 
     def _lay_out(self) -> None:
         lower = QWidget()
@@ -218,7 +227,7 @@ class SessionBrowser(Dialog):
         parts.addWidget(lower)
         parts.setSizes([360, 240])
         buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, spacing=6)
-        above = fill(QHBoxLayout(), (self.words, 1), self.elsewhere, spacing=6)
+        above = fill(QHBoxLayout(), (self.words, 1), self.series, self.elsewhere, spacing=6)
         self.lay_out(self.search, above, (parts, 1), buttons)
 
 

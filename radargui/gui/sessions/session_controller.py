@@ -24,6 +24,7 @@ from radargui.gui.setup.setup_model import SetupFileController
 from radargui.model.errors import CancelledError, RadarGuiError
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.processing.result_of_run import stored_or_computed
 from radargui.session.catalogue import Catalogue, RunLine
 from radargui.session.info import SessionInfo, read_info
 from radargui.session.recovery import unfinished_runs
@@ -188,6 +189,21 @@ def _recovered(paths: list[Path], task: Task) -> tuple[Outcome[RecoveredRun], ..
     return tuple(each_run(paths, recover, task.report))
 
 
+def _reported_series(sessions: tuple[Path, ...], output: Path, task: Task) -> Path:
+    # matplotlib is loaded only where a report is made
+    from radargui.report.report import study_session, write_series_report
+
+    facts = []
+    for number, path in enumerate(sessions):
+
+        def part(share: float, number: int = number) -> None:
+            task.report((number + share) / (len(sessions) + 1))
+
+        session = Session.open(path, write=False)
+        facts.append(study_session(session, stored_or_computed, part))
+    return write_series_report(facts, output).pdf.parent
+
+
 _SAVE_DETAILS_MS = 800
 
 
@@ -214,6 +230,7 @@ class SessionController(QObject):
         self.browser.open_asked.connect(self.open)
         self.browser.setup_asked.connect(self.take_setup)
         self.browser.elsewhere_asked.connect(self.ask_folder)
+        self.browser.series_asked.connect(self.report_series)
         self._save = QTimer(self, singleShot=True, interval=_SAVE_DETAILS_MS)
         self._save.timeout.connect(self._save_aside)
         panel.details_changed.connect(self._save.start)
@@ -250,6 +267,18 @@ class SessionController(QObject):
         self.control.use_session(session, reviewed=True)
         if session.read_only:
             self.services.board.post("warning", f"{path.name} is opened for looking only. {session.read_only}")
+
+    def report_series(self, sessions: tuple[Path, ...]) -> None:
+        """Let the operator choose a folder, and write the report of several sessions together into it."""
+        begin = str(self.panel.data_folder)
+        name = QFileDialog.getExistingDirectory(self.browser, "Folder for the report of the series", begin)
+        if name:
+            board = self.services.board
+            self.services.work.start(
+                f"the report of {len(sessions)} sessions",
+                lambda task: _reported_series(sessions, Path(name), task),
+                lambda made: board.post("info", f"Report of the series written: {made}"),
+            )
 
     def may_add(self, setup: Setup) -> bool:
         """Return whether Record may begin; asks where it would add to a session that was opened for review."""

@@ -107,7 +107,8 @@ class Fall:
     """A sphere let go at rest, with the acceleration g - k |v| v, k = `drag_per_m`; 0 is a vacuum.
 
     The flights are integrated (Dormand and Prince, eighth order) up to the very impacts; an impact turns the speed
-    along the floor's normal round, e times as fast, and leaves the rest of the velocity (a smooth sphere on a smooth
+    along the floor's normal round, e times as fast (`Simulation.restitution_at`), and leaves the rest of the velocity
+    (a smooth sphere on a smooth
     floor) but for a random kick along the floor (`kick_m_s`: spin, a rough floor). A rebound slower than 0.02 m/s does
     not lift off any more: the sphere rolls out evenly within 0.25 s. With e = 0 it is a dead stop.
 
@@ -150,6 +151,7 @@ class Fall:
         impacts: list[float] = []
         # anew for each run: bounces scatter from drop to drop, the release does not
         kicks = generator(simulation.seed, Draw.KICK, run)
+        restitutions = generator(simulation.seed, Draw.RESTITUTION, run)
         time_s, state = 0.0, np.concatenate([release_m, np.zeros(3)])
         first_step_s: float | None = None
         while True:
@@ -178,7 +180,7 @@ class Fall:
                 self._last_m_s, self._stop_s = velocity, 2.0 * simulation.bed_depth_m / speed
                 break
             impacts.append(time_s)
-            rebound = simulation.restitution * speed
+            rebound = simulation.restitution_at(speed, restitutions.standard_normal()) * speed
             # along the floor only: a kick along the normal would be another restitution
             if simulation.kick_m_s and rebound >= _REST_SPEED_M_S:
                 kick = simulation.kick_m_s * kicks.standard_normal(3)
@@ -235,7 +237,8 @@ def _check_it_ends(simulation: Simulation, height_m: float, upward: float) -> No
     SetupError
         The sphere would bounce for more than ten minutes.
     """
-    e = simulation.restitution
+    # small bounces last longest
+    e = max(simulation.restitution, simulation.restitution_at(_REST_SPEED_M_S))
     # flights last 2 t e, 2 t e^2, ...: with the first fall t (1 + e) / (1 - e) in all, drag apart
     first_s = float(np.sqrt(2.0 * height_m / (simulation.gravity_m_s2 * upward)))
     if first_s * (1.0 + e) / (1.0 - e) > _LONGEST_S:

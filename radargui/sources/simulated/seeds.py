@@ -20,6 +20,7 @@ class Draw(IntEnum):
     FLICKER_ANCHORS = 10
     WALL = 11
     KICK = 12
+    RESTITUTION = 13
 
 
 def generator(seed: int, purpose: Draw, *key: int) -> np.random.Generator:

@@ -1,0 +1,283 @@
+"""The first pages of a report, of one session or several: what was found, the runs, the comparison, how it was done."""
+
+from collections.abc import Iterator
+from functools import partial
+
+from radargui.model.drop import gravity_words, restitution_words
+from radargui.model.rounding import UNKNOWN, alone, plain, quantity
+from radargui.model.uncertainty_budget import BudgetLine, variance_shares
+from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
+from radargui.report.facts import ReportFacts, SessionFacts
+from radargui.report.latex import bibtex
+from radargui.report.methods import methods
+from radargui.report.provenance import RunProvenance
+from radargui.report.run_section import RunFacts, all_simulated
+from radargui.report.setup_section import setup_blocks
+from radargui.restitution.findings import Findings, SampleFindings, SessionFindings
+from radargui.restitution.site_gravity import SiteCheck
+from radargui.restitution.speed_models import MODELS, preferred
+from radargui.restitution.statistics import OUTLIER_RULE, Statistics, probability
+
+_SPEEDS_MM, _FALLS_MM = 62.0, 70.0
+_DIGEST = 16
+"""Letters of a checksum that people see; report.json has all of them."""
+
+
+def front_chapters(facts: ReportFacts) -> list[Chapter]:
+    """Return what stands before the runs."""
+    title = _title(facts)
+    chapters = [Chapter(title, tuple(findings_blocks(facts))), Chapter("Runs and series", tuple(_series(facts)))]
+    for found, one in zip(facts.findings.sessions, facts.sessions, strict=True):
+        of = f" of {found.name}" if len(facts.sessions) > 1 else ""
+        chapters.append(Chapter(f"Setup and provenance{of}", tuple(_provenance(one))))
+    methods_blocks = (Note(methods(facts)), Note(bibtex(facts)))
+    chapters.append(Chapter("Methods and citation", methods_blocks))
+    return chapters
+
+
+def _title(facts: ReportFacts) -> str:
+    labels = list(dict.fromkeys(one.label for one in facts.findings.sessions if one.label))
+    what = ", ".join(labels) or f"Session {', '.join(one.name for one in facts.findings.sessions)}"
+    runs = [run for one in facts.sessions for run in one.runs]
+    return f"{what}{', simulated' if all_simulated(runs) else ''}"
+
+
+def findings_blocks(facts: ReportFacts) -> Iterator[Content]:
+    """Give the first page: it answers what fell on what, how often, and what came out."""
+    found = facts.findings
+    yield Note(found.sentence)
+    several = len(found.sessions) > 1
+    if several:
+        yield _sessions(found)
+        for words in (one.words for one in (found.samples_compared, found.sessions_compared) if one):
+            yield Note(f"{words}.")
+    for one, session in zip(found.sessions, facts.sessions, strict=True):
+        if not several:
+            yield from _found(one, session)
+        for text in _marks(one, session):
+            yield Note(f"{one.name}: {text}" if several else text, warning=True)
+    for words in found.cautions:
+        yield Note(words, warning=True)
+    from radargui.report.series_figures import draw_speeds
+
+    if any(session.runs for session in facts.sessions):
+        yield Drawing("", partial(draw_speeds, facts=facts), _SPEEDS_MM)
+    for one in found.sessions:
+        named = f" ({one.name})" if several else ""
+        if one.e_budget.combined is not None or one.g_budget_m_s2.combined is not None:
+            yield _budget(one, named)
+        if one.excluded:
+            rows = ({"run": run.run, "": run.kind, "reason": run.reason or UNKNOWN} for run in one.excluded)
+            yield Grid.of(rows, f"Not in the mean of e{named}", left=(0, 1, 2))
+
+
+def _found(one: SessionFindings, session: SessionFacts) -> Iterator[Content]:
+    e, series = one.series.e, one.series
+    interval = f"{alone(e.interval_low, e.standard_error)} to {alone(e.interval_high, e.standard_error)}"
+    expanded = f"; ± {plain(e.expanded, 2)} with calibration and sphere" if e.expanded is not None else ""
+    # behind a single value stands what it says of itself
+    drops = f"{e.n} of {len(session.runs)}" if len(session.runs) else "0"
+    rows = {
+        "Session": one.name,
+        "Fell on": one.label,
+        "Drops": f"{drops}{f', from {_mean(series.drop_height_m, 1e3)} mm' if series.drop_height_m.n else ''}"
+        f"{f', at {_mean(series.impact_speed_m_s)} m/s' if series.impact_speed_m_s.n else ''}",
+        "e of the first impact": f"{e.words()} ({'combined' if e.combined is not None else 'statistical'} u)"
+        if e.mean is not None
+        else "",
+        "Scatter": f"standard deviation {plain(e.standard_deviation, 2)}, standard error "
+        f"{plain(e.standard_error, 2)}, n = {e.n}"
+        if e.n > 1
+        else "",
+        "95 % interval": f"{interval} (scatter, Student's t){expanded}" if e.n > 1 else "",
+        "Stated u": f"{e.consistency.words}." if e.consistency else "",
+        "Outliers": f"{', '.join(series.outliers) or 'none'} by the {OUTLIER_RULE}; all are in the mean"
+        if e.n > 2
+        else "",
+        "g of the first fall": f"{series.g_m_s2.words()} m/s²" if series.g_m_s2.n else "",
+        "g of the place": _site(one.site) if one.site else "",
+    }
+    yield Facts.of(rows)
+    if not session.runs:
+        yield Note("This session holds no run.", warning=True)
+
+
+def _site(site: SiteCheck) -> str:
+    return f"{site.verdict}; expected {quantity(site.expected_m_s2, site.u_expected_m_s2, 'm/s²')}"
+
+
+def _mean(found: Statistics, scale: float = 1.0) -> str:
+    return plain(found.mean, 4, scale=scale)
+
+
+def _marks(one: SessionFindings, session: SessionFacts) -> Iterator[str]:
+    if one.site is not None and one.site.agrees is False:
+        yield f"{one.site.verdict}."
+    for kind, said in (("simulated", "simulated: no measurement"), ("replay", "replays, no drops of their own")):
+        names = [run.name for run in session.runs if run.source.kind == kind]
+        if names:
+            who = "All runs" if len(names) == len(session.runs) else ", ".join(names)
+            yield f"{who} {'are' if len(names) > 1 else 'is'} {said}."
+    if one.preliminary:
+        yield (
+            f"Preliminary, because the correction was stopped before it ended: {', '.join(one.preliminary)}. "
+            "radargui batch makes up for it."
+        )
+
+
+def _budget(one: SessionFindings, named: str) -> Grid:
+    def row(name: str, line: BudgetLine) -> dict[str, str]:
+        shares = variance_shares(line)
+
+        def part(key: str) -> str:
+            share = f" ({100.0 * shares[key]:.0f} %)" if key in shares and getattr(line, key) is not None else ""
+            return f"{plain(getattr(line, key), 2)}{share}"
+
+        own = {"of": name, "standard error": part("statistical"), "calibration": part("calibration")}
+        return {**own, "sphere": part("sphere"), "combined": plain(line.combined, 2)}
+
+    rows = row("e of the first impact", one.e_budget), row("g / (m/s²)", one.g_budget_m_s2)
+    return Grid.of(rows, f"Standard uncertainty of the mean, with shares of its square{named}")
+
+
+def _series(facts: ReportFacts) -> Iterator[Content]:
+    found = facts.findings
+    several = len(found.sessions) > 1
+    for sample in found.samples:
+        if sample.fits and sample.fits[0].n_impacts:
+            yield _speed_table(sample, found)
+        yield from _repeatability(sample)
+    from radargui.report.series_figures import draw_falls
+
+    runs = [run for one in facts.sessions for run in one.runs]
+    if any(run.falls is not None for run in runs):
+        yield Drawing("Falls", partial(draw_falls, runs=runs), _FALLS_MM)
+    for one, session in zip(found.sessions, facts.sessions, strict=True):
+        if session.runs:
+            yield runs_table(one, session.runs, f" of {one.name}" if several else "")
+
+
+def runs_table(found: SessionFindings, runs: tuple[RunFacts, ...], of: str = "") -> Grid:
+    """Return one line a run."""
+    rows = (
+        {
+            "drop": run.label,
+            "run": run.name,
+            "height / mm": plain(run.figure("drop_height_m"), 4, scale=1e3),
+            "speed / (m/s)": plain(run.figure("impact_speed_m_s"), 4),
+            "e": restitution_words(run.figures),
+            "g / (m/s²)": gravity_words(run.figures),
+            "impacts": str(len(run.bounces.impacts)) if run.figures else UNKNOWN,
+            "verdict": f"{run.said}{', outlier' if run.name in found.series.outliers else ''}",
+        }
+        for run in runs
+    )
+    return Grid.of(rows, f"Runs{of} (± is the combined standard uncertainty of each)", left=(0, 1, 7))
+
+
+def _sessions(found: Findings) -> Grid:
+    rows = (
+        {
+            "session": one.name,
+            "fell on": one.label or UNKNOWN,
+            "n": str(one.series.e.n),
+            "height / mm": plain(one.series.drop_height_m.mean, 4, scale=1e3),
+            "speed / (m/s)": plain(one.series.impact_speed_m_s.mean, 4),
+            "e": one.series.e.brief(),
+            "s": plain(one.series.e.standard_deviation, 2),
+            "χ²/ν": UNKNOWN if one.series.e.consistency is None else plain(one.series.e.consistency.birge_ratio**2, 2),
+            "g / (m/s²)": one.series.g_m_s2.brief(),
+        }
+        for one in found.sessions
+    )
+    return Grid.of(rows, "Sessions: e of the first impact with combined u, s of one drop", left=(0, 1))
+
+
+def _speed_table(sample: SampleFindings, found: Findings) -> Grid:
+    """Return every model of e against the impact speed, the one that the user chose marked."""
+    best = preferred(sample.fits)
+    rows = (
+        {
+            "model": MODELS[fit.model].title + (" (chosen)" if fit.model == found.model else ""),
+            "parameters": ", ".join(one.words for one in fit.parameters) or fit.problem,
+            "χ²": plain(fit.chi2, 3),
+            "ν": str(fit.degrees_of_freedom or UNKNOWN),
+            "p": UNKNOWN if fit.p is None else probability(fit.p).removeprefix("= "),
+            "p of the shape": UNKNOWN if fit.trend_p is None else probability(fit.trend_p).removeprefix("= "),
+            "scatter": plain(fit.scatter, 2),
+            "AICc": plain(fit.aicc, 5) + (" *" if fit in best else ""),
+        }
+        for fit in sample.fits
+    )
+    of = f" of {sample.label}" if sample.label else ""
+    n = sample.fits[0]
+    title = f"e against the impact speed{of}: {n.n_impacts} impacts of {n.n_runs} runs (* best described)"
+    return Grid.of(rows, title, left=(0, 1))
+
+
+def _repeatability(sample: SampleFindings) -> Iterator[Content]:
+    one = sample.repeatability
+    if one is not None:
+        low, high = (alone(end, one.u_mean) for end in (one.interval_low, one.interval_high))
+        rows = {
+            "Mean of the sessions": f"{quantity(one.mean, one.u_mean)}, 95 % interval {low} to {high} {sample.reduced}",
+            "Repeatability s_r": f"{plain(one.repeatability_sd, 2)} within a session ({one.n} drops)",
+            "Between sessions s_L": f"{plain(one.between_sd, 2)} ({one.n_groups} sessions, F = {one.f:.3g}, "
+            f"p {probability(one.p)})",
+            "Reproducibility s_R": plain(one.reproducibility_sd, 2),
+        }
+        yield Facts.of(rows, f"Within and between sessions{f': {sample.label}' if sample.label else ''} (ISO 5725-2)")
+
+
+def _provenance(session: SessionFacts) -> Iterator[Content]:
+    info, found, runs = session.info, session.provenance, session.runs
+    if found is None:
+        return
+    imported = bool(runs) and all(run.origin for run in runs)
+    simulated = all_simulated(runs)
+    rows = {
+        "Session": info.name,
+        "Begun": info.created_at,
+        "Operator": info.operator,
+        "Sample": info.sample,
+        "Target": info.target,
+        "Notes": info.notes,
+        "Calibration": ", ".join(filter(None, (found.calibration_origin, found.calibration_made_at))),
+        "Imported with" if imported else "Recorded with": _versions(found.recorded_with),
+        "Reported with": f"{_versions(found.reported_with)}; {found.reported_at}",
+        "Assumed u": ", ".join(f"{key} {plain(u, 2)}" for key, u in found.assumed.items()),
+    }
+    yield Facts(tuple((name, said or UNKNOWN) for name, said in rows.items()))
+    notes = tuple((entry.at.replace("T", " ")[:19], entry.text) for entry in info.journal)
+    if notes:
+        yield Facts(notes, title="Noted meanwhile")
+    yield from setup_blocks(info.setup, recorded=not imported and not simulated, simulated=simulated)
+    if found.runs:
+        yield Grid.of(
+            map(_file_row, found.runs), "Files (SHA-256, its first letters; all in report.json)", left=(0, 1, 2, 6)
+        )
+
+
+def _versions(of: object) -> str:
+    return ", ".join(f"{name} {text}" for name, text in dict(of).items()) if isinstance(of, dict) else str(of)
+
+
+def _file_row(run: RunProvenance) -> dict[str, str]:
+    told = [
+        run.problem,
+        run.set_aside and f"set aside: {run.set_aside}",
+        run.imported_from and f"from {run.imported_from}",
+        run.replay_of and f"replay of {run.replay_of}",
+        run.recovered_at and f"recovered {run.recovered_at}",
+        *run.settings_changed,
+        f"processed {len(run.processings)} times" if len(run.processings) > 1 else "",
+    ]
+    return {
+        "file": run.file,
+        "SHA-256": run.sha256[:_DIGEST] or UNKNOWN,
+        "source": f"{run.source}{f': {run.device}' if run.device else ''}" or UNKNOWN,
+        "gaps": str(run.n_gaps),
+        "lost": str(run.n_lost),
+        "clipped": UNKNOWN if run.fraction_clipped is None else f"{100.0 * run.fraction_clipped:.3g} %",
+        "history": "; ".join(filter(None, told)) or "as recorded",
+    }

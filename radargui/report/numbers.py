@@ -1,0 +1,197 @@
+"""The report for programs: JSON (report.schema.json says what each key is), CSV, LaTeX tables, BibTeX."""
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+from radargui import __version__
+from radargui.files.access import write_whole
+from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.model.recording import Gap
+from radargui.model.result import Bounce
+from radargui.processing.locate import LEAST_RECEIVERS
+from radargui.report.facts import ReportFacts, SessionFacts
+from radargui.report.latex import bibtex, latex_tables
+from radargui.report.methods import methods
+from radargui.report.run_section import RunFacts
+from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
+from radargui.restitution.findings import SampleFindings, SessionFindings
+from radargui.restitution.series import Series
+from radargui.restitution.speed_models import preferred
+from radargui.restitution.statistics import OUTLIER_RULE, Statistics
+
+FILES = ("report.csv", "report.json", "report-series.csv", "report.tex", "report.bib")
+IMPACT_HEADER = (
+    *("session", "run", "verdict", "impact", "time_s", "time_from_zero_s", "speed_before_m_s", "speed_after_m_s"),
+    *("e", "u_e", "u_e_combined", "valid", "method", "drop_height_m", "g_m_s2", "u_g_m_s2", "source", "reason"),
+    *("e_flight_time", "e_height"),
+)
+SERIES_HEADER = (
+    *("session", "quantity", "n", "mean", "standard_error", "standard_deviation", "u_combined", "interval_low"),
+    *(
+        "interval_high",
+        "expanded",
+        "weighted_mean",
+        "u_weighted_mean",
+        "chi2",
+        "degrees_of_freedom",
+        "p",
+        "birge_ratio",
+    ),
+)
+
+
+def write_numbers(facts: ReportFacts, folder: Path) -> None:
+    """Write `FILES` into a folder; those there are replaced, each in one step.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written.
+    """
+    contents = (
+        impacts_csv(facts),
+        json_bytes(report_document(facts)),
+        series_csv(facts),
+        latex_tables(facts).encode(errors="replace"),
+        bibtex(facts).encode(errors="replace"),
+    )
+    for name, content in zip(FILES, contents, strict=True):
+        write_whole(folder / name, [content])
+
+
+def impacts_csv(facts: ReportFacts) -> bytes:
+    """Return one row an impact of each run; a run without impact has one row in which these columns are nan."""
+    pairs = zip(facts.findings.sessions, facts.sessions, strict=True)
+    rows = (row for found, one in pairs for run in one.runs for row in _impact_rows(found.name, run))
+    return csv_bytes(IMPACT_HEADER, rows)
+
+
+def series_csv(facts: ReportFacts) -> bytes:
+    """Return the statistics of each session, one row a quantity."""
+    return csv_bytes(
+        SERIES_HEADER,
+        (
+            {"session": found.name, "quantity": name, **asdict(one), "u_combined": one.combined, **consistency}
+            for found in facts.findings.sessions
+            for name, one in _statistics(found.series).items()
+            for consistency in [asdict(one.consistency) if one.consistency else {}]
+        ),
+    )
+
+
+def report_document(facts: ReportFacts) -> dict[str, object]:
+    """Return all that the report says in numbers, for JSON: of one session its keys stand beside the common ones."""
+    findings = facts.findings
+    sessions = [_session_document(found, one) for found, one in zip(findings.sessions, facts.sessions, strict=True)]
+    return {
+        "format": "radargui-report",
+        "format_version": 1,
+        "version": __version__,
+        "made_at": facts.made_at,
+        "sentence": findings.sentence,
+        "methods": methods(facts),
+        "bibtex": bibtex(facts),
+        **(sessions[0] if len(sessions) == 1 else {"sessions": sessions}),
+        "speed_model": findings.model,
+        "samples": [_sample_document(one) for one in findings.samples],
+        "sessions_compared": findings.sessions_compared,
+        "samples_compared": findings.samples_compared,
+        "cautions": findings.cautions,
+    }
+
+
+def _session_document(found: SessionFindings, one: SessionFacts) -> dict[str, object]:
+    info, series = one.info, found.series
+    antennas = place_antennas(info.setup)
+    return {
+        "name": found.name,
+        "session_sentence": found.sentence,
+        "session": info.model_dump(mode="json", exclude={"setup"}),
+        "setup": info.setup,
+        "t_matrix": t_matrix(antennas),
+        "condition_number": condition_number(antennas) if info.setup.n_receivers >= LEAST_RECEIVERS else None,
+        "series": _statistics(series),
+        "series_kind": series.kind,
+        "series_runs": series.seen,
+        "left_out_of_series": series.left_out,
+        "excluded": found.excluded,
+        "preliminary": found.preliminary,
+        "outliers": series.outliers,
+        "outlier_rule": OUTLIER_RULE,
+        "e_budget": found.e_budget,
+        "g_budget_m_s2": found.g_budget_m_s2,
+        "site": found.site and {**asdict(found.site), "verdict": found.site.verdict},
+        "runs": [_run_document(run) for run in one.runs],
+        "provenance": one.provenance,
+    }
+
+
+def _statistics(series: Series) -> dict[str, Statistics]:
+    return {
+        "e_first_bounce": series.e,
+        "g_m_s2": series.g_m_s2,
+        "drop_height_m": series.drop_height_m,
+        "impact_speed_m_s": series.impact_speed_m_s,
+    }
+
+
+def _sample_document(one: SampleFindings) -> dict[str, object]:
+    return {**asdict(one), "preferred": [fit.model for fit in preferred(one.fits)]}
+
+
+def _run_document(run: RunFacts) -> dict[str, object]:
+    return {
+        "name": run.name,
+        "drop": run.label,
+        "source": run.source.kind,
+        "replay_of": run.source.file or None,
+        "status": run.status,
+        "reason": run.failure or run.reason or None,
+        "verdict": run.verdict,
+        "started_at": run.started_at or None,
+        "duration_s": run.duration_s,
+        "sample_rate_hz": run.rate_hz,
+        "n_samples": run.n_samples,
+        "device": run.device or None,
+        "imported_from": run.origin or None,
+        "correction_used": run.correction,
+        "geometry_used": run.geometry,
+        "zero_time_s": run.zero_s,
+        "zero_is": run.since,
+        "summary": run.figures,
+        "bounces": [_from_zero(run, impact) for impact in run.bounces.impacts],
+        "free_fall": _fall_document(run),
+        "channels": run.channels,
+        "uncertainty_budget": run.uncertainty_budget,
+        "gaps": [_gap_document(run, gap) for gap in run.gaps],
+        "warnings": run.warnings,
+    }
+
+
+def _fall_document(run: RunFacts) -> dict[str, object] | None:
+    fall = run.bounces.free_fall
+    own = free_fall_document(fall, run.site_check)
+    if fall is None or own is None:
+        return None
+    ends = {"first": fall.first_time_s, "last": fall.last_time_s}
+    return {**{f"{end}_time_from_zero_s": time_s - run.zero_s for end, time_s in ends.items()}, **own}
+
+
+def _gap_document(run: RunFacts, gap: Gap) -> dict[str, object]:
+    since = gap.first_index / run.rate_hz - run.zero_s if run.rate_hz else None
+    return {"time_from_zero_s": since, **asdict(gap)}
+
+
+def _from_zero(run: RunFacts, impact: Bounce) -> dict[str, object]:
+    return {"time_from_zero_s": impact.time_s - run.zero_s, **asdict(impact)}
+
+
+def _impact_rows(session: str, run: RunFacts) -> Iterator[dict[str, object]]:
+    of_run = {"session": session, "run": run.name, "verdict": run.verdict, "source": run.source.kind}
+    of_fall = {key: run.figure(key) for key in ("drop_height_m", "g_m_s2", "u_g_m_s2")}
+    row: dict[str, object] = {**of_run, **of_fall, "reason": run.failure or run.reason}
+    if not run.bounces.impacts:
+        yield {**row, "impact": "", "valid": "", "method": ""}
+    for place, impact in enumerate(run.bounces.impacts, 1):
+        yield {**row, "impact": place, **_from_zero(run, impact)}

@@ -1,0 +1,240 @@
+"""Where a session's numbers come from: programs, settings, calibration, files, and what happened to them."""
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from radargui.files.access import reading
+from radargui.files.hdf5 import text
+from radargui.files.run_card import read_health, read_origin, read_run_card
+from radargui.files.run_file import opened_run, read_gaps, read_run_setup
+from radargui.files.stored_results import StoredResult, read_stored_results
+from radargui.model.errors import RadarGuiError
+from radargui.model.setup import Setup, dump_setup
+from radargui.report.run_section import RunFacts
+from radargui.session.info import versions
+from radargui.session.session import Session
+
+
+@dataclass(frozen=True, slots=True)
+class Processing:
+    """One processing of a run: when, by which version, with which correction, and what e it gave.
+
+    `settings_changed` holds settings that were not those of the session, as in `RunProvenance`.
+    """
+
+    processed_at: str
+    version: str
+    correction: str | None
+    e: float | None
+    is_present: bool
+    settings_changed: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RunProvenance:
+    """Where one run comes from.
+
+    Attributes
+    ----------
+    name, file, size_bytes, sha256
+        Of the run file as it was when the report was made. Processing stores results in it and changes it.
+    samples_crc32
+        CRC-32 of each channel's samples, which processing never changes, after their number: "n:crc:crc:...".
+    source
+        device, simulation, replay or file (imported).
+    device
+        What digitised: product and serial number; empty where not known.
+    imported_from, replay_of
+        File that the samples come from; empty for others.
+    started_at, sample_rate_hz, n_samples
+        Of the recording.
+    n_gaps, n_lost, fraction_clipped
+        Gaps, samples of each channel lost in them, largest share of a receiver's samples at the end of the range.
+    recovered_at
+        When a crash's run was finished; empty for others.
+    set_aside
+        Why it was set aside; empty where it counts.
+    settings_changed
+        Settings of the run that are not those of its session, as `key: session's -> run's`.
+    markers
+        The operator's notes.
+    processings
+        The oldest first; the present one is the last.
+    health
+        How the recording went, as stored with it.
+    problem
+        Why this could not be read; empty where it could.
+    """
+
+    name: str
+    file: str
+    size_bytes: int = 0
+    sha256: str = ""
+    samples_crc32: str = ""
+    source: str = ""
+    device: str = ""
+    imported_from: str = ""
+    replay_of: str = ""
+    started_at: str = ""
+    sample_rate_hz: float | None = None
+    n_samples: int | None = None
+    n_gaps: int = 0
+    n_lost: int = 0
+    fraction_clipped: float | None = None
+    recovered_at: str = ""
+    set_aside: str = ""
+    settings_changed: tuple[str, ...] = ()
+    markers: tuple[str, ...] = ()
+    processings: tuple[Processing, ...] = ()
+    health: Mapping[str, object] | None = None
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where the numbers of one session come from.
+
+    Attributes
+    ----------
+    session, created_at, operator, sample, target, notes
+        Of its record.
+    recorded_with, reported_with
+        Program and libraries with their versions.
+    reported_at
+        ISO 8601.
+    setup_name, calibration_origin, calibration_made_at
+        Of the settings and the antennas' calibration in them.
+    assumed
+        Uncertainties that the setup does not give, by key, and the values taken.
+    runs
+        Every run file, set aside or not.
+    """
+
+    session: str
+    created_at: str
+    operator: str
+    sample: str
+    target: str
+    notes: str
+    recorded_with: Mapping[str, str]
+    reported_with: Mapping[str, str]
+    reported_at: str
+    setup_name: str
+    calibration_origin: str
+    calibration_made_at: str
+    assumed: Mapping[str, float]
+    runs: tuple[RunProvenance, ...]
+
+
+def provenance_of(session: Session, runs: Mapping[str, RunFacts], reported_at: str) -> Provenance:
+    """Return where the numbers of a session come from; what cannot be read says so.
+
+    Parameters
+    ----------
+    session
+        Its files are read once more, for their checksums.
+    runs
+        What the report knows of its runs, by name; those set aside may be missing.
+    reported_at
+        Date and time of the report.
+    """
+    info = session.info
+    budgets = [run.uncertainty_budget for run in runs.values() if run.uncertainty_budget]
+    return Provenance(
+        info.name,
+        info.created_at,
+        info.operator,
+        info.sample,
+        info.target,
+        info.notes,
+        info.versions,
+        versions(),
+        reported_at,
+        info.setup_name,
+        info.calibration.origin,
+        info.calibration.made_at,
+        {key: u for budget in budgets for key, u in budget.assumed.items()},
+        tuple(
+            _run(path, session, runs.get(path.stem, RunFacts(path.stem)))
+            for path in session.run_paths(with_rejected=True)
+        ),
+    )
+
+
+_SOURCES = {"measured": "device", "simulated": "simulation", "replay": "replay"}
+
+
+def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:
+    set_aside = session.rejected.get(path.name, "")
+    try:
+        with reading(path, "a run file"):
+            size, digest = path.stat().st_size, _sha256(path)
+        card, imported = read_run_card(path), read_origin(path)
+        own = read_run_setup(path)
+        with opened_run(path) as file:
+            gaps, device = read_gaps(file, path), text(file.attrs, "device")
+        return RunProvenance(
+            path.stem,
+            path.name,
+            size,
+            digest,
+            card.origin.samples,
+            "file" if imported else _SOURCES[card.origin.kind],
+            device,
+            imported,
+            card.origin.file,
+            card.started_at,
+            card.sample_rate_hz,
+            card.n_samples,
+            len(gaps),
+            sum(gap.count for gap in gaps),
+            max((one.fraction_clipped for one in facts.channels if one.fraction_clipped is not None), default=None),
+            card.recovered_at,
+            set_aside,
+            () if own is None else tuple(setting_changes(session.setup, own)),
+            card.markers,
+            tuple(_processing(one, session.setup) for one in read_stored_results(path)),
+            read_health(path),
+        )
+    except RadarGuiError as error:
+        return RunProvenance(path.stem, path.name, set_aside=set_aside, problem=str(error))
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _processing(one: StoredResult, setup: Setup) -> Processing:
+    correction, e = one.summary.get("correction"), one.summary.get("e")
+    own = None if one.setup_toml == dump_setup(setup) else one.setup
+    return Processing(
+        one.processed_at,
+        one.version,
+        str(correction) if correction else None,
+        e if isinstance(e, float) else None,
+        one.is_present,
+        () if own is None else tuple(setting_changes(setup, own)),
+    )
+
+
+def setting_changes(before: Setup, after: Setup) -> Iterator[str]:
+    """Give what differs between two setups, as `key: before -> after`."""
+    old, new = (dict(_flat("", setup.model_dump(mode="json", by_alias=True))) for setup in (before, after))
+    for key in dict.fromkeys((*old, *new)):
+        if old.get(key) != new.get(key):
+            yield f"{key}: {old.get(key)} -> {new.get(key)}"
+
+
+def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict):
+        for name, one in value.items():
+            yield from _flat(f"{key}.{name}" if key else str(name), one)
+    elif isinstance(value, list) and value and isinstance(value[0], dict):
+        for number, one in enumerate(value, 1):
+            yield from _flat(f"{key}[{number}]", one)
+    else:
+        yield key, value

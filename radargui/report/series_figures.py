@@ -1,0 +1,122 @@
+"""Figures of a series: e against the impact speed with what describes it, and all falls over one parabola."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from radargui.model.arrays import FloatArray
+from radargui.report import sheet
+from radargui.report.canvas import Canvas, Line
+from radargui.report.curves import Curve
+from radargui.report.facts import ReportFacts
+from radargui.report.panel import Panel, Span, span_of
+from radargui.report.run_section import RunFacts
+from radargui.report.sheet import Area
+from radargui.restitution.speed_models import MODELS, SpeedFit, preferred
+
+_LARGE = 7.0
+_WORST_SHARE, _GOOD_SHARE = 0.1, 0.01
+"""Of e: an e that is known to no better than the first is not drawn; the second decide how far the axis reaches."""
+_DASHES = (4.0, 2.0)
+_MOST_NAMED = 5
+_FALLS_SHARE = 0.62
+_BETWEEN_MM = 5.0
+COVERED = 2.0
+"""Standard uncertainties that a bar reaches to either side."""
+
+
+def speed_points(runs: Sequence[RunFacts]) -> FloatArray:
+    """Return speed before, e and its statistical u of the valid impacts, shape (3, n)."""
+    found = [
+        (impact.speed_before_m_s, impact.e, impact.u_e)
+        for run in runs
+        for impact in run.bounces.impacts
+        if impact.valid and math.isfinite(impact.e) and impact.u_e < _WORST_SHARE * impact.e
+    ]
+    return np.array(found, np.float64).reshape(-1, 3).T
+
+
+def shown_fits(facts: ReportFacts) -> list[SpeedFit]:
+    """Return for each sample the model that the user chose, else the one that describes it best."""
+    found = facts.findings
+    fits = [
+        sample.fit(found.model) if found.model else next(iter(preferred(sample.fits)), None) for sample in found.samples
+    ]
+    return [fit for fit in fits if fit is not None and fit.parameters]
+
+
+def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
+    """Draw e against the impact speed with bars, one colour a session, and the model of each sample."""
+    groups = [speed_points(one.runs) for one in facts.sessions]
+    every = np.concatenate(groups, axis=1)
+    canvas = Canvas(figure)
+    if not every.size:
+        panel = Panel(canvas, area, (0.0, 1.0), (0.0, 1.0), _LARGE)
+        panel.say("no valid impact")
+        panel.frame("e", ticks=False)
+        return
+    known = every[:, every[2] < _GOOD_SHARE * every[1]]
+    speed, e, u = known if known.size else every
+    low, high = span_of([Curve(speed, e - COVERED * u), Curve(speed, e + COVERED * u)], margin=0.1)
+    n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
+    panel = Panel(canvas, area, (0.0, 1.08 * float(every[0].max())), (low, high), _LARGE)
+    names = [one.name for one in facts.findings.sessions]
+    named = len(groups) > 1 and len(groups) <= _MOST_NAMED
+    for fit in shown_fits(facts):
+        _draw_fit(panel, fit)
+    # the last name stands at the left
+    for number in reversed(range(len(groups))):
+        colour = sheet.RECEIVER_COLOURS[number % len(sheet.RECEIVER_COLOURS)]
+        _draw_points(panel, groups[number], colour)
+        if named:
+            panel.key(sheet.printable(names[number])[:24], Line(colour, 1.0))
+    outside = f"; {n_outside} outside" if n_outside else ""
+    panel.frame(f"e of valid impacts, bars ± 2 u{outside}", "speed before the impact / (m/s)")
+
+
+def _draw_points(panel: Panel, points: FloatArray, colour: str) -> None:
+    speed, e, u = points
+    x = np.repeat(speed, 3)
+    y = np.stack([e - COVERED * u, e + COVERED * u, np.full_like(e, np.nan)], axis=1).ravel()
+    panel.curve(Curve(x, y), Line(colour, 0.6))
+    panel.dots(speed, e, colour, 3.0)
+
+
+def _draw_fit(panel: Panel, fit: SpeedFit) -> None:
+    speed = np.linspace(max(fit.speed_low_m_s, 1e-3), fit.speed_high_m_s, 80)
+    e, u = fit.e(speed)
+    line = Line(sheet.FIT_COLOUR, 0.9, _DASHES)
+    panel.curve(Curve(speed, e), line)
+    for sign in (-COVERED, COVERED):
+        panel.curve(Curve(speed, e + sign * u), Line(sheet.FIT_COLOUR, 0.3))
+    panel.key(MODELS[fit.model].title, line)
+
+
+def draw_falls(figure: Figure, area: Area, runs: Sequence[RunFacts]) -> None:
+    """Draw the way fallen of every run against the time from its vertex on over g t² / 2, and what the fits leave."""
+    falls = [run.falls for run in runs if run.falls is not None]
+    g = [run.bounces.free_fall.g_m_s2 for run in runs if run.falls is not None and run.bounces.free_fall is not None]
+    upper = area._replace(height=_FALLS_SHARE * area.height)
+    lower = area.inside(0.0, upper.height + _BETWEEN_MM, area.width, area.height - upper.height - _BETWEEN_MM)
+    canvas = Canvas(figure)
+    end = max(float(np.nanmax(fallen.x)) for fallen, _ in falls)
+    span: Span = (0.0, 1.05 * end)
+    panel = Panel(canvas, upper, span, span_of([fallen for fallen, _ in falls], 1e3), _LARGE)
+    t = np.linspace(0.0, end, 100)
+    mean = sum(g) / len(g)
+    line = Line("#404040", 1.4, _DASHES)
+    panel.curve(Curve(t, 0.5 * mean * t**2), line, 1e3, f"g t² / 2, g = {mean:.5g} m/s²")
+    for number, (fallen, _) in enumerate(falls):
+        panel.curve(fallen, Line(_colour(number), 0.6), 1e3)
+    panel.frame(f"Way fallen / mm, {len(falls)} falls", numbers=False)
+    factor, unit = sheet.scaled("m", sheet.largest([residual for _, residual in falls]))
+    panel = Panel(canvas, lower, span, span_of([residual for _, residual in falls], factor), _LARGE)
+    for number, (_, residual) in enumerate(falls):
+        panel.curve(residual, Line(_colour(number), 0.3), factor)
+    panel.frame(f"Residual of each fit / {unit}", "time from the vertex of the parabola on / s")
+
+
+def _colour(number: int) -> str:
+    return sheet.RECEIVER_COLOURS[number % len(sheet.RECEIVER_COLOURS)]

@@ -175,7 +175,7 @@ def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts
         site_check=site_check(result),
         uncertainty_budget=result.uncertainty_budget,
         warnings=result.warnings,
-        added=added_pictures(result) if drawn else (),
+        added=added_pictures(result) if curves is not None else (),
         curves=curves,
         falls=falls,
     )

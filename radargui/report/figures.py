@@ -14,8 +14,8 @@ from radargui.report import sheet
 from radargui.report.canvas import Canvas
 from radargui.report.curves import RunCurves
 from radargui.report.facts import SessionFacts, report_facts
+from radargui.report.run_facts import ResultOf, RunFacts, study
 from radargui.report.run_page import correction, fall, iq_rows, phase
-from radargui.report.run_section import ResultOf, RunFacts, study
 from radargui.report.series_figures import draw_falls, draw_speeds
 from radargui.report.sheet import Area
 from radargui.session.session import Session

@@ -11,7 +11,7 @@ from radargui.report.facts import ReportFacts, SessionFacts
 from radargui.report.latex import bibtex
 from radargui.report.methods import methods
 from radargui.report.provenance import RunProvenance
-from radargui.report.run_section import RunFacts, all_simulated
+from radargui.report.run_facts import RunFacts, all_simulated
 from radargui.report.setup_section import setup_blocks
 from radargui.restitution.findings import Findings, SampleFindings, SessionFindings
 from radargui.restitution.site_gravity import SiteCheck

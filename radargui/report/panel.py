@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
 from radargui.report.canvas import Canvas, Line
-from radargui.report.curves import Curve
+from radargui.report.decimation import Curve
 from radargui.report.sheet import Area
 
 SIZE = 6.0

@@ -13,7 +13,7 @@ from radargui.files.run_file import opened_run, read_gaps, read_run_setup
 from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup, dump_setup
-from radargui.report.run_section import RunFacts
+from radargui.report.run_facts import RunFacts
 from radargui.session.info import versions
 from radargui.session.session import Session
 

@@ -17,7 +17,8 @@ from radargui.report.findings_section import front_chapters
 from radargui.report.numbers import FILES, write_numbers
 from radargui.report.provenance import provenance_of
 from radargui.report.rendering import PdfFile, section_html, write_html
-from radargui.report.run_section import ResultOf, RunFacts, run_page, run_section
+from radargui.report.run_facts import ResultOf, RunFacts
+from radargui.report.run_section import run_page, run_section
 from radargui.report.sheet import Paper
 from radargui.report.study import studied
 from radargui.restitution.series import drop_labels

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
-from radargui.report.curves import Curve, ReceiverCurves, RunCurves, StepCurves, TrackCurves
+from radargui.report.curves import ReceiverCurves, RunCurves, StepCurves, TrackCurves
+from radargui.report.decimation import Curve
 from radargui.report.sheet import Paper
 
 _CORRECTED_LIMIT = 1.6

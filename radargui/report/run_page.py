@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 
 from radargui.report import sheet
 from radargui.report.canvas import Canvas, Line
-from radargui.report.curves import CircleCurves, Curve, ReceiverCurves, RunCurves, StepCurves, TrackCurves
+from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves, TrackCurves
+from radargui.report.decimation import Curve
 from radargui.report.panel import Panel, span_of
 from radargui.report.sheet import Area
 

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
 from radargui.report.canvas import Canvas, Line
-from radargui.report.curves import Curve
+from radargui.report.decimation import Curve
 from radargui.report.facts import ReportFacts
 from radargui.report.panel import Panel, Span, span_of
-from radargui.report.run_section import RunFacts
+from radargui.report.run_facts import RunFacts
 from radargui.report.sheet import Area
 from radargui.restitution.speed_models import MODELS, SpeedFit, preferred
 

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from radargui.model.setup import Setup
-from radargui.report.run_section import ResultOf, RunFacts, study
+from radargui.report.run_facts import ResultOf, RunFacts, study
 
 _FEWEST = 6
 """Runs from which on a process of its own costs less than it saves: it takes about a second to begin."""

@@ -26,7 +26,7 @@ from radargui.processing.result_of_run import result_of_run
 from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.numbers import report_document
 from radargui.report.provenance import provenance_of
-from radargui.report.run_section import study
+from radargui.report.run_facts import study
 from radargui.report.tables import json_bytes
 from radargui.restitution.statistics import CONFIDENCE
 from radargui.session.session import Session

@@ -26,7 +26,8 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import process
 from radargui.report.document import Grid
-from radargui.report.run_section import run_section, take_facts
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import run_section
 from radargui.report.tables import write_tables
 from radargui.sources.simulated import simulate_recording
 

@@ -28,7 +28,8 @@ from radargui.model.errors import FileError
 from radargui.report.document import Grid
 from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
-from radargui.report.run_section import RunFacts, glance, run_page, study
+from radargui.report.run_facts import RunFacts, glance, study
+from radargui.report.run_section import run_page
 from radargui.restitution.series import series_of
 from radargui.session.session import Session
 

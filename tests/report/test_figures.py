@@ -14,10 +14,12 @@ from support.results import drop_result, quiet_result, rejected_result
 from radargui.model.recording import Gap
 from radargui.model.result import Bounces, RunResult
 from radargui.report.canvas import Canvas
-from radargui.report.curves import COMPACT, take_curves
+from radargui.report.curves import take_curves
+from radargui.report.decimation import COMPACT
 from radargui.report.document import Chapter, Facts, Grid, Note
 from radargui.report.flow import text_pages
-from radargui.report.run_section import run_page, run_section, take_facts
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import run_page, run_section
 from radargui.report.sheet import Paper, body, page_style, scaled, size_mm
 
 

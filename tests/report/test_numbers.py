@@ -28,7 +28,7 @@ from radargui.report.latex import escaped
 from radargui.report.methods import methods
 from radargui.report.numbers import FILES, report_document, write_numbers
 from radargui.report.provenance import provenance_of, setting_changes
-from radargui.report.run_section import RunFacts, take_facts
+from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.tables import json_bytes
 from radargui.session.session import Session
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 from support.results import drop_result
 
 from radargui.report.document import Grid
-from radargui.report.run_section import run_section, take_facts
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import run_section
 
 
 def test_the_hardware_constants_stand_with_their_uncertainties_where_there_are_some() -> None:

@@ -24,14 +24,15 @@ from radargui.model.errors import CancelledError, FileError
 from radargui.model.recording import Block, Excerpt, Gap, Recording
 from radargui.model.rounding import quantity
 from radargui.processing.result_of_run import result_of_run
-from radargui.report.curves import COMPACT
+from radargui.report.decimation import COMPACT
 from radargui.report.document import Grid
 from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.flow import text_pages
 from radargui.report.provenance import RunProvenance, provenance_of
 from radargui.report.report import REPORT_FILES, Layout, Report, write_report
-from radargui.report.run_section import _impacts, run_page, take_facts
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import _impacts, run_page
 from radargui.report.sheet import Paper
 from radargui.session.session import Session
 

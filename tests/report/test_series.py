@@ -15,7 +15,7 @@ from radargui.model.result import Bounces
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
 from radargui.report.numbers import IMPACT_HEADER, impacts_csv, report_document, series_csv
 from radargui.report.provenance import Provenance
-from radargui.report.run_section import RunFacts, take_facts
+from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.tables import json_bytes, plain_value, safe_cell
 from radargui.restitution.series import series_of
 from radargui.restitution.statistics import Statistics

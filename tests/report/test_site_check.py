@@ -12,7 +12,8 @@ from radargui.gui.runs.figures_view import FiguresView
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.report.document import Facts, Note
-from radargui.report.run_section import run_section, take_facts
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import run_section
 
 
 def result_at(g_m_s2: float) -> RunResult:

@@ -25,7 +25,8 @@ from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.provenance import provenance_of
 from radargui.report.report import write_report
-from radargui.report.run_section import run_section, study, take_facts
+from radargui.report.run_facts import study, take_facts
+from radargui.report.run_section import run_section
 from radargui.report.tables import write_tables
 from radargui.session.session import Session
 

@@ -10,7 +10,8 @@ from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, variance_shares
 from radargui.report.document import Grid, Note, templates
-from radargui.report.run_section import run_section, take_facts
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import run_section
 
 LEAST_SHOWN = 0.005
 """Share of a variance below which a part of the budget is no stripe that anybody would see."""

@@ -9,7 +9,7 @@ from radargui.gui.layout import Dialog
 from radargui.gui.runs.figures_view import SHEET
 from radargui.gui.services import Services
 from radargui.report.document import templates
-from radargui.report.run_section import RunFacts, glance
+from radargui.report.run_facts import RunFacts, glance
 from radargui.session.session import Session
 
 _Known = dict[Path, tuple[int, RunFacts]]

@@ -1,0 +1,208 @@
+"""What a report knows of one run, without its samples: from its result, or only from what is stored in few numbers."""
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from radargui.files.access import Progress
+from radargui.files.run_card import read_origin, read_run_card, summarise
+from radargui.files.stored_results import read_findings
+from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
+from radargui.model.errors import CancelledError, RadarGuiError, fault_of
+from radargui.model.recording import Gap, Recording
+from radargui.model.result import Bounces, ChannelQuality, RunResult
+from radargui.model.rounding import UNKNOWN
+from radargui.model.setup import Setup
+from radargui.model.uncertainty_budget import UncertaintyBudget
+from radargui.report.added_pictures import added_pictures
+from radargui.report.curves import RunCurves, take_curves
+from radargui.report.decimation import COLUMNS, COMPACT, Curve
+from radargui.report.document import Picture
+from radargui.restitution.site_gravity import SiteCheck, site_check
+
+_logger = logging.getLogger(__name__)
+ResultOf = Callable[[Path, Setup, Progress | None], RunResult]
+"""Gives the result of a run file under a setup: stored or computed is not for the report to know."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunFacts:
+    """One run without its samples.
+
+    Attributes
+    ----------
+    name
+        Stem of the run file.
+    failure
+        Why the run could not be read or processed; empty where it could.
+    status, reason
+        Of the result; status is "failed" where there is none.
+    figures
+        What `summarise` says: drop height, impact speed, e, g and their uncertainties, verdict.
+    started_at, duration_s, rate_hz, n_samples, device
+        Of the recording; None or empty where it could not be read.
+    origin
+        Of an imported run: the file and the program it comes from; empty for recorded ones.
+    source, label
+        Where the samples come from, and what the drop is called, see `restitution.series`.
+    from_rest
+        Whether the rest before the motion was recorded: only then is the first impact the first, and its fall whole.
+    zero_s, since
+        What times shown to people count from, see `RunResult.zero`.
+    added
+        Pages of plug-ins.
+    falls
+        Way fallen and residual of the first fall, see `TrackCurves`.
+    """
+
+    name: str
+    failure: str = ""
+    status: str = "failed"
+    reason: str = ""
+    figures: dict[str, object] | None = None
+    started_at: str = ""
+    duration_s: float | None = None
+    rate_hz: float | None = None
+    n_samples: int | None = None
+    device: str = ""
+    origin: str = ""
+    source: RunOrigin = field(default_factory=RunOrigin)
+    label: str = UNKNOWN
+    gaps: tuple[Gap, ...] = ()
+    correction: str | None = None
+    geometry: str | None = None
+    from_rest: bool = False
+    zero_s: float = 0.0
+    since: str = "the first sample"
+    channels: tuple[ChannelQuality, ...] = ()
+    bounces: Bounces = field(default_factory=Bounces)
+    site_check: SiteCheck | None = None
+    uncertainty_budget: UncertaintyBudget | None = None
+    warnings: tuple[str, ...] = ()
+    added: tuple[Picture, ...] = field(default=(), repr=False)
+    curves: RunCurves | None = field(default=None, repr=False)
+    falls: tuple[Curve, Curve] | None = field(default=None, repr=False)
+
+    def figure(self, key: str) -> float | None:
+        """Return one number of `figures`; None where it is not known."""
+        return figure_in(self.figures, key)
+
+    @property
+    def drop(self) -> Drop:
+        """What a series knows of it."""
+        return drop_of(self.name, self.source, self.figures)
+
+    @property
+    def verdict(self) -> str:
+        """How good the run is, in one or two words."""
+        if self.status != "ok":
+            said = self.status.replace("_", " ")
+        else:
+            said = str((self.figures or {}).get("verdict") or "ok")
+        return f"{said}, preliminary" if self.preliminary else said
+
+    @property
+    def said(self) -> str:
+        """What people read of it: that it is no measurement, where it is none, and how good it is."""
+        return ", ".join(filter(None, (self.source.mark, self.verdict)))
+
+    @property
+    def preliminary(self) -> bool:
+        """Whether the correction that the setup asks for was stopped, so that a simpler one stands here."""
+        return bool((self.figures or {}).get("preliminary"))
+
+
+def all_simulated(runs: Sequence[RunFacts]) -> bool:
+    """Return whether there are runs, and none of them was measured."""
+    return bool(runs) and all(run.source.kind == "simulated" for run in runs)
+
+
+def study(
+    path: Path, setup: Setup, result_of: ResultOf, progress: Progress | None = None, *, detailed: bool = True
+) -> RunFacts:
+    """Take the facts of one run from its result; whatever goes wrong with it becomes its `failure`.
+
+    Parameters
+    ----------
+    path
+        Run file.
+    setup
+        Of the session.
+    result_of
+        Gives the result of a run file under a setup: a report shows results and computes none.
+    progress
+        Called with the share done, 0 to 1.
+    detailed
+        Whether curves are to fill the width of a page, else half of it.
+    """
+    try:
+        facts = take_facts(result_of(path, setup, progress), path.stem, COLUMNS if detailed else COMPACT)
+        return replace(facts, origin=read_origin(path), source=read_run_card(path).origin)
+    except CancelledError:
+        raise
+    except RadarGuiError as error:
+        return RunFacts(path.stem, failure=str(error))
+    except Exception as error:
+        # one run must not cost the report of the others
+        _logger.exception("The report of %s failed", path.name)
+        return RunFacts(path.stem, failure=str(fault_of(error, "The report of this run")))
+
+
+def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts:
+    """Return what the report keeps of a result, its curves decimated to so many columns; none where it is 0."""
+    curves = take_curves(result, columns) if columns else None
+    drawn = curves.track if curves else None
+    falls = (drawn.fallen, drawn.since_vertex) if drawn and drawn.fallen and drawn.since_vertex else None
+    recording, corrected, track = result.recording, result.corrected, result.track
+    return RunFacts(
+        name=name,
+        status=result.status,
+        reason=result.reason,
+        figures=summarise(result),
+        started_at=recording.started_at,
+        duration_s=_duration_s(recording),
+        rate_hz=recording.digitisation.sample_rate_hz,
+        n_samples=recording.n_samples,
+        device=recording.digitisation.device,
+        gaps=recording.gaps_of_whole(),
+        correction=corrected.method if corrected else None,
+        geometry=track.geometry if track else None,
+        from_rest=result.segment is not None and result.segment.has_rest,
+        zero_s=result.zero[0],
+        since=result.zero[1],
+        channels=corrected.channels if corrected else (),
+        bounces=result.bounces,
+        site_check=site_check(result),
+        uncertainty_budget=result.uncertainty_budget,
+        warnings=result.warnings,
+        added=added_pictures(result) if curves is not None else (),
+        curves=curves,
+        falls=falls,
+    )
+
+
+def glance(path: Path) -> RunFacts:
+    """Return what the results stored with a run say, without its samples; whatever goes wrong becomes its `failure`."""
+    try:
+        found, source = read_findings(path), read_run_card(path).origin
+    except RadarGuiError as error:
+        return RunFacts(path.stem, failure=str(error))
+    if found is None:
+        return RunFacts(path.stem, failure="not processed yet", source=source)
+    summary = found.summary
+    return RunFacts(
+        path.stem,
+        status=str(summary.get("status")),
+        reason=str(summary.get("reason") or ""),
+        figures=summary,
+        source=source,
+        from_rest=summary.get("from_rest") is not False,
+        bounces=found.bounces,
+        uncertainty_budget=found.uncertainty_budget,
+    )
+
+
+def _duration_s(recording: Recording) -> float:
+    lost = sum(gap.count for gap in recording.gaps)
+    return (recording.n_samples + lost) / recording.digitisation.sample_rate_hz

@@ -19,7 +19,7 @@ from radargui.model.errors import FileError
 from radargui.model.result import Bounce, Bounces, FreeFall, RunResult
 from radargui.model.setup import Setup, dump_setup
 
-PRIOR = "front_end_prior"
+PRIOR, DECISIONS = "front_end_prior", "decisions"
 _UNITS = {"rad": "rad", "m": "m", "s": "s"}
 ARRAYS: Mapping[str, Mapping[str, DTypeLike]] = {
     # for display, as the phase, which the path lengths give in full
@@ -139,6 +139,7 @@ def _write(group: Any, result: RunResult, raw_crc32: Any) -> None:
         "warnings": result.warnings,
         "uncertainty_budget": result.uncertainty_budget,
         "channels": channels,
+        DECISIONS: result.corrected.decisions if result.corrected else (),
         PRIOR: result.front_end_prior,
         "excerpt": excerpt,
     }

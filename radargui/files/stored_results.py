@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 from radargui.files import hdf5, run_layout as layout
 from radargui.files.run_card import Thumbnail, sound_results, summary_in, thumbnail_in
-from radargui.files.run_results import ARRAYS, PRIOR, are_made_of, bounces_in, made_by
+from radargui.files.run_results import ARRAYS, DECISIONS, PRIOR, are_made_of, bounces_in, made_by
 from radargui.model.errors import FileError, SetupError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.recording import Excerpt, Recording
@@ -273,6 +273,8 @@ class _Stored:
             u_phase_rad=paths.u_m / _per_rad(setup),
             method=self._text("correction"),
             channels=channels,
+            # results of 0.1 have none
+            decisions=tuple(json.loads(self._group.attrs.get(DECISIONS, "[]"))),
         )
 
     def _track(self, recording: Recording) -> Track | None:

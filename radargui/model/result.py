@@ -215,6 +215,8 @@ class CorrectedIQ:
         Quality of each receiver.
     steps
         What the correction found on its way, one entry a receiver, for display: PublishedSteps, Ellipse or None.
+    decisions
+        What an estimate chose by evidence, mirrors among them, and why: one sentence each.
     """
 
     time_s: FloatArray
@@ -225,6 +227,7 @@ class CorrectedIQ:
     method: str
     channels: tuple[ChannelQuality, ...]
     steps: tuple[object, ...] = ()
+    decisions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

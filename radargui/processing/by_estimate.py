@@ -172,7 +172,14 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     phase, u_phase = estimate.change_m * rad_per_m, estimate.u_change_m * rad_per_m
     paths = PathLengths(estimate.time_s, phase, estimate.change_m, estimate.u_change_m, estimate.valid)
     corrected = CorrectedIQ(
-        estimate.time_s, estimate.i, estimate.q, estimate.valid, u_phase, estimate.method, estimate.channels
+        estimate.time_s,
+        estimate.i,
+        estimate.q,
+        estimate.valid,
+        u_phase,
+        estimate.method,
+        estimate.channels,
+        decisions=estimate.choices,
     )
     if isinstance(estimate, JointEstimate) and estimate.chosen.ended_early:
         warnings += (ENDED_EARLY,)

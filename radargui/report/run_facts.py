@@ -50,6 +50,8 @@ class RunFacts:
         Whether the rest before the motion was recorded: only then is the first impact the first, and its fall whole.
     zero_s, since
         What times shown to people count from, see `RunResult.zero`.
+    channels, decisions
+        Quality of each receiver, and what the correction chose by evidence.
     added
         Pages of plug-ins.
     falls
@@ -76,6 +78,7 @@ class RunFacts:
     zero_s: float = 0.0
     since: str = "the first sample"
     channels: tuple[ChannelQuality, ...] = ()
+    decisions: tuple[str, ...] = ()
     bounces: Bounces = field(default_factory=Bounces)
     site_check: SiteCheck | None = None
     uncertainty_budget: UncertaintyBudget | None = None
@@ -172,6 +175,7 @@ def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts
         zero_s=result.zero[0],
         since=result.zero[1],
         channels=corrected.channels if corrected else (),
+        decisions=corrected.decisions if corrected else (),
         bounces=result.bounces,
         site_check=site_check(result),
         uncertainty_budget=result.uncertainty_budget,

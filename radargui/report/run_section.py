@@ -35,6 +35,7 @@ def run_page(run: RunFacts) -> Chapter:
             filter(None, (run.started_at, run.origin or run.device or run.source.file, _samples(run)))
         ),
         "Correction, geometry": f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}",
+        "Decided": " ".join(run.decisions),
         **_fall_rows(run, "First fall" if run.from_rest else "Flight before the first impact seen"),
     }
     shown = replace(run, bounces=replace(run.bounces, impacts=run.bounces.impacts[:_MOST_IMPACTS]))
@@ -82,6 +83,7 @@ def _words(run: RunFacts) -> tuple[Content, ...]:
         "Device": run.device or ("" if run.origin else UNKNOWN),
         "Result": " – ".join(part for part in (run.said, run.reason) if part),
         "Correction, geometry": f"{run.correction or UNKNOWN}, {run.geometry or UNKNOWN}",
+        "Decided": " ".join(run.decisions),
         **_fall_rows(run, "First fall" if run.from_rest else "Flight before the first impact seen"),
     }
     blocks: list[Content] = [Facts.of(rows)]

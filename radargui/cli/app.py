@@ -1,27 +1,15 @@
 """The commands with their options; what each does is loaded when it is called."""
 
 import multiprocessing
-from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, Literal, dataclass_transform
+from typing import Annotated, Literal
 
 import typer
 from typer import Argument, Option
 
 from radargui import __version__
-from radargui.cli.command import described
+from radargui.cli.command import Command, app
 from radargui.cli.console import guarded
-
-app = typer.Typer(
-    name="radargui",
-    help="Record a particle-tracking radar, watch it live, and measure the restitution of a falling sphere.",
-    epilog="Without a command the window opens.",
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
 
 SetupFile = Annotated[Path | None, Option("--setup", metavar="FILE", help="Setup file (TOML).")]
 Layout = Annotated[
@@ -71,27 +59,6 @@ def window(
     from radargui.cli.window import open_window
 
     return open_window(Path(opened) if opened else None)
-
-
-@dataclass_transform(frozen_default=True)
-class Command:
-    """A command: the fields of a class are its options, and what it says of itself and of them is the help.
-
-    `does` is the module below `radargui.cli`, loaded when it is called, and the function in it that takes the options
-    and returns the exit status.
-    """
-
-    def __init_subclass__(cls, does: str) -> None:
-        module, _, function = does.partition(".")
-        options_of = dataclass(frozen=True)(cls)
-
-        def run(**options: Any) -> int:
-            return int(getattr(import_module(f"radargui.cli.{module}"), function)(options_of(**options)))
-
-        text, declared = described(options_of)
-        # the library reads what it parses from the signature
-        vars(run)["__signature__"] = declared
-        app.command(cls.__name__.lower(), help=text)(run)
 
 
 class Record(Command, does="record.record_session"):

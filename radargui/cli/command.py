@@ -1,12 +1,24 @@
-"""The help of a command, from what its class of options says of itself."""
+"""A command from a class of options: its help is what the class says of itself."""
 
 import re
 from copy import copy
+from dataclasses import dataclass
+from importlib import import_module
 from inspect import Parameter, Signature, cleandoc, signature
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, dataclass_transform, get_args, get_origin
 
+import typer
 from typer import Option
 
+app = typer.Typer(
+    name="radargui",
+    help="Record a particle-tracking radar, watch it live, and measure the restitution of a falling sphere.",
+    epilog="Without a command the window opens.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 _FIELD = re.compile(r"^(\w+)(?: : (.+))?\n((?: {4}.+\n?)+)", re.MULTILINE)
 
 
@@ -26,3 +38,24 @@ def _with_help(field: Parameter, shown: str, words: str) -> Parameter:
     option.help, option.metavar = words or option.help, shown or option.metavar
     annotated: Any = Annotated
     return field.replace(annotation=annotated[kind, option])
+
+
+@dataclass_transform(frozen_default=True)
+class Command:
+    """A command: the fields of a class are its options, and what it says of itself and of them is the help.
+
+    `does` is the module below `radargui.cli`, loaded when it is called, and the function in it that takes the options
+    and returns the exit status.
+    """
+
+    def __init_subclass__(cls, does: str) -> None:
+        module, _, function = does.partition(".")
+        options_of = dataclass(frozen=True)(cls)
+
+        def run(**options: Any) -> int:
+            return int(getattr(import_module(f"radargui.cli.{module}"), function)(options_of(**options)))
+
+        text, declared = described(options_of)
+        # the library reads what it parses from the signature
+        vars(run)["__signature__"] = declared
+        app.command(cls.__name__.lower(), help=text)(run)

@@ -209,14 +209,12 @@ class CorrectedIQ:
         Shape (n_receivers, n_samples).
     u_phase_rad
         Standard uncertainty of the phase, shape (n_receivers, n_samples).
-    method
-        Correction used: joint, adaptive, published, ellipse or none
-    channels
-        Quality of each receiver.
+    method, channels
+        Correction used: joint, adaptive, published, ellipse or none; quality of each receiver.
     steps
         What the correction found on its way, one entry a receiver, for display: PublishedSteps, Ellipse or None.
     decisions
-        What an estimate chose by evidence, mirrors among them, and why: one sentence each.
+        What an estimate chose by evidence, one sentence each.
     """
 
     time_s: FloatArray

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomlkit
-from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import ConfigDict, Field, ValidationError, model_validator
 from tomlkit.exceptions import TOMLKitError
 
 from radargui.model.calibration_file import (
@@ -22,7 +22,7 @@ from radargui.model.calibration_file import (
 )
 from radargui.model.daq import Daq, RecordingLimits
 from radargui.model.errors import FileError, SetupError
-from radargui.model.plugins import plugins
+from radargui.model.processing import Processing
 from radargui.model.radar import Floor, Radar, Receiver, Site, Tracer, Transmitter
 from radargui.model.recording import iq_names
 from radargui.model.scattering import LEAST_SHARE, ReceivedField, received_fields
@@ -31,32 +31,6 @@ from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
 
 SCHEMA = 1
-CORRECTIONS = ("joint", "adaptive", "published", "ellipse", "none")
-
-
-def _known_correction(name: str) -> str:
-    if name not in CORRECTIONS and name not in (added := plugins("corrections")):
-        raise ValueError(f"allowed: {', '.join((*CORRECTIONS, *added))}")
-    return name
-
-
-Correction = Annotated[str, AfterValidator(_known_correction), Field(json_schema_extra={"enum": list(CORRECTIONS)})]
-Geometry = Literal["exact", "plane"]
-
-
-class Processing(Section):
-    """How samples become a track.
-
-    Attributes
-    ----------
-    correction
-        See method.md; also the name of a plug-in.
-    geometry
-        plane: the antennas taken as infinitely far away.
-    """
-
-    correction: Correction = "joint"
-    geometry: Geometry = "exact"
 
 
 class Setup(Section):

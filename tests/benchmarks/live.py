@@ -19,8 +19,9 @@ from support.changed import changed
 from radargui.acquisition.ring import LiveTrack
 from radargui.experiment.finished import live_agreement
 from radargui.model.errors import RadarGuiError
+from radargui.model.processing import Correction
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import Correction, Setup, read_setup
+from radargui.model.setup import Setup, read_setup
 from radargui.processing.live import LiveMemory, LiveProcessor
 from radargui.processing.offline import process
 from radargui.sources.simulated.model import simulate_recording

@@ -17,7 +17,8 @@ from radargui.model.errors import RadarGuiError
 from radargui.model.plugins import load_plugin, plugins
 from radargui.model.setup import changed
 from radargui.report.added_pictures import added_pictures
-from radargui.report.run_section import run_section, take_facts
+from radargui.report.run_facts import take_facts
+from radargui.report.run_section import run_page, run_section
 from radargui.sources.factory import make_source, source_kinds
 
 
@@ -77,9 +78,11 @@ def test_a_correction_is_named_in_the_setup_and_measures(run: radargui.Run) -> N
 @pytest.mark.usefixtures("laboratory")
 def test_a_figure_stands_in_the_section_of_the_run(run: radargui.Run) -> None:
     result = radargui.process(run).details
-    section = run_section(take_facts(result, "run-0001"), run.setup)
-    (picture,) = [one for one in section.pictures if one.title == "speed over time"]
-    (line,) = picture.draw().axes[0].lines
+    facts = take_facts(result, "run-0001")
+    (brief,) = run_page(facts).pictures
+    (picture,) = [one for one in run_section(facts, run.setup).pictures if one.title == brief.title]
+    assert picture.title == "speed over time"
+    (line,) = picture.draw("letter").axes[0].lines
     fastest = max(bounce.speed_before_m_s for bounce in result.bounces.impacts)
     assert np.nanmax(line.get_ydata()) == pytest.approx(fastest, rel=0.1)
 

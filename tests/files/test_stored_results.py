@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from support.file_samples import result_of, write_run
 
+from radargui.files import hdf5
 from radargui.files.run_file import read_run
 from radargui.files.run_results import write_results
-from radargui.files.stored_results import read_stored_results
+from radargui.files.stored_results import read_stored_results, read_whole_result
 from radargui.model.setup import changed
 
 
@@ -36,6 +37,24 @@ def test_the_figures_before_are_kept_and_the_present_ones_come_last(tmp_path: Pa
         assert "track" not in file["earlier_results/000001"]
         assert file["earlier_results/000001/bounces"]["e"].tolist() == [0.8, 0.5]
     np.testing.assert_array_equal(read_run(path).raw, samples)
+
+
+def test_what_was_decided_is_stored_with_the_results(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    write_run(path)
+    made = result_of(read_run(path))
+    write_results(path, made)
+    found = read_whole_result(path, made.setup, lambda _: read_run(path))
+    assert found is not None
+    assert found.corrected is not None
+    assert found.corrected.decisions == ("A floor is kept.",)
+    with h5py.File(path, "r+") as file:
+        del file["results"].attrs["decisions"]
+        hdf5.seal(file["results"].attrs)
+    older = read_whole_result(path, made.setup, lambda _: read_run(path))
+    assert older is not None
+    assert older.corrected is not None
+    assert older.corrected.decisions == ()
 
 
 def test_results_of_another_version_are_kept_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

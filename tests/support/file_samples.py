@@ -152,7 +152,9 @@ def result_of(recording: Recording) -> RunResult:
         recording,
         default_setup(),
         "ok",
-        corrected=CorrectedIQ(time_s, volts(3, n), volts(3, n), valid, volts(3, n), "published", quality),
+        corrected=CorrectedIQ(
+            time_s, volts(3, n), volts(3, n), valid, volts(3, n), "published", quality, decisions=("A floor is kept.",)
+        ),
         paths=PathLengths(time_s, volts(3, n), volts(3, n), volts(3, n), valid),
         track=Track(time_s, volts(3, n), volts(3, n), valid[0], "exact"),
         bounces=bounces,

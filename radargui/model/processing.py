@@ -1,0 +1,35 @@
+"""The settings of processing: which correction and which geometry."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from radargui.model.plugins import plugins
+from radargui.model.section import Section
+
+CORRECTIONS = ("joint", "adaptive", "published", "ellipse", "none")
+
+
+def _known_correction(name: str) -> str:
+    if name not in CORRECTIONS and name not in (added := plugins("corrections")):
+        raise ValueError(f"allowed: {', '.join((*CORRECTIONS, *added))}")
+    return name
+
+
+Correction = Annotated[str, AfterValidator(_known_correction), Field(json_schema_extra={"enum": list(CORRECTIONS)})]
+Geometry = Literal["exact", "plane"]
+
+
+class Processing(Section):
+    """How samples become a track.
+
+    Attributes
+    ----------
+    correction
+        See method.md; also the name of a plug-in.
+    geometry
+        plane: the antennas taken as infinitely far away.
+    """
+
+    correction: Correction = "joint"
+    geometry: Geometry = "exact"

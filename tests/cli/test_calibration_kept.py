@@ -18,7 +18,7 @@ from radargui.model.calibrated_setup import calibrated
 from radargui.model.setup import read_setup, write_setup
 from radargui.processing.calibration_check import check_calibration
 from radargui.processing.offline import process
-from radargui.report.report import compose
+from radargui.report.setup_section import setup_blocks
 from radargui.session.info import SCHEMA, read_info
 from radargui.session.session import Session
 
@@ -62,8 +62,9 @@ def test_a_session_keeps_its_calibration_and_reports_it(command: Command, calibr
     assert check is not None
     assert not check.holds
     assert check.words.startswith("the calibration of 3 November 2025 does not hold: g ")
-    text = repr(compose(info, (), "now"))
-    assert "november.json: calibration of 3 November 2025 by A. Operator, good" in text
+    text = repr(setup_blocks(info.setup))
+    assert "Calibration of 3 November 2025 by A. Operator, good" in text
+    assert info.calibration.origin == "november.json: calibration of 3 November 2025 by A. Operator, good"
     assert "receiver[1].distance_m with receiver[2].distance_m: +0.90" in text
     assert "(calibrated" not in text
 

@@ -46,16 +46,21 @@ class CircleCurves:
         Of the channel.
     signal
         As recorded.
-    circle
-        One constant offset and circle at the phase found, by least squares over the motion.
+    fitted
+        Of the joint estimate its model (method 1), mirrors, maps and drift included; of the adaptive one offset and
+        circle at the phase found, by least squares over the motion.
     rest
-        Signal less circle: what changes with position (amplitude, floor and walls that reflect), and noise.
+        Signal less that: of the joint estimate noise and what the model lacks, in mean amplitudes; of the adaptive one
+        also what changes with position (amplitude, floor and walls that reflect).
+    kind
+        "model" or "circle".
     """
 
     name: str
     signal: Curve
-    circle: Curve
+    fitted: Curve
     rest: Curve
+    kind: str
 
 
 class PairCurves(NamedTuple):
@@ -234,7 +239,7 @@ class _Taker:
             u_change=self._of_pieces(self._part(paths.u_m if paths else None, row)),
             whole_change=envelope(self.time_s, paths.change_m[row], columns=self.columns // 2) if paths else EMPTY,
             steps=self._steps(row),
-            circles=self._circles(row, phase),
+            circles=self._circles(row, phase, np.stack([i, q])),
         )
 
     def _at_start(self, phase_raw: FloatArray, phase: FloatArray) -> float:
@@ -252,26 +257,32 @@ class _Taker:
         keep = first + every(last - first, 5 * self.columns)
         return PairCurves(self._curve(i), self._curve(q), Curve(i[keep], q[keep]))
 
-    def _circles(self, row: int, phase: FloatArray) -> tuple[CircleCurves, ...]:
+    def _circles(self, row: int, phase: FloatArray, iq: FloatArray) -> tuple[CircleCurves, ...]:
         corrected, segment = self.result.corrected, self.result.segment
         if corrected is None or corrected.steps or segment is None:
             return ()
         turn = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
+        # the joint estimate's corrected IQ is its unit circle plus what the samples add to the model (method 4)
+        added = iq.T - turn[:, 1:] if corrected.method == "joint" else None
         return tuple(
-            self._circle(f"{part}{row + 1}", self.volts[2 * row + number], turn, segment)
+            self._circle(f"{part}{row + 1}", self.volts[2 * row + number], turn, added, segment)
             for number, part in enumerate("IQ")
         )
 
-    def _circle(self, name: str, volts: FloatArray, turn: FloatArray, segment: Segment) -> CircleCurves:
+    def _circle(
+        self, name: str, volts: FloatArray, turn: FloatArray, added: FloatArray | None, segment: Segment
+    ) -> CircleCurves:
+        kind = "circle" if added is None else "model"
         known = np.isfinite(turn).all(axis=1) & np.isfinite(volts)
         known[: segment.first - self.first] = known[segment.last - self.first :] = False
         if np.count_nonzero(known) < turn.shape[1]:
-            return CircleCurves(name, self._curve(volts), EMPTY, EMPTY)
+            return CircleCurves(name, self._curve(volts), EMPTY, EMPTY, kind)
         # three numbers need no more than some thousand of samples
         used = np.flatnonzero(known)[:: max(1, np.count_nonzero(known) // _FITTED)]
         found = np.linalg.lstsq(turn[used], volts[used])[0]
-        circle = turn @ found
-        return CircleCurves(name, self._curve(volts), self._of_pieces(circle), self._of_pieces(volts - circle))
+        # what is linear in the unit circle is linear in what is added to it
+        rest = volts - turn @ found if added is None else added @ found[1:]
+        return CircleCurves(name, self._curve(volts), self._of_pieces(volts - rest), self._of_pieces(rest), kind)
 
     def _steps(self, row: int) -> tuple[StepCurves, ...]:
         corrected = self.result.corrected

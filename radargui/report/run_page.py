@@ -143,8 +143,8 @@ def _part(
         lines += [(part.upper, spline, "splines"), (part.lower, spline, "")]
     else:
         lines += [
-            (part.rest, Line(sheet.FIT_COLOUR, _THIN), "raw − circle"),
-            (part.circle, Line(colour, _THIN), "circle"),
+            (part.rest, Line(sheet.FIT_COLOUR, _THIN), f"raw − {part.kind}"),
+            (part.fitted, Line(colour, _THIN), part.kind),
         ]
     lines.append((part.signal, Line(sheet.RAW_COLOUR, _THIN), "raw"))
     # the names stand from the right, the lines lie on each other from below

@@ -198,16 +198,34 @@ def test_a_run_without_result_is_one_page_too(make: Callable[[], RunResult]) -> 
     assert everything_is_on_the_page(page)
 
 
-def test_an_estimate_shows_the_circle_that_it_found_and_what_that_leaves() -> None:
+def test_the_adaptive_estimate_shows_the_circle_that_it_found_and_what_that_leaves() -> None:
     result = drop_result(rate_hz=5000.0)
     assert result.corrected is not None
-    curves = take_curves(replace(result, corrected=replace(result.corrected, method="joint", steps=())), COMPACT)
+    curves = take_curves(replace(result, corrected=replace(result.corrected, method="adaptive", steps=())), COMPACT)
     assert curves is not None
     for receiver in curves.receivers:
         for one in receiver.circles:
+            assert one.kind == "circle"
             # amplitude 1 to 1.03 over the drop, quadrature error 0.1, noise 0.005
-            assert 0.9 < one.circle.largest < 1.2
+            assert 0.9 < one.fitted.largest < 1.2
             assert one.rest.largest < 0.1
+
+
+def test_the_joint_estimate_shows_its_model_and_what_the_samples_add_to_it() -> None:
+    result = drop_result(rate_hz=5000.0)
+    assert result.corrected is not None
+    assert result.paths is not None
+    phase = result.paths.phase_rad
+    # everything that the samples add is 0.02 amplitudes along I
+    made = replace(result.corrected, method="joint", steps=(), i=np.cos(phase) + 0.02, q=np.sin(phase))
+    curves = take_curves(replace(result, corrected=made), COMPACT)
+    assert curves is not None
+    for receiver in curves.receivers:
+        in_i, in_q = receiver.circles
+        assert in_i.kind == in_q.kind == "model"
+        assert in_i.rest.largest == pytest.approx(0.02, rel=0.1)
+        assert in_q.rest.largest < 0.2 * in_i.rest.largest, "only through the quadrature error"
+        assert in_i.fitted.largest == pytest.approx(in_i.signal.largest, abs=0.03)
 
 
 def test_the_page_of_a_track_fits_letter_paper() -> None:

@@ -7,7 +7,7 @@ import pytest
 from support.small_problem import ANTENNAS, CONSTANTS, FLOOR_PLANE, RELEASE_M, WALL_PLANE
 
 from radargui.estimation.forward.mirrors import MirrorPlane, distances, turned
-from radargui.estimation.forward.parameters import Sizes, make_layout, pair_of
+from radargui.estimation.forward.parameters import Sizes, make_layout, of_mirror
 from radargui.estimation.forward.position_map import MapSettings, farthest_points, make_basis
 from radargui.geometry.path_length import range_factor
 
@@ -78,7 +78,7 @@ def test_constants_stand_where_the_layout_says() -> None:
         assert theta[own.quadrature_error] == constants.quadrature_error_rad
     theta[layout.planes] = [1.0, 2.0, 3.0]
     assert layout.plane_unknowns(theta).tolist() == [[1.0, 2.0, 3.0]]
-    assert pair_of(slice(10, 16), 2) == slice(14, 16)
+    assert of_mirror(slice(10, 16), 2) == slice(14, 16)
 
 
 def test_the_strongest_functions_carry_the_kernel_of_the_process() -> None:

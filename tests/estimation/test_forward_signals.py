@@ -58,7 +58,8 @@ def test_mirrors_multiply_the_field_by_image_theory() -> None:
     inputs, layout, theta = made.problem.inputs, made.problem.layout, made.truth.theta.copy()
     own = layout.receivers[1]
     theta[own.double_reflection] = [0.02, -0.03, 0.01, 0.04]
-    theta[layout.transmitter_lobe], theta[own.receiver_lobe] = [0.2, -0.1, 0.0, 0.0], [-0.3, 0.05, 0.0, 0.0]
+    theta[layout.transmitter_lobe] = [0.2, -0.9, 0.4, 0.0, 0.3, -0.6]
+    theta[own.receiver_lobe] = [-0.3, -1.2, 0.1, 0.1, -0.5, -0.2]
     node = linearise(made.problem, made.truth).node_m[:, 2:4]
     tx, rx, release = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[1], inputs.release_m
 
@@ -66,15 +67,32 @@ def test_mirrors_multiply_the_field_by_image_theory() -> None:
         r = np.linalg.norm(point - antenna[:, None, None, None], axis=0)
         return np.exp(1j * inputs.wavenumber * r) / r
 
-    def over(antenna: np.ndarray, plane, lobe: np.ndarray) -> np.ndarray:
-        image = plane.image(antenna, np.zeros(3))
+    def lobe_of(antenna: np.ndarray, mirror: int, lobes: np.ndarray) -> np.ndarray:
+        # the direct antenna looks to the origin, its image to the origin's image
+        plane = inputs.planes[mirror]
+        sights = [(antenna, np.zeros(3)), (plane.image(antenna, np.zeros(3)), plane.image(np.zeros(3), np.zeros(3)))]
+        q, rest = [], []
+        for at_m, target in sights:
+            axis = (target - at_m) / np.linalg.norm(target - at_m)
+            for places, out in ((node, q), (release[:, None, None, None], rest)):
+                away = places - at_m[:, None, None, None]
+                out.append(1.0 - np.einsum("k,k...->...", axis, away) / np.linalg.norm(away, axis=0))
+        main, own = lobes[:3], lobes[3 * mirror :][:3]
+        direct = (main[1] * (q[0] - rest[0]) + main[2] * (q[0] ** 2 - rest[0] ** 2)) / 0.1
+        if mirror == 0:
+            mirrored = (main[1] * (q[1] - rest[1]) + main[2] * (q[1] ** 2 - rest[1] ** 2)) / 0.1
+        else:
+            mirrored = (own[1] * (q[1] - rest[1]) + own[2] * (q[1] - rest[1]) ** 2) / 0.1
+        return np.exp(own[0] * (node[2] - release[2]) / 0.3 + mirrored - direct)
+
+    def over(antenna: np.ndarray, mirror: int, lobes: np.ndarray) -> np.ndarray:
+        image = inputs.planes[mirror].image(antenna, np.zeros(3))
         ratio = wave(image, node) / wave(antenna, node)
         at_rest = wave(image, release[:, None, None, None]) / wave(antenna, release[:, None, None, None])
-        height = (node[2] - release[2]) / 0.15
-        return ratio * np.exp(-1j * np.angle(at_rest)) * np.exp(lobe[0] * height + lobe[1] * height**2)
+        return ratio * np.exp(-1j * np.angle(at_rest)) * lobe_of(antenna, mirror, lobes)
 
-    by_tx = [over(tx, p, theta[layout.transmitter_lobe][2 * m :][:2]) for m, p in enumerate(inputs.planes)]
-    by_rx = [over(rx, p, theta[own.receiver_lobe][2 * m :][:2]) for m, p in enumerate(inputs.planes)]
+    by_tx = [over(tx, m, theta[layout.transmitter_lobe]) for m in range(2)]
+    by_rx = [over(rx, m, theta[own.receiver_lobe]) for m in range(2)]
     x = [0.02 - 0.03j, 0.01 + 0.04j]
     factor = (1.0 + 0.15 * sum(by_tx)) * (1.0 + 0.15 * sum(by_rx))
     factor = factor + sum(value * a * b for value, a, b in zip(x, by_tx, by_rx, strict=True))

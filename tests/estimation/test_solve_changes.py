@@ -18,7 +18,7 @@ from support.small_problem import (
 )
 
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
-from radargui.estimation.forward.parameters import Sizes, make_layout
+from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.select.breaks import respline
 from radargui.estimation.solve.changed_problem import (
@@ -60,8 +60,10 @@ def test_the_initial_problem_starts_with_the_constants_found_and_nothing_else() 
     assert theta[layout.breaks] == pytest.approx([BOUNCE_S])
     for own, constants in zip(layout.receivers, CONSTANTS, strict=True):
         assert theta[own.constants].tolist() == constants.in_order().tolist()
-        assert not theta[own.constants.stop : own.last].any()
-    assert not theta[layout.shared].any()
+    lobes = lobe_places(layout)
+    assert theta[lobes].tolist() == start.problem.prior.mean[lobes].tolist()
+    others = np.r_[layout.shared, *(slice(own.constants.stop, own.last) for own in layout.receivers)]
+    assert not theta[np.setdiff1d(others, lobes)].any()
     assert start.problem.inputs.wavenumber == pytest.approx(2.0 * np.pi / 0.03)
 
 

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_problem import CONSTANTS, FLOOR_PLANE, WALL_PLANE, small_problem
+from support.small_problem import ANTENNAS, CONSTANTS, FLOOR_PLANE, WALL_PLANE, small_problem
 
 from radargui.estimation.forward.motion_law import LawRows
 from radargui.estimation.forward.motion_spline import make_spline
-from radargui.estimation.forward.parameters import Sizes, make_layout
+from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
 from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.solve.lobe_prior import with_lobes_of_walls
 from radargui.estimation.solve.minimise import minimise
 from radargui.estimation.solve.prior_deviations import (
     DeviationSettings,
@@ -35,7 +36,7 @@ def test_maps_and_mirrors_belong_to_one_group_each_and_constants_to_none() -> No
     grouped = np.concatenate([group.index for group in prior.groups])
     assert len(set(grouped)) == grouped.size
     free = set(range(LAYOUT.size)) - set(grouped.tolist())
-    alone = [*range(LAYOUT.breaks.start, LAYOUT.planes.stop)]
+    alone = [*range(LAYOUT.breaks.start, LAYOUT.planes.stop), *lobe_places(LAYOUT)]
     for own in LAYOUT.receivers:
         alone += [*range(own.constants.start, own.constants.stop), *range(own.drift_i.start, own.drift_q.stop)]
     assert free == set(alone)
@@ -51,14 +52,31 @@ def test_constants_keep_near_where_the_fit_starts_and_front_ends_near_zero() -> 
     assert prior.sd[LAYOUT.planes].tolist() == [0.03, 0.03, 0.03, 0.15, 0.03, 0.03]
 
 
-def test_a_wall_has_wider_lobes_than_a_floor_and_keeps_some() -> None:
+def test_lobes_are_those_of_ordinary_antennas_and_stay_as_wide() -> None:
     prior = prior_of()
-    floor, wall = LAYOUT.transmitter_lobe.start, LAYOUT.transmitter_lobe.start + 2
-    assert prior.sd[floor] == 0.03
-    assert prior.sd[wall] == 0.1
-    (own,) = [group for group in prior.groups if wall in group.index]
-    assert floor not in own.index
-    assert (own.lowest, own.highest) == (0.03, 0.3)
+    assert prior.mean[LAYOUT.transmitter_lobe].tolist() == [0.0, -0.9, 0.0] * 2
+    assert prior.sd[LAYOUT.receivers[1].receiver_lobe].tolist() == [0.3, 2.0, 2.0, 0.3, 0.6, 2.0]
+
+
+def test_the_floor_lets_expect_the_lobes_over_a_wall() -> None:
+    theta = np.zeros(LAYOUT.size)
+    for own in LAYOUT.receivers:
+        theta[own.receiver_lobe][1] = -1.0
+    prior = with_lobes_of_walls(prior_of(), LAYOUT, theta, PLANES, ANTENNAS, np.zeros(3))
+    for place, antenna in zip(
+        [LAYOUT.transmitter_lobe, *(own.receiver_lobe for own in LAYOUT.receivers)],
+        [ANTENNAS.transmitter_m, *ANTENNAS.receivers_m],
+        strict=True,
+    ):
+        image, aim = (WALL_PLANE.image(one, np.zeros(3)) for one in (antenna, np.zeros(3)))
+        cosine = (aim - image) @ -image / np.linalg.norm(aim - image) / np.linalg.norm(image)
+        strength = lambda c: 0.5 * np.log(c**20 + 0.01)  # noqa: E731
+        slope = -(strength(cosine + 1e-6) - strength(cosine - 1e-6)) / 2e-6
+        assert prior.mean[place][4] == pytest.approx(0.1 * slope, abs=1e-4)
+        assert prior.mean[place][1] == -0.9
+    assert prior.sd[LAYOUT.transmitter_lobe][4] > prior.sd[LAYOUT.receivers[0].receiver_lobe][4]
+    bare = prior_of()
+    assert with_lobes_of_walls(bare, LAYOUT, theta, PLANES[::-1], ANTENNAS, np.zeros(3)) is bare
 
 
 def test_a_setting_can_be_varied_alone() -> None:

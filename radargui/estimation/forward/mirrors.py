@@ -55,6 +55,10 @@ class MirrorPlane:
         # a direction has no place: mirrored in the parallel plane through the origin
         return mirror(direction, self._tilted(unknown), 0.0)
 
+    def turned_slope(self, direction: FloatArray, unknown: FloatArray) -> FloatArray:
+        """Return d turned / d unknown of a direction, shape (3 unknowns, 3): a shift turns nothing."""
+        return np.array([*self._mirrored_slope(direction, unknown), np.zeros(3)])
+
     def lean(self, unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (n_x, n_y) / n_z, shape (2,), and its derivatives by the two tilts, shape (2, 2)."""
         tangents = np.array(_tangents(tuple(self.normal.tolist())))
@@ -73,14 +77,18 @@ class MirrorPlane:
 
         a' = a - 2 (n.w) n, w = a - foot - shift n0, n = (n0 + tilts) / length, dn / d tilt = (t - n (n.t)) / length.
         """
-        first, second = _tangents(tuple(self.normal.tolist()))
-        normal = self.normal + unknown[0] * first + unknown[1] * second
+        normal = self._tilted(unknown)
+        away = point_m - self.foot_m - unknown[2] * self.normal
+        return np.array([*self._mirrored_slope(away, unknown), 2.0 * (normal @ self.normal) * normal])
+
+    def _mirrored_slope(self, away: FloatArray, unknown: FloatArray) -> list[FloatArray]:
+        """Return d (w - 2 (n.w) n) / d tilts."""
+        tangents = _tangents(tuple(self.normal.tolist()))
+        normal = self.normal + unknown[:2] @ np.array(tangents)
         length = np.linalg.norm(normal)
         normal = normal / length
-        away = point_m - self.foot_m - unknown[2] * self.normal
-        turned = [(tangent - normal * (normal @ tangent)) / length for tangent in (first, second)]
-        by_tilts = [-2.0 * ((turn @ away) * normal + (normal @ away) * turn) for turn in turned]
-        return np.array([*by_tilts, 2.0 * (normal @ self.normal) * normal])
+        turned = [(tangent - normal * (normal @ tangent)) / length for tangent in tangents]
+        return [-2.0 * ((turn @ away) * normal + (normal @ away) * turn) for turn in turned]
 
 
 def distances(place_m: FloatArray, points_m: FloatArray) -> FloatArray:

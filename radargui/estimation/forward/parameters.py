@@ -8,6 +8,9 @@ import numpy as np
 
 from radargui.model.arrays import FloatArray, IntArray
 
+N_LOBE = 3
+"""Functions by which an antenna's lobe changes what a mirror adds (`signal_model.lobe_functions`)."""
+
 
 @dataclass(frozen=True, slots=True)
 class ReceiverConstants:
@@ -52,7 +55,7 @@ class ReceiverLayout:
     receiver_reflection, double_reflection
         Real and imaginary parts of R and X by turns, two a mirror.
     receiver_lobe
-        How ln |R| changes with height, two a mirror.
+        How ln |R| changes with what the antenna's lobe shows of the tracer, `N_LOBE` a mirror.
     polarization
         Angle of the antenna (rad), one place; none where the sphere counts as a point.
     drift_i, drift_q
@@ -128,7 +131,7 @@ class Layout:
     transmitter_reflection
         Real and imaginary part of T by turns, two a mirror.
     transmitter_lobe
-        How ln |T| changes with height, two a mirror.
+        The same of ln |T|.
     polarization
         Angle of the transmitter (rad), one place; none where the sphere counts as a point.
     crosstalk
@@ -162,9 +165,15 @@ class Layout:
         return np.asarray(theta[self.planes].reshape(-1, 3))
 
 
-def pair_of(places: slice, mirror: int) -> slice:
+def of_mirror(places: slice, mirror: int) -> slice:
     """Return the two places of one mirror among places of two a mirror."""
     return slice(places.start + 2 * mirror, places.start + 2 * mirror + 2)
+
+
+def lobe_places(layout: Layout) -> IntArray:
+    """Return the places of what lobes do to the mirrors' reflections, the transmitter's first."""
+    places = [layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)]
+    return np.concatenate([np.arange(one.start, one.stop) for one in places])
 
 
 def polarisation_places(layout: Layout) -> IntArray:
@@ -182,8 +191,8 @@ def make_layout(sizes: Sizes) -> Layout:
         end += count
         return slice(end - count, end)
 
-    two_a_mirror = 2 * sizes.mirrors
-    shared = (3 * sizes.mirrors, two_a_mirror, two_a_mirror, sizes.polarization, sizes.crosstalk)
+    two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * sizes.mirrors
+    shared = (3 * sizes.mirrors, two_a_mirror, lobe_places, sizes.polarization, sizes.crosstalk)
     breaks, flight = take(sizes.breaks), take(4 * sizes.flight)
     # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver
     planes, reflection, lobe, polarization, crosstalk = (take(count) for count in shared)
@@ -198,7 +207,7 @@ def make_layout(sizes: Sizes) -> Layout:
             bias_q=take(sizes.bias),
             amplitude_map=take(sizes.amplitude_map),
             receiver_reflection=take(two_a_mirror),
-            receiver_lobe=take(two_a_mirror),
+            receiver_lobe=take(lobe_places),
             double_reflection=take(two_a_mirror),
             polarization=take(sizes.polarization),
             drift_i=take(sizes.drift),

@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from radargui.estimation.forward.lobes import Lobes, lobes_at
 from radargui.estimation.forward.mirrors import MirrorPlane, distances, turned
-from radargui.estimation.forward.parameters import Layout, ReceiverLayout
+from radargui.estimation.forward.parameters import N_LOBE, Layout, ReceiverLayout
 from radargui.estimation.forward.sphere import SphereFactors, SphereFields, point_factors
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.front_end import channels_of
-
-LOBE_LENGTH_M = 0.15  # height in which the lobes' parabolas count: about a motion's half, so that a and b are alike
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +110,8 @@ class Waves:
     scattered, strength
         What the sphere scatters that way, and the same times the reflections of a and b, shape (1 + n_mirrors, 1 +
         n_mirrors, n_bins); n_bins may be 1 for a point.
-    height
-        Of the nodes, see `height_above_release`.
+    lobes
+        What they show at the nodes; None without mirrors.
     """
 
     antenna_m: FloatArray
@@ -121,7 +120,7 @@ class Waves:
     mean: ComplexArray
     scattered: ComplexArray
     strength: ComplexArray
-    height: FloatArray
+    lobes: Lobes | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,8 +150,8 @@ def receiver_signal(
 
     Z = A exp(j phi) F + beta with phi = K (L - L at release) + phi_0, A from the range factor and a map, beta a map,
     F = 1 + sum T rho_tx M_m0 + sum R rho_rx M_0m + sum (T R + X) rho_tx rho_rx M_mn over the mirrors; the mirrored
-    antennas look at the tracer with other parts of their lobes, so that ln |T| and ln |R| change with height (method 4,
-    Mirrors). A sphere scatters into each path by its angles (M, and A by f / f at release); of a point M is one.
+    antennas look at the tracer with other parts of their lobes, so that ln |T| and ln |R| change with its place (method
+    4, Mirrors). A sphere scatters into each path by its angles (M, and A by f / f at release); of a point M is one.
 
     Parameters
     ----------
@@ -211,18 +210,21 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
     n_ways = antenna_m.shape[1]
     path: ComplexArray = np.empty((n_ways, n_ways, *shape), complex)
     path[0, 0] = amplitude[:, None] * turned(k * (change[0, 0] + change[1, 0]) + theta[own.phase]).reshape(shape)
-    height, strength = height_above_release(node_m, inputs), sphere.mirrored
+    lobes, strength = None, sphere.mirrored
     if n_ways > 1:
-        # the longer way arrives weaker; a lobe changes it with height
-        lobes = np.exp(_lobe_exponents(theta, layout, own, height.ravel()))
-        share = lobes * length[:, :1] / length[:, 1:]
+        # the longer way arrives weaker; a lobe changes it with the place
+        factors = np.stack(
+            [theta[places].reshape(-1, N_LOBE) for places in (layout.transmitter_lobe, own.receiver_lobe)]
+        )
+        lobes = lobes_at(node, length, antenna_m, (inputs.planes, unknown), inputs.release_m, factors)
+        share = np.exp(lobes.exponents()) * length[:, :1] / length[:, 1:]
         detour = (share * turned(k * (change[:, 1:] - change[:, :1]))).reshape(2, -1, *shape)
         # over a mirror on the way in and on the way out: phases add, amplitudes multiply (image theory, Balanis 4.7)
         np.multiply(path[0, 0], detour[0], out=path[1:, 0])
         np.multiply(path[:, :1], detour[1], out=path[:, 1:])
         strength = reflections(theta, layout, own)[:, :, None] * strength
     mean = path.mean(axis=-2)
-    return Waves(antenna_m, length.reshape(2, -1, *shape), path, mean, sphere.mirrored, strength, height)
+    return Waves(antenna_m, length.reshape(2, -1, *shape), path, mean, sphere.mirrored, strength, lobes)
 
 
 def reflections(theta: FloatArray, layout: Layout, own: ReceiverLayout) -> ComplexArray:
@@ -246,18 +248,6 @@ def amplitude_of(
 def bias_of(theta: FloatArray, own: ReceiverLayout, inputs: ModelInputs) -> ComplexArray:
     """Return beta, shape (n_bins,)."""
     return np.asarray(inputs.bias @ theta[own.bias_i] + 1j * (inputs.bias @ theta[own.bias_q]))
-
-
-def height_above_release(node_m: FloatArray, inputs: ModelInputs) -> FloatArray:
-    """Return (z - z at release) in units of 0.15 m at the nodes."""
-    return np.asarray((node_m[2] - inputs.release_m[2]) / LOBE_LENGTH_M)
-
-
-def _lobe_exponents(theta: FloatArray, layout: Layout, own: ReceiverLayout, height: FloatArray) -> FloatArray:
-    """Return a h + b h^2, the log of what a mirror's lobe does to its reflection, (2, n_mirrors, *height.shape)."""
-    pairs = np.array([theta[places].reshape(-1, 2) for places in (layout.transmitter_lobe, own.receiver_lobe)])
-    slope, bend = (pairs[..., k].reshape(2, -1, *(1,) * height.ndim) for k in range(2))
-    return np.asarray((slope + bend * height) * height)
 
 
 def complex_of(pairs: FloatArray) -> ComplexArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radargui.estimation.forward.lobes import Lobes
 from radargui.estimation.forward.parameters import Layout, ReceiverLayout
 from radargui.estimation.forward.signal_model import (
     FrontEndState,
@@ -102,13 +103,13 @@ def receiver_slopes(
     put(own.amplitude_map, z.real[:, :, None] * inputs.amplitude_map)
     over = _over_points(waves)
     pull = _pull(waves, over, inputs.wavenumber)
-    if inputs.planes:
+    if waves.lobes is not None:
         _put_mirrors(put, waves, theta, layout, own)
         # against the images alone
         along = (
             _mean(pull[:, 1:, None] * node_m) - _mean(pull[:, 1:])[:, :, None] * waves.antenna_m[:, 1:, :, None, None]
         )
-        _put_planes(put, waves, theta, layout, own, inputs, receiver, over[:, 1:], along)
+        _put_planes(put, waves, theta, layout, own, inputs, receiver, over[:, 1:], along, node_m, waves.lobes)
     if layout.sizes.polarization and inputs.sphere is not None:
         angles = float(theta[layout.polarization.start]), float(theta[own.polarization.start])
         by_direct, by_mirrored = inputs.sphere.angle_slopes(receiver, *angles)
@@ -187,6 +188,8 @@ def _put_planes(
     receiver: int,
     over: ComplexArray,
     along: FloatArray,
+    node_m: FloatArray,
+    lobes: Lobes,
 ) -> None:
     """Put the columns of planes and lobes: where a plane moves an image, the tracer moves against it."""
     antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
@@ -200,9 +203,11 @@ def _put_planes(
             at_rest = inputs.wavenumber * (moved @ rest) / np.linalg.norm(rest)
             total -= np.tensordot(moved, along[side, m], axes=1)
             total -= at_rest[:, None, None] * _mean(over[side, m].imag)
+            away = (node_m - waves.antenna_m[side, 1 + m][:, None, None, None]).reshape(3, -1), rest[:, None]
+            by_lobe = lobes.by_plane(side, m, away, moved, plane.turned_slope(lobes.axis[side, 0], unknown))
+            total += _mean(over[side, m].real * by_lobe.reshape(3, *over.shape[2:]))
         by_planes.append(total)
     put(layout.planes, np.moveaxis(np.concatenate(by_planes), 0, 2))
     for side, places in enumerate((layout.transmitter_lobe, own.receiver_lobe)):
-        by_slope = over[side].real * waves.height
-        lobes = np.stack([_mean(by_slope), _mean(by_slope * waves.height)], axis=1)
-        put(places, np.moveaxis(lobes.reshape(-1, *lobes.shape[2:]), 0, 2))
+        by_factors = lobes.by_factors(side, over[side].real.reshape(len(by_planes), -1))
+        put(places, np.moveaxis(_mean(by_factors.reshape(-1, *over.shape[2:])), 0, 2))

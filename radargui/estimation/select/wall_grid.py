@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.sparse import bsr_matrix, csr_matrix, eye_array, hstack, kron, vstack
 
+from radargui.estimation.forward.lobes import LOBE_UNITS, axis_of, off_axis
 from radargui.estimation.forward.mirrors import WALL, MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_at
@@ -16,7 +17,7 @@ from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.priors import Prior
+from radargui.estimation.solve.priors import PRIORS, Prior
 from radargui.estimation.solve.problem import JointProblem
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray, IntArray, pieces
@@ -54,6 +55,8 @@ class WallSettings:
         A trial that is so far behind the best in ln E, after its first minimum and after each round, is given up: from
         the first round on no trial of twelve scenes caught up by more than 30 where it was 100 behind, by a half where
         it was further; what ends 23 behind has no weight.
+    level, last_rounds
+        Trials less than this behind the best in ln E go on for so many rounds more before one is taken.
     convincing
         A wall is kept at this gain in ln E, since many are tried; what the prior of its reflection costs is in it.
     """
@@ -76,10 +79,13 @@ class WallSettings:
     worthwhile: float = 2.0
     promising: float = 3.0
     most_behind: tuple[float, float] = (1000.0, 60.0)
+    level: float = 15.0
+    last_rounds: int = 4
     convincing: float = 10.0
 
 
 WALLS = WallSettings()
+_LOBE = PRIORS.lobe[1] / LOBE_UNITS[1]  # ln strength over q = 1 - cos theta
 _THIN = 8  # bins, a third of a fringe: what the sphere scatters over a wall changes over decimetres
 _ROUND = 20  # places that count as a round of convergence
 _TOGETHER = 8192  # bins times places looked at together: they stay in the processor's cache
@@ -268,8 +274,10 @@ class DirectWave:
     ----------
     node_m, length_m
         Places of the nodes, (3, 4 n_bins), and their distances from transmitter and receiver, (2, 4 n_bins).
-    rest_m
-        These distances at the release, shape (2,).
+    antenna_m
+        Transmitter and receiver, shape (2, 3).
+    lobe
+        What an ordinary lobe shows of the tracer, against the release, shape (2, 4 n_bins).
     release_m, wavenumber
         As of `ModelInputs`.
     field
@@ -278,7 +286,8 @@ class DirectWave:
 
     node_m: FloatArray
     length_m: FloatArray
-    rest_m: FloatArray
+    antenna_m: FloatArray
+    lobe: FloatArray
     release_m: FloatArray
     wavenumber: float
     field: ComplexArray
@@ -286,9 +295,10 @@ class DirectWave:
     @staticmethod
     def of(node_m: FloatArray, waves: Waves, inputs: ModelInputs) -> DirectWave:
         """Return that of a receiver's nodes, (3, 2, 2, n_bins)."""
-        rest_m = np.linalg.norm(inputs.release_m - waves.antenna_m[:, 0], axis=1)
+        antenna_m, node_m = waves.antenna_m[:, 0], node_m.reshape(3, -1)
         length_m, field = waves.length_m[:, 0].reshape(2, -1), waves.path[0, 0]
-        return DirectWave(node_m.reshape(3, -1), length_m, rest_m, inputs.release_m, inputs.wavenumber, field)
+        q, q_rest = off_axis(axis_of(antenna_m), antenna_m, node_m, length_m, inputs.release_m)
+        return DirectWave(node_m, length_m, antenna_m, _LOBE * (q - q_rest), inputs.release_m, inputs.wavenumber, field)
 
     def columns(self, images_m: tuple[FloatArray, FloatArray], scattered: Sequence[ComplexArray] | None) -> FloatArray:
         """Return slopes of the channels by real and imaginary part of T, then of R, (n_planes, 4, 2, n_bins).
@@ -308,8 +318,14 @@ class DirectWave:
 
     def _over(self, image_m: FloatArray, leg: int) -> ComplexArray:
         direct, away = self.length_m[leg], distances(self.node_m, image_m)
-        rest = np.linalg.norm(self.release_m - image_m, axis=1) - self.rest_m[leg]
-        ratio = direct / away * turned(self.wavenumber * (away - direct - rest[:, None]))
+        antenna = self.antenna_m[leg]
+        rest = np.linalg.norm(self.release_m - image_m, axis=1) - np.linalg.norm(self.release_m - antenna)
+        # the image looks where its antenna does in the mirror; its lobe is that of an ordinary antenna
+        axis, normal = axis_of(antenna), axis_of(antenna - image_m)
+        turned_axis = axis - 2.0 * (normal @ axis)[:, None] * normal
+        q, q_rest = off_axis(turned_axis, image_m, self.node_m, away, self.release_m)
+        share = np.exp(_LOBE * (q - q_rest) - self.lobe[leg]) * direct / away
+        ratio = share * turned(self.wavenumber * (away - direct - rest[:, None]))
         nodes = self.field * ratio.reshape(-1, *self.field.shape)
         return np.asarray(0.5 * (nodes[:, :, 0] + nodes[:, :, 1]))
 

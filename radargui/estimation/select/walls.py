@@ -19,7 +19,7 @@ from radargui.estimation.select.wall_grid import (
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import carried_places, positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
-from radargui.estimation.solve.problem import JointProblem, State, linearise
+from radargui.estimation.solve.problem import JointProblem, Start, State, linearise
 from radargui.model.arrays import FloatArray
 
 
@@ -111,7 +111,19 @@ def search_wall(
         found = _place_of_last(best, middle, normal)
         azimuth = found[0] + np.radians(settings.fine_deg)
         distance = np.maximum(found[1] * np.array(settings.fine_share), settings.nearest_m)
-    return tried
+    return _run_off(tried, round_done, settings)
+
+
+def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallSettings) -> WallSearch:
+    """Return a search whose nearly equal best have gone on: after a few rounds they are not yet what they will be."""
+    level = [one for one in search.tried if one.gain > search.gain - settings.level]
+    if len(level) < 2:
+        return search
+    without = log_evidence(level[0].solution) - level[0].gain
+    starts = [Start(one.solution.problem, one.solution.state) for one in level]
+    trials = race(starts, settings.last_rounds, round_done, settings.most_behind)
+    more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
+    return WallSearch(tuple(sorted([*more, *search.tried[len(level) :]], key=lambda one: -one.gain)))
 
 
 def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:

@@ -10,9 +10,16 @@ from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.motion_law import LawRows, spans_in_flight
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
-from radargui.estimation.forward.parameters import Layout, ReceiverConstants, make_layout, polarisation_places
+from radargui.estimation.forward.parameters import (
+    Layout,
+    ReceiverConstants,
+    lobe_places,
+    make_layout,
+    polarisation_places,
+)
 from radargui.estimation.forward.position_map import PositionBasis
 from radargui.estimation.solve.initial_problem import INITIAL, usable_bins
+from radargui.estimation.solve.lobe_prior import with_lobes_of_walls
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.priors import PRIORS, Prior, PriorGroup, flight_prior, make_prior
 from radargui.estimation.solve.problem import JointProblem, Start, State
@@ -153,13 +160,18 @@ def mirrors_changed(
     # maps that explain what a new mirror would hold it down: kept, a wall gained 32 in ln E and 0.47 mm stayed; started
     # at zero it gained 149 and 0.09 mm was left
     source, target = carried_places(old, layout, bias=bias is None and len(planes) <= old.sizes.mirrors)
-    # a new mirror starts at nothing, and its evidence counts from there
-    new_theta = np.zeros(layout.size)
-    new_theta[target] = theta[source]
     mean, sd = before.prior.mean, before.prior.sd
     # priors as at the start: what was re-estimated without the mirror explains what the mirror shall
     means = [ReceiverConstants(*mean[own.constants]) for own in old.receivers]
     prior = make_prior(layout, planes, mean[old.breaks], means)
+    # a new mirror starts at nothing, and its evidence counts from there
+    new_theta = np.zeros(layout.size)
+    lobes = lobe_places(layout)
+    new_theta[target] = theta[source]
+    middle = before.bias_basis.centre.mean(axis=1)
+    prior = with_lobes_of_walls(prior, layout, new_theta, planes, before.inputs.antennas, middle)
+    fresh = np.setdiff1d(lobes, target)
+    new_theta[fresh] = prior.mean[fresh]
     for was, now in zip(old.receivers, layout.receivers, strict=True):
         for a, b in ((was.log_gain, now.log_gain), (was.quadrature_error, now.quadrature_error)):
             prior.mean[b], prior.sd[b] = mean[a], sd[a]

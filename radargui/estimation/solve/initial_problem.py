@@ -10,7 +10,13 @@ import numpy as np
 from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
-from radargui.estimation.forward.parameters import ReceiverConstants, Sizes, make_layout, polarisation_places
+from radargui.estimation.forward.parameters import (
+    ReceiverConstants,
+    Sizes,
+    lobe_places,
+    make_layout,
+    polarisation_places,
+)
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.signal_model import ModelInputs
 from radargui.estimation.forward.slow_noise import Drift
@@ -145,6 +151,8 @@ def initial_problem(
     for own, values in zip(layout.receivers, constants, strict=True):
         theta[own.constants] = values.in_order()
     prior = make_prior(layout, planes, spline.break_s, constants)
+    lobes = lobe_places(layout)
+    theta[lobes] = prior.mean[lobes]
     if known_front_ends is not None:
         prior = with_known_front_ends(prior, layout, known_front_ends)
     if data.sphere is not None:

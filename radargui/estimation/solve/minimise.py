@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.estimation.forward.signal_model import LOBE_LENGTH_M
 from radargui.estimation.solve.assemble import Assembled, assemble
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise
@@ -29,10 +28,6 @@ class MinimiseSettings:
         Factors after a step that did not, or did, lower the cost (Marquardt 1963 has 10 and 10).
     least_flight_s
         Two breaks never come closer: no bin would lie between them.
-    most_lobe_exponent
-        Largest |a h + b h^2| of a mirror's lobe over the motion: a reflection that changes e^10-fold is none. Of 70
-        physical scenes at 2 kS/s the largest that any step tried was 6.8; without a limit a mirror that hardly
-        reflects lets exp overflow.
     """
 
     close: float = 0.05
@@ -41,7 +36,6 @@ class MinimiseSettings:
     damping_up: float = 10.0
     damping_down: float = 30.0
     least_flight_s: float = 1e-3
-    most_lobe_exponent: float = 10.0
 
 
 MINIMISE = MinimiseSettings()
@@ -120,7 +114,7 @@ def _step(
     coefficients = state.coefficients + motion.reshape(-1, 3)
     if not _is_possible(problem, coefficients, state.theta + by_global, settings):
         return None
-    return State(coefficients, _with_lobes_limited(problem, coefficients, state.theta + by_global, settings))
+    return State(coefficients, state.theta + by_global)
 
 
 def _is_possible(
@@ -138,26 +132,6 @@ def _is_possible(
     nearest = np.linalg.norm(antennas - inputs.release_m, axis=1).min()
     apart = (np.diff(edge) > settings.least_flight_s).all()
     return bool(apart and np.linalg.norm(coefficients, axis=1).max() < nearest)
-
-
-def _with_lobes_limited(
-    problem: JointProblem, coefficients: FloatArray, theta: FloatArray, settings: MinimiseSettings
-) -> FloatArray:
-    """Return theta with each mirror's lobe brought back to what a lobe does over the motion.
-
-    A mirror that hardly reflects does not tell its lobe: a full step may go anywhere, and exp(a h + b h^2) with it. To
-    refuse the step would stop all other unknowns too.
-    """
-    layout = problem.layout
-    # a spline lies within the hull of its coefficients
-    height = np.abs(coefficients[:, 2]).max() / LOBE_LENGTH_M
-    out = theta.copy()
-    for places in (layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)):
-        pairs = theta[places].reshape(-1, 2)
-        exponent = np.abs(pairs) @ np.array([height, height**2])
-        pairs = pairs * np.minimum(1.0, settings.most_lobe_exponent / np.maximum(exponent, 1e-9))[:, None]
-        out[places] = pairs.ravel()
-    return out
 
 
 def log_evidence(solution: Solution) -> float:

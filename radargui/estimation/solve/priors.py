@@ -8,7 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
-from radargui.estimation.forward.parameters import Layout, ReceiverConstants, pair_of, polarisation_places
+from radargui.estimation.forward.parameters import (
+    Layout,
+    ReceiverConstants,
+    lobe_places,
+    of_mirror,
+    polarisation_places,
+)
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.model.arrays import FloatArray, IntArray
@@ -79,8 +85,9 @@ class PriorSettings:
     reflection: Allowed = Allowed(0.1, 1e-3, 0.2)
     wall_reflection: Allowed = Allowed(0.03, 0.02, 0.2)
     double_reflection: Allowed = Allowed(0.01, 1e-4, 0.3)
-    floor_lobe: Allowed = Allowed(0.03, 1e-3, 0.7)
-    wall_lobe: Allowed = Allowed(0.1, 0.03, 0.3)
+    lobe: tuple[float, ...] = (0.0, -0.9, 0.0)
+    u_floor_lobe: tuple[float, ...] = (0.3, 2.0, 2.0)
+    u_wall_lobe: tuple[float, ...] = (0.3, 0.6, 2.0)
     gravity_m_s2: float = 0.3
     drag_1_m: float = 0.04
     sideways_m_s2: Allowed = Allowed(0.01, 1e-4, 0.3)
@@ -152,6 +159,9 @@ def make_prior(
     mean[layout.breaks], sd[layout.breaks] = break_s, settings.break_s
     # where a mirror was sought is a prior too: without it a plane that hardly reflects wanders off
     sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
+    lobes = lobe_places(layout)
+    u_lobes = [settings.u_floor_lobe if plane.name == FLOOR else settings.u_wall_lobe for plane in planes]
+    mean[lobes], sd[lobes] = np.resize(settings.lobe, lobes.size), np.tile(np.ravel(u_lobes), 1 + len(layout.receivers))
     prior = Prior(mean, sd)
 
     def group(places: list[slice], allowed: Allowed) -> None:
@@ -169,15 +179,11 @@ def make_prior(
     for m, plane in enumerate(planes):
         # T and R of one surface share their deviation: where one is hardly seen, the others say how large it is
         reflections = [layout.transmitter_reflection, *(own.receiver_reflection for own in receivers)]
-        lobes = [layout.transmitter_lobe, *(own.receiver_lobe for own in receivers)]
         group(
-            [pair_of(places, m) for places in reflections],
+            [of_mirror(places, m) for places in reflections],
             settings.reflection if plane.name == FLOOR else settings.wall_reflection,
         )
-        group(
-            [pair_of(places, m) for places in lobes], settings.floor_lobe if plane.name == FLOOR else settings.wall_lobe
-        )
-        group([pair_of(own.double_reflection, m) for own in receivers], settings.double_reflection)
+        group([of_mirror(own.double_reflection, m) for own in receivers], settings.double_reflection)
     # slow noise keeps N(0, 1) of its own functions, measured on the rest: the motion would lend it everything slow
     for own, constants in zip(receivers, start, strict=True):
         mean[own.log_amplitude], mean[own.offset] = constants.log_amplitude, (constants.offset_i, constants.offset_q)

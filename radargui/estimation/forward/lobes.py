@@ -1,0 +1,143 @@
+"""What lobes make of a mirror: from an image another part of the antenna's lobe sees the tracer than directly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.parameters import N_LOBE
+from radargui.model.arrays import FloatArray
+
+LOBE_UNITS = np.array([0.3, 0.1, 0.1])  # m, 1, 1: in which functions of a lobe count, so that their factors are alike
+_MOST_LOBE = 10.0  # a reflection that changes e^10-fold is none, and a mirror that hardly reflects does not tell it
+_SIDE_LOBE = 0.1  # of horns and small arrays, field over that on the axis (Balanis, Antenna Theory, 13.3)
+
+
+@dataclass(frozen=True, slots=True)
+class Lobes:
+    """How the lobes of transmitter and receiver change what mirrors add, against the release.
+
+    Attributes
+    ----------
+    axis
+        Where antennas and images point to, shape (2, 1 + n_mirrors, 3).
+    q, q_rest
+        1 - cos of the angle from there, (2, 1 + n_mirrors, n) at the nodes and (2, 1 + n_mirrors, 1) at the release.
+    functions
+        What the factors multiply, shape (2, n_mirrors, N_LOBE, n).
+    direct
+        What a floor's last two factors multiply over walls: of the direct way, shape (2, 2, n); None without a floor.
+    factors
+        As theta has them, shape (2, n_mirrors, N_LOBE).
+    """
+
+    axis: FloatArray
+    q: FloatArray
+    q_rest: FloatArray
+    functions: FloatArray
+    direct: FloatArray | None
+    factors: FloatArray
+
+    def exponents(self) -> FloatArray:
+        """Return the log of what they do to each mirror's reflection, (2, n_mirrors, n)."""
+        exponents = (self.factors[:, :, None] @ self.functions)[:, :, 0]
+        if self.direct is not None:
+            exponents[:, 1:] -= self.factors[:, :1, 1:] @ self.direct
+        return np.clip(exponents, -_MOST_LOBE, _MOST_LOBE)
+
+    def by_plane(
+        self, side: int, mirror: int, away_m: tuple[FloatArray, FloatArray], moved: FloatArray, turned: FloatArray
+    ) -> FloatArray:
+        """Return the slopes of an exponent by the plane's unknowns, shape (3, n).
+
+        Parameters
+        ----------
+        side, mirror
+            0 for the transmitter, 1 for the receiver; from 0.
+        away_m
+            From the image to the nodes, (3, n), and to the release, (3, 1).
+        moved, turned
+            Slopes of the image's place and axis by the unknowns, (3, 3) each.
+        """
+        axis, (_, a, b) = self.axis[side, 1 + mirror], self.factors[side, mirror] / LOBE_UNITS
+        both = self.q[side, 1 + mirror], self.q_rest[side, 1 + mirror]
+        by_q = [a + 2.0 * b * q for q in (both if self._is_floor(mirror) else [both[0] - both[1]] * 2)]
+        slopes = []
+        for away, q, weight in zip(away_m, both, by_q, strict=True):
+            length = np.linalg.norm(away, axis=0)
+            by_angle = ((moved @ axis)[:, None] - turned @ away - (1.0 - q) * (moved @ away) / length) / length
+            slopes.append(weight * by_angle)
+        return np.asarray(slopes[0] - slopes[1])
+
+    def by_factors(self, side: int, reflected: FloatArray) -> FloatArray:
+        """Return the slopes by the factors, (n_mirrors, N_LOBE, n), of what mirrors add, (n_mirrors, n)."""
+        out = reflected[:, None] * self.functions[side]
+        if self.direct is not None:
+            out[0, 1:] -= reflected[1:].sum(axis=0) * self.direct[side]
+        return np.asarray(out)
+
+    def _is_floor(self, mirror: int) -> bool:
+        return mirror == 0 and self.direct is not None
+
+
+def lobes_at(
+    node_m: FloatArray,
+    length_m: FloatArray,
+    antenna_m: FloatArray,
+    mirrors: tuple[tuple[MirrorPlane, ...], FloatArray],
+    release_m: FloatArray,
+    factors: FloatArray,
+) -> Lobes:
+    """Return what tells how an antenna's lobe sees the tracer over each mirror, against what it sees directly.
+
+    A lobe is an even function of the angle from its axis: ln s = a q + b q^2, q = 1 - cos theta, the same directly and
+    over a floor; over a wall another part of it sees the tracer, ln s = a' dq + b' dq^2 from the release. Antennas
+    point to the origin; one that is turned a little from there adds what goes with height.
+
+    Parameters
+    ----------
+    node_m, length_m, antenna_m
+        Shapes (3, n), (2, 1 + n_mirrors, n), (2, 1 + n_mirrors, 3), see `Waves`.
+    mirrors
+        Planes and their unknowns, (n_mirrors, 3).
+    release_m
+        Where every exponent is zero.
+    factors
+        Of height and the angle's two functions, shape (2, n_mirrors, N_LOBE).
+    """
+    axis = axis_of(antenna_m[:, 0])
+    over = [plane.turned(axis, one) for plane, one in zip(*mirrors, strict=True)]
+    axes = np.stack([axis, *over], axis=1)
+    q, q_rest = off_axis(axes, antenna_m, node_m, length_m, release_m)
+    change = q - q_rest
+    squares = change * (q + q_rest)
+    out = np.empty((2, len(over), N_LOBE, node_m.shape[1]))
+    out[:, :, 0] = (node_m[2] - release_m[2]) / LOBE_UNITS[0]
+    out[:, :, 1], out[:, :, 2] = change[:, 1:] / LOBE_UNITS[1], change[:, 1:] ** 2 / LOBE_UNITS[2]
+    if mirrors[0][0].name != FLOOR:
+        return Lobes(axes, q, q_rest, out, None, factors)
+    direct = np.stack([change[:, 0] / LOBE_UNITS[1], squares[:, 0] / LOBE_UNITS[2]], axis=1)
+    out[:, 0, 1:] = np.stack([change[:, 1] / LOBE_UNITS[1], squares[:, 1] / LOBE_UNITS[2]], axis=1) - direct
+    return Lobes(axes, q, q_rest, out, direct, factors)
+
+
+def main_lobe(exponent: FloatArray, q: FloatArray) -> FloatArray:
+    """Return d ln s / dq of s = |(1 - q)^exponent + j 0.1|: a main lobe on side lobes 20 dB below it."""
+    square = np.clip(1.0 - q, 1e-3, None) ** (2.0 * exponent)
+    return np.asarray(-exponent * square / (square + _SIDE_LOBE**2) / np.clip(1.0 - q, 1e-3, None))
+
+
+def axis_of(antenna_m: FloatArray) -> FloatArray:
+    """Return where antennas point to, shape (..., 3): to the origin."""
+    return np.asarray(-antenna_m / np.linalg.norm(antenna_m, axis=-1, keepdims=True))
+
+
+def off_axis(
+    axis: FloatArray, antenna_m: FloatArray, node_m: FloatArray, length_m: FloatArray, release_m: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return q = 1 - cos theta of nodes, (..., n), and of the release, (..., 1), seen by antennas (..., 3)."""
+    before = (axis * antenna_m).sum(axis=-1, keepdims=True)
+    rest_m = np.linalg.norm(release_m - antenna_m, axis=-1, keepdims=True)
+    return 1.0 + (before - axis @ node_m) / length_m, 1.0 + (before - (axis @ release_m)[..., None]) / rest_m

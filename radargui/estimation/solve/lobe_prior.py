@@ -1,0 +1,80 @@
+"""What the lobes of a wall should be: the floor shows each antenna's main lobe, a wall is met by its skirts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from radargui.estimation.forward.lobes import LOBE_UNITS, axis_of, main_lobe
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.parameters import N_LOBE, Layout
+from radargui.estimation.solve.priors import Prior
+from radargui.geometry.path_length import Antennas
+from radargui.model.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class LobePriorSettings:
+    """How far a wall's lobes may be from what the floor lets expect. Chosen by hand.
+
+    Attributes
+    ----------
+    u_skirt, u_skirt_share
+        Deviation of the slope: least, and as a share of the main lobe's.
+    u_transmitter
+        Of the transmitter's main lobe as a share.
+    """
+
+    u_skirt: float = 0.1
+    u_skirt_share: float = 0.3
+    u_transmitter: float = 0.5
+
+
+LOBE_PRIOR = LobePriorSettings()
+
+
+def with_lobes_of_walls(
+    prior: Prior,
+    layout: Layout,
+    theta: FloatArray,
+    planes: tuple[MirrorPlane, ...],
+    antennas: Antennas,
+    middle_m: FloatArray,
+    settings: LobePriorSettings = LOBE_PRIOR,
+) -> Prior:
+    """Return a prior whose walls have the lobes that the floor of theta lets expect, as it is where there is no floor.
+
+    Directly and over the floor the main lobe is seen, ln s = a q; over a wall the lobe at the angle of the wall's
+    image, whose slope is that of the main lobe until it sinks into the side lobes.
+
+    Parameters
+    ----------
+    prior, layout, theta
+        Theta with the factors of the floor, where it is the first mirror.
+    planes, antennas
+        Mirrors, antennas.
+    middle_m
+        Middle of the motion, shape (3,).
+    settings
+        Deviations.
+    """
+    if not planes or planes[0].name != FLOOR:
+        return prior
+    mean, sd = prior.mean.copy(), prior.sd.copy()
+    main = [float(theta[own.receiver_lobe][1]) for own in layout.receivers]
+    # the floor lies on the transmitter's axis and does not show its lobe: as wide as the receivers'
+    main.insert(0, float(np.mean(main)))
+    shares = [settings.u_transmitter, *[settings.u_skirt_share] * len(layout.receivers)]
+    places = [layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)]
+    points = (antennas.transmitter_m, *antennas.receivers_m)
+    for place, point, a, share in zip(places, points, main, shares, strict=True):
+        for m, plane in enumerate(planes[1:], start=1):
+            image, axis = plane.image(point, np.zeros(3)), plane.turned(axis_of(point), np.zeros(3))
+            length = np.linalg.norm(middle_m - image)
+            q = 1.0 - float(axis @ (middle_m - image) / length)
+            exponent = max(0.0, -a / LOBE_UNITS[1])
+            of_angle = place.start + N_LOBE * m + 1
+            mean[of_angle] = LOBE_UNITS[1] * float(main_lobe(np.array(exponent), np.array(q)))
+            sd[of_angle] = settings.u_skirt + share * abs(a)
+    return replace(prior, mean=mean, sd=sd)

@@ -115,6 +115,29 @@ def test_the_first_start_installs_with_hashes_and_the_second_installs_nothing(
     assert not calls
 
 
+@pytest.mark.parametrize("works", [True, False])
+def test_the_locked_uv_installs_and_pip_where_it_cannot(
+    dev: ModuleType, checkout: Path, calls: list[list[str]], monkeypatch: pytest.MonkeyPatch, works: bool
+) -> None:
+    uv = "uv==1.0 \\\n    --hash=sha256:00 \\\n    --hash=sha256:01\n"
+    (checkout / "dev.txt").write_text(f"a==1 \\\n    --hash=sha256:02\n{uv}v==1\n", encoding="utf-8")
+    once, asked = subprocess.run, list[str]()
+
+    def run(command: list[str], **options: object) -> subprocess.CompletedProcess[str]:
+        if command[-1].endswith("uv.txt"):
+            asked.append(Path(command[-1]).read_text(encoding="utf-8"))
+        once(command, **options)
+        return subprocess.CompletedProcess(command, int(command[0] == str(dev.environment.tool("uv")) and not works))
+
+    monkeypatch.setattr(subprocess, "run", run)
+    dev.environment.ensure("run")
+    assert asked == [uv.rstrip()]
+    installs = [call for call in calls if str(checkout / "run.txt") in call]
+    assert all("--require-hashes" in call for call in installs)
+    names = ["uv"] if works else ["uv", "python"]
+    assert [call[0] for call in installs] == [str(dev.environment.tool(name)) for name in names]
+
+
 def test_the_environment_for_tests_serves_for_running_but_not_the_other_way(
     dev: ModuleType, checkout: Path, calls: list[list[str]]
 ) -> None:

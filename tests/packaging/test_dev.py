@@ -283,6 +283,23 @@ def test_lint_runs_all_four_checks_even_when_the_first_fails(
     assert "lint: ruff failed" in capfd.readouterr().out
 
 
+def test_coverage_measures_the_tests_and_then_reports_whatever_they_say(
+    dev: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[str] = []
+
+    def call(command: list[str], **_: object) -> int:
+        seen.append(" ".join(command[2:]))
+        return int("pytest" in command)
+
+    monkeypatch.setattr(dev.environment, "ensure", lambda kind: Path("python"))
+    monkeypatch.setattr(dev.qt_libraries, "ensure", lambda what: None)
+    monkeypatch.setattr(dev, "_call", call)
+    assert dev.main(["coverage", "tests/api"]) == 1
+    measured = "coverage run -m pytest -n 2 tests/api"
+    assert seen == ["coverage erase", measured, "coverage combine --quiet", "coverage report"]
+
+
 def test_an_unknown_verb_or_benchmark_is_wrong_usage(
     dev: ModuleType, calls: list[list[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -290,7 +307,7 @@ def test_an_unknown_verb_or_benchmark_is_wrong_usage(
     assert dev.main([]) == 2
     assert dev.main(["bench", "nothing-like-it"]) == 2
     assert not calls
-    assert "run, test, lint, bench, lock" in capsys.readouterr().err
+    assert "run, test, coverage, lint, bench, lock" in capsys.readouterr().err
 
 
 def test_the_check_of_a_bare_machine_calls_the_readmes_test_command_and_lint() -> None:

@@ -64,7 +64,7 @@ def test_no_headless_command_loads_qt(setup_file: Path, tmp_path: Path) -> None:
         ["figures", "SESSION", "--width", "86mm"],
         ["export", "SESSION", "--format", "mat"],
         ["import", str(Path("SESSION", "export", "run-0001.mat")), "--output", str(tmp_path / "imported")],
-        ["batch", "SESSION", "--force", "--workers", "1"],
+        ["batch", "SESSION", "--workers", "1"],
         ["sessions", str(tmp_path / "sessions")],
         ["compare", "SESSION"],
         ["recover", str(tmp_path / "sessions")],

@@ -2,6 +2,7 @@
 
 python3 packaging/dev.py run [--headless [--output DIR]]   the window; without a display three simulated drops
 python3 packaging/dev.py test [PYTEST ARGUMENTS]           the whole test suite
+python3 packaging/dev.py coverage [PYTEST ARGUMENTS]       the same, and the lines outside the window it does not reach
 python3 packaging/dev.py lint                              ruff, formatting, types, layers
 python3 packaging/dev.py bench [NAME [ARGUMENTS]]          one benchmark; without a name the list of them
 python3 packaging/dev.py lock [--upgrade]                  the hashed lock anew, after a change of dependencies
@@ -66,13 +67,21 @@ def _record(command: list[str]) -> tuple[str, int]:
     return session, process.returncode
 
 
-def test(arguments: list[str]) -> int:
+def test(arguments: list[str], *prefix: str) -> int:
     """Run the test suite on two processes; arguments go to pytest."""
     qt_libraries.ensure(qt_libraries.OFFSCREEN)
     python = environment.ensure("dev")
     alone = any(argument.startswith(("-n", "--pdb", "--numprocesses", "--collect-only")) for argument in arguments)
     parallel = [] if alone else ["-n", "2"]
-    return _call([str(python), "-m", "pytest", *parallel, *arguments], cwd=ROOT)
+    return _call([str(python), "-m", *prefix, "pytest", *parallel, *arguments], cwd=ROOT)
+
+
+def coverage(arguments: list[str]) -> int:
+    """Run the tests and list the lines outside the window that they do not reach, in processes they start too."""
+    measured = [str(environment.ensure("dev")), "-m", "coverage"]
+    _call([*measured, "erase"], cwd=ROOT)
+    failed = test(arguments, "coverage", "run", "-m")
+    return _call([*measured, "combine", "--quiet"], cwd=ROOT) or _call([*measured, "report"], cwd=ROOT) or failed
 
 
 def lint(arguments: list[str]) -> int:
@@ -125,7 +134,7 @@ def _call(command: list[str], cwd: Path | None = None, **extra: str) -> int:
                 continue  # the program got it too and ends in its own way, with its files closed
 
 
-VERBS = {"run": run, "test": test, "lint": lint, "bench": bench, "lock": lock}
+VERBS = {"run": run, "test": test, "coverage": coverage, "lint": lint, "bench": bench, "lock": lock}
 VERBS |= {
     one.__name__: one for one in (packages.docs, packages.wheel, packages.freeze, packages.audit, packages.bounds)
 }

@@ -6,6 +6,8 @@ import hashlib
 import importlib.util
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -39,16 +41,41 @@ def ensure(kind: str) -> Path:
     if wanted in stamp.values():
         return python
     _make(python)
-    print(f"Installing the locked packages into {VENV} (once; a few minutes)", flush=True)
+    print(f"Installing the locked packages into {VENV} (once; a minute or two)", flush=True)
     quiet = [] if sys.stdout.isatty() else ["--quiet"]
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--no-input", "install", *quiet]
-    _run([*pip, "--require-hashes", "--only-binary", ":all:", "-r", str(LOCKS[kind])])
+    locked = ["--require-hashes", "--only-binary", ":all:", "-r"]
+    if not _by_uv([*pip, *locked], ["pip", "install", *quiet, "--python", str(python), *locked, str(LOCKS[kind])]):
+        _run([*pip, *locked, str(LOCKS[kind])])
     _run([*pip, "--no-deps", "--no-build-isolation", "-e", str(ROOT)])
     # the locks hold the same versions: what was installed by another one is still there
     installed = {name: value for name, value in _read_stamp().items() if name in LOCKS and value == fingerprint(name)}
     installed |= {kind: wanted, "run": fingerprint("run")}
     STAMP.write_text(json.dumps(installed, indent=2), encoding="utf-8")
     return python
+
+
+def _by_uv(pip: list[str], arguments: list[str]) -> bool:
+    """Install with uv in a tenth of pip's time; False where it cannot: indexes and proxies that pip knows, it does not.
+
+    The hashes of the lock say which files are right, wherever they come from.
+    """
+    own, cache = VENV / "uv.txt", VENV / "uv-cache"
+    lines = re.search(r"^uv==.*(?:\n .*)*", LOCKS["dev"].read_text(encoding="utf-8"), re.MULTILINE)
+    if lines is None:
+        return False
+    own.write_text(lines[0], encoding="utf-8")
+    # beside the packages the files of the cache are linked, not copied
+    settings = {**os.environ, "UV_CACHE_DIR": str(cache), "UV_HTTP_TIMEOUT": "20", "UV_NATIVE_TLS": "1"}
+    commands = ([*pip, str(own)], [str(tool("uv")), *arguments])
+    quiet = not sys.stdout.isatty()
+    done = all(
+        subprocess.run(one, check=False, cwd=ROOT, env=settings, capture_output=quiet).returncode == 0
+        for one in commands
+    )
+    shutil.rmtree(cache, ignore_errors=True)
+    own.unlink()
+    return done
 
 
 def fingerprint(kind: str) -> str:

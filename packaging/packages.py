@@ -57,10 +57,10 @@ def freeze(arguments: list[str]) -> int:
 
 
 def audit(arguments: list[str]) -> int:
-    """Ask a public list of vulnerabilities for every locked package; needs the network."""
+    """Ask a public list of vulnerabilities for every locked package; one it cannot ask about fails (network needed)."""
     python = str(environment.ensure("package"))
     files = [word for path in LOCKS for word in ("--requirement", str(path))]
-    return _call([python, "-m", "pip_audit", "--require-hashes", "--disable-pip", *files, *arguments])
+    return _call([python, "-m", "pip_audit", "--strict", "--require-hashes", "--disable-pip", *files, *arguments])
 
 
 def bounds(arguments: list[str]) -> int:

@@ -42,9 +42,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def collected_in_the_main_thread_only() -> Iterator[None]:
     """Collect after each module: a library's thread that finds a dead window's objects would end the whole process."""
     gc.disable()
-    gc.freeze()  # what stands now is not looked at again
+    gc.freeze()  # what stands now is not looked at again before the end: there are a million of them
     yield
-    gc.unfreeze()  # at the interpreter's end windows that nobody could collect would outlive the application
+    gc.collect()
+
+
+def pytest_sessionfinish() -> None:
+    """Collect everything: at the interpreter's end windows that nobody could collect would outlive the application."""
+    gc.unfreeze()
     gc.collect()
 
 

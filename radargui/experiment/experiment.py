@@ -14,8 +14,8 @@ __all__ = ["Experiment", "Listener"]
 class Experiment(RunOrder):
     """Runs recorded one after the other into one session; parameters and attributes as of `RunOrder`.
 
-    `record_run` and `record` do the work in the caller's thread, where the listener is called too; `finish`, `cancel`
-    and the properties may be used from any thread. Runs are processed in order, in a process of their own, or a thread
+    `record` does the work in the caller's thread, where the listener is called too; `finish`, `cancel` and the
+    properties may be used from any thread. Runs are processed in order, in a process of their own, or a thread
     where the source is patient.
     """
 
@@ -27,31 +27,17 @@ class Experiment(RunOrder):
     def record(self, n_runs: int) -> Iterator[RecordedRun]:
         """Record runs and yield each when it is processed, in order; the next one is armed meanwhile.
 
-        Those that were set aside come too and do not count. The last one has no file where nothing moved any more.
-
-        Raises
-        ------
-        RadarGuiError
-            A run failed while it was recorded.
-        """
-        if n_runs < 1 or self.is_cancelled:
-            return
-        yield from self._series(1, n_runs) if self.continuous else self._series(n_runs, 1)
-
-    def record_run(self) -> RecordedRun:
-        """Record one run, process it and save its results.
-
-        Returns
-        -------
-        RecordedRun
-            Without file where nothing moved or it was ended before; with `error` where only processing failed.
+        Those that were set aside come too and do not count. The last one has no file where nothing moved any more; one
+        whose processing alone failed has an `error`.
 
         Raises
         ------
         RadarGuiError
             The source or the disk failed; what was recorded until then is kept, the error says where.
         """
-        return list(self._series(1, 1))[-1]
+        if n_runs < 1 or self.is_cancelled:
+            return
+        yield from self._series(1, n_runs) if self.continuous else self._series(n_runs, 1)
 
     def reject(self, run: Path, reason: str = BY_OPERATOR) -> None:
         """Set a run aside (kept, hidden, reversible); a series that goes on records another one in its place.

@@ -12,7 +12,7 @@ import numpy as np
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration
 from radargui.model.calibration_file import CalibrationContent, content_of
-from radargui.model.rounding import UNKNOWN, alone, plain as number, quantity
+from radargui.model.rounding import alone, plain as number, quantity
 from radargui.model.setup import Setup, plain, validate_setup, with_calibration
 
 AGREES = 0.1
@@ -207,15 +207,6 @@ def change(name: str, old: tuple[float, float], new: tuple[float, float]) -> Cha
 
 def _written(value: tuple[float, float], scale: float) -> str:
     return quantity(value[0], value[1], scale=scale)
-
-
-def change_rows(changes: tuple[Change, ...]) -> list[tuple[str, ...]]:
-    """Return the rows of a table old against new, with its titles first."""
-    rows: list[tuple[str, ...]] = [("parameter", "unit", "old", "new", "difference", "in u")]
-    for one in changes:
-        in_u = f"{one.in_u:+.1f}" if math.isfinite(one.in_u) else UNKNOWN
-        rows.append((setup_key(one.name), one.unit, one.old, one.new, one.difference, in_u))
-    return rows
 
 
 def correlations(

@@ -100,7 +100,7 @@ def size_mm(figure: Figure) -> tuple[float, float]:
 
 def figure_of(axes: Axes) -> Figure:
     """Return the figure that axes are on."""
-    figure: Figure = axes.get_figure(root=True)  # type: ignore[assignment]  # they are on one
+    figure: Figure = axes.get_figure()  # type: ignore[assignment]  # they are on one
     return figure
 
 

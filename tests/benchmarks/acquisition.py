@@ -26,6 +26,7 @@ import numpy as np
 import psutil
 from support.changed import changed
 from support.ni_generator import Generator, generator
+from support.one_run import record_run
 
 from radargui.acquisition.acquisition import Acquisition
 from radargui.experiment.experiment import Experiment
@@ -171,7 +172,7 @@ def headless(figures: Figures, folder: Path, seconds: float) -> None:
         session = Session.create(folder, stream.setup, now=datetime.now(UTC))
         experiment = Experiment(stream.setup, lambda _: source, session, seconds=seconds, process=False)
         watch = Watch()
-        run = experiment.record_run()
+        run = record_run(experiment)
         watch.tell(figures)
     acquisition = experiment.acquisition
     if acquisition is None or run.path is None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from support.command_line import Command, Ended
+from support.processing_here import ProcessingHere
 from support.small_setups import small_setup_text
 
 from radargui.cli import console
@@ -19,6 +20,7 @@ def command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setattr("radargui.cli.console.start_log", lambda: None)
     monkeypatch.setattr(console.platformdirs, "user_log_path", lambda *_, **__: tmp_path / "log")
     monkeypatch.setattr("radargui.cli.record.default_data_folder", lambda: tmp_path / "data")
+    monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingHere)
 
     def call(*arguments: object) -> Ended:
         capsys.readouterr()

@@ -22,13 +22,15 @@ RATE_HZ = 4000.0
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of another system")
 
 
-def record_until(folder: Path, seconds: float, act: Callable[[int, Path], None]) -> tuple[int, str, Path]:
+def record_until(
+    folder: Path, seconds: float, act: Callable[[int, Path], None], processing: str = "here"
+) -> tuple[int, str, Path]:
     """Record in a child, act on its process or session when it has read so much; return status, errors, session."""
     setup = folder / "small.toml"
     setup.write_text(small_setup_text(), encoding="utf-8")
     reader, writer = os.pipe()
     arguments = ["record", "--seconds", "3.2", "--setup", str(setup), "--output", str(folder / "data")]
-    command = [sys.executable, "-m", "support.ended_child", str(writer), *arguments]
+    command = [sys.executable, "-m", "support.ended_child", str(writer), processing, *arguments]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "tests"), str(ROOT)]), "HOME": str(folder)}
     with (
         subprocess.Popen(
@@ -50,7 +52,8 @@ def record_until(folder: Path, seconds: float, act: Callable[[int, Path], None])
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=lambda number: number.name)
 def test_what_ends_the_program_closes_the_run_as_ctrl_c_does(tmp_path: Path, number: signal.Signals) -> None:
-    status, errors, session = record_until(tmp_path, 1.2, lambda process, _: os.kill(process, number))
+    processing = "apart" if number == signal.SIGINT else "here"
+    status, errors, session = record_until(tmp_path, 1.2, lambda process, _: os.kill(process, number), processing)
     assert status == 1
     assert f"interrupted in run 1. What was recorded is kept in {session}." in errors
     assert "Traceback" not in errors

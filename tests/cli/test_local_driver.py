@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.changed import changed
+from support.killing import ROOT
 from support.ni_driver import build, environment
 from support.small_setups import quick_setup
 
@@ -43,8 +45,9 @@ def radargui(library: Path, served: Recording, tmp_path: Path) -> Callable[..., 
     def run(*arguments: object, realtime: bool = True, overflow_at: int | None = None) -> Ran:
         found = environment(library, served.raw, realtime=realtime, overflow_at=overflow_at)
         found |= {f"XDG_{kind}_HOME": str(tmp_path / kind) for kind in ("DATA", "STATE", "CONFIG", "CACHE")}
+        found["PYTHONPATH"] = os.pathsep.join([str(ROOT / "tests"), str(ROOT)])
         done = subprocess.run(
-            [sys.executable, "-m", "radargui", *map(str, arguments)],
+            [sys.executable, "-m", "support.command_here", *map(str, arguments)],
             env=found,
             capture_output=True,
             encoding="utf-8",

@@ -5,9 +5,11 @@ import pytest
 from conditioning.test_condition import conditioned, recording_of, setup_of
 from scipy.integrate import cumulative_trapezoid
 
+from radargui.conditioning.condition import _followed
 from radargui.conditioning.doppler import measure_doppler
 from radargui.conditioning.echo import Echo, follow_echo
 from radargui.model.arrays import ComplexArray, FloatArray
+from radargui.model.front_end import channels_of
 
 RATE_HZ = 10000.0
 TIME_S = np.arange(30000) / RATE_HZ
@@ -52,3 +54,21 @@ def test_a_target_that_fades_is_followed_down_to_a_tenth_and_up_again() -> None:
     echo = echo_of(0.3 * strength * turning(345.0))
     assert echo is not None
     assert echo.leads.mean() > 0.99
+
+
+@pytest.mark.parametrize("level_v", [0.30, 0.33])
+def test_a_clipped_channel_is_filled_with_what_the_echo_shows_and_its_gain_holds_within_its_uncertainty(
+    level_v: float,
+) -> None:
+    wave = 0.3 * turning(345.0 * np.cos(2.0 * np.pi * 0.4 * TIME_S))
+    pair_v = np.asarray(channels_of(wave, wave, 1.2, np.radians(6.0)))
+    pair_v = pair_v + NOISE_V * np.random.default_rng(3).normal(size=pair_v.shape)
+    usable, clipped_v, noise_v = np.abs(pair_v) < level_v, np.clip(pair_v, -level_v, level_v), np.full(2, NOISE_V)
+    _, filled = _followed(clipped_v, usable, RATE_HZ, noise_v, ())
+    as_it_is = follow_echo(clipped_v, usable, noise_v, measure_doppler(clipped_v, RATE_HZ, noise_v))
+    assert filled is not None
+    assert as_it_is is not None
+    off = 1.2 - filled.front_end.gain_ratio
+    assert 0.0 < off < 2.0 * filled.front_end.u_gain_ratio < 0.15
+    assert off < 0.85 * (1.2 - as_it_is.front_end.gain_ratio)
+    assert filled.front_end.quadrature_error_deg == pytest.approx(6.0, abs=0.2)

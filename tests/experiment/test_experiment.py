@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.controlled_source import LONGEST_S, ControlledSource, codes
+from support.one_run import record_run
 from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
@@ -86,7 +87,7 @@ def experiment(
 def test_a_simulated_drop_is_recorded_bit_exact_with_its_truth_processed_and_saved(tmp_path: Path) -> None:
     setup = drop_setup()
     an_experiment, listener = experiment(tmp_path, setup)
-    run = an_experiment.record_run()
+    run = record_run(an_experiment)
     assert run.path == tmp_path / "2026-11-20T15-04-05" / "run-0001.h5"
     assert run.ending in (Ending.QUIET, Ending.END_OF_DATA)
     whole, truth = simulate_recording(setup)
@@ -138,7 +139,7 @@ def test_runs_follow_each_other_with_other_noise_in_files_of_their_own(tmp_path:
 def test_a_fixed_time_is_recorded_without_waiting_for_motion(tmp_path: Path) -> None:
     setup = drop_setup(scene="rest", settle_s=2.0)
     an_experiment, listener = experiment(tmp_path, setup, seconds=0.5)
-    run = an_experiment.record_run()
+    run = record_run(an_experiment)
     assert run.path is not None
     assert read_run(run.path).n_samples == 5000
     assert run.ending is Ending.SECONDS
@@ -165,7 +166,7 @@ def test_waiting_for_motion_has_a_limit(tmp_path: Path) -> None:
     source = ControlledSource()
     source.push_all(codes(4000))
     an_experiment, _ = experiment(tmp_path, limited, lambda _: source)
-    run = an_experiment.record_run()
+    run = record_run(an_experiment)
     assert run.ending is Ending.WAITED
     assert "nothing moved in the time allowed" in run.message
     assert source.calls[-1] == "close"
@@ -180,7 +181,7 @@ def test_a_source_that_fails_leaves_its_file_and_says_where_it_is(tmp_path: Path
     with pytest.raises(
         DeviceError, match=r"The device was removed\. Plug it in again\. What was recorded is kept in .*h5"
     ):
-        an_experiment.record_run()
+        record_run(an_experiment)
     assert an_experiment.state is ExperimentState.FAILED
     (path,) = an_experiment.session.run_paths()
     assert np.array_equal(read_run(path).raw[:, -2000:], samples[:, -2000:])
@@ -194,7 +195,7 @@ def test_a_source_that_cannot_be_made_is_told(tmp_path: Path) -> None:
 
     an_experiment, listener = experiment(tmp_path, drop_setup(), refuse)
     with pytest.raises(SourceError, match="No such device"):
-        an_experiment.record_run()
+        record_run(an_experiment)
     assert listener.states == [ExperimentState.FAILED]
 
 
@@ -244,7 +245,7 @@ def test_cancel_while_armed_ends_at_once_without_a_file(tmp_path: Path) -> None:
     source = ControlledSource()
     an_experiment, listener = experiment(tmp_path, drop_setup(), lambda _: source)
     listener.reactions[ExperimentState.ARMED] = an_experiment.cancel
-    run = an_experiment.record_run()
+    run = record_run(an_experiment)
     assert run.message == "No run was recorded: stopped by the operator."
     assert source.calls[-1] == "close"
 
@@ -252,7 +253,7 @@ def test_cancel_while_armed_ends_at_once_without_a_file(tmp_path: Path) -> None:
 def test_cancel_while_processing_keeps_the_recording(tmp_path: Path) -> None:
     an_experiment, listener = experiment(tmp_path, drop_setup())
     listener.reactions[ExperimentState.PROCESSING] = an_experiment.cancel
-    run = an_experiment.record_run()
+    run = record_run(an_experiment)
     assert run.path is not None
     assert run.result is None
     assert run.error is None
@@ -264,7 +265,6 @@ def test_a_cancelled_experiment_records_nothing_more(tmp_path: Path) -> None:
     an_experiment, _ = experiment(tmp_path, drop_setup(), lambda _: source)
     an_experiment.cancel()
     assert list(an_experiment.record(3)) == []
-    assert an_experiment.record_run().path is None
     assert source.calls == []
 
 
@@ -275,7 +275,7 @@ def test_lost_samples_are_told_to_the_listener_and_by_the_result(tmp_path: Path)
     source.push(samples[:, 4600:4800], lost=100)
     source.push_all(samples[:, 4800:])
     an_experiment, listener = experiment(tmp_path, drop_setup(), lambda _: source)
-    run = an_experiment.record_run()
+    run = record_run(an_experiment)
     warnings = [event.message for event in listener.of(EventKind.WARNING)]
     assert any("100 samples of each channel were lost by the source" in warning for warning in warnings)
     assert run.result is not None
@@ -286,7 +286,7 @@ def test_lost_samples_are_told_to_the_listener_and_by_the_result(tmp_path: Path)
 def test_the_acquisition_can_be_pulled_from_while_it_runs(tmp_path: Path) -> None:
     source = ControlledSource()
     an_experiment, _ = experiment(tmp_path, drop_setup(), lambda _: source)
-    worker = threading.Thread(target=an_experiment.record_run)
+    worker = threading.Thread(target=record_run, args=(an_experiment,))
     worker.start()
     assert source.running.wait(LONGEST_S)
     source.push_all(codes(3000))
@@ -303,7 +303,7 @@ def test_the_acquisition_can_be_pulled_from_while_it_runs(tmp_path: Path) -> Non
 
 def test_further_facts_are_kept_with_the_run(tmp_path: Path) -> None:
     an_experiment, _ = experiment(tmp_path, drop_setup(), process=False)
-    run = an_experiment.record_run()
+    run = record_run(an_experiment)
     with h5py.File(run.path) as file:
         source = file.attrs["source"]
     assert source in ("test", b"test")
@@ -371,7 +371,7 @@ def test_cancelling_while_the_joint_correction_is_computed_keeps_the_adaptive_re
             an_experiment.cancel()
 
     an_experiment.publisher._listener = stop
-    run = an_experiment.record_run()
+    run = record_run(an_experiment)
     (event,) = stood
     assert event.run is not None
     assert event.run.result is not None
@@ -400,7 +400,7 @@ def test_who_leaves_while_a_run_is_processed_does_not_wait_for_the_joint_correct
 
     an_experiment.publisher._listener = interrupted
     with pytest.raises(KeyboardInterrupt):
-        an_experiment.record_run()
+        record_run(an_experiment)
     assert an_experiment.is_cancelled
     summary = read_summary(an_experiment.session.run_paths()[0])
     assert summary is not None

@@ -16,6 +16,7 @@ from support.changed import changed
 from support.controlled_source import ControlledSource, codes, digitisation
 from support.ni_samples import code_recording, ni_setup
 from support.ni_server import ByHand, serve
+from support.one_run import record_run
 from support.simulated_setup import simulated_setup
 
 from radargui.acquisition.acquisition import Acquisition
@@ -93,7 +94,7 @@ def test_a_device_that_fails_leaves_every_sample_that_was_read(fault: str, tmp_p
         setup = ni_setup(server.address)
         experiment = recorded(tmp_path, setup, NiSource(setup), seconds=3.0, told=told)
         with pytest.raises(DeviceError, match="What was recorded is kept in") as caught:
-            experiment.record_run()
+            record_run(experiment)
         assert server.tasks == []
     assert words in str(caught.value)
     path = only_run(experiment)
@@ -130,7 +131,7 @@ def test_a_server_that_dies_or_a_cable_pulled_while_recording_loses_nothing_that
         hand = threading.Thread(target=end)
         hand.start()
         with pytest.raises(DeviceError):
-            experiment.record_run()
+            record_run(experiment)
         hand.join()
     stored = read_run(only_run(experiment))
     assert np.array_equal(stored.raw, recording.raw[:, :5000])
@@ -145,7 +146,7 @@ def test_a_restart_after_an_overflow_is_a_gap_in_file_health_and_result(tmp_path
         setup = changed(ni_setup(server.address), recording={"restart_after_error": True})
         source = make_source("ni", setup)
         experiment = recorded(tmp_path, setup, source, seconds=2.0, told=told)
-        run = experiment.record_run()
+        run = record_run(experiment)
         assert server.tasks == []
     assert run.path is not None
     assert run_is_complete(run.path)
@@ -189,7 +190,7 @@ def test_a_disk_that_refuses_ends_the_run_and_what_was_written_stays(
     told = Told()
     experiment = recorded(tmp_path, QUICK, source, seconds=9.0, told=told)
     with pytest.raises(FileError, match=r"No space left.*Make room.*What was recorded is kept in"):
-        experiment.record_run()
+        record_run(experiment)
     stored = read_run(only_run(experiment))
     # blocks are taken in slices of 10 ms, 100 samples
     assert np.array_equal(stored.raw, samples[:, : 40 * 100])
@@ -247,13 +248,13 @@ def test_an_almost_full_disk_is_told_before_anything_is_recorded_and_a_low_one_w
 
     experiment.publisher._listener = listen
     source.push_all(codes(1000))
-    run = experiment.record_run()
+    run = record_run(experiment)
     assert run.path is not None
     assert "The disk is filling up: about 8 minutes can still be recorded" in told.warnings
     assert "LOW DISK: disk for 8 min" in told.last_line
     monkeypatch.setattr("radargui.acquisition.run_output.free_bytes", lambda _: 1_000)
     with pytest.raises(FileError, match="MB left"):
-        recorded(tmp_path, QUICK, ControlledSource(), seconds=0.5, told=told).record_run()
+        record_run(recorded(tmp_path, QUICK, ControlledSource(), seconds=0.5, told=told))
 
 
 def test_a_folder_that_cannot_be_written_is_told_before_anything_is_recorded(tmp_path: Path) -> None:
@@ -264,7 +265,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_is_recorded(tmp
         file.unlink()
     folder.rmdir()
     with pytest.raises(RadarGuiError, match=r"Nothing can be written to .* Choose another folder"):
-        experiment.record_run()
+        record_run(experiment)
     assert "start" not in source.calls
 
 
@@ -294,7 +295,7 @@ def test_a_writer_that_stands_still_for_5_s_delays_nobody_and_loses_nothing_that
     told = Told()
     session = Session.create(tmp_path, setup, now=NOW)
     experiment = Experiment(setup, lambda _: source, session, seconds=6.0, listener=told, live=False, process=False)
-    worker = threading.Thread(target=experiment.record_run)
+    worker = threading.Thread(target=record_run, args=(experiment,))
     worker.start()
     source.push_all(samples[:, :2200])
     assert StalledWriter.stands.wait(20.0)
@@ -336,7 +337,7 @@ def test_values_that_are_no_numbers_are_kept_as_they_are_and_told(tmp_path: Path
     source.push_all(samples)
     told = Told()
     setup = changed(QUICK, recording={"quiet_s": 0.2})
-    run = recorded(tmp_path, setup, source, seconds=2.0, told=told).record_run()
+    run = record_run(recorded(tmp_path, setup, source, seconds=2.0, told=told))
     assert run.path is not None
     assert np.array_equal(read_run(run.path).raw, samples, equal_nan=True)
     assert "Q1 gave no number in 40 samples" in told.warnings
@@ -353,7 +354,7 @@ def test_values_that_are_no_numbers_do_not_start_a_run(tmp_path: Path) -> None:
     samples[:, 5000:5003] = np.nan
     source.push_all(samples)
     source.end()
-    run = recorded(tmp_path, QUICK, source, seconds=None, told=Told()).record_run()
+    run = record_run(recorded(tmp_path, QUICK, source, seconds=None, told=Told()))
     assert run.path is None
     assert run.ending is Ending.NO_MOTION
 
@@ -365,7 +366,7 @@ def test_values_at_the_rails_are_kept_as_they_are_and_told(tmp_path: Path) -> No
     samples[5, 9000:9003] = -32768
     source.push_all(samples)
     told = Told()
-    run = recorded(tmp_path, QUICK, source, seconds=2.0, told=told).record_run()
+    run = record_run(recorded(tmp_path, QUICK, source, seconds=2.0, told=told))
     assert run.path is not None
     assert np.array_equal(read_run(run.path).raw, samples)
     assert "I2 sat at the end of its range in 100 samples: set a larger range" in told.warnings
@@ -379,7 +380,7 @@ def test_an_overflow_of_the_source_is_a_gap_everywhere(tmp_path: Path) -> None:
     source.push(samples[:, 6000:6200], lost=1000)
     source.push_all(samples[:, 6200:])
     told = Told()
-    run = recorded(tmp_path, QUICK, source, seconds=2.0, told=told).record_run()
+    run = record_run(recorded(tmp_path, QUICK, source, seconds=2.0, told=told))
     assert run.path is not None
     assert read_run(run.path).gaps == (Gap(6000, 1000, "buffer overflow"),)
     assert "1000 samples of each channel were lost by the source in 1 gap" in told.warnings

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from support.changed import changed
 from support.controlled_source import LONGEST_S, ControlledSource, codes
+from support.one_run import record_run
 from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
@@ -223,7 +224,7 @@ def test_the_agreement_of_live_and_result_is_kept_with_the_run(tmp_path: Path) -
     setup = changed(setup, processing={"correction": "ellipse"}, daq={"rate_hz": 5000.0})
     session = Session.create(tmp_path, setup, now=NOW)
     experiment = Experiment(setup, lambda run: SimulatedSource(setup, run=run, realtime=True), session)
-    run = experiment.record_run()
+    run = record_run(experiment)
     assert run.path is not None
     assert run.agreement is not None
     assert run.agreement.rms_m < 0.3e-3
@@ -307,7 +308,7 @@ def stored(tmp_path: Path) -> FinishedJob:
     setup = drops()
     session = Session.create(tmp_path, setup, now=NOW)
     experiment = Experiment(setup, lambda _: SimulatedSource(setup), session, process=False, live=False, patient=True)
-    path = experiment.record_run().path
+    path = record_run(experiment).path
     assert path is not None
     return FinishedJob(path, setup, 0, None)
 

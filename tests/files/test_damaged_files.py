@@ -1,4 +1,4 @@
-"""Files with bytes changed at random: a FileError or a right answer, nothing else."""
+"""Files with bytes changed at random: a FileError or a right answer, nothing else (more: benchmark hostile)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from radargui.files.run_file import read_run, read_run_setup
 from radargui.model.errors import FileError, SetupError
 from radargui.model.recording import Recording
 
-N_TRIES = 120
+N_TRIES = 60
 
 
 def _run(folder: Path) -> Path:
@@ -98,7 +98,7 @@ def test_a_damaged_run_is_refused_or_read_as_it_was(tmp_path: Path) -> None:
     whole = read_run(path)
     content = path.read_bytes()
     refused = 0
-    for seed in range(3 * N_TRIES):
+    for seed in range(2 * N_TRIES):
         path.write_bytes(damaged(content, random.Random(seed)))
         for read in (read_run_setup, read_run_truth, read_markers, read_summary):
             try:
@@ -116,4 +116,4 @@ def test_a_damaged_run_is_refused_or_read_as_it_was(tmp_path: Path) -> None:
         assert n_samples in (1500, 1800)
         assert found.digitisation.channel_names == whole.digitisation.channel_names
         assert found.digitisation.sample_rate_hz == whole.digitisation.sample_rate_hz
-    assert refused > N_TRIES // 4
+    assert refused > N_TRIES // 6

@@ -48,7 +48,7 @@ def setup_path(tmp_path: Path) -> Path:
     setup = quick_setup()
     setup = changed(
         setup,
-        daq={"rate_hz": 12000.0, "channel_skew_s": 0.0},
+        daq={"rate_hz": 5000.0, "channel_skew_s": 0.0},
         simulation={"rest_s": 0.8, "settle_s": 0.7, "restitution": 0.6},
         recording={"pretrigger_s": 0.3, "quiet_s": 0.3},
     )

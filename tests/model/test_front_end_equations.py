@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, strategies as st
 
-from radargui.model.front_end import channels_of, point_of
+from radargui.model.front_end import FrontEnd, channels_of, point_of
 
 angles = st.floats(-1.2, 1.2)
 gains = st.floats(0.3, 3.0)
@@ -23,3 +24,24 @@ def test_q_lags_by_the_quadrature_error_and_is_larger_by_the_gain() -> None:
     i, q = channels_of(np.exp(1j * phase), np.exp(1j * phase), 1.3, 0.2)
     np.testing.assert_allclose(i, np.cos(phase))
     np.testing.assert_allclose(q, 1.3 * np.sin(phase + 0.2))
+
+
+@given(gains, angles, gains, angles)
+def test_taking_constants_off_and_putting_them_back_changes_nothing(
+    gain: float, eps: float, first_gain: float, first_eps: float
+) -> None:
+    whole = FrontEnd(gain, 0.01 * gain, float(np.degrees(eps)), 0.1)
+    first = FrontEnd(first_gain, 0.0, float(np.degrees(first_eps)), 0.0)
+    again = whole.less(first).after(first)
+    assert again.gain_ratio == pytest.approx(gain)
+    assert again.u_gain_ratio == pytest.approx(whole.u_gain_ratio)
+    assert again.quadrature_error_deg == pytest.approx(whole.quadrature_error_deg, abs=1e-9)
+
+
+def test_channels_whose_front_end_is_taken_off_in_two_steps_are_those_of_the_signal() -> None:
+    z = np.exp(1j * np.linspace(0.0, 6.0, 30))
+    first, whole = FrontEnd(0.9, 0.0, 12.0, 0.0), FrontEnd(1.3, 0.0, -5.0, 0.0)
+    left = whole.less(first)
+    x, y = point_of(*channels_of(z, z, 1.3, np.radians(-5.0)), 0.9, np.radians(12.0))
+    x, y = point_of(x, y, left.gain_ratio, np.radians(left.quadrature_error_deg))
+    np.testing.assert_allclose(x + 1j * y, z, atol=1e-12)

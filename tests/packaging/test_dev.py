@@ -115,6 +115,29 @@ def test_the_first_start_installs_with_hashes_and_the_second_installs_nothing(
     assert not calls
 
 
+@pytest.mark.parametrize("works", [True, False])
+def test_the_locked_uv_installs_and_pip_where_it_cannot(
+    dev: ModuleType, checkout: Path, calls: list[list[str]], monkeypatch: pytest.MonkeyPatch, works: bool
+) -> None:
+    uv = "uv==1.0 \\\n    --hash=sha256:00 \\\n    --hash=sha256:01\n"
+    (checkout / "dev.txt").write_text(f"a==1 \\\n    --hash=sha256:02\n{uv}v==1\n", encoding="utf-8")
+    once, asked = subprocess.run, list[str]()
+
+    def run(command: list[str], **options: object) -> subprocess.CompletedProcess[str]:
+        if command[-1].endswith("uv.txt"):
+            asked.append(Path(command[-1]).read_text(encoding="utf-8"))
+        once(command, **options)
+        return subprocess.CompletedProcess(command, int(command[0] == str(dev.environment.tool("uv")) and not works))
+
+    monkeypatch.setattr(subprocess, "run", run)
+    dev.environment.ensure("run")
+    assert asked == [uv.rstrip()]
+    installs = [call for call in calls if str(checkout / "run.txt") in call]
+    assert all("--require-hashes" in call for call in installs)
+    names = ["uv"] if works else ["uv", "python"]
+    assert [call[0] for call in installs] == [str(dev.environment.tool(name)) for name in names]
+
+
 def test_the_environment_for_tests_serves_for_running_but_not_the_other_way(
     dev: ModuleType, checkout: Path, calls: list[list[str]]
 ) -> None:
@@ -260,6 +283,23 @@ def test_lint_runs_all_four_checks_even_when_the_first_fails(
     assert "lint: ruff failed" in capfd.readouterr().out
 
 
+def test_coverage_measures_the_tests_and_then_reports_whatever_they_say(
+    dev: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[str] = []
+
+    def call(command: list[str], **_: object) -> int:
+        seen.append(" ".join(command[2:]))
+        return int("pytest" in command)
+
+    monkeypatch.setattr(dev.environment, "ensure", lambda kind: Path("python"))
+    monkeypatch.setattr(dev.qt_libraries, "ensure", lambda what: None)
+    monkeypatch.setattr(dev, "_call", call)
+    assert dev.main(["coverage", "tests/api"]) == 1
+    measured = "coverage run -m pytest -n 2 tests/api"
+    assert seen == ["coverage erase", measured, "coverage combine --quiet", "coverage report"]
+
+
 def test_an_unknown_verb_or_benchmark_is_wrong_usage(
     dev: ModuleType, calls: list[list[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -267,7 +307,7 @@ def test_an_unknown_verb_or_benchmark_is_wrong_usage(
     assert dev.main([]) == 2
     assert dev.main(["bench", "nothing-like-it"]) == 2
     assert not calls
-    assert "run, test, lint, bench, lock" in capsys.readouterr().err
+    assert "run, test, coverage, lint, bench, lock" in capsys.readouterr().err
 
 
 def test_the_check_of_a_bare_machine_calls_the_readmes_test_command_and_lint() -> None:

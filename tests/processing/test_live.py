@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.changed import changed
+from support.simulated_once import simulate_once
 
 from radargui.model.arrays import FloatArray
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.processing.live import LiveEstimate, LiveMemory, LiveProcessor
 from radargui.sources.simulated import SimulatedSource
-from radargui.sources.simulated.model import SimulatedRadar, simulate_recording
+from radargui.sources.simulated.model import SimulatedRadar
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +24,7 @@ def live_errors(
     setup: Setup, *, block: int = 667, run: int = 0, memory: LiveMemory | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Return the distance of the live position from the truth after the first fringe, in m, and all of it."""
-    recording, truth = simulate_recording(setup, run=run)
+    recording, truth = simulate_once(setup, run)
     live = LiveProcessor(setup, recording.digitisation, memory)
     estimates = [
         live.push(recording.raw[:, begin : begin + block], begin) for begin in range(0, recording.n_samples, block)
@@ -67,7 +68,7 @@ def test_what_a_run_taught_is_there_from_the_first_sample_of_the_next(setup: Set
     assert not memory.is_warm
     live_errors(setup, memory=memory)
     assert memory.is_warm
-    recording, truth = simulate_recording(setup, run=1)
+    recording, truth = simulate_once(setup, 1)
     live = LiveProcessor(setup, recording.digitisation, memory)
     late = 0
     for begin in range(0, recording.n_samples, 667):
@@ -100,7 +101,7 @@ def test_a_tracer_that_is_carried_back_is_followed_and_is_at_its_release_again(s
 
 
 def test_samples_lost_in_motion_leave_the_place_unknown_until_the_next_rest(setup: Setup) -> None:
-    recording, _ = simulate_recording(setup)
+    recording, _ = simulate_once(setup)
     live = LiveProcessor(setup, recording.digitisation)
     for begin in range(0, 30000, 1000):
         live.push(recording.raw[:, begin : begin + 1000], begin)
@@ -120,7 +121,7 @@ def test_samples_lost_in_motion_leave_the_place_unknown_until_the_next_rest(setu
 
 
 def test_a_release_lost_in_a_gap_gives_no_track_from_the_release(setup: Setup) -> None:
-    recording, truth = simulate_recording(setup)
+    recording, truth = simulate_once(setup)
     fallen = int(np.argmax(truth.position_m[2] < truth.position_m[2, 0] - 0.1))
     live = LiveProcessor(setup, recording.digitisation)
     for begin in range(0, 20000, 1000):
@@ -132,7 +133,7 @@ def test_a_release_lost_in_a_gap_gives_no_track_from_the_release(setup: Setup) -
 
 @pytest.mark.parametrize(("lost_s", "anew"), [(0.02, False), (1.0, True)])
 def test_a_gap_at_rest_counts_where_the_tracer_may_have_fallen_in_it(setup: Setup, lost_s: float, anew: bool) -> None:
-    recording, _ = simulate_recording(changed(setup, simulation={"scene": "rest"}))
+    recording, _ = simulate_once(changed(setup, simulation={"scene": "rest"}))
     live = LiveProcessor(setup, recording.digitisation)
     live.push(recording.raw[:, :5000], 0)
     at = 5000 + round(lost_s * setup.daq.rate_hz)
@@ -143,7 +144,7 @@ def test_a_gap_at_rest_counts_where_the_tracer_may_have_fallen_in_it(setup: Setu
 
 def test_when_a_run_is_armed_the_tracer_is_at_its_release(setup: Setup) -> None:
     radar = SimulatedRadar(setup, repeat=True)
-    n_samples = simulate_recording(setup)[0].n_samples
+    n_samples = simulate_once(setup)[0].n_samples
     live = LiveProcessor(setup, radar.digitisation)
     # in the hand, on the way back from the floor
     for begin in range(0, n_samples + 25000, 1000):
@@ -157,7 +158,7 @@ def test_one_receiver_has_a_live_path_and_no_position(setup: Setup) -> None:
     plain = setup.model_dump(by_alias=True)
     plain["receiver"], plain["daq"]["channels"] = plain["receiver"][:1], None
     single = Setup.model_validate(plain)
-    recording, truth = simulate_recording(single)
+    recording, truth = simulate_once(single)
     live = LiveProcessor(single, recording.digitisation)
     estimates = [live.push(recording.raw[:, k : k + 1000], k) for k in range(0, recording.n_samples, 1000)]
     change = np.concatenate([estimate.change_m for estimate in estimates], axis=1)
@@ -168,7 +169,7 @@ def test_one_receiver_has_a_live_path_and_no_position(setup: Setup) -> None:
 
 def test_a_sphere_at_rest_stays_at_its_release(setup: Setup) -> None:
     still = changed(setup, simulation={"scene": "rest"})
-    recording, _ = simulate_recording(still)
+    recording, _ = simulate_once(still)
     estimate = LiveProcessor(still, recording.digitisation).push(recording.raw)
     assert estimate.position_m == pytest.approx(
         np.repeat(np.array(still.tracer.release_position_m)[:, None], estimate.index.size, axis=1)
@@ -177,7 +178,7 @@ def test_a_sphere_at_rest_stays_at_its_release(setup: Setup) -> None:
 
 def test_arming_while_the_sphere_lies_on_the_floor_does_not_move_it_to_its_release(setup: Setup) -> None:
     radar = SimulatedRadar(setup, repeat=True)
-    recording, truth = simulate_recording(setup)
+    recording, truth = simulate_once(setup)
     live = LiveProcessor(setup, radar.digitisation)
     count, back = recording.n_samples, recording.n_samples + 70000
     for begin in range(0, count, 1000):

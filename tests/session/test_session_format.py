@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 import pytest
 from support.file_samples import result_of
+from support.one_run import record_run
 from support.simulated_setup import simulated_setup
 
 from radargui.experiment.experiment import Experiment
@@ -36,7 +37,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     calibration = Calibration(made_at="2026-11-01", origin="tape measure")
     made = Session.create(tmp_path_factory.mktemp("data"), SETUP, **WORDS, calibration=calibration, now=NOW)
     experiment = Experiment(SETUP, lambda run: SimulatedSource(SETUP, run=run), made, live=False, patient=True)
-    run = experiment.record_run()
+    run = record_run(experiment)
     assert run.result is not None
     return made.path
 

@@ -1,6 +1,8 @@
 """The child that the system ends: the command line records in real time and tells each sample it has read.
 
-python -m support.ended_child DESCRIPTOR ARGUMENT...
+python -m support.ended_child DESCRIPTOR here|apart ARGUMENT...
+
+`apart` processes in a process of its own, as the command does; to start it takes as long as all the rest.
 """
 
 from __future__ import annotations
@@ -10,10 +12,12 @@ import struct
 import sys
 
 from support.killing import hear_signals
+from support.processing_here import ProcessingHere
 
 from radargui.cli import record
 from radargui.cli.app import app
 from radargui.cli.console import guarded
+from radargui.experiment import series
 from radargui.model.recording import Block
 from radargui.model.setup import Setup
 from radargui.sources.simulated.model import SimulatedSource
@@ -37,7 +41,9 @@ def main() -> None:
     hear_signals()
     descriptor = int(sys.argv[1])
     record.make_source = lambda _kind, setup, **_: TellingSource(setup, descriptor)
-    raise SystemExit(guarded(app, sys.argv[2:]))
+    if sys.argv[2] == "here":
+        series.ProcessingApart = ProcessingHere  # type: ignore[misc]
+    raise SystemExit(guarded(app, sys.argv[3:]))
 
 
 if __name__ == "__main__":

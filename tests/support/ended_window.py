@@ -11,7 +11,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QTimer
 from support.killing import hear_signals
+from support.processing_here import ProcessingHere
 
+from radargui.experiment import series
 from radargui.gui.app import run_window
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
@@ -40,5 +42,6 @@ if __name__ == "__main__":
     import radargui.gui.main_window
 
     hear_signals()
+    series.ProcessingApart = ProcessingHere  # type: ignore[misc]
     radargui.gui.main_window.MainWindow = RecordingWindow  # type: ignore[misc]
     raise SystemExit(run_window(Path(sys.argv[1])))

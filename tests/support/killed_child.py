@@ -11,6 +11,8 @@ import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
+from support.one_run import record_run
+
 from radargui.experiment.experiment import Experiment
 from radargui.model.recording import Block
 from radargui.model.setup import read_setup
@@ -34,7 +36,7 @@ def main() -> None:
     setup = read_setup(Path(sys.argv[1]))
     session = Session.create(Path(sys.argv[2]), setup, operator="child", now=datetime.now(UTC))
     source = TellingSource(setup, realtime=True)
-    Experiment(setup, lambda _: source, session, seconds=SECONDS, process=False, live=False).record_run()
+    record_run(Experiment(setup, lambda _: source, session, seconds=SECONDS, process=False, live=False))
 
 
 if __name__ == "__main__":

@@ -109,10 +109,10 @@ def test_an_exact_setup_states_the_truth() -> None:
     assert stated.u_tilt_deg == 0.0
 
 
-def test_a_drawn_setup_is_off_by_the_uncertainty_that_it_states() -> None:
+def test_a_drawn_setup_is_off_by_the_uncertainty_that_it_states(scenes: list[Scene]) -> None:
     off = []
     for seed in range(25):
-        exact, drawn = draw(seed).setup, draw(seed, "drawn").setup
+        exact, drawn = scenes[seed].setup, draw(seed, "drawn").setup
         for true, told in zip(exact.receiver, drawn.receiver, strict=True):
             assert told.u_tilt_deg == values.U_ANGLE_DEG
             off.append((told.tilt_deg - true.tilt_deg) / told.u_tilt_deg)

@@ -159,10 +159,11 @@ class Cursors:
         for number, mark in enumerate(self.marks):
             x, y = plot.true_x(mark.pos().x()), plot.value_of(self._on[number], mark.pos().y())
             places.append((x, y))
-            lines.append(f"{'AB'[number]}  {_said(x, pixel_x, x_unit)}{plot.also(x)}   {_said(y, pixel_y, y_unit)}")
+            across, up = _said(x, pixel_x, x_unit), _said(y, pixel_y, y_unit)
+            lines.append(f"{'AB'[number]}  {across}{plot.also(x)}   {up}{plot.also(y, 'left')}")
         dx, dy = (b - a for a, b in zip(*places, strict=True))
         also = f" = {abs(1.0 / dx):.4g} Hz" if x_unit == "s" and dx else plot.also(dx)
-        lines.append(f"B−A  {_said(dx, pixel_x, x_unit)}{also}   {_said(dy, pixel_y, y_unit)}")
+        lines.append(f"B−A  {_said(dx, pixel_x, x_unit)}{also}   {_said(dy, pixel_y, y_unit)}{plot.also(dy, 'left')}")
         return lines
 
     def _write(self, *_: object) -> None:

@@ -134,9 +134,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Return the value that a place on the lower axis stands for."""
         return float(10.0**x if self.getPlotItem().getAxis("bottom").logMode else x)
 
-    def also(self, x: float) -> str:
-        """Return what else a value of the lower axis means, for the words of the cursors."""
-        del x
+    def also(self, value: float, axis: str = "bottom") -> str:
+        """Return what else a value of the `bottom` or `left` axis means, for the words of the cursors."""
+        del value, axis
         return ""
 
     def notes(self) -> Sequence[str]:

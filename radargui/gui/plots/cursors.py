@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 _UNIT = re.compile(r"\[([^\]]+)\]")
 _REACH_PX = 12.0
 """A cursor this near to a curve stands on it: a hand holds the mouse to a few pixels (chosen by hand)."""
-_PLACES = (0.35, 0.65)
-"""Where the two stand at first, as shares of what is seen."""
+_PLACES = (0.15, 0.4)
+"""Where the two stand at first, as shares of what is seen: beside the words in the upper right corner."""
 _FAR_PX = 10
 
 
@@ -167,11 +167,10 @@ class Cursors:
         return lines
 
     def _write(self, *_: object) -> None:
-        colours = self._plot.colour
+        colours, behind = self._plot.colour, QColor(self._plot.colour("raised"))
+        paper = f"rgba({behind.red()}, {behind.green()}, {behind.blue()}, 75%)"
         lines = "<br>".join(escape(line).replace(" ", "&nbsp;") for line in self._said())
-        self._words.setHtml(
-            f'<div style="background:{colours("raised")}; color:{colours("text")}; font-size:8pt">{lines}</div>'
-        )
+        self._words.setHtml(f'<div style="background:{paper}; color:{colours("text")}; font-size:8pt">{lines}</div>')
         self._words.setPos(self._view.width() - 2, 2)
 
 

@@ -9,7 +9,7 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
-from radargui.gui.layout import fill
+from radargui.gui.layout import PlainLabel, fill
 from radargui.gui.plots.ranges import round_up
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.scopes.spectrum_view import decibels
@@ -90,11 +90,9 @@ class Bars(QWidget):
         large = self._fitting(width - 12, self.height() / 6)
         small = QFont(large)
         small.setPointSizeF(max(_SMALLEST_PT, 0.4 * large.pointSizeF()))
-        heights = [QFontMetricsF(font).height() for font in (large, small, small, small)]
+        heights = [QFontMetricsF(font).height() for font in (large, small, small)]
         title_px = heights[1] + 6
-        bar = QRectF(
-            scale_px, title_px, self.width() - scale_px, self.height() - sum(heights) - 12 - title_px + heights[3]
-        )
+        bar = QRectF(scale_px, title_px, self.width() - scale_px, self.height() - sum(heights) - 12 - title_px)
         self._draw_scale(painter, bar, top)
         for number, (now, held) in enumerate(zip(self.amplitude_v, self.held_v, strict=True)):
             left = scale_px + number * width
@@ -144,16 +142,20 @@ class AlignmentView(QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self.bars = Bars(theme)
-        fill(QVBoxLayout(self), (self.bars, 1))
+        self.words = PlainLabel()
+        self.words.setContentsMargins(6, 2, 6, 2)
+        # two lines, whatever they say: the bars stay where they are
+        self.words.setFixedHeight(2 * self.fontMetrics().lineSpacing() + 6)
+        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        fill(QVBoxLayout(self), self.words, (self.bars, 1))
         self._follower = Follower()
-        self.words = ""
         self.show_nothing()
 
     def show_nothing(self) -> None:
         """Forget what was shown."""
         self.bars.held_v[:] = np.nan
         self.bars.show_amplitudes(np.full(self.bars.amplitude_v.shape, np.nan), 1.0)
-        self.words = "Start, swing the sphere on a thread, and turn an antenna until its bar is highest"
+        self.words.setText("Start, swing the sphere on a thread, and turn an antenna until its bar is highest")
 
     def set_receivers(self, count: int) -> None:
         """Show so many receivers."""
@@ -169,8 +171,8 @@ class AlignmentView(QWidget):
         range_v = shown.setup.daq.range_v
         self.bars.show_amplitudes(amplitude, range_v)
         still = bool(np.nanmax(amplitude, initial=0.0) < _QUIET * range_v)
-        turn = "Turn an antenna until its bar is highest; the line is the highest so far. dB re 1 V"
-        self.words = "Nothing moves: swing the sphere on a thread through the field of view" if still else turn
+        turn = "Turn an antenna until its bar is highest; the line is the highest so far. dB are re 1 V of amplitude"
+        self.words.setText("Nothing moves: swing the sphere on a thread through the field of view" if still else turn)
 
 
 def _db(value: float) -> float:

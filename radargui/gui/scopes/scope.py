@@ -82,8 +82,9 @@ class Scope(Plot):
         """Draw the channels otherwise, and say so on the axis and in the plot."""
         self.gains = (i, q)
         scaled = not (i.plain and q.plain)
-        self._labels["left"] = self._plain.replace("[V]", "[scaled]") if scaled else self._plain
-        self._inside_text = f"{i.words('I')},  {q.words('Q')}" if scaled else ""
+        # short enough for the lowest plot; what it means stands inside
+        self._labels["left"] = "scaled" if scaled else self._plain
+        self._inside_text = f"{self._plain.partition(' [')[0]}: {i.words('I')},  {q.words('Q')}" if scaled else ""
         self._range = SteadyRange()
         self.retheme()
 

@@ -12,8 +12,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QScrollBar,
-    QSizePolicy,
+    QSlider,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -38,7 +37,7 @@ WINDOWS_S = (0.5, 1.0, 2.0, 3.0, 5.0, 9.0)
 _LOST = ("■", "gap", "samples lost")
 VIEWS = {"time": "Time", "spectrum": "Spectrum", "waterfall": "Waterfall", "alignment": "Alignment"}
 _PER_S = 100
-"""Steps of the scroll bar a second."""
+"""Steps of the slider a second."""
 
 
 class TimeView(QWidget):
@@ -178,13 +177,11 @@ class ScopePanel(QWidget):
         self.pause = QCheckBox("Pause")
         self.pause.setToolTip("Holds the picture; recording goes on. What is held can be scrolled back and zoomed")
         self.key = Key(theme, *IQ_KEY)
-        self._words = QLabel()
-        self._words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        parts = (self.view, self.span, self.band, self.let_go, self.pause, (self._words, 1), self.key)
+        parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
         top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
         self.when = QLabel()
-        self.back = QScrollBar(Qt.Orientation.Horizontal)
+        self.back = QSlider(Qt.Orientation.Horizontal)
         self.back.setToolTip("Back through the last seconds before the pause")
         self.back.setAccessibleName("Back through what is held")
         self.back.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -308,12 +305,9 @@ class ScopePanel(QWidget):
             bar.show_level(None)
 
     def _say(self) -> None:
-        name = self.view.currentData()
-        self._words.setText(self.alignment.words if name == "alignment" else "")
-        self._words.setToolTip(self._words.text())
-        if name == "spectrum":
+        if self.view.currentData() == "spectrum":
             receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(len(self.scopes)))
-            self.key.show_entries(*receivers, ("▼", "text", "mains"))
+            self.key.show_entries(*receivers)
         else:
             self.key.show_entries(*IQ_KEY, *([_LOST] if self.time.any_lost else []))
 

@@ -41,6 +41,9 @@ class SpectrumPlot(Plot):
         self._speed.enableAutoSIPrefix(False)
         self._speed.setStyle(tickLength=-4)
         self._speed.setLabel("speed of the path, dL/dt [m/s]")
+        # not before the wavelength is known
+        self._speed.setStyle(showValues=False)
+        self.setXRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
         self._range = SteadyRange()
         self.curves_ = [self.fast_line(f"receivers.{number}", f"Rx {number + 1}") for number in range(4)]
         self._mains = self.marker("text", "t", 9, "mains")
@@ -54,6 +57,7 @@ class SpectrumPlot(Plot):
         """Show +-half the band; the upper axis counts wavelength times frequency."""
         self._per_hz = wavelength_m
         self._speed.setScale(wavelength_m)
+        self._speed.setStyle(showValues=True)
         self.setXRange(-half_band_hz, half_band_hz, padding=0)
 
     def also(self, value: float, axis: str = "bottom") -> str:
@@ -133,7 +137,7 @@ class SpectrumView(QWidget):
             speed = shown.speed_m_s(line.frequency_hz)
             said = f"strongest {line.frequency_hz:+.1f} Hz = {speed:+.3f} m/s, {_level(line)}"
         hum = ", ".join(f"{one.frequency_hz:.1f} Hz {_level(one)}" for one in mains)
-        return f"Rx {receiver + 1}: {said}" + (f"; mains: {hum}" if hum else "")
+        return f"Rx {receiver + 1}: {said}" + (f"; mains ▼ {hum}" if hum else "")
 
 
 def _level(line: Line) -> str:

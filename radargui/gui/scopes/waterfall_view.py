@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from radargui.gui.layout import fill, take_out
 from radargui.gui.plots.plot import LAST, NOW, Plot
-from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.scopes.spectrum_view import BANDS_HZ, decibels
 from radargui.gui.theme import Theme
@@ -20,8 +19,9 @@ _SIZE = 256
 _MOST_FRAMES = 400
 _EVERY = 6
 """Frames: three pictures take as long as all scopes, and five a second flow well enough."""
-_DEPTH_DB = 60.0
-"""Shown below the strongest."""
+_STEP_DB = 5.0
+_FADES_DB = 1.0
+"""By so much a picture the upper end of the colours follows a signal that got weaker."""
 
 
 class Waterfall(Plot):
@@ -36,12 +36,16 @@ class Waterfall(Plot):
         super().__init__(theme, LAST if with_time else "", f"Rx {number} [Hz]", left_px=50, live=True)
         self.getPlotItem().getAxis("left").setTickDensity(0.6)
         self.addItem(self._picture, ignoreBounds=True)
+        self.setXRange(-3.0, 0.0, padding=0)
+        self.setYRange(-BANDS_HZ[1], BANDS_HZ[1], padding=0)
 
-    def draw(self, time_s: FloatArray, frequency_hz: FloatArray, level_db: FloatArray, top_db: float) -> None:
-        """Draw levels, shape (n_times, n_frequencies), in dB re 1 V."""
+    def draw(
+        self, time_s: FloatArray, frequency_hz: FloatArray, level_db: FloatArray, span: tuple[float, float]
+    ) -> None:
+        """Draw levels, shape (n_times, n_frequencies), in dB re 1 V; `span`: of the darkest and lightest colour."""
         self._axes, self._level = (time_s, frequency_hz), level_db
         step_s, step_hz = time_s[1] - time_s[0], frequency_hz[1] - frequency_hz[0]
-        self._picture.setImage(level_db.T, autoLevels=False, levels=(top_db - _DEPTH_DB, top_db))
+        self._picture.setImage(level_db.T, autoLevels=False, levels=span)
         low, left = frequency_hz[0] - 0.5 * step_hz, time_s[0] - 0.5 * step_s
         self._picture.setRect(QRectF(left, low, step_s * time_s.size, step_hz * frequency_hz.size))
 
@@ -83,7 +87,8 @@ class WaterfallView(QWidget):
         self._follower = Follower()
         self._frame = 0
         self._drawn: tuple[object, ...] = ()
-        self._range = SteadyRange()
+        self._top_db = -100.0
+        self.show_nothing()
 
     def set_receivers(self, count: int) -> None:
         """Show so many receivers."""
@@ -119,14 +124,15 @@ class WaterfallView(QWidget):
         newest = shown.time_s(band.end) - 0.5 * _SIZE / band.rate_hz
         time_s = newest - np.arange(amplitude.shape[1])[::-1] * hop / band.rate_hz
         level = decibels(amplitude)
-        self._range.fit(float(np.nanmax(level)) - _DEPTH_DB, float(np.nanmax(level)))
-        top = self._range.span[1]
+        self._top_db = max(float(np.nanmax(level)), self._top_db - _FADES_DB)
+        top = _STEP_DB * np.ceil(self._top_db / _STEP_DB)
+        low = min(_STEP_DB * np.floor(float(np.nanmedian(level)) / _STEP_DB), top - _STEP_DB)
         for plot, rows in zip(self.plots, level, strict=False):
-            plot.draw(time_s, frequency, rows, top)
+            plot.draw(time_s, frequency, rows, (low, top))
             plot.set_scale(shown.setup.radar.wavelength_m, band.half_band_hz)
         self.plots[-1].relabel(NOW if shown.live else LAST)
         self.plots[-1].setXRange(shown.time_s(shown.end) - shown.window_s, shown.time_s(shown.end), padding=0)
         self.words.setText(
-            f"Light: {top:.0f} dB re 1 V, dark: {top - _DEPTH_DB:.0f} dB; lines {2 * band.rate_hz / _SIZE:.2g} Hz apart"
+            f"Light: {top:.0f} dB re 1 V, dark: {low:.0f} dB; lines {2 * band.rate_hz / _SIZE:.2g} Hz apart"
             " are told apart"
         )

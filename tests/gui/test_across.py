@@ -102,8 +102,9 @@ def test_a_failure_is_read_there(make_window: Any, setup_path: Any, wait_for: An
 
 
 def test_trigger_result_and_fault_are_switched_each_by_itself(
-    window: MainWindow, record_one: Any, wait_for: Any, beeps: list[int]
+    make_window: Any, setup_path: Any, record_one: Any, wait_for: Any, beeps: list[int]
 ) -> None:
+    window = make_window(setup_path, speed=2.0)
     does = window.actions_
     assert (does.sound.isChecked(), does.sound_trigger.isChecked(), does.sound_fault.isChecked()) == (True, False, True)
     does.sound.setChecked(False)

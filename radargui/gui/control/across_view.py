@@ -21,9 +21,15 @@ from radargui.gui.control.control_bar import ROLES
 from radargui.gui.control.state import AppState
 from radargui.gui.theme import Theme
 
-_WIDEST = {"state": "PROCESSING", "result": "e = 0.88888 ± 0.88888", "run": "drop 888 (888 of 888)", "next": "m" * 34}
+_WIDEST = {
+    "state": "PROCESSING",
+    "result": "e = 0.88888 ± 0.88888",
+    "run": "drop 888 (888 of 888)",
+    "next": "m" * 34,
+    "keys": "m" * 66,
+}
 """Longest that each line holds in letters as large as fit; fonts follow these and the screen, never what is shown."""
-_SHARES = {"state": 0.26, "result": 0.26, "run": 0.14, "next": 0.22}
+_SHARES = {"state": 0.26, "result": 0.26, "run": 0.14, "next": 0.22, "keys": 0.06}
 """Of the height of the screen; what is left holds the keys."""
 _KEYS = "Space  start      R  record      F5  stop      Del  reject      F11 or Esc  back to the window"
 _MARGIN = 0.03
@@ -101,7 +107,7 @@ class AcrossView(QWidget):
             lines = 2 if name == "next" else 1
             width = (1.0 - 2.0 * _MARGIN) * self.width() / metrics.horizontalAdvance(widest)
             height = _SHARES[name] * self.height() / (lines * metrics.lineSpacing())
-            font.setPixelSize(max(12, int(100 * min(width, height))))
+            font.setPixelSize(max(1, int(100 * min(width, height))))
             made[name] = font
         return made
 
@@ -127,7 +133,7 @@ class AcrossView(QWidget):
                 shorter = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, box.width())
                 painter.drawText(box, Qt.AlignmentFlag.AlignCenter, shorter)
             top += box.height()
-        painter.setFont(self.font())
+        painter.setFont(fonts["keys"])
         painter.setPen(QColor(colours.faint))
         painter.drawText(QRect(0, top, self.width(), self.height() - top), Qt.AlignmentFlag.AlignCenter, _KEYS)
         painter.end()

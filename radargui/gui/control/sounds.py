@@ -46,7 +46,9 @@ class Sounds(QObject):
 
     def _follow(self) -> None:
         before, self._state = self._state, self._control.state
-        if self._state is AppState.RECORDING and before is not AppState.RECORDING:
+        # the window looks 30 times a second: a very short run may be over its motion by then
+        recorded = (AppState.RECORDING, AppState.SETTLING)
+        if self._state in recorded and before not in recorded:
             self.play("trigger")
 
     def _failed(self, _error: BaseException) -> None:

@@ -60,7 +60,7 @@ class AcrossController(QObject):
             return f"Waiting for {control.waits_for}" if control.waits_for else "Let the sphere drop"
         if state is AppState.PROCESSING:
             return f"{NEXT[state]}: {control.reached.progress:.0%}"
-        return f"{why}. {NEXT[state]}" if why and state is AppState.DONE else NEXT[state]
+        return f"{why[:1].upper()}{why[1:]}. {NEXT[state]}" if why and state is AppState.DONE else NEXT[state]
 
     def _take(self, recorded: RecordedRun) -> None:
         if recorded.path is not None and not recorded.set_aside:

@@ -39,7 +39,7 @@ class Bars(QWidget):
         self.amplitude_v: FloatArray = np.full(3, np.nan)
         self.held_v: FloatArray = np.full(3, np.nan)
         self._range_v = 1.0
-        self.setMinimumSize(220, 180)
+        self.setMinimumSize(200, 110)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         theme.changed.connect(self.update)
 

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
+    QSizePolicy,
     QSlider,
     QStackedWidget,
     QVBoxLayout,
@@ -177,6 +178,9 @@ class ScopePanel(QWidget):
         self.pause = QCheckBox("Pause")
         self.pause.setToolTip("Holds the picture; recording goes on. What is held can be scrolled back and zoomed")
         self.key = Key(theme, *IQ_KEY)
+        for choice in (self.view, self.span, self.band):
+            # in a narrow dock their words are cut before the plots are
+            choice.setMinimumWidth(46)
         parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
         top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
@@ -294,6 +298,14 @@ class ScopePanel(QWidget):
     def _choose(self) -> None:
         name = self.view.currentData()
         self._pages.setCurrentIndex(list(VIEWS).index(name))
+        ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
+        for place in range(self._pages.count()):
+            # the room that one view needs is not asked for another
+            policy = preferred if place == self._pages.currentIndex() else ignored
+            self._pages.widget(place).setSizePolicy(policy, policy)
+        short = name == "time"
+        self.key.setMinimumWidth(0 if short else 40)
+        self.key.setSizePolicy(QSizePolicy.Policy.Minimum if short else preferred, preferred)
         self.let_go.setVisible(name == "alignment")
         self.band.setVisible(name in ("spectrum", "waterfall"))
         self.span.setVisible(name != "alignment")

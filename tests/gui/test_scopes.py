@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,15 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox
+from support.changed import changed
 from support.controlled_source import VOLTS_PER_CODE, ControlledSource, digitisation
+from support.small_setups import quick_setup
 
 from radargui.gui.main_window import MainWindow
 from radargui.gui.scopes.scope import GainDialog
 from radargui.gui.scopes.shown import ago
 from radargui.model.arrays import RawArray
+from radargui.model.setup import write_setup
 
 RATE_HZ, DOPPLER_HZ = 10_000.0, 137.0
 
@@ -92,6 +96,24 @@ def test_a_hum_is_found_in_the_spectrum(live: MainWindow, source: ControlledSour
     view.plot.cursors.put(0, 50.2, level)
     assert view.plot.cursors.marks[0].pos().x() == pytest.approx(50.0, abs=view.spectrum.resolution_hz)
     assert view.plot.cursors.marks[0].pos().y() == pytest.approx(level, abs=1.5)
+
+
+@pytest.mark.parametrize("mains_hz", [50.0, 60.0])
+def test_the_hum_of_a_simulated_laboratory_is_found(
+    make_window: Any, tmp_path: Path, wait_for: Any, mains_hz: float
+) -> None:
+    hum = {"mains": 0.02, "mains_frequency_hz": mains_hz, "scene": "rest", "rest_s": 8.0}
+    path = tmp_path / "lab.toml"
+    write_setup(changed(quick_setup(), daq={"rate_hz": 6000.0, "channel_skew_s": 0.0}, simulation=hum), path)
+    window = make_window(path)
+    window.scopes.show_view("spectrum")
+    window.actions_.start.trigger()
+    view = window.scopes.spectrum
+    wait_for(lambda: view.spectrum is not None and view.spectrum.span_s > 2.9)
+    for receiver in range(3):
+        first = view.spectrum.mains(receiver)[0]
+        assert first.frequency_hz == pytest.approx(mains_hz, abs=0.5 * view.spectrum.resolution_hz)
+    assert f"mains ▼ {mains_hz:.1f} Hz" in view.words.text()
 
 
 def test_the_waterfall_shows_when_something_moved(live: MainWindow, source: ControlledSource, wait_for: Any) -> None:

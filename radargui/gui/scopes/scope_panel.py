@@ -299,10 +299,10 @@ class ScopePanel(QWidget):
         name = self.view.currentData()
         self._pages.setCurrentIndex(list(VIEWS).index(name))
         ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
-        for place in range(self._pages.count()):
+        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
             # the room that one view needs is not asked for another
-            policy = preferred if place == self._pages.currentIndex() else ignored
-            self._pages.widget(place).setSizePolicy(policy, policy)
+            policy = preferred if page is self._pages.currentWidget() else ignored
+            page.setSizePolicy(policy, policy)
         short = name == "time"
         self.key.setMinimumWidth(0 if short else 40)
         self.key.setSizePolicy(QSizePolicy.Policy.Minimum if short else preferred, preferred)

@@ -11,31 +11,31 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QApplication, QLabel, QMenu
+from PySide6.QtWidgets import QApplication, QGraphicsItem, QLabel, QMenu
 
 from radargui.gui.layout import follow
 from radargui.gui.plots.copying import picture_of, table_of
 from radargui.gui.plots.cursors import Cursors, unit_of
+from radargui.gui.plots.items import Dot, LiveCurve, Marker
 from radargui.gui.plots.view import View
 from radargui.gui.theme import LIGHT, Colours, Theme
 from radargui.model.arrays import FloatArray
 
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
 
-
 NOW = "time before now [s]"
 LAST = "time before the last sample shown [s]"
 """While the picture is held, or nothing comes in any more, the right edge is not now."""
 
 
-_Item = TypeVar("_Item", bound=pg.GraphicsObject)
+_Item = TypeVar("_Item", bound=QGraphicsItem)
 _ZOOMED = "zoomed; double click: all"
 
 
 class _Drawn(NamedTuple):
     """What a plot paints: in which colour, dashed or not, and what it is called in key and copied data."""
 
-    item: pg.GraphicsObject
+    item: QGraphicsItem
     role: str
     dashed: bool
     name: str
@@ -207,7 +207,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:  # noqa: N802 - Qt's name
         """Show the menu at the key for it; the view answers the mouse."""
         if event.reason() == QContextMenuEvent.Reason.Keyboard:
-            self._show_menu(self.mapToGlobal(QPoint(self.width() // 3, self.height() // 3)))
+            self._show_menu(event.globalPos())
 
     def event(self, event: QEvent) -> bool:
         """Keep the plot's own keys from the shortcuts of the window."""
@@ -274,11 +274,15 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def fast_line(self, role: str, name: str = "", *, dashed: bool = False) -> pg.PlotCurveItem:
         """Add an empty curve for live data: no decimation of its own, NaN breaks the line."""
-        return self._add(pg.PlotCurveItem(connect="finite"), role, name, dashed=dashed)
+        return self._add(LiveCurve(connect="finite"), role, name, dashed=dashed)
+
+    def dot(self, role: str, size: int = 7) -> Dot:
+        """Add one point that moves, shown nowhere at first; it is no data and not copied as such."""
+        return self._add(Dot(size), role, ignoreBounds=True)
 
     def marker(self, role: str, symbol: str = "o", size: int = 8, name: str = "") -> pg.PlotDataItem:
         """Add an empty set of symbols."""
-        return self._add(pg.PlotDataItem(pen=None, symbol=symbol, symbolSize=size), role, name)
+        return self._add(Marker(pen=None, symbol=symbol, symbolSize=size), role, name)
 
     def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:
         """Add a straight line across the plot."""
@@ -350,8 +354,11 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._paint(item, role, dashed=dashed)
         return item
 
-    def _paint(self, item: pg.GraphicsObject, role: str, *, dashed: bool) -> None:
+    def _paint(self, item: Any, role: str, *, dashed: bool) -> None:
         colour = QColor(self.colour(role))
+        if isinstance(item, Dot):
+            item.setBrush(colour)
+            return
         if isinstance(item, pg.PlotDataItem) and item.opts["symbol"] is not None:
             item.setSymbolBrush(colour)
             item.setSymbolPen(None)

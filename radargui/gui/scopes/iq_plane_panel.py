@@ -32,7 +32,7 @@ class IQPlane(Plot):
             turn = np.linspace(0.0, 2.0 * np.pi, 181)
             self.fast_line("faint", dashed=True).setData(np.cos(turn), np.sin(turn))
         self._curve = self.fast_line(f"receivers.{number - 1}", "Q")
-        self._now = self.marker("text", size=7)
+        self._now = self.dot("text")
         self._axes = ("I / A", "Q / A") if corrected else ("I [V]", "Q [V]")
         self.setToolTip(
             "Corrected, in units of its amplitude A: the unit circle (dashed)"
@@ -50,7 +50,7 @@ class IQPlane(Plot):
         self._curve.setData(i, q)
         known = np.isfinite(i) & np.isfinite(q)
         last = np.flatnonzero(known)[-1:]
-        self._now.setData(i[last], q[last])
+        self._now.show_at(i[last], q[last])
         if self._corrected or not last.size:
             return
         reach = float(np.hypot(i[known], q[known]).max())

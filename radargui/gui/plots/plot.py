@@ -158,8 +158,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         columns: list[tuple[str, FloatArray]] = []
         before: FloatArray | None = None
         low, high = (self.true_x(x) for x in self.view.viewRange()[0])
-        unit = unit_of(self.words("left"))
-        behind = f" [{unit}]" if unit else ""
+        behind = f" [{unit}]" if (unit := unit_of(self.words("left"))) else ""
         for one in self._pens:
             if not isinstance(one.item, pg.PlotCurveItem | pg.PlotDataItem):
                 continue
@@ -308,7 +307,6 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Look as on white paper meanwhile, whatever the theme; nothing is drawn from a cache of pixels."""
         axes = [self.getPlotItem().getAxis(name) for name in ("bottom", "left")]
         modes = [axis.cacheMode() for axis in axes]
-        hint = self._hint.isVisible()
         self._paper = LIGHT
         self.retheme()
         self._hint.hide()
@@ -319,7 +317,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         finally:
             self._paper = None
             self.retheme()
-            self._hint.setVisible(hint)
+            self._show_hint()
             for axis, mode in zip(axes, modes, strict=True):
                 axis.setCacheMode(mode)
 
@@ -340,8 +338,6 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             self._paint(one.item, one.role, dashed=one.dashed)
         if self.cursors is not None:
             self.cursors.retheme()
-        if item.legend is not None:
-            item.legend.setLabelTextColor(colours.text)
 
     def _write_inside(self) -> None:
         colour = self.colour("text")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _UNIT = re.compile(r"\[([^\]]+)\]")
 _REACH_PX = 12.0
 """A cursor this near to a curve stands on it: a hand holds the mouse to a few pixels (chosen by hand)."""
-_PLACES = (0.15, 0.4)
+_PLACES = (0.1, 0.3)
 """Where the two stand at first, as shares of what is seen: beside the words in the upper right corner."""
 _FAR_PX = 10
 

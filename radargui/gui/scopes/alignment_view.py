@@ -24,8 +24,8 @@ SPAN_S = 1.0
 _DEPTH_DB = 40.0
 """Height of the bars."""
 _STEP_DB = 10.0
-_WIDEST = "−88.8 dB"
-_LARGEST_PT, _SMALLEST_PT = 72.0, 9.0
+_WIDEST, _WIDEST_BELOW = "−88.8 dB", "88.8 dB below 88.888 V"
+_LARGEST_PT, _SMALLEST_PT = 72.0, 7.0
 _QUIET = 0.01
 """Of the range: a smaller amplitude is no sphere that moves in front of the antennas (chosen by hand)."""
 
@@ -44,8 +44,8 @@ class Bars(QWidget):
         theme.changed.connect(self.update)
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
-        """Return a size that is read from two metres."""
-        return QSize(480, 360)
+        """Return the least: the bars take what room there is, and never make the panel scroll."""
+        return self.minimumSize()
 
     def show_amplitudes(self, amplitude_v: FloatArray, range_v: float) -> None:
         """Show amplitudes, shape (n_receivers,), of inputs with a range of +-`range_v`; NaN is not known."""
@@ -87,9 +87,8 @@ class Bars(QWidget):
         count, top = len(self.amplitude_v), self._top_db
         scale_px = QFontMetricsF(self.font()).horizontalAdvance("−88 dB ") + 6
         width = (self.width() - scale_px) / max(1, count)
-        large = self._fitting(width - 12, self.height() / 6)
-        small = QFont(large)
-        small.setPointSizeF(max(_SMALLEST_PT, 0.4 * large.pointSizeF()))
+        large = self._fitting(_WIDEST, width - 12, self.height() / 6)
+        small = self._fitting(_WIDEST_BELOW, width - 8, self.height() / 15)
         heights = [QFontMetricsF(font).height() for font in (large, small, small)]
         title_px = heights[1] + 6
         bar = QRectF(scale_px, title_px, self.width() - scale_px, self.height() - sum(heights) - 12 - title_px)
@@ -126,12 +125,12 @@ class Bars(QWidget):
             box = QRectF(0, y - 10, bar.left() - 6, 20)
             painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, words)
 
-    def _fitting(self, width: float, height: float) -> QFont:
+    def _fitting(self, widest: str, width: float, height: float) -> QFont:
         font = QFont(self.font())
         font.setBold(True)
         font.setPointSizeF(_LARGEST_PT)
         metrics = QFontMetricsF(font)
-        share = min(1.0, width / metrics.horizontalAdvance(_WIDEST), height / metrics.height())
+        share = min(1.0, width / metrics.horizontalAdvance(widest), height / metrics.height())
         font.setPointSizeF(max(_SMALLEST_PT, _LARGEST_PT * share))
         return font
 

@@ -174,6 +174,15 @@ def test_copied_data_have_names_and_units_and_every_sample(plot: Plot) -> None:
     np.testing.assert_allclose(values[:, 1], np.cos(2.0 * np.pi * 5.0 * TIME_S), atol=1e-8)
 
 
+def test_curves_with_times_of_their_own_have_columns_of_their_own(plot: Plot) -> None:
+    plot.marker("mark", name="peaks").setData([0.2, 0.4], [1.0, 1.0])
+    plot.copy_data()
+    lines = QApplication.clipboard().text().splitlines()
+    assert lines[0] == "time [s]\tI [V]\tQ [V]\ttime [s] (2)\tpeaks [V]"
+    assert lines[2].split("\t")[3:] == ["0.4", "1"]
+    assert lines[3].split("\t")[3:] == ["", ""]
+
+
 def test_of_a_zoomed_plot_what_is_seen_is_copied(plot: Plot) -> None:
     plot.view.meant(Qt.Key.Key_Plus)()
     low, high = plot.view.viewRange()[0]

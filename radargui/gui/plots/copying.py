@@ -71,9 +71,12 @@ def table_of(columns: Sequence[tuple[str, FloatArray]], notes: Sequence[str] = (
     cells: Any = np.full((length, len(columns)), "", dtype=object)
     for place, (_, values) in enumerate(columns):
         cells[: values.size, place] = [f"{value:.9g}" for value in values]
+    titles = [name for name, _ in columns]
+    # two curves without a name, or with times of their own, are told apart all the same
+    titles = [f"{name} ({n})" if (n := titles[: at + 1].count(name)) > 1 else name for at, name in enumerate(titles)]
     lines = [
         *(f"# {note}" for note in notes),
-        "\t".join(name for name, _ in columns),
+        "\t".join(titles),
         *("\t".join(row) for row in cells),
     ]
     data = QMimeData()

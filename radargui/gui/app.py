@@ -10,9 +10,6 @@ from radargui.gui.opengl_probe import CHECK_VARIABLE, OpenGLProbe, check_here
 from radargui.sources.factory import SourceKind
 
 _log = logging.getLogger(__name__)
-_TURN_S = 0.0005
-"""A thread that computes lets go of Python's lock so often; a frame takes it some dozen times, and at Python's own 5 ms
-each the picture stalls (measured by `bench paints`)."""
 _COLLECT_S = 0.5
 """Rings of Python objects live so long; a whole collection takes some ten milliseconds, seldom (chosen by hand)."""
 
@@ -53,7 +50,6 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None, s
     application.setApplicationDisplayName("RadarGUI")
     application.setDesktopFileName("radargui")
     application.setWindowIcon(QIcon(str(resources_folder() / "window" / "radargui.svg")))
-    sys.setswitchinterval(_TURN_S)
     garbage = GarbageCollector(interval=_COLLECT_S)
     board = NoticeBoard()
     hooks = Hooks(board)

@@ -1,13 +1,17 @@
 """Paints of the window while 6 x 200 kS/s are recorded, alone and beside the joint fit: ticks drawn, longest stall.
 
-python3 packaging/dev.py bench paints [--opengl] [--seconds 20] [--rate-hz 200000] [--panel NAME]
+python3 packaging/dev.py bench paints [--opengl] [--seconds 20] [--rate-hz 200000]
 
-Needs a display of 1920 x 1080 or more; a virtual one will do: xvfb-run -a -s "-screen 0 1920x1080x24" ...
+Columns: time of the phase, 33 ms ticks drawn, longest and 99 % of the times between two paints, longest refresh and
+paint, the drawing thread's own processor time for a tick, share of the time in which it was ready and others had the
+processors (0 on an idle computer), longest time between two paints without that. Needs a display of 1920 x 1080 or
+more; a virtual one will do: xvfb-run -a -s "-screen 0 1920x1080x24" ...
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import sys
 import tempfile
@@ -25,7 +29,6 @@ from PySide6.QtCore import QCoreApplication, QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 from support.changed import changed
 
-from radargui.gui.app import _TURN_S
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import FRAME_MS, MainWindow
 from radargui.gui.notices import NoticeBoard
@@ -41,12 +44,20 @@ LONGEST_STALL_S = 0.1
 LONGEST_S = 300.0
 
 
+def queued_s() -> float:
+    """Return how long this thread waited, ready, for a processor that others had; 0 where the system is silent."""
+    with contextlib.suppress(OSError):
+        return int(Path("/proc/thread-self/schedstat").read_text(encoding="ascii").split()[1]) * 1e-9
+    return 0.0
+
+
 class Watch:
     """Times of the paints of the first scope, which has something new each tick, and what all drawing took."""
 
     def __init__(self) -> None:
         self._window: MainWindow | None = None
         self.paints: dict[str, list[float]] = {}
+        self.queued: dict[str, list[float]] = {}
         self.took: dict[str, list[tuple[float, float, str]]] = {}
         paint = pg.GraphicsView.paintEvent
         watch = self
@@ -58,6 +69,7 @@ class Watch:
             if window is not None:
                 if view is window.scopes.scopes[0]:
                     watch.paints.setdefault(watch.phase, []).append(began)
+                    watch.queued.setdefault(watch.phase, []).append(queued_s())
                 watch.took.setdefault(watch.phase, []).append(
                     (time.perf_counter() - began, time.thread_time() - own, "paint")
                 )
@@ -92,8 +104,9 @@ class Watch:
         times = np.array(self.paints.get(phase, ()))
         steps = np.diff(times)
         # where the phase was left and entered again no time passed in it
-        steps = steps[steps < 5.0]
-        if steps.size < 30:
+        inside = steps < 5.0
+        queued, steps = np.diff(self.queued.get(phase, ()))[inside], steps[inside]
+        if steps.size < 3:
             print(f"{phase:22} {'too short':>9}")
             return False
         drawn = min(1.0, steps.size * FRAME_MS / 1e3 / steps.sum())
@@ -105,7 +118,8 @@ class Watch:
         own = sum(s for _, s, _ in self.took[phase]) / ticks
         print(
             f"{phase:22} {steps.sum():8.1f} {drawn:8.1%} {1e3 * steps.max():8.0f} {1e3 * np.quantile(steps, 0.99):8.0f}"
-            f" {1e3 * longest['refresh']:8.0f} {1e3 * longest['paint']:8.0f} {1e3 * own:8.1f}",
+            f" {1e3 * longest['refresh']:8.0f} {1e3 * longest['paint']:8.0f} {1e3 * own:8.1f}"
+            f" {queued.sum() / steps.sum():8.0%} {1e3 * (steps - queued).max():8.0f}",
             flush=True,
         )
         return bool(drawn >= LEAST_DRAWN and steps.max() < LONGEST_STALL_S)
@@ -132,14 +146,12 @@ def main() -> int:
     parser.add_argument("--opengl", action="store_true", help="the track in 3D")
     parser.add_argument("--seconds", type=float, default=20.0, help="of each phase")
     parser.add_argument("--rate-hz", type=float, default=200_000.0)
-    parser.add_argument("--turn-s", type=float, default=_TURN_S, help="after which a thread lets go of Python's lock")
     chosen = parser.parse_args()
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)
     application = QApplication(sys.argv[:1])
     watch = Watch()
     # as the window's own start does
     garbage = GarbageCollector(interval=0.5)
-    sys.setswitchinterval(chosen.turn_s)
     setup = changed(read_setup(default_setup_path()), daq={"rate_hz": chosen.rate_hz, "channel_skew_s": 0.0})
     setup = changed(setup, processing={"correction": "joint"})
     with tempfile.TemporaryDirectory() as folder:
@@ -172,7 +184,8 @@ def main() -> int:
             f" {window.width()} x {window.height()},"
         )
         print(f"{share:.0%} of a core by the window's process, load {load}, {lost} samples lost of each channel")
-        print(f"{'':22} {'s':>8} {'drawn':>8} {'stall ms':>8} {'99 % ms':>8} {'refresh':>8} {'paint':>8} {'own ms':>8}")
+        titles = ("s", "drawn", "stall ms", "99 % ms", "refresh", "paint", "own ms", "queued", "without")
+        print(f"{'':22} {' '.join(f'{title:>8}' for title in titles)}")
         kept = [watch.show(one) for one in phases]
         good = all(kept)
         for notice in window.board.notices:

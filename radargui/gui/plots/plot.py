@@ -249,11 +249,12 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         action.triggered.connect(does)
         return action
 
-    def relabel(self, bottom: str) -> None:
-        """Write other words to the lower axis."""
-        if bottom != self._labels["bottom"]:
-            self._labels["bottom"] = bottom
-            self.getPlotItem().getAxis("bottom").setLabel(bottom)
+    def relabel(self, bottom: str, left: str | None = None) -> None:
+        """Write other words to the lower axis, and to the left one where they are given."""
+        for name, words in (("bottom", bottom), ("left", left)):
+            if words is not None and words != self._labels[name]:
+                self._labels[name] = words
+                self.getPlotItem().getAxis(name).setLabel(words)
 
     def write_inside(self, text: str) -> None:
         """Write a line into the upper left corner of the plot."""

@@ -18,6 +18,13 @@ from radargui.gui.main_window import MainWindow
 
 
 @pytest.fixture
+def window(make_window: Any, setup_path: Any) -> MainWindow:
+    """A window whose time runs so slowly that no state is over before it was looked at."""
+    made: MainWindow = make_window(setup_path, speed=2.0)
+    return made
+
+
+@pytest.fixture
 def across(window: MainWindow, wait_for: Any) -> AcrossView:
     window.activateWindow()
     wait_for(window.isActiveWindow)
@@ -102,9 +109,8 @@ def test_a_failure_is_read_there(make_window: Any, setup_path: Any, wait_for: An
 
 
 def test_trigger_result_and_fault_are_switched_each_by_itself(
-    make_window: Any, setup_path: Any, record_one: Any, wait_for: Any, beeps: list[int]
+    window: MainWindow, record_one: Any, wait_for: Any, beeps: list[int]
 ) -> None:
-    window = make_window(setup_path, speed=2.0)
     does = window.actions_
     assert (does.sound.isChecked(), does.sound_trigger.isChecked(), does.sound_fault.isChecked()) == (True, False, True)
     does.sound.setChecked(False)

@@ -32,8 +32,10 @@ class AcrossController(QObject):
         control.run_recorded.connect(self._take)
         control.session_changed.connect(self._forget)
         control.state_changed.connect(self.look)
+        # after the view's own answer to the switch
+        keeping.does.across.toggled.connect(self.look)
 
-    def look(self) -> None:
+    def look(self, *_: object) -> None:
         """Show the situation now."""
         if self._view.isVisible():
             self._view.show_situation(self.situation())

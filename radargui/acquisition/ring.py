@@ -1,5 +1,7 @@
 """Ring buffers: the last samples, and the live track that is computed from them."""
 
+from __future__ import annotations
+
 import math
 import threading
 from bisect import bisect_left
@@ -9,89 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.acquisition.circular_buffer import CircularBuffer
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, lowest_and_highest
 from radargui.model.recording import Block, Digitisation
 from radargui.processing.live import LiveEstimate, LiveProcessor
-
-
-class CircularBuffer:
-    """Columns by absolute index; the last `length` of them are held in memory allocated once.
-
-    The writer never waits. It announces what it is about to overwrite, writes, then publishes the new end; a reader
-    copies first and then drops what was announced meanwhile, so a copy never holds torn data (a sequence lock).
-
-    Parameters
-    ----------
-    n_rows
-        Rows of each column.
-    length
-        Columns held.
-    dtype
-        Type of the numbers.
-
-    Attributes
-    ----------
-    end
-        Absolute index after the last column.
-    """
-
-    def __init__(self, n_rows: int, length: int, dtype: DTypeLike) -> None:
-        self._data: NDArray[Any] = np.empty((n_rows, max(1, length)), dtype=dtype)
-        # written, so that the system gives the memory now and not while samples come
-        self._data.fill(0)
-        self._announced = 0
-        self.end = 0
-
-    @property
-    def length(self) -> int:
-        """Columns held."""
-        return int(self._data.shape[1])
-
-    @property
-    def first(self) -> int:
-        """Absolute index of the oldest column that is safe to ask for."""
-        return max(0, self._announced - self.length)
-
-    def extend(self, columns: NDArray[Any]) -> None:
-        """Append columns, shape (n_rows, n); one thread only."""
-        count = columns.shape[1]
-        end = self.end + count
-        # before the first byte is overwritten: who copies meanwhile finds out afterwards
-        self._announced = end
-        kept = columns[:, max(0, count - self.length) :]
-        begin = (end - kept.shape[1]) % self.length
-        head = min(kept.shape[1], self.length - begin)
-        self._data[:, begin : begin + head] = kept[:, :head]
-        self._data[:, : kept.shape[1] - head] = kept[:, head:]
-        # last: nobody asks for columns that are not written yet
-        self.end = end
-
-    def fill(self, count: int, value: float) -> None:
-        """Append `count` columns of one value; one thread only."""
-        self.extend(np.broadcast_to(np.asarray(value, self._data.dtype), (self._data.shape[0], count)))
-
-    def copy(self, first: int, last: int) -> tuple[int, NDArray[Any]]:
-        """Return what is held of columns first:last.
-
-        Returns
-        -------
-        tuple
-            Absolute index of the first column returned, and a copy of shape (n_rows, n), n from 0 to last - first.
-        """
-        last = min(last, self.end)
-        first = max(first, self.first)
-        if last <= first:
-            return max(first, 0), self._data[:, :0].copy()
-        begin = first % self.length
-        head = min(last - first, self.length - begin)
-        out = np.empty((self._data.shape[0], last - first), dtype=self._data.dtype)
-        out[:, :head] = self._data[:, begin : begin + head]
-        out[:, head:] = self._data[:, : last - first - head]
-        # what was announced while copying may be half old, half new
-        safe = self.first
-        if safe > first:
-            return min(safe, last), out[:, min(safe, last) - first :]
-        return first, out
 
 
 class RingSpan(NamedTuple):
@@ -127,7 +50,7 @@ class Ring:
     def __init__(
         self, n_channels: int, length: int, dtype: DTypeLike, digitisation: Digitisation | None = None
     ) -> None:
-        self._digitisation = digitisation
+        self._kind = (n_channels, length, dtype, digitisation)
         self._samples = CircularBuffer(n_channels, length, dtype)
         self._valid = CircularBuffer(1, length, np.bool_)
 
@@ -158,12 +81,33 @@ class Ring:
 
     def since(self, index: int) -> RingSpan:
         """Return all samples held from absolute index `index` on."""
-        return self._span(index, self.latest)
+        return self.span(index, self.latest)
 
     def recent(self, count: int) -> RingSpan:
         """Return the last `count` samples."""
         end = self.latest
-        return self._span(end - count, end)
+        return self.span(end - count, end)
+
+    def thinned(self, count: int, most: int) -> FloatArray:
+        """Return volts of at most `most` evenly spaced of the last `count` samples, the newest one among them.
+
+        Only these are copied and scaled. Shape (n_channels, n); NaN where samples were lost.
+        """
+        end = self.latest
+        index = np.arange(end - 1, max(end - count, self.first) - 1, -max(1, -(-count // most)))[::-1]
+        index, samples = self._samples.pick(index)
+        volts = self._volts(samples)
+        known, flags = self._valid.pick(index)
+        volts = volts[:, volts.shape[1] - known.size :]
+        volts[:, ~flags[0]] = np.nan
+        return volts
+
+    def held(self) -> Ring:
+        """Return a copy that nobody appends to, for looking at while samples go on coming."""
+        copied = Ring(*self._kind)
+        for block in self.blocks(self.first, self.latest):
+            copied.append(block)
+        return copied
 
     def blocks(self, first: int, last: int) -> tuple[Block, ...]:
         """Return what is held of samples first:last as the device gave it, one block a stretch without a gap."""
@@ -175,13 +119,37 @@ class Ring:
             for low, high in zip(edges[::2], edges[1::2], strict=True)
         )
 
-    def _span(self, first: int, last: int) -> RingSpan:
+    def span(self, first: int, last: int) -> RingSpan:
+        """Return what is held of samples first:last."""
         begin, samples = self._samples.copy(first, last)
         valid = self._valid_of(begin, samples.shape[1])
-        volts = np.array(samples, dtype=np.float64) if self._digitisation is None else self._digitisation.volts(samples)
+        volts = self._volts(samples)
         # a line through a gap would be taken for signal
         volts[:, ~valid] = np.nan
         return RingSpan(begin, volts)
+
+    def extremes(self, first: int, last: int, size: int) -> tuple[int, FloatArray, FloatArray, BoolArray]:
+        """Return the lowest and highest volts of bins of `size` samples in first:last, scaled after they are found.
+
+        Returns
+        -------
+        tuple
+            Number of the first bin (bin k begins at absolute index k `size`), lowest and highest, shape
+            (n_channels, n) each, and whether samples of the bin were lost, shape (n,).
+        """
+        begin, samples = self._samples.copy(first, last)
+        valid = self._valid_of(begin, samples.shape[1])
+        if valid.all():
+            # a converter's scaling is monotonic; it may fall
+            ends = [self._volts(codes) for codes in lowest_and_highest(samples, size, begin)]
+        else:
+            ends = list(lowest_and_highest(self.span(begin, last).volts, size, begin))
+        lost: BoolArray = lowest_and_highest(~valid, size, begin)[1]
+        return begin // size, np.fmin(*ends), np.fmax(*ends), lost
+
+    def _volts(self, samples: NDArray[Any]) -> FloatArray:
+        digitisation = self._kind[-1]
+        return np.array(samples, dtype=np.float64) if digitisation is None else digitisation.volts(samples)
 
     def _valid_of(self, first: int, count: int) -> BoolArray:
         """Return which of the samples are real; those overwritten since they were copied are not."""

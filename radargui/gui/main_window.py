@@ -3,13 +3,14 @@
 import time
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
 from radargui.gui.calibration.controller import CalibrationController
+from radargui.gui.control.across_view import AcrossView
 from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, MessagePlace
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
@@ -19,6 +20,7 @@ from radargui.gui.layout import fill
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, facts, fill_menus
+from radargui.gui.runs.across_controller import AcrossController
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.runs.run_list_panel import RunListPanel
@@ -126,6 +128,7 @@ class MainWindow(QMainWindow):
         self.keeping = RunKeeping(
             control, runs, self.run_controller, self.health, self.bar.state, self.stopping, self.strip, does, services
         )
+        self.across = AcrossController(self.keeping, AcrossView(theme, self, does.across))
         self.wiring = WiringCheck(control, model, self.hardware, services)
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
         browser, group = self.sessions.browser, self.antennas.calibration
@@ -141,7 +144,7 @@ class MainWindow(QMainWindow):
         if probe is not None:
             probe.answered.connect(self._opengl_answered)
             probe.start()
-        self._timer = QTimer(self, interval=FRAME_MS)
+        self._timer = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self.refresh)
         self._timer.start()
 
@@ -181,6 +184,7 @@ class MainWindow(QMainWindow):
             if health is not None and health.live_error is not None:
                 self.board.post_once("error", str(health.live_error))
             self.keeping.look()
+            self.across.look()
         self.scopes.refresh(health)
         if not self.scopes.pause.isChecked():
             self.planes.refresh()

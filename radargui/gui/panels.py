@@ -13,6 +13,7 @@ from PySide6.QtGui import QAction, QActionGroup, QKeyEvent, QKeySequence, QPaint
 from radargui import __version__
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import Dialog, Scroll, button, fill, fit_screen
+from radargui.gui.plots.plot import Plot
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.theme import CHOICES, Theme
 from radargui.model.resources import resource_table
@@ -158,6 +159,13 @@ class Panels(QtWidgets.QMainWindow):
         first = next((one for one in fields if one.focusPolicy() & takes_tab and one.focusProxy() is None), None)
         if first is not None:
             first.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def next_plot(self) -> None:
+        """Give the keys to the next plot that is seen, so that it is zoomed and copied without a mouse."""
+        plots = [plot for plot in self.findChildren(Plot) if plot.isVisible()]
+        if plots:
+            at = next((place for place, plot in enumerate(plots) if plot.hasFocus()), -1)
+            plots[(at + 1) % len(plots)].setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def bring_up(self, name: str) -> None:
         """Show a panel in front, unless the operator closed it."""

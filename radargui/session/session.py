@@ -133,15 +133,15 @@ class Session:
             self._right = SessionReadOnlyError(f"{self.path} was closed.", remedy="Open it again.")
 
     def discard_empty(self) -> bool:
-        """Close, and take the folder away where nothing but its record is in it; return whether it is gone."""
-        own = isinstance(self._right, SessionLock)
+        """Close it and take its folder away where it holds nothing but its record; return whether it is gone.
+
+        One that holds more stays open: a series goes on after a device that failed.
+        """
+        if not isinstance(self._right, SessionLock) or self.info.journal or run_paths(self.path):
+            return False
         self.close()
         try:
-            if (
-                not own
-                or self.info.journal
-                or not {path.name for path in self.path.iterdir()} <= {FILE_NAME, CALIBRATION_NAME}
-            ):
+            if not {path.name for path in self.path.iterdir()} <= {FILE_NAME, CALIBRATION_NAME}:
                 return False
             for name in (CALIBRATION_NAME, FILE_NAME):
                 (self.path / name).unlink(missing_ok=True)

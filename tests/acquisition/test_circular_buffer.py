@@ -7,7 +7,7 @@ import threading
 import numpy as np
 from hypothesis import given, strategies as st
 
-from radargui.acquisition.ring import CircularBuffer
+from radargui.acquisition.circular_buffer import CircularBuffer
 
 
 @given(st.integers(1, 17), st.lists(st.integers(0, 40), max_size=12), st.integers(-5, 200), st.integers(0, 60))

@@ -18,7 +18,7 @@ from radargui.session.session import Session
 @pytest.fixture
 def beeps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     heard: list[int] = []
-    monkeypatch.setattr("radargui.gui.runs.run_keeping.QApplication.beep", lambda: heard.append(1))
+    monkeypatch.setattr("PySide6.QtWidgets.QApplication.beep", lambda: heard.append(1))
     return heard
 
 

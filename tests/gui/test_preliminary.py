@@ -39,7 +39,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
 ) -> None:
     window = joint_window
     heard: list[int] = []
-    monkeypatch.setattr("radargui.gui.runs.run_keeping.QApplication.beep", lambda: heard.append(1))
+    monkeypatch.setattr("PySide6.QtWidgets.QApplication.beep", lambda: heard.append(1))
     window.actions_.record.trigger()
     wait_for(lambda: stands(window))
     window.refresh()

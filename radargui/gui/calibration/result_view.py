@@ -56,8 +56,10 @@ class ResultView(QWidget):
         self.plot = Plot(theme, "recording", "rms residual [mm]")
         self.plot.setLogMode(y=True)
         self.plot.getPlotItem().getAxis("bottom").setTickSpacing(major=5, minor=1)
-        self._after = [self.plot.marker(f"receivers.{n}", size=8) for n in range(_RECEIVERS)]
-        self._before = [self.plot.marker(f"receivers.{n}", "x", size=9) for n in range(_RECEIVERS)]
+        self._after = [self.plot.marker(f"receivers.{n}", size=8, name=f"Rx {n + 1} after") for n in range(_RECEIVERS)]
+        self._before = [
+            self.plot.marker(f"receivers.{n}", "x", size=9, name=f"Rx {n + 1} before") for n in range(_RECEIVERS)
+        ]
         self.key = QLabel()
         left, right = QWidget(), QWidget()
         fill(QVBoxLayout(left), self.compared, (self.parameters, 1), spacing=4)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from radargui.acquisition.ring import Ring
 from radargui.model.arrays import BoolArray, FloatArray, lowest_and_highest
 
 
@@ -75,3 +76,19 @@ def thin(samples: FloatArray, most: int) -> FloatArray:
     """Return at most `most` evenly spaced columns of samples (n, n_samples), the last one among them."""
     step = -(-samples.shape[1] // most) if samples.shape[1] else 1
     return samples[:, (samples.shape[1] - 1) % step :: step] if samples.shape[1] else samples
+
+
+def look(ring: Ring, first: int, last: int, n_bins: int) -> tuple[FloatArray, FloatArray, BoolArray, int]:
+    """Return samples first:last of a ring as about `n_bins` bins, each with its lowest and highest.
+
+    Returns
+    -------
+    tuple
+        As `Envelope.view`, and the samples of a bin; where that is 1, each sample stands once.
+    """
+    size = max(1, (last - first) // max(1, n_bins))
+    begin, low, high, lost = ring.extremes(first, last, size)
+    bins = np.arange(begin, begin + lost.size)
+    pairs = np.empty((low.shape[0], 2 * bins.size))
+    pairs[:, 0::2], pairs[:, 1::2] = low, high
+    return np.repeat((bins + 0.5 * (size > 1)) * size, 2), pairs, lost, size

@@ -1,29 +1,51 @@
 """A plot with the window's look, explicit units, cached axes, no prefix that lies; and its key as words beside it."""
 
-from html import escape
-from typing import TypeVar
+from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from html import escape
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QLabel
+from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import QApplication, QGraphicsItem, QLabel, QMenu
 
 from radargui.gui.layout import follow
-from radargui.gui.theme import Theme
+from radargui.gui.plots.copying import picture_of, table_of
+from radargui.gui.plots.cursors import Cursors, unit_of
+from radargui.gui.plots.items import Dot, LiveCurve, Marker
+from radargui.gui.plots.view import View
+from radargui.gui.theme import LIGHT, Colours, Theme
+from radargui.model.arrays import FloatArray
 
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
-
 
 NOW = "time before now [s]"
 LAST = "time before the last sample shown [s]"
 """While the picture is held, or nothing comes in any more, the right edge is not now."""
 
 
-_Item = TypeVar("_Item", bound=pg.GraphicsObject)
+_Item = TypeVar("_Item", bound=QGraphicsItem)
+_ZOOMED = "zoomed; double click: all"
+
+
+class _Drawn(NamedTuple):
+    """What a plot paints: in which colour, dashed or not, and what it is called in key and copied data."""
+
+    item: QGraphicsItem
+    role: str
+    dashed: bool
+    name: str
 
 
 class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
-    """A `PlotWidget` that follows the theme.
+    """A `PlotWidget` that follows the theme; it zooms, has two cursors, and is copied as a picture and as data.
+
+    The wheel and the keys + - and arrows zoom and move, a double click or Home shows all, C shows the cursors, Ctrl+C
+    copies the picture and Ctrl+Shift+C the data; the menu of the right button has the same.
 
     Parameters
     ----------
@@ -36,7 +58,12 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     equal
         One unit is as long on both axes.
     live
-        For plots drawn many times a second: axes are cached and the mouse does not move them.
+        For plots drawn many times a second: axes are cached, and what is zoomed by hand stays so.
+
+    Attributes
+    ----------
+    cursors
+        The two; None while they are not shown.
     """
 
     def __init__(
@@ -49,19 +76,20 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         equal: bool = False,
         live: bool = False,
     ) -> None:
-        super().__init__(enableMenu=not live)
+        self.view = View(live=live)
+        super().__init__(viewBox=self.view, enableMenu=False)
         self._theme = theme
+        self._paper: Colours | None = None
+        self.cursors: Cursors | None = None
         self._labels = {"bottom": bottom, "left": left}
         self._inside: pg.LabelItem | None = None
         self._inside_text = ""
-        self._pens: list[tuple[pg.GraphicsObject, str, bool]] = []
+        self._pens: list[_Drawn] = []
         item = self.getPlotItem()
-        if live:
-            item.hideButtons()
+        item.hideButtons()
         # room for the outermost tick words, which are cut otherwise
         item.layout.setContentsMargins(2, 7, 14, 2)
         self.setAspectLocked(equal)
-        self.setMouseEnabled(x=not live, y=not live)
         for name in ("bottom", "left"):
             axis = item.getAxis(name)
             # before any range is set: pyqtgraph keeps a scale that it found while the prefix was on
@@ -72,15 +100,161 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         item.getAxis("left").setWidth(left_px)
         # below that the words of the axes lie upon another: the panel scrolls instead
         self.setMinimumSize(80, 86 if bottom else 62)
-        # no key does anything here
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        # Tab goes through fields; a plot gets the keys by a click, or by its own key
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self._hint = pg.LabelItem(justify="left")
+        self._hint.setParentItem(self.view)
+        self._hint.anchor((0.0, 1.0), (0.0, 1.0), offset=(2, 4))
+        self._hint.hide()
+        self.view.zoom_changed.connect(self._show_hint)
+        self.view.menu_asked.connect(self._show_menu)
         follow(theme.changed, self.retheme)
 
-    def relabel(self, bottom: str) -> None:
-        """Write other words to the lower axis."""
-        if bottom != self._labels["bottom"]:
-            self._labels["bottom"] = bottom
-            self.getPlotItem().getAxis("bottom").setLabel(bottom)
+    def words(self, axis: str) -> str:
+        """Return the words of the `left` or `bottom` axis; where none are written, those of the plot linked with it."""
+        words = str(self.getPlotItem().getAxis(axis).labelText or "")
+        linked = self.view.linkedView(0) if axis == "bottom" else None
+        return str(linked.getViewWidget().words(axis)) if not words and linked is not None else words
+
+    def curves(self) -> list[pg.GraphicsObject]:
+        """Return what is drawn from points."""
+        return [one.item for one in self._pens if isinstance(one.item, pg.PlotCurveItem | pg.PlotDataItem)]
+
+    def points_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
+        """Return the points of a curve as they are drawn, on the axes."""
+        x, y = item.getData()
+        return (np.empty(0), np.empty(0)) if x is None else (np.asarray(x, float), np.asarray(y, float))
+
+    def value_of(self, item: pg.GraphicsObject | None, y: float) -> float:
+        """Return the value that a place on the left axis stands for, on a curve or beside all; NaN where none is."""
+        del item
+        return float(10.0**y if self.getPlotItem().getAxis("left").logMode else y)
+
+    def true_x(self, x: float) -> float:
+        """Return the value that a place on the lower axis stands for."""
+        return float(10.0**x if self.getPlotItem().getAxis("bottom").logMode else x)
+
+    def also(self, value: float, axis: str = "bottom") -> str:
+        """Return what else a value of the `bottom` or `left` axis means, for the words of the cursors."""
+        del value, axis
+        return ""
+
+    def notes(self) -> Sequence[str]:
+        """Return what is said above copied data."""
+        return ()
+
+    def data_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
+        """Return the data of a curve, all points in the units of the axes."""
+        x, y = item.getOriginalDataset() if isinstance(item, pg.PlotDataItem) else item.getData()
+        return (np.empty(0), np.empty(0)) if x is None else (np.asarray(x, float), np.asarray(y, float))
+
+    def entries(self) -> list[tuple[str, str]]:
+        """Return role and name of each curve that has a name and is shown."""
+        named = ((one.role, one.name) for one in self._pens if one.name and self.data_of(one.item)[0].size)
+        return list(dict.fromkeys(named))
+
+    def columns(self) -> list[tuple[str, FloatArray]]:
+        """Return the data as columns, each under its name; of a plot that is zoomed what is seen of them."""
+        columns: list[tuple[str, FloatArray]] = []
+        before: FloatArray | None = None
+        low, high = (self.true_x(x) for x in self.view.viewRange()[0])
+        behind = f" [{unit}]" if (unit := unit_of(self.words("left"))) else ""
+        for one in self._pens:
+            if not isinstance(one.item, pg.PlotCurveItem | pg.PlotDataItem):
+                continue
+            x, y = self.data_of(one.item)
+            if not x.size:
+                continue
+            if self.view.zoomed:
+                seen = (x >= low) & (x <= high)
+                x, y = x[seen], y[seen]
+            if before is None or not np.array_equal(before, x):
+                columns.append((self.words("bottom") or "x", x))
+            before = x
+            columns.append((f"{one.name}{behind}" if one.name else self.words("left") or "y", y))
+        return columns
+
+    def copy_image(self) -> None:
+        """Put the picture on the clipboard."""
+        QApplication.clipboard().setMimeData(picture_of(self))
+
+    def copy_data(self) -> None:
+        """Put the data on the clipboard."""
+        QApplication.clipboard().setMimeData(table_of(self.columns(), self.notes()))
+
+    def show_cursors(self, wanted: bool) -> None:
+        """Show the two cursors, or take them away."""
+        if wanted == (self.cursors is not None):
+            return
+        if self.cursors is not None:
+            self.cursors.remove()
+        self.cursors = Cursors(self) if wanted else None
+
+    def menu(self) -> QMenu:
+        """Return a menu of what can be done with the plot."""
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._entry(menu, "Show all (double click)", "Home", self.view.show_all).setEnabled(self.view.zoomed)
+        cursors = self._entry(menu, "Two cursors", "C", lambda: self.show_cursors(self.cursors is None))
+        cursors.setCheckable(True)
+        cursors.setChecked(self.cursors is not None)
+        menu.addSeparator()
+        self._entry(menu, "Copy image", "Ctrl+C", self.copy_image)
+        self._entry(menu, "Copy data", "Ctrl+Shift+C", self.copy_data)
+        return menu
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:  # noqa: N802 - Qt's name
+        """Show the menu at the key for it; the view answers the mouse."""
+        if event.reason() == QContextMenuEvent.Reason.Keyboard:
+            self._show_menu(event.globalPos())
+
+    def event(self, event: QEvent) -> bool:
+        """Keep the plot's own keys from the shortcuts of the window."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent) and self._meant(event):
+            event.accept()
+            return True
+        return bool(super().event(event))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802 - Qt's name
+        """Zoom, move, copy, show the cursors and move them."""
+        does = self._meant(event)
+        event.setAccepted(does is not None)
+        if does is not None:
+            does()
+
+    def _meant(self, event: QKeyEvent) -> Callable[[], object] | None:
+        """Return what a key does here; None where it means nothing."""
+        key, mods = Qt.Key(event.key()), event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+        if key == Qt.Key.Key_C:
+            copies = {control: self.copy_image, control | shift: self.copy_data}
+            return copies.get(mods) or (None if mods else lambda: self.show_cursors(self.cursors is None))
+        if mods & ~shift:
+            return None
+        if self.cursors is not None and (does := self.cursors.meant(key, far=bool(mods))):
+            return does
+        return self.view.meant(key)
+
+    def _show_menu(self, place: QPoint) -> None:
+        self.menu().exec(place)
+
+    def _show_hint(self) -> None:
+        self._hint.setVisible(self.view.zoomed)
+
+    def _entry(self, menu: QMenu, words: str, key: str, does: Callable[[], object]) -> QAction:
+        action = menu.addAction(words)
+        action.setShortcut(QKeySequence(key))
+        # only said here: the plot hears its keys itself
+        action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        action.triggered.connect(does)
+        return action
+
+    def relabel(self, bottom: str, left: str | None = None) -> None:
+        """Write other words to the lower axis, and to the left one where they are given."""
+        for name, words in (("bottom", bottom), ("left", left)):
+            if words is not None and words != self._labels[name]:
+                self._labels[name] = words
+                self.getPlotItem().getAxis(name).setLabel(words)
 
     def write_inside(self, text: str) -> None:
         """Write a line into the upper left corner of the plot."""
@@ -90,21 +264,25 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
         self._write_inside()
 
-    def still_line(self, role: str, *, dashed: bool = False) -> pg.PlotDataItem:
+    def still_line(self, role: str, name: str = "", *, dashed: bool = False) -> pg.PlotDataItem:
         """Add an empty curve for data that stay, in the colour of a role of the theme (`i`, `receivers.0`, `fit`, ...).
 
-        It is drawn fast at any zoom; NaN breaks the line.
+        It is drawn fast at any zoom; NaN breaks the line. The `name` stands in copied pictures and above copied data.
         """
         curve = pg.PlotDataItem(connect="finite", autoDownsample=True, downsampleMethod="peak", clipToView=True)
-        return self._add(curve, role, dashed=dashed)
+        return self._add(curve, role, name, dashed=dashed)
 
-    def fast_line(self, role: str, *, dashed: bool = False) -> pg.PlotCurveItem:
+    def fast_line(self, role: str, name: str = "", *, dashed: bool = False) -> pg.PlotCurveItem:
         """Add an empty curve for live data: no decimation of its own, NaN breaks the line."""
-        return self._add(pg.PlotCurveItem(connect="finite"), role, dashed=dashed)
+        return self._add(LiveCurve(connect="finite"), role, name, dashed=dashed)
 
-    def marker(self, role: str, symbol: str = "o", size: int = 8) -> pg.PlotDataItem:
+    def dot(self, role: str, size: int = 7) -> Dot:
+        """Add one point that moves, shown nowhere at first; it is no data and not copied as such."""
+        return self._add(Dot(size), role, ignoreBounds=True)
+
+    def marker(self, role: str, symbol: str = "o", size: int = 8, name: str = "") -> pg.PlotDataItem:
         """Add an empty set of symbols."""
-        return self._add(pg.PlotDataItem(pen=None, symbol=symbol, symbolSize=size), role)
+        return self._add(Marker(pen=None, symbol=symbol, symbolSize=size), role, name)
 
     def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:
         """Add a straight line across the plot."""
@@ -116,17 +294,37 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             item.clear()
 
     def take_all_out(self) -> None:
-        """Take all curves and lines out."""
+        """Take all curves and lines out, and the cursors."""
+        self.show_cursors(False)
         self._pens.clear()
         self.getPlotItem().clear()
 
     def colour(self, role: str) -> str:
         """Return the colour of a role now."""
-        return self._theme.colours.role(role)
+        return (self._paper or self._theme.colours).role(role)
+
+    @contextmanager
+    def on_paper(self) -> Iterator[None]:
+        """Look as on white paper meanwhile, whatever the theme; nothing is drawn from a cache of pixels."""
+        axes = [self.getPlotItem().getAxis(name) for name in ("bottom", "left")]
+        modes = [axis.cacheMode() for axis in axes]
+        self._paper = LIGHT
+        self.retheme()
+        self._hint.hide()
+        for axis in axes:
+            axis.setCacheMode(axis.CacheMode.NoCache)
+        try:
+            yield
+        finally:
+            self._paper = None
+            self.retheme()
+            self._show_hint()
+            for axis, mode in zip(axes, modes, strict=True):
+                axis.setCacheMode(mode)
 
     def retheme(self) -> None:
         """Take over the colours of the theme."""
-        colours = self._theme.colours
+        colours = self._paper or self._theme.colours
         self.setBackground(colours.base)
         item = self.getPlotItem()
         for name, words in self._labels.items():
@@ -136,24 +334,28 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             if words:
                 axis.setLabel(words)
         self._write_inside()
-        for entry, role, dashed in self._pens:
-            self._paint(entry, role, dashed=dashed)
-        if item.legend is not None:
-            item.legend.setLabelTextColor(colours.text)
+        self._hint.setText(_ZOOMED, color=colours.faint, size="8pt")
+        for one in self._pens:
+            self._paint(one.item, one.role, dashed=one.dashed)
+        if self.cursors is not None:
+            self.cursors.retheme()
 
     def _write_inside(self) -> None:
-        colour = self._theme.colours.text
+        colour = self.colour("text")
         if self._inside is not None:
             self._inside.setText(self._inside_text, color=colour, size="8pt")
 
-    def _add(self, item: _Item, role: str, *, dashed: bool = False, **options: object) -> _Item:
+    def _add(self, item: _Item, role: str, name: str = "", *, dashed: bool = False, **options: Any) -> _Item:
         self.addItem(item, **options)
-        self._pens.append((item, role, dashed))
+        self._pens.append(_Drawn(item, role, dashed, name))
         self._paint(item, role, dashed=dashed)
         return item
 
-    def _paint(self, item: pg.GraphicsObject, role: str, *, dashed: bool) -> None:
+    def _paint(self, item: Any, role: str, *, dashed: bool) -> None:
         colour = QColor(self.colour(role))
+        if isinstance(item, Dot):
+            item.setBrush(colour)
+            return
         if isinstance(item, pg.PlotDataItem) and item.opts["symbol"] is not None:
             item.setSymbolBrush(colour)
             item.setSymbolPen(None)

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QObject
 
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.control_bar import HealthLine, StateView
 from radargui.gui.control.run_control import RunControl
+from radargui.gui.control.sounds import Sounds
 from radargui.gui.control.state import AppState
 from radargui.gui.control.waiting import StoppingStrip
 from radargui.gui.notices import NoticeStrip
@@ -18,9 +18,6 @@ from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
 from radargui.session.session import BY_OPERATOR
-
-_BETWEEN_SOUNDS_MS = 220
-"""Two sounds that are heard as two (chosen by ear)."""
 
 
 @dataclass(eq=False, repr=False)
@@ -56,8 +53,7 @@ class RunKeeping(QObject):
         self.last_result = self._failure = ""
         self._of_result: Path | None = None
         self._heard: set[Path] = set()
-        does.sound.setChecked(self.services.settings.text("sound", "on") == "on")
-        does.sound.toggled.connect(lambda on: put("sound", "on" if on else "off"))
+        self.sounds = Sounds(control, does, self.services.settings, self)
         does.show_rejected.setChecked(self.services.settings.text("show_rejected", "no") == "yes")
         does.show_rejected.toggled.connect(lambda on: put("show_rejected", "yes" if on else "no"))
         control.run_preliminary.connect(self._preliminary)
@@ -76,9 +72,8 @@ class RunKeeping(QObject):
 
     def _detail(self, computed: str) -> str:
         """Return what belongs to the present state; `computed`: what the run is called that is computed."""
-        control, model, news = self.control, self.runs.model, self._news
-        coming = f"replay {model.n_replays + 1}" if control.kind == "replay" else f"drop {model.n_drops + 1}"
-        coming += f" ({control.run_number} of {control.n_runs})" if control.n_runs > 1 else ""
+        control, news = self.control, self._news
+        coming = self.coming
         match control.state:
             case AppState.DONE:
                 return f"{control.kept} drops   {news}".rstrip() if control.kept > 1 else news
@@ -97,6 +92,13 @@ class RunKeeping(QObject):
             case _:
                 return ""
         return f"{doing}   {news}".strip()
+
+    @property
+    def coming(self) -> str:
+        """What the run is called that is armed or recorded: `drop 3 (3 of 10)`."""
+        control, model = self.control, self.runs.model
+        coming = f"replay {model.n_replays + 1}" if control.kind == "replay" else f"drop {model.n_drops + 1}"
+        return coming + (f" ({control.run_number} of {control.n_runs})" if control.n_runs > 1 else "")
 
     @property
     def _news(self) -> str:
@@ -173,8 +175,4 @@ class RunKeeping(QObject):
         self.last_result = f"{entry.called}: {said}"
 
     def _beep(self, *, twice: bool = False) -> None:
-        """Make the system's own sound, for who stands at the tracer: once a run is done, twice it was rejected."""
-        if self.does.sound.isChecked():
-            QApplication.beep()
-            if twice:
-                QTimer.singleShot(_BETWEEN_SOUNDS_MS, self, QApplication.beep)
+        self.sounds.play("rejected" if twice else "result")

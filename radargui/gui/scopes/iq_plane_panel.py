@@ -31,8 +31,9 @@ class IQPlane(Plot):
         if corrected:
             turn = np.linspace(0.0, 2.0 * np.pi, 181)
             self.fast_line("faint", dashed=True).setData(np.cos(turn), np.sin(turn))
-        self._curve = self.fast_line(f"receivers.{number - 1}")
-        self._now = self.marker("text", size=7)
+        self._curve = self.fast_line(f"receivers.{number - 1}", "Q")
+        self._now = self.dot("text")
+        self._axes = ("I / A", "Q / A") if corrected else ("I [V]", "Q [V]")
         self.setToolTip(
             "Corrected, in units of its amplitude A: the unit circle (dashed)"
             if corrected
@@ -40,12 +41,16 @@ class IQPlane(Plot):
         )
         self._show(1.3)
 
+    def words(self, axis: str) -> str:
+        """Return what an axis shows; too small a plot to write it there."""
+        return self._axes[axis == "left"]
+
     def draw(self, i: FloatArray, q: FloatArray) -> None:
         """Draw points in time order, shape (n,) each; NaN is left out."""
         self._curve.setData(i, q)
         known = np.isfinite(i) & np.isfinite(q)
         last = np.flatnonzero(known)[-1:]
-        self._now.setData(i[last], q[last])
+        self._now.show_at(i[last], q[last])
         if self._corrected or not last.size:
             return
         reach = float(np.hypot(i[known], q[known]).max())
@@ -105,7 +110,7 @@ class IQPlanePanel(QWidget):
         if feed.ring.latest == self._drawn:
             return
         self._drawn = feed.ring.latest
-        volts = thin(feed.ring.recent(feed.samples(SPAN_S)).volts, _POINTS)
+        volts = feed.ring.thinned(feed.samples(SPAN_S), _POINTS)
         if volts.shape[1]:
             for number, plane in enumerate(self.raw):
                 plane.draw(volts[2 * number], volts[2 * number + 1])

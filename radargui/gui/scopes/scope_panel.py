@@ -1,211 +1,257 @@
-"""The panel of the live scopes: I and Q of each receiver against time, with levels, a window of seconds and a pause."""
+"""The panel of the live scopes: time, spectrum, waterfall or bars for aligning; a pause that can be scrolled back."""
 
-import numpy as np
-import pyqtgraph as pg
-from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QSlider,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
 from radargui.acquisition.health import Health
-from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import Choice, fill, take_out
-from radargui.gui.plots.envelope import Envelope
-from radargui.gui.plots.plot import IQ_KEY, LAST, NOW, Key, Plot
-from radargui.gui.plots.ranges import SteadyRange
-from radargui.gui.theme import Theme, scaled_font
+from radargui.gui.layout import Choice, button, fill, take_out
+from radargui.gui.plots.envelope import Envelope, look
+from radargui.gui.plots.plot import IQ_KEY, LAST, NOW, Key
+from radargui.gui.scopes.alignment_view import AlignmentView
+from radargui.gui.scopes.level_bar import LevelBar
+from radargui.gui.scopes.scope import HELD, GainDialog, Scope
+from radargui.gui.scopes.shown import Held, Shown
+from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView
+from radargui.gui.scopes.waterfall_view import WaterfallView
+from radargui.gui.theme import Theme
 from radargui.model.arrays import BoolArray, FloatArray
-
-_FAR_V = 1000.0
-"""A shade reaches beyond every range of voltage."""
-
-
-class Scope(Plot):
-    """Rolling view; the newest sample shown is at 0, the past to the left."""
-
-    def __init__(self, theme: Theme, number: int, *, with_time: bool) -> None:
-        self._lost = pg.BarGraphItem(x0=[], x1=[], y0=-_FAR_V, y1=_FAR_V, pen=None)
-        super().__init__(theme, LAST if with_time else "", f"Rx {number} [V]", left_px=50, live=True)
-        # on a small screen three of them share a hand's breadth: fewer figures, none upon another
-        self.getPlotItem().getAxis("left").setTickDensity(0.6)
-        self._with_time = with_time
-        self._lost.setZValue(-10)
-        self.addItem(self._lost, ignoreBounds=True)
-        self._range = SteadyRange()
-        self._curves = (self.fast_line("i"), self.fast_line("q"))
-        self.setYRange(-1.0, 1.0, padding=0)
-        self.set_window(3.0)
-
-    def follow(self, now: bool) -> None:
-        """Say on the axis whether its right edge is now."""
-        if self._with_time:
-            self.relabel(NOW if now else LAST)
-
-    def set_window(self, seconds: float) -> None:
-        """Show so many seconds."""
-        self.setXRange(-seconds, 0.0, padding=0)
-
-    def draw(self, time_s: FloatArray, volts: FloatArray, lost: BoolArray) -> None:
-        """Draw minimum and maximum of each pixel column.
-
-        Parameters
-        ----------
-        time_s
-            Shape (2 n,), 0 is now.
-        volts
-            I and Q, shape (2, 2 n).
-        lost
-            Whether samples of the column were lost, shape (n,).
-        """
-        for curve, values in zip(self._curves, volts, strict=True):
-            curve.setData(time_s, values)
-        known = volts[np.isfinite(volts)]
-        if known.size and self._range.fit(float(known.min()), float(known.max())):
-            self.setYRange(*self._range.span, padding=0)
-        self._shade(time_s, lost)
-
-    def show_nothing(self) -> None:
-        """Empty all curves, and shade nothing."""
-        self.draw(np.empty(0), np.empty((2, 0)), np.empty(0, dtype=np.bool_))
-
-    def retheme(self) -> None:
-        """Take over the colours of the theme."""
-        super().retheme()
-        colour = QColor(self.colour("gap"))
-        colour.setAlpha(150)
-        self._lost.setOpts(brush=colour)
-
-    def _shade(self, time_s: FloatArray, lost: BoolArray) -> None:
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], lost, [False])).astype(np.int8)))
-        width = time_s[2] - time_s[0] if time_s.size > 2 else 0.0
-        first, last = time_s[2 * edges[::2]] - 0.5 * width, time_s[2 * edges[1::2] - 1] + 0.5 * width
-        if first.size or len(self._lost.opts["x0"]):
-            self._lost.setOpts(x0=first, x1=last)
-
-
-_HOLD_LOOKS = 5
-_BAR_PX = 7
-
-
-class LevelBar(QWidget):
-    """A bar from 0 to full scale; clipping is said by a word and stays readable for a second."""
-
-    def __init__(self, theme: Theme, name: str, role: str, full_scale_v: float) -> None:
-        super().__init__()
-        self._theme, self.name, self._role, self._full_scale_v = theme, name, role, full_scale_v
-        self._held = 0
-        self._peak_v: float | None = None
-        self._words, self._bar = QLabel(), QProgressBar(textVisible=False, maximum=1000)
-        self._words.setFont(scaled_font(self.font(), 0.85))
-        self.setFixedWidth(self.fontMetrics().horizontalAdvance("I1 00.00 V") + 8)
-        self._bar.setFixedHeight(_BAR_PX)
-        fill(QVBoxLayout(self), self._words, self._bar, margins=(4, 1, 4, 1), spacing=1)
-        theme.changed.connect(self._paint)
-        self.show_level(None)
-
-    @property
-    def clipping(self) -> bool:
-        """Whether the light is on."""
-        return self._held > 0
-
-    def show_level(self, level: Level | None) -> None:
-        """Show a level; None: nothing is known."""
-        clipped = level is not None and level.clipped
-        self._held = _HOLD_LOOKS if clipped else max(0, self._held - 1) if level is not None else 0
-        self._peak_v = None if level is None else level.peak_v
-        self._full_scale_v = (level and level.full_scale_v) or self._full_scale_v
-        share = (self._peak_v or 0.0) / self._full_scale_v
-        peak, said = ("–", "") if level is None else (f"{self._peak_v:.2f} V", f"{100.0 * share:.0f} % of the range")
-        self.setToolTip(f"{self.name}: {said}{', clipping: lower the gain or raise the range' * self.clipping}")
-        self._words.setText(f"{self.name} {'CLIP' if self.clipping else peak}")
-        self._bar.setValue(round(1000.0 * min(1.0, share)))
-        self._paint()
-
-    def _paint(self) -> None:
-        colours, alarm = self._theme.colours, self._theme.colours.alarm
-        colour = alarm if self.clipping else colours.role(self._role)
-        sheet = (
-            f"QLabel {{ color: {alarm if self.clipping else colours.text}; }}"
-            f"QProgressBar {{ background: {colours.raised}; border: none; border-radius: 3px; }}"
-            f"QProgressBar::chunk {{ background: {colour}; border-radius: 3px; }}"
-        )
-        # a sheet that is set anew is read anew
-        if sheet != self.styleSheet():
-            self.setStyleSheet(sheet)
-
 
 WINDOWS_S = (0.5, 1.0, 2.0, 3.0, 5.0, 9.0)
 """What may be chosen: the ring holds ten seconds."""
 _LOST = ("■", "gap", "samples lost")
+VIEWS = {"time": "Time", "spectrum": "Spectrum", "waterfall": "Waterfall", "alignment": "Alignment"}
+_PER_S = 100
+"""Steps of the slider a second."""
+
+
+class TimeView(QWidget):
+    """I and Q of each receiver against time, the level of each channel beside them."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._theme = theme
+        self.scopes: list[Scope] = []
+        self.levels: list[LevelBar] = []
+        self._envelope: Envelope | None = None
+        self._live: tuple[object, ...] = ()
+        self._held: tuple[object, ...] = ()
+        self.gain = button("Gain…", self.ask_gain, "Gain and offset of each channel, for the eye only")
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setSpacing(2)
+        self.any_lost = False
+
+    def set_receivers(self, count: int, full_scale_v: float) -> None:
+        """Show so many receivers."""
+        take_out(self._grid, *self.scopes, *self.levels)
+        self.scopes, self.levels = [], []
+        for index in range(count):
+            # the time axis is the same for all: its words stand once, at the bottom
+            scope = Scope(self._theme, index + 1, with_time=index == count - 1)
+            scope.view.sigXRangeChanged.connect(self.look_again)
+            self.scopes.append(scope)
+            self._grid.addWidget(scope, index, 0)
+            bars = [LevelBar(self._theme, f"{part}{index + 1}", part.lower(), full_scale_v) for part in "IQ"]
+            self.levels += bars
+            below = [self.gain] if index == count - 1 else []
+            self._grid.addLayout(fill(QVBoxLayout(), 1, *bars, 1, *below), index, 1)
+            # the last one holds the time axis as well
+            self._grid.setRowStretch(index, 5 if index == count - 1 else 4)
+        for scope in self.scopes[:-1]:
+            scope.setXLink(self.scopes[-1])
+        for index in range(count, self._grid.rowCount()):
+            self._grid.setRowStretch(index, 0)
+        self._grid.setColumnStretch(0, 1)
+
+    def show_nothing(self) -> None:
+        """Forget what was shown."""
+        self._envelope, self._held, self.any_lost = None, (), False
+        for scope in self.scopes:
+            scope.show_nothing()
+
+    def look_again(self, *_: object) -> None:
+        """Draw what is held anew: another part of it is seen."""
+        self._held = ()
+
+    def draw(self, shown: Shown) -> None:
+        """Draw what is new; called each frame."""
+        (self._draw_live if shown.live else self._draw_held)(shown)
+
+    def ask_gain(self) -> None:
+        """Let gain and offset be set."""
+        dialog = GainDialog(self.scopes, self)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.come_up()
+
+    @property
+    def _bins(self) -> int:
+        return max(200, min(2000, self.scopes[0].width() if self.scopes else 0))
+
+    def _draw_live(self, shown: Shown) -> None:
+        window = round(shown.window_s * shown.rate_hz)
+        if self._envelope is None or self._live != (shown.ring, window):
+            self._live = (shown.ring, window)
+            self._envelope = Envelope(2 * len(self.scopes), window, self._bins)
+        envelope = self._envelope
+        if shown.end == envelope.end:
+            return
+        span = shown.ring.span(max(envelope.end, shown.first), shown.end)
+        envelope.push(span.first_index, span.volts)
+        index, pairs, lost = envelope.view()
+        self._put((index - envelope.end) / shown.rate_hz, pairs, lost, envelope.bin)
+
+    def _draw_held(self, shown: Shown) -> None:
+        self._envelope = None
+        if self._held == shown.part:
+            return
+        first, last = shown.first, shown.end
+        if self.scopes and self.scopes[-1].view.zoomed:
+            # as fine as the samples are, where it is looked at closely
+            left, right = (round(x * shown.rate_hz) + shown.zero for x in self.scopes[-1].view.viewRange()[0])
+            first, last = max(shown.ring.first, left), min(shown.zero, right)
+        if last <= first:
+            return
+        index, pairs, lost, size = look(shown.ring, first, last, self._bins)
+        self._put((index - shown.zero) / shown.rate_hz, pairs, lost, size)
+        self._held = shown.part
+
+    def _put(self, time_s: FloatArray, pairs: FloatArray, lost: BoolArray, size: int) -> None:
+        for number, scope in enumerate(self.scopes):
+            scope.draw(time_s, pairs[2 * number : 2 * number + 2], lost, size)
+        self.any_lost = bool(lost.any())
 
 
 class ScopePanel(QWidget):
-    """I and Q against time; pausing holds the picture, never the samples."""
+    """What comes in, looked at in one of four ways; pausing holds the picture, never the samples.
 
-    def __init__(self, theme: Theme, window_s: float = 3.0) -> None:
+    Parameters
+    ----------
+    window_s
+        Seconds shown at first.
+    clock
+        Seconds since 1970; injected by tests.
+    """
+
+    def __init__(self, theme: Theme, window_s: float = 3.0, clock: Callable[[], float] = time.time) -> None:
         super().__init__()
-        self._theme = theme
+        self._theme, self._clock = theme, clock
         self._feed: Feed | None = None
-        self._envelope: Envelope | None = None
-        self.scopes: list[Scope] = []
-        self.levels: list[LevelBar] = []
+        self._last: Feed | None = None
+        self._held: Held | None = None
+        self.time = TimeView(theme)
+        self.spectrum = SpectrumView(theme)
+        self.waterfall = WaterfallView(theme)
+        self.alignment = AlignmentView(theme)
 
+        self.view = Choice(VIEWS.items())
+        self.view.setObjectName("scope.view")
+        self.view.setAccessibleName("What the scopes show")
+        self.view.setToolTip("I and Q against time, their spectrum, spectra over time, or bars for turning antennas")
         self.span = Choice((seconds, f"{seconds:g} s") for seconds in WINDOWS_S)
         self.span.setObjectName("scope.window")
+        self.span.setAccessibleName("Window of time")
+        self.span.setToolTip("Window: how many seconds are shown. Of a spectrum: longer tells nearer lines apart")
         self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
-        self.span.currentIndexChanged.connect(self._renew)
+        self.band = Choice((hertz, f"±{_hertz(hertz)}") for hertz in BANDS_HZ)
+        self.band.setObjectName("scope.band")
+        self.band.setAccessibleName("Band of the spectrum")
+        self.band.setToolTip("Band: frequencies that the spectrum shows, at most half the rate of the samples")
+        self.band.setCurrentIndex(1)
+        self.let_go = button("Hold anew", self.alignment.bars.let_go, "Forget the highest amplitudes so far")
         self.pause = QCheckBox("Pause")
-        self.pause.setToolTip("Holds the picture; recording goes on")
-        self.pause.toggled.connect(self._renew)
+        self.pause.setToolTip("Holds the picture; recording goes on. What is held can be scrolled back and zoomed")
         self.key = Key(theme, *IQ_KEY)
-        parts = (QLabel("Window"), self.span, self.pause, 1, self.key)
+        for choice in (self.view, self.span, self.band):
+            # in a narrow dock their words are cut before the plots are
+            choice.setMinimumWidth(46)
+        parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
         top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
-        self._grid = QGridLayout()
-        self._grid.setSpacing(2)
-        fill(QVBoxLayout(self), top, (self._grid, 1))
+
+        self.when = QLabel()
+        self.back = QSlider(Qt.Orientation.Horizontal)
+        self.back.setToolTip("Back through the last seconds before the pause")
+        self.back.setAccessibleName("Back through what is held")
+        self.back.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self._past = QWidget()
+        fill(QHBoxLayout(self._past), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)
+        self._past.hide()
+        self._pages = QStackedWidget()
+        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
+            self._pages.addWidget(page)
+        fill(QVBoxLayout(self), top, self._past, (self._pages, 1))
+
+        self.view.currentIndexChanged.connect(self._choose)
+        self.span.currentIndexChanged.connect(self._renew)
+        self.band.currentIndexChanged.connect(self._renew)
+        self.pause.toggled.connect(self._pause)
+        self.back.valueChanged.connect(self._renew)
+        self._choose()
 
     @property
     def window_s(self) -> float:
         """Seconds shown."""
         return float(self.span.currentData())
 
+    @property
+    def scopes(self) -> list[Scope]:
+        """Of each receiver, against time."""
+        return self.time.scopes
+
+    @property
+    def levels(self) -> list[LevelBar]:
+        """Of each channel."""
+        return self.time.levels
+
+    def show_view(self, name: str) -> None:
+        """Look at what comes in as `time`, `spectrum`, `waterfall` or `alignment`."""
+        self.view.setCurrentIndex(self.view.findData(name))
+
     def set_receivers(self, count: int, full_scale_v: float) -> None:
         """Show so many receivers."""
         if count == len(self.scopes):
             return
-        take_out(self._grid, *self.scopes, *self.levels)
-        self.scopes, self.levels = [], []
-        for index in range(count):
-            # the time axis is the same for all: its words stand once, at the bottom
-            scope = Scope(self._theme, index + 1, with_time=index == count - 1)
-            scope.set_window(self.window_s)
-            self.scopes.append(scope)
-            self._grid.addWidget(scope, index, 0)
-            bars = [LevelBar(self._theme, f"{part}{index + 1}", part.lower(), full_scale_v) for part in "IQ"]
-            self.levels += bars
-            self._grid.addLayout(fill(QVBoxLayout(), 1, *bars, 1), index, 1)
-            # the last one holds the time axis as well
-            self._grid.setRowStretch(index, 5 if index == count - 1 else 4)
-        for index in range(count, self._grid.rowCount()):
-            self._grid.setRowStretch(index, 0)
-        self._grid.setColumnStretch(0, 1)
+        self.time.set_receivers(count, full_scale_v)
+        self.waterfall.set_receivers(count)
+        self.alignment.set_receivers(count)
+        self._renew()
 
     def show_feed(self, feed: Feed | None) -> None:
-        """Show another acquisition from its start; None keeps the last picture."""
+        """Show another acquisition from its start; None keeps the last picture, and so does a pause."""
+        self._last = self._feed or self._last
         self._feed = feed
+        if feed is None:
+            self._forget_levels()
+        if self._held is not None:
+            return
         if feed is not None:
             self.set_receivers(feed.n_receivers, feed.setup.daq.range_v)
             self.clear()
-        else:
-            self._forget_levels()
         self._renew()
 
     def clear(self) -> None:
         """Forget what was shown: it belongs to another session."""
-        self._envelope = None
-        for scope in self.scopes:
-            scope.show_nothing()
-        self.key.show_entries(*IQ_KEY)
+        self._last = None
+        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
+            page.show_nothing()
         self._forget_levels()
+        self._say()
 
     def refresh(self, health: Health | None) -> None:
         """Draw what is new; called by the window's timer."""
@@ -213,30 +259,82 @@ class ScopePanel(QWidget):
             by_name = {level.name: level for level in health.levels}
             for bar in self.levels:
                 bar.show_level(by_name.get(bar.name))
-        feed = self._feed
-        if feed is None or self.pause.isChecked() or not self.isVisible() or feed.ring is None:
+        if self._held is not None:
+            self.when.setText(self._held.words)
+        shown = self._shown()
+        if shown is None or not self.isVisible():
             return
-        if self._envelope is None:
-            bins = max(200, min(2000, self.scopes[0].width() if self.scopes else 0))
-            self._envelope = Envelope(2 * len(self.scopes), feed.samples(self.window_s), bins)
-        envelope = self._envelope
-        if feed.ring.latest == envelope.end:
-            return
-        span = feed.ring.since(max(envelope.end, feed.ring.latest - feed.samples(self.window_s)))
-        envelope.push(span.first_index, span.volts)
-        index, pairs, lost = envelope.view()
-        time_s = (index - envelope.end) / feed.rate_hz
-        for number, scope in enumerate(self.scopes):
-            scope.draw(time_s, pairs[2 * number : 2 * number + 2], lost)
-        self.key.show_entries(*IQ_KEY, *([_LOST] if lost.any() else []))
+        page = self._pages.currentWidget()
+        if page is self.alignment:
+            shown = replace(shown, window_s=max(shown.window_s, 1.0))
+        page.draw(shown)  # type: ignore[attr-defined]
+        self._say()
+
+    def _shown(self) -> Shown | None:
+        held, feed = self._held, self._feed
+        if held is not None:
+            back = self.back.maximum() - self.back.value()
+            end = held.ring.latest - round(back / _PER_S * held.feed.rate_hz)
+            feed = held.feed
+            return Shown(held.ring, feed.rate_hz, feed.setup, end, held.ring.latest, self.window_s, live=False)
+        if feed is None or feed.ring is None:
+            return None
+        end = feed.ring.latest
+        return Shown(feed.ring, feed.rate_hz, feed.setup, end, end, self.window_s, live=True)
+
+    def _pause(self) -> None:
+        feed = self._feed or self._last
+        self._held = None
+        if self.pause.isChecked() and feed is not None and feed.ring is not None:
+            self._held = Held(feed, feed.ring, self._clock)
+            held_s = (self._held.ring.latest - self._held.ring.first) / feed.rate_hz
+            self.back.setRange(0, max(0, round((held_s - self.window_s) * _PER_S)))
+            self.back.setPageStep(round(self.window_s * _PER_S))
+            self.back.setSingleStep(max(1, round(0.1 * self.window_s * _PER_S)))
+            self.back.setValue(self.back.maximum())
+        self._past.setVisible(self._held is not None)
+        self._renew()
+
+    def _choose(self) -> None:
+        name = self.view.currentData()
+        self._pages.setCurrentIndex(list(VIEWS).index(name))
+        ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
+        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
+            # the room that one view needs is not asked for another
+            policy = preferred if page is self._pages.currentWidget() else ignored
+            page.setSizePolicy(policy, policy)
+        short = name == "time"
+        self.key.setMinimumWidth(0 if short else 40)
+        self.key.setSizePolicy(QSizePolicy.Policy.Minimum if short else preferred, preferred)
+        self.let_go.setVisible(name == "alignment")
+        self.band.setVisible(name in ("spectrum", "waterfall"))
+        self.span.setVisible(name != "alignment")
+        self.key.setVisible(name in ("time", "spectrum"))
+        self._renew()
 
     def _forget_levels(self) -> None:
         for bar in self.levels:
             bar.show_level(None)
 
+    def _say(self) -> None:
+        if self.view.currentData() == "spectrum":
+            receivers = (("▬", f"receivers.{number}", f"Rx {number + 1}") for number in range(len(self.scopes)))
+            self.key.show_entries(*receivers)
+        else:
+            self.key.show_entries(*IQ_KEY, *([_LOST] if self.time.any_lost else []))
+
     def _renew(self) -> None:
         """Draw anew: with another window, of another acquisition, after a pause."""
-        self._envelope = None
+        self.time.look_again()
+        self.spectrum.half_band_hz = self.waterfall.half_band_hz = float(self.band.currentData())
+        back_s = (self.back.maximum() - self.back.value()) / _PER_S if self._held is not None else 0.0
+        words = HELD if back_s else LAST if self._held is not None or self._feed is None else NOW
         for scope in self.scopes:
-            scope.set_window(self.window_s)
-            scope.follow(self._feed is not None and not self.pause.isChecked())
+            scope.view.show_all()
+            scope.set_window(self.window_s, -back_s)
+            scope.follow(words)
+        self._say()
+
+
+def _hertz(value: float) -> str:
+    return f"{value / 1e3:g} kHz" if value >= 1e3 else f"{value:g} Hz"

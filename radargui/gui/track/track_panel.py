@@ -61,7 +61,6 @@ class HeightPlot(Plot):
         """Draw the trail; the newest point is at 0."""
         if not self._live:
             self._live = True
-            self.setMouseEnabled(x=False, y=False)
             self.relabel(self._live_words)
             self.show_nothing()
             self.setXRange(-self._live_s, 0.0, padding=0)
@@ -71,7 +70,6 @@ class HeightPlot(Plot):
     def show_result(self, track: ShownTrack | None) -> None:
         """Draw a run with impacts and fit."""
         self._live = False
-        self.setMouseEnabled(x=True, y=True)
         self.show_nothing()
         if track is None:
             return

@@ -1,0 +1,225 @@
+"""The Doppler signal of each receiver at a low rate, taken from the ring as samples come: spectra, lines, amplitude."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import fft, fftfreq, fftshift
+from scipy.signal import firwin, upfirdn
+
+from radargui.acquisition.ring import Ring
+from radargui.conditioning.hum import HARMONICS, MAINS_HZ
+from radargui.model.arrays import ComplexArray, FloatArray
+
+_RATE_OF_BAND = 4
+"""Samples per second kept for each hertz of half the band: the filter may fall over as much as the band is wide."""
+_STEPS_OF_TAPS = 10
+"""Length of the low-pass in kept samples: with Kaiser's beta of 7 it lets 0.9995 through and stops 70 dB beyond."""
+_BETA = 7.0
+MOST_POINTS = 131_072
+"""Kept of each receiver: their spectra take some milliseconds (chosen by hand)."""
+_PULL_S = 0.25
+"""Taken at a time: after a change of band the past is caught up in some frames, none of which waits for it."""
+_LEAST_POINTS = 64
+_STANDS_OUT = 5.6
+"""Amplitude of a line over the median of its spectrum, 15 dB: of white noise once in 10^8 bins."""
+_BESIDE = 12
+"""Bins on each side that a mains line must stand out of: the line of a Doppler chirp is broad there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of a spectrum.
+
+    Attributes
+    ----------
+    frequency_hz
+        Positive where the path gets longer.
+    amplitude_v
+        Of the rotating pointer I + jQ.
+    """
+
+    frequency_hz: float
+    amplitude_v: float
+
+
+@dataclass(frozen=True, slots=True)
+class Spectrum:
+    """Amplitude spectra of I + jQ of all receivers.
+
+    Attributes
+    ----------
+    frequency_hz
+        Ascending, from minus to plus half the band, shape (n,).
+    amplitude_v
+        A pointer that turns with amplitude A at one frequency reads A there, shape (n_receivers, n).
+    span_s
+        Length of the samples; 1 / span_s is the distance of two bins.
+    """
+
+    frequency_hz: FloatArray
+    amplitude_v: FloatArray
+    span_s: float
+
+    @property
+    def resolution_hz(self) -> float:
+        """Distance of two bins."""
+        return 1.0 / self.span_s
+
+    def strongest(self, receiver: int) -> Line | None:
+        """Return the strongest line of a receiver; None where none stands out of the noise."""
+        amplitude = self.amplitude_v[receiver].copy()
+        # what Hann's window leaves of the mean that was taken out
+        amplitude[np.abs(self.frequency_hz) < 2.5 * self.resolution_hz] = 0.0
+        return self._line(receiver, int(np.argmax(amplitude)))
+
+    def mains(self, receiver: int) -> list[Line]:
+        """Return the lines at 50 and 60 Hz and their multiples that stand out at plus and at minus.
+
+        A pick-up is a voltage that does not rotate: half of it turns forwards, half backwards. A Doppler line is on one
+        side only.
+        """
+        found, highest_hz = [], float(self.frequency_hz[-1])
+        orders = {nominal * order for nominal in MAINS_HZ for order in range(1, HARMONICS + 1)}
+        for nominal in sorted(orders):
+            if nominal + 2.0 * self.resolution_hz > highest_hz:
+                break
+            sides = [self._beside(receiver, sign * nominal) for sign in (1.0, -1.0)]
+            if all(sides) and min(one.amplitude_v for one in sides if one) > 0.5 * max(
+                one.amplitude_v for one in sides if one
+            ):
+                found.append(next(one for one in sides if one))
+        return found
+
+    def _beside(self, receiver: int, frequency_hz: float) -> Line | None:
+        """Return the line at a frequency, within a bin or two, that stands out of the bins around it."""
+        amplitude = self.amplitude_v[receiver]
+        at = int(np.argmin(np.abs(self.frequency_hz - frequency_hz)))
+        near = slice(max(at - 2, 0), at + 3)
+        at = near.start + int(np.argmax(amplitude[near]))
+        around = np.r_[amplitude[max(at - _BESIDE, 0) : max(at - 3, 0)], amplitude[at + 4 : at + 1 + _BESIDE]]
+        if not around.size or amplitude[at] < _STANDS_OUT * np.median(around):
+            return None
+        return self._line(receiver, at)
+
+    def _line(self, receiver: int, at: int) -> Line | None:
+        """Return a line between its bins, exact for one line under Hann's window (Grandke 1983, eq. 5 and 8)."""
+        amplitude = self.amplitude_v[receiver]
+        if not 0 < at < amplitude.size - 1 or amplitude[at] < _STANDS_OUT * np.median(amplitude):
+            return None
+        side = 1 if amplitude[at + 1] > amplitude[at - 1] else -1
+        ratio = float(amplitude[at + side] / amplitude[at])
+        shift = max(0.0, (2.0 * ratio - 1.0) / (1.0 + ratio))
+        height = float(amplitude[at]) * (1.0 - shift**2) / float(np.sinc(shift))
+        return Line(float(self.frequency_hz[at]) + side * shift * self.resolution_hz, height)
+
+
+class Baseband:
+    """I + jQ of the last seconds within +-`half_band_hz`, low-passed and thinned out of a ring; pulled, never pushed.
+
+    Parameters
+    ----------
+    ring
+        Where the samples are.
+    rate_hz
+        Of the ring.
+    half_band_hz
+        Highest frequency of interest; what lies beyond three times of it folds in, 70 dB weaker.
+    window_s
+        Length kept; less where that were more than `MOST_POINTS`.
+    phase_sign
+        -1 where Q is inverted, so that a path that gets longer has positive frequencies.
+
+    Attributes
+    ----------
+    rate_hz
+        Of what is kept.
+    end
+        Absolute index in the ring up to which samples are in.
+    """
+
+    def __init__(self, ring: Ring, rate_hz: float, half_band_hz: float, window_s: float, phase_sign: int) -> None:
+        self._ring, self._sign = ring, phase_sign
+        self._step = max(1, int(rate_hz / (_RATE_OF_BAND * half_band_hz)))
+        self.rate_hz = rate_hz / self._step
+        self.half_band_hz = min(half_band_hz, 0.5 * self.rate_hz)
+        self._capacity = max(_LEAST_POINTS, min(round(window_s * self.rate_hz), MOST_POINTS))
+        self._most = max(1, round(_PULL_S * rate_hz))
+        n_taps = _STEPS_OF_TAPS * self._step + 1
+        # in the middle between the band's edge and the lowest frequency that folds into the band
+        cutoff = 1.0 / self._step
+        self._taps = firwin(n_taps, cutoff, window=("kaiser", _BETA)) if self._step > 1 else np.ones(1)
+        self._tail: ComplexArray | None = None
+        self._kept: ComplexArray | None = None
+        self.end = 0
+
+    @property
+    def samples_v(self) -> ComplexArray:
+        """The newest, shape (n_receivers, n); NaN where samples were lost."""
+        return np.empty((0, 0), np.complex128) if self._kept is None else self._kept
+
+    def pull(self, until: int) -> bool:
+        """Take what is new in the ring up to absolute index `until`; return whether more waits."""
+        oldest = until - self._capacity * self._step - self._taps.size
+        if self._tail is None or self.end < max(oldest, self._ring.first):
+            # so old that nothing of it would stay
+            self._tail, self._kept = None, None
+            self.end = max(oldest, self._ring.first)
+        last = min(until, self.end + self._most)
+        span = self._ring.span(self.end, last)
+        if not span.volts.shape[1]:
+            return False
+        self.end = span.first_index + span.volts.shape[1]
+        new = span.volts[0::2] + 1j * self._sign * span.volts[1::2]
+        joined = new if self._tail is None else np.concatenate([self._tail, new], axis=1)
+        count = max(0, (joined.shape[1] - self._taps.size) // self._step + 1)
+        if count:
+            skipped = (self._taps.size - 1) // self._step
+            out = upfirdn(self._taps, joined, 1, self._step, axis=1)[:, skipped : skipped + count]
+            kept = out if self._kept is None else np.concatenate([self._kept, out], axis=1)
+            self._kept = kept[:, -self._capacity :]
+        self._tail = joined[:, count * self._step :]
+        return self.end < until
+
+    def spectrum(self) -> Spectrum | None:
+        """Return the spectra of the newest samples without a gap; None while there are too few."""
+        samples = self._unbroken()
+        count = samples.shape[1]
+        if count < _LEAST_POINTS:
+            return None
+        window = np.hanning(count + 1)[:-1]
+        spectra = np.abs(fft((samples - samples.mean(axis=1, keepdims=True)) * window, axis=1)) / window.sum()
+        frequency = fftshift(fftfreq(count, 1.0 / self.rate_hz))
+        inside = np.abs(frequency) <= self.half_band_hz
+        return Spectrum(frequency[inside], fftshift(spectra, axes=1)[:, inside], count / self.rate_hz)
+
+    def waterfall(self, size: int, hop: int) -> FloatArray:
+        """Return spectra of `size` samples each, `hop` apart, the newest last: shape (n_receivers, n_frames, n_bins).
+
+        Amplitudes in V from minus to plus half the band; NaN where samples were lost.
+        """
+        samples = self.samples_v
+        if samples.shape[1] < size:
+            return np.empty((samples.shape[0], 0, 0))
+        frames = np.lib.stride_tricks.sliding_window_view(samples, size, axis=1)[:, ::-1][:, ::hop][:, ::-1]
+        window = np.hanning(size + 1)[:-1]
+        spectra = np.abs(fft((frames - frames.mean(axis=2, keepdims=True)) * window, axis=2)) / window.sum()
+        inside = np.abs(fftshift(fftfreq(size, 1.0 / self.rate_hz))) <= self.half_band_hz
+        return np.asarray(fftshift(spectra, axes=2)[:, :, inside], dtype=np.float64)
+
+    def amplitude_v(self, span_s: float) -> FloatArray:
+        """Return the amplitude of the Doppler signal over the newest `span_s`, shape (n_receivers,).
+
+        The root mean square of I + jQ about its mean: the radius of its circle where the path changed by more than a
+        wavelength, less where it changed less. NaN while nothing is known.
+        """
+        newest = self._unbroken()[:, -max(_LEAST_POINTS, round(span_s * self.rate_hz)) :]
+        if newest.shape[1] < _LEAST_POINTS:
+            return np.full(newest.shape[0], np.nan)
+        return np.asarray(np.std(newest, axis=1))
+
+    def _unbroken(self) -> ComplexArray:
+        samples = self.samples_v
+        lost = np.flatnonzero(~np.isfinite(samples).all(axis=0))
+        return samples[:, lost[-1] + 1 :] if lost.size else samples

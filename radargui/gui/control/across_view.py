@@ -1,0 +1,168 @@
+"""Across the room: state, result, run and what to do next over the whole screen, for hands that hold the sphere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QEvent, QRect, Qt
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+)
+from PySide6.QtWidgets import QWidget
+
+from radargui.gui.control.control_bar import ROLES
+from radargui.gui.control.state import AppState
+from radargui.gui.theme import Theme
+
+_WIDEST = {
+    "state": "PROCESSING",
+    "result": "e = 0.88888 ± 0.88888",
+    "run": "drop 888 (888 of 888)",
+    "next": "m" * 34,
+    "keys": "m" * 66,
+}
+"""Longest that each line holds in letters as large as fit; fonts follow these and the screen, never what is shown."""
+_SHARES = {"state": 0.26, "result": 0.26, "run": 0.14, "next": 0.22, "keys": 0.06}
+"""Of the height of the screen; what is left holds the keys."""
+_KEYS = "Space  start      R  record      F5  stop      Del  reject      F11 or Esc  back to the window"
+_MARGIN = 0.03
+
+NEXT = {
+    AppState.IDLE: "Press R to record, Space to look at the signal",
+    AppState.STARTING: "Wait: the source starts",
+    AppState.LIVE: "Press R to record",
+    AppState.RECORDING: "Hands off: this is being recorded",
+    AppState.SETTLING: "Hands off until nothing moves",
+    AppState.PROCESSING: "The result is being computed",
+    AppState.STOPPING: "Wait: what runs is being ended",
+    AppState.DONE: "Hang the sphere up again, then press R",
+}
+"""What the operator does next; armed and failed say more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What is shown.
+
+    Attributes
+    ----------
+    state
+        In one word.
+    result
+        e with its combined uncertainty, or why there is none; empty: none yet.
+    run
+        Which run that is, or which comes.
+    next
+        What the operator does now.
+    """
+
+    state: AppState = AppState.IDLE
+    result: str = ""
+    run: str = ""
+    next: str = ""
+
+
+class AcrossView(QWidget):
+    """A window over the whole screen; the keys of the main window work in it.
+
+    Parameters
+    ----------
+    window
+        The main one; its actions are heard here as well.
+    switch
+        Shows and hides this view; goes off with it.
+    """
+
+    def __init__(self, theme: Theme, window: QWidget, switch: QAction) -> None:
+        super().__init__(window, Qt.WindowType.Window)
+        self.setWindowTitle("RadarGUI across the room")
+        self._theme, self._main, self._switch = theme, window, switch
+        self.situation = Situation()
+        self.addActions(window.actions())
+        switch.toggled.connect(self._show)
+        theme.changed.connect(self.update)
+
+    def show_situation(self, situation: Situation) -> None:
+        """Show another situation."""
+        if situation != self.situation:
+            self.situation = situation
+            self.setAccessibleName(", ".join(filter(None, (situation.state.value, situation.result, situation.next))))
+            self.update()
+
+    def fonts(self) -> dict[str, QFont]:
+        """Return the font of each line: as large as its longest words allow on this screen."""
+        made = {}
+        for name, widest in _WIDEST.items():
+            font = QFont(self.font())
+            font.setBold(name in ("state", "result"))
+            font.setPixelSize(100)
+            metrics = QFontMetricsF(font)
+            lines = 2 if name == "next" else 1
+            width = (1.0 - 2.0 * _MARGIN) * self.width() / metrics.horizontalAdvance(widest)
+            height = _SHARES[name] * self.height() / (lines * metrics.lineSpacing())
+            font.setPixelSize(max(1, int(100 * min(width, height))))
+            made[name] = font
+        return made
+
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the lines one beneath another, the state on its colour."""
+        painter = QPainter(self)
+        colours, shown = self._theme.colours, self.situation
+        painter.fillRect(self.rect(), QColor(colours.base))
+        role = QColor(colours.role(ROLES.get(shown.state, "busy")))
+        text, fonts = QColor(colours.text), self.fonts()
+        margin, top = int(_MARGIN * self.width()), 0
+        lines = {"state": shown.state.value, "result": shown.result, "run": shown.run, "next": shown.next}
+        for name, words in lines.items():
+            box = QRect(margin, top, self.width() - 2 * margin, int(_SHARES[name] * self.height()))
+            if name == "state":
+                painter.fillRect(QRect(0, 0, self.width(), box.height()), role)
+            painter.setPen(QColor(colours.base) if name == "state" else text)
+            painter.setFont(fonts[name])
+            if name == "next":
+                flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+                painter.drawText(box, int(flags), words)
+            else:
+                shorter = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, box.width())
+                painter.drawText(box, Qt.AlignmentFlag.AlignCenter, shorter)
+            top += box.height()
+        painter.setFont(fonts["keys"])
+        painter.setPen(QColor(colours.faint))
+        painter.drawText(QRect(0, top, self.width(), self.height() - top), Qt.AlignmentFlag.AlignCenter, _KEYS)
+        painter.end()
+
+    def event(self, event: QEvent) -> bool:
+        """Keep Esc, which stops a recording elsewhere."""
+        asks = event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
+        if asks and event.key() == Qt.Key.Key_Escape:  # type: ignore[attr-defined]
+            event.accept()
+            return True
+        return bool(super().event(event))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802 - Qt's name
+        """Leave by Esc."""
+        if event.key() == Qt.Key.Key_Escape:
+            self._switch.setChecked(False)
+
+    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802 - Qt's name
+        """Leave, however the window is closed."""
+        self._switch.setChecked(False)
+        event.accept()
+
+    def _show(self, wanted: bool) -> None:
+        if wanted:
+            if (screen := self._main.screen()) is not None:
+                self.setGeometry(screen.geometry())
+            self.showFullScreen()
+            self.activateWindow()
+            self.setFocus()
+        else:
+            self.hide()
+            self._main.activateWindow()

@@ -1,0 +1,182 @@
+"""Two cursors of a plot: where they stand, how far they are apart, and what that is as a frequency."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from functools import partial
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor
+
+from radargui.model.arrays import FloatArray
+from radargui.model.rounding import UNKNOWN
+
+if TYPE_CHECKING:
+    from radargui.gui.plots.plot import Plot
+
+_UNIT = re.compile(r"\[([^\]]+)\]")
+_REACH_PX = 12.0
+"""A cursor this near to a curve stands on it: a hand holds the mouse to a few pixels (chosen by hand)."""
+_PLACES = (0.1, 0.3)
+"""Where the two stand at first, as shares of what is seen: beside the words in the upper right corner."""
+_FAR_PX = 10
+
+
+def unit_of(words: str) -> str:
+    """Return the unit that the words of an axis name in brackets; empty where they name none."""
+    found = _UNIT.search(words)
+    return found[1] if found else ""
+
+
+class Cursors:
+    """Crosses A and B that the mouse or the keys move; near a curve they stand on its samples.
+
+    Parameters
+    ----------
+    plot
+        In which they stand; its axes give the units, and `value_of` the value of a curve that is drawn scaled.
+    """
+
+    def __init__(self, plot: Plot) -> None:
+        self._plot = plot
+        self._view = plot.getPlotItem().getViewBox()
+        self._on: list[pg.GraphicsObject | None] = [None, None]
+        self._chosen = 0
+        self._placing = False
+        self._words = pg.TextItem(anchor=(1, 0))
+        self._words.setParentItem(self._view)
+        self._words.setZValue(100)
+        self.marks, self._lines = [], []
+        for number in range(2):
+            mark = pg.TargetItem(size=14, symbol="crosshair", label="AB"[number], movable=True)
+            mark.setZValue(99)
+            line = pg.InfiniteLine(angle=90, movable=False)
+            for item in (line, mark):
+                plot.addItem(item, ignoreBounds=True)
+            self.marks.append(mark)
+            self._lines.append(line)
+        (left, right), (low, high) = self._view.viewRange()
+        for number, share in enumerate(_PLACES):
+            self.put(number, left + share * (right - left), 0.5 * (low + high))
+            self.marks[number].sigPositionChanged.connect(partial(self._moved, number))
+            self._moved(number)
+        self._view.sigResized.connect(self._write)
+        self._view.sigRangeChanged.connect(self._write)
+        self.retheme()
+
+    @property
+    def text(self) -> str:
+        """What is said, as plain text."""
+        return "\n".join(self._said())
+
+    def put(self, number: int, x: float, y: float) -> None:
+        """Put cursor 0 or 1 at a place of the axes; near a curve it stands on it."""
+        self.marks[number].setPos(x, y)
+
+    def meant(self, key: Qt.Key, *, far: bool) -> Callable[[], None] | None:
+        """Return what a key does: A and B choose a cursor, the arrows move it; None where it means nothing here."""
+        steps = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Down: (0, -1), Qt.Key.Key_Up: (0, 1)}
+        if key in (Qt.Key.Key_A, Qt.Key.Key_B):
+            return partial(self._choose, int(key == Qt.Key.Key_B))
+        return partial(self._step, *steps[key], _FAR_PX if far else 1) if key in steps else None
+
+    def _choose(self, number: int) -> None:
+        self._chosen = number
+
+    def _step(self, across: int, up: int, pixels: int) -> None:
+        pixel, place = self._view.viewPixelSize(), self.marks[self._chosen].pos()
+        on = self._on[self._chosen]
+        if across and on is not None:
+            # from sample to sample of the curve it stands on
+            x, y = self._plot.points_of(on)
+            order = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+            order = order[np.argsort(x[order], kind="stable")]
+            at = int(np.searchsorted(x[order], place.x()))
+            every = max(1, round(pixels * pixel[0] * order.size / max(float(np.ptp(x[order])), 1e-300)))
+            at = int(order[min(max(at + across * every, 0), order.size - 1)])
+            self.put(self._chosen, float(x[at]), float(y[at]))
+        else:
+            self.put(self._chosen, place.x() + across * pixels * pixel[0], place.y() + up * pixels * pixel[1])
+
+    def retheme(self) -> None:
+        """Take over the colours of the theme."""
+        colour = QColor(self._plot.colour("text"))
+        for mark, line in zip(self.marks, self._lines, strict=True):
+            for paint in (mark.setPen, mark.setHoverPen):
+                paint(pg.mkPen(colour, width=2))
+            mark.label().setColor(colour)
+            line.setPen(pg.mkPen(colour, style=Qt.PenStyle.DotLine))
+        self._write()
+
+    def remove(self) -> None:
+        """Take them away."""
+        for item in (*self.marks, *self._lines):
+            self._plot.removeItem(item)
+        self._view.sigResized.disconnect(self._write)
+        self._view.sigRangeChanged.disconnect(self._write)
+        self._words.setParentItem(None)
+        if (scene := self._words.scene()) is not None:
+            scene.removeItem(self._words)
+
+    def _moved(self, number: int, _mark: object = None) -> None:
+        if self._placing:
+            return
+        mark = self.marks[number]
+        self._on[number], x, y = self._nearest(mark.pos().x(), mark.pos().y())
+        self._placing = True
+        mark.setPos(x, y)
+        self._placing = False
+        self._lines[number].setValue(x)
+        self._write()
+
+    def _nearest(self, x: float, y: float) -> tuple[pg.GraphicsObject | None, float, float]:
+        """Return the curve within reach of a place and its nearest point; no curve and the place itself without."""
+        pixel_x, pixel_y = self._view.viewPixelSize()
+        best, place = _REACH_PX, (None, x, y)
+        for item in self._plot.curves():
+            xs, ys = self._plot.points_of(item)
+            if not xs.size:
+                continue
+            far: FloatArray = np.hypot((xs - x) / pixel_x, (ys - y) / pixel_y)
+            if not np.isfinite(far).any():
+                continue
+            at = int(np.nanargmin(far))
+            if far[at] < best:
+                best, place = float(far[at]), (item, float(xs[at]), float(ys[at]))
+        return place
+
+    def _said(self) -> list[str]:
+        plot = self._plot
+        x_unit, y_unit = unit_of(plot.words("bottom")), unit_of(plot.words("left"))
+        pixel_x, pixel_y = self._view.viewPixelSize()
+        lines, places = [], []
+        for number, mark in enumerate(self.marks):
+            x, y = plot.true_x(mark.pos().x()), plot.value_of(self._on[number], mark.pos().y())
+            places.append((x, y))
+            across, up = _said(x, pixel_x, x_unit), _said(y, pixel_y, y_unit)
+            lines.append(f"{'AB'[number]}  {across}{plot.also(x)}   {up}{plot.also(y, 'left')}")
+        dx, dy = (b - a for a, b in zip(*places, strict=True))
+        also = f" = {abs(1.0 / dx):.4g} Hz" if x_unit == "s" and dx else plot.also(dx)
+        lines.append(f"B−A  {_said(dx, pixel_x, x_unit)}{also}   {_said(dy, pixel_y, y_unit)}{plot.also(dy, 'left')}")
+        return lines
+
+    def _write(self, *_: object) -> None:
+        colours, behind = self._plot.colour, QColor(self._plot.colour("raised"))
+        paper = f"rgba({behind.red()}, {behind.green()}, {behind.blue()}, 75%)"
+        lines = "<br>".join(escape(line).replace(" ", "&nbsp;") for line in self._said())
+        self._words.setHtml(f'<div style="background:{paper}; color:{colours("text")}; font-size:8pt">{lines}</div>')
+        self._words.setPos(self._view.width() - 2, 2)
+
+
+def _said(value: float, pixel: float, unit: str) -> str:
+    """Return a value to a pixel, with its unit."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    digits = min(9, max(0, 1 - math.floor(math.log10(pixel)))) if pixel > 0.0 and math.isfinite(pixel) else 3
+    return f"{value:.{digits}f} {unit}".rstrip()

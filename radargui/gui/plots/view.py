@@ -1,0 +1,150 @@
+"""The area of a plot that the mouse and keys zoom: what is zoomed stays so until the whole is asked for again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import Any
+
+import pyqtgraph as pg
+from PySide6.QtCore import Qt, Signal
+
+_AXES = ("xRange", "yRange")
+_STEP = 0.2
+"""Share of the view that an arrow key moves it by."""
+_CLOSER = 0.8
+"""What a key leaves of the span when it zooms in."""
+
+
+class View(pg.ViewBox):  # type: ignore[misc] # pyqtgraph has no types
+    """A `ViewBox` that tells a range set by hand from one set by the program.
+
+    Parameters
+    ----------
+    live
+        The program sets ranges many times a second: a view that was zoomed by hand keeps its own, and the program's
+        comes back with `show_all`. Otherwise a range set by the program belongs to new contents and ends a zoom.
+
+    Attributes
+    ----------
+    zoomed
+        Whether the range was set by hand.
+    by_hand
+        Whether that happens just now.
+    """
+
+    menu_asked = Signal(object)
+    zoom_changed = Signal()
+
+    def __init__(self, *, live: bool) -> None:
+        self._live = live
+        self.by_hand = False
+        self.zoomed = False
+        self._whole: dict[str, Any] = {}
+        self._auto = [False, False]
+        super().__init__(enableMenu=False)
+
+    def setRange(self, rect: Any = None, xRange: Any = None, yRange: Any = None, **options: Any) -> None:  # noqa: N802 - pyqtgraph's name
+        """Set a range; while the view is zoomed and live, the program's is kept for later."""
+        if rect is None and not self.by_hand and options.get("disableAutoRange", True):
+            asked = {name: value for name, value in (("xRange", xRange), ("yRange", yRange)) if value is not None}
+            self._whole.update(asked)
+            if self.zoomed and self._live:
+                return
+            self._zoom(on=False)
+        super().setRange(rect, xRange, yRange, **options)
+
+    def enableAutoRange(self, axis: Any = None, enable: Any = True, x: Any = None, y: Any = None) -> None:  # noqa: N802 - pyqtgraph's
+        """Let the contents set the range."""
+        if enable is True and x is None and y is None and not self.by_hand:
+            for number, name in enumerate(_AXES):
+                if axis in (None, self.XYAxes, "xy", number, "xy"[number]):
+                    self._whole.pop(name, None)
+            self._zoom(on=False)
+        super().enableAutoRange(axis, enable, x, y)
+
+    def linkedViewChanged(self, view: View | None, axis: int) -> None:  # noqa: N802 - pyqtgraph's name
+        """Follow the view that shares an axis, also its zoom."""
+        if view is None or self.linksBlocked:
+            return
+        with self._hand(zooms=False):
+            super().linkedViewChanged(view, axis)
+        self._zoom(on=view.zoomed or view.by_hand)
+
+    def wheelEvent(self, event: Any, axis: int | None = None) -> None:  # noqa: N802 - Qt's name
+        """Zoom."""
+        with self._hand():
+            super().wheelEvent(event, axis)
+
+    def mouseDragEvent(self, event: Any, axis: int | None = None) -> None:  # noqa: N802 - pyqtgraph's name
+        """Move the view with the left button, stretch it with the right one."""
+        with self._hand():
+            super().mouseDragEvent(event, axis)
+
+    def mouseClickEvent(self, event: Any) -> None:  # noqa: N802 - pyqtgraph's name
+        """Show the menu, or all."""
+        if event.button() == Qt.MouseButton.RightButton:
+            event.accept()
+            self.menu_asked.emit(event.screenPos().toPoint())
+        elif event.double():
+            event.accept()
+            self.show_all()
+
+    def meant(self, key: Qt.Key) -> Callable[[], None] | None:
+        """Return how a key zooms or moves; None where it means nothing here."""
+        moves = {
+            Qt.Key.Key_Left: (-_STEP, 0.0),
+            Qt.Key.Key_Right: (_STEP, 0.0),
+            Qt.Key.Key_Down: (0.0, -_STEP),
+            Qt.Key.Key_Up: (0.0, _STEP),
+        }
+        scales = {Qt.Key.Key_Plus: _CLOSER, Qt.Key.Key_Equal: _CLOSER, Qt.Key.Key_Minus: 1.0 / _CLOSER}
+        if key == Qt.Key.Key_Home:
+            return self.show_all
+        if key in moves:
+            return partial(self._move, *moves[key])
+        return partial(self._scale, scales[key]) if key in scales else None
+
+    def _move(self, across: float, up: float) -> None:
+        (left, right), (low, high) = self.viewRange()
+        with self._hand():
+            self.translateBy(x=across * (right - left), y=up * (high - low))
+
+    def _scale(self, factor: float) -> None:
+        with self._hand():
+            self.scaleBy((factor, factor))
+
+    def show_all(self) -> None:
+        """End a zoom: show what the program shows."""
+        if not self.zoomed:
+            return
+        linked = self.linkedView(0)
+        names = _AXES[1:] if linked is not None else _AXES
+        fixed = {name: self._whole[name] for name in names if name in self._whole and not self._auto[_AXES.index(name)]}
+        self._zoom(on=False)
+        if linked is not None:
+            linked.show_all()
+        for name in names:
+            if name not in fixed:
+                super().enableAutoRange(_AXES.index(name), enable=True)
+        if fixed:
+            super().setRange(**fixed, padding=0)
+
+    @contextmanager
+    def _hand(self, *, zooms: bool = True) -> Iterator[None]:
+        if not self.zoomed:
+            self._auto = [bool(one) for one in self.autoRangeEnabled()]
+        before, outer = self.viewRange(), self.by_hand
+        self.by_hand = True
+        try:
+            yield
+        finally:
+            self.by_hand = outer
+        if zooms and self.viewRange() != before:
+            self._zoom(on=True)
+
+    def _zoom(self, *, on: bool) -> None:
+        if on is not self.zoomed:
+            self.zoomed = on
+            self.zoom_changed.emit()

@@ -1,0 +1,195 @@
+"""One scope: I and Q of a receiver against time, each drawn with a gain and an offset that change only the look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QWidget
+
+from radargui.gui.layout import Dialog, button, fill
+from radargui.gui.plots.plot import LAST, Plot
+from radargui.gui.plots.ranges import SteadyRange
+from radargui.gui.theme import Theme
+from radargui.model.arrays import BoolArray, FloatArray
+
+_FAR_V = 1000.0
+"""A shade reaches beyond every range of voltage."""
+HELD = "time before the pause [s]"
+
+
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """How a channel is drawn: `factor` times (voltage - `offset_v`). Samples, files and results know nothing of it."""
+
+    factor: float = 1.0
+    offset_v: float = 0.0
+
+    @property
+    def plain(self) -> bool:
+        """Whether the axis tells the voltage as it is."""
+        return self == Gain()
+
+    def drawn(self, volts: FloatArray) -> FloatArray:
+        """Return where voltages are drawn."""
+        return volts if self.plain else self.factor * (volts - self.offset_v)
+
+    def volts(self, drawn: FloatArray) -> FloatArray:
+        """Return the voltages that are drawn there."""
+        return drawn if self.plain else drawn / self.factor + self.offset_v
+
+    def words(self, name: str) -> str:
+        """Return what is drawn, as a formula: 10 × (I − 0.25 V)."""
+        if self.plain:
+            return name
+        moved = f"({name} {'−' if self.offset_v > 0 else '+'} {abs(self.offset_v):g} V)" if self.offset_v else name
+        return f"{self.factor:g} × {moved}" if self.factor != 1.0 else moved.strip("()")
+
+
+class Scope(Plot):
+    """Rolling view; the newest sample shown is at 0, the past to the left."""
+
+    def __init__(self, theme: Theme, number: int, *, with_time: bool) -> None:
+        self._lost = pg.BarGraphItem(x0=[], x1=[], y0=-_FAR_V, y1=_FAR_V, pen=None)
+        self._plain = f"Rx {number} [V]"
+        super().__init__(theme, LAST if with_time else "", self._plain, left_px=50, live=True)
+        # on a small screen three of them share a hand's breadth: fewer figures, none upon another
+        self.getPlotItem().getAxis("left").setTickDensity(0.6)
+        self._with_time = with_time
+        self._lost.setZValue(-10)
+        self.addItem(self._lost, ignoreBounds=True)
+        self._range = SteadyRange()
+        self._curves = (self.fast_line("i", "I"), self.fast_line("q", "Q"))
+        self.gains = (Gain(), Gain())
+        self._bin = 1
+        self.write_inside("")
+        self.setYRange(-1.0, 1.0, padding=0)
+        self.set_window(3.0)
+
+    def follow(self, words: str) -> None:
+        """Say on the axis what its 0 is."""
+        if self._with_time:
+            self.relabel(words)
+
+    def set_window(self, seconds: float, end_s: float = 0.0) -> None:
+        """Show so many seconds up to a time."""
+        self.setXRange(end_s - seconds, end_s, padding=0)
+
+    def set_gains(self, i: Gain, q: Gain) -> None:
+        """Draw the channels otherwise, and say so on the axis and in the plot."""
+        self.gains = (i, q)
+        scaled = not (i.plain and q.plain)
+        # short enough for the lowest plot; what it means stands inside
+        self._labels["left"] = "scaled" if scaled else self._plain
+        self._inside_text = f"{self._plain.partition(' [')[0]}: {i.words('I')},  {q.words('Q')}" if scaled else ""
+        self._range = SteadyRange()
+        self.retheme()
+
+    def draw(self, time_s: FloatArray, volts: FloatArray, lost: BoolArray, bin_: int = 1) -> None:
+        """Draw minimum and maximum of each pixel column.
+
+        Parameters
+        ----------
+        time_s
+            Shape (2 n,), 0 is now.
+        volts
+            I and Q, shape (2, 2 n).
+        lost
+            Whether samples of the column were lost, shape (n,).
+        bin_
+            Samples of a column.
+        """
+        self._bin = bin_
+        drawn = np.stack([gain.drawn(row) for gain, row in zip(self.gains, volts, strict=True)])
+        for curve, values in zip(self._curves, drawn, strict=True):
+            curve.setData(time_s, values)
+        known = drawn[np.isfinite(drawn)]
+        if known.size and self._range.fit(float(known.min()), float(known.max())):
+            self.setYRange(*self._range.span, padding=0)
+        self._shade(time_s, lost)
+
+    def show_nothing(self) -> None:
+        """Empty all curves, and shade nothing."""
+        self.draw(np.empty(0), np.empty((2, 0)), np.empty(0, dtype=np.bool_))
+
+    def value_of(self, item: pg.GraphicsObject | None, y: float) -> float:
+        """Return the voltage of a curve; beside the curves of scaled channels a place stands for none."""
+        gains = dict(zip(self._curves, self.gains, strict=True))
+        if item in gains:
+            return float(gains[item].volts(np.array(y)))
+        return y if all(gain.plain for gain in self.gains) else float("nan")
+
+    def data_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
+        """Return times and voltages of a curve, whatever its gain."""
+        x, y = super().data_of(item)
+        gains = dict(zip(self._curves, self.gains, strict=True))
+        return x, gains[item].volts(y) if item in gains else y
+
+    def words(self, axis: str) -> str:
+        """Return the words of an axis; what is read off and copied is always in volts."""
+        return self._plain if axis == "left" else super().words(axis)
+
+    def notes(self) -> Sequence[str]:
+        """Return what the columns hold."""
+        return (f"lowest and highest of each {self._bin} samples",) if self._bin > 1 else ()
+
+    def retheme(self) -> None:
+        """Take over the colours of the theme."""
+        super().retheme()
+        colour = QColor(self.colour("gap"))
+        colour.setAlpha(150)
+        self._lost.setOpts(brush=colour)
+
+    def _shade(self, time_s: FloatArray, lost: BoolArray) -> None:
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], lost, [False])).astype(np.int8)))
+        width = time_s[2] - time_s[0] if time_s.size > 2 else 0.0
+        first, last = time_s[2 * edges[::2]] - 0.5 * width, time_s[2 * edges[1::2] - 1] + 0.5 * width
+        if first.size or len(self._lost.opts["x0"]):
+            self._lost.setOpts(x0=first, x1=last)
+
+
+class GainDialog(Dialog):
+    """Gain and offset of each channel; what is set is seen at once.
+
+    Parameters
+    ----------
+    scopes
+        Whose channels are drawn.
+    """
+
+    def __init__(self, scopes: Sequence[Scope], parent: QWidget | None = None) -> None:
+        super().__init__("Gain and offset of the display", (420, 300), parent)
+        self._scopes = scopes
+        self.fields: list[tuple[QDoubleSpinBox, QDoubleSpinBox]] = []
+        grid = QGridLayout()
+        for column, words in enumerate(("Channel", "Gain", "Offset [V]")):
+            grid.addWidget(QLabel(words), 0, column)
+        gains = [gain for scope in scopes for gain in scope.gains]
+        for row, gain in enumerate(gains):
+            name = f"{'IQ'[row % 2]}{row // 2 + 1}"
+            factor = QDoubleSpinBox(minimum=0.1, maximum=10_000.0, decimals=1, value=gain.factor, prefix="× ")
+            offset = QDoubleSpinBox(minimum=-100.0, maximum=100.0, decimals=3, singleStep=0.01, value=gain.offset_v)
+            for column, field, what in ((1, factor, "Gain"), (2, offset, "Offset [V]")):
+                field.setAccessibleName(f"{what} of {name}")
+                field.setToolTip("Drawn: gain × (voltage − offset). Only the picture changes, no sample does")
+                field.valueChanged.connect(self._apply)
+                grid.addWidget(field, row + 1, column)
+            grid.addWidget(QLabel(name), row + 1, 0)
+            self.fields.append((factor, offset))
+        says = QLabel("For the eye only: files, results and what is copied stay in volts.")
+        reset = button("All as they are", self.reset, "Gain 1, offset 0 V")
+        self.lay_out(says, grid, 1, fill(QHBoxLayout(), reset, 1, button("Close", self.accept, default=True)))
+
+    def reset(self) -> None:
+        """Draw the voltages as they are."""
+        for factor, offset in self.fields:
+            factor.setValue(1.0)
+            offset.setValue(0.0)
+
+    def _apply(self) -> None:
+        gains = [Gain(factor.value(), offset.value()) for factor, offset in self.fields]
+        for scope, i, q in zip(self._scopes, gains[0::2], gains[1::2], strict=True):
+            scope.set_gains(i, q)

@@ -1,0 +1,107 @@
+"""What the scopes show: samples that come in, or those that were held when the display was paused."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from radargui.acquisition.baseband import Baseband
+from radargui.acquisition.ring import Ring
+from radargui.gui.control.state import Feed
+from radargui.model.setup import Setup
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """Samples to look at, up to `end`.
+
+    Attributes
+    ----------
+    ring, rate_hz, setup
+        Where they are and under which setup they were taken.
+    end
+        Absolute index after the newest that is shown.
+    zero
+        Absolute index that is 0 on the axes of time.
+    window_s
+        How far back from `end` is looked.
+    live
+        Whether more come in.
+    """
+
+    ring: Ring
+    rate_hz: float
+    setup: Setup
+    end: int
+    zero: int
+    window_s: float
+    live: bool
+
+    @property
+    def part(self) -> tuple[object, ...]:
+        """What tells one part of the samples from another."""
+        return self.ring, self.end, self.window_s
+
+    @property
+    def first(self) -> int:
+        """Absolute index of the oldest that is shown."""
+        return max(self.ring.first, self.end - round(self.window_s * self.rate_hz))
+
+    def time_s(self, index: float) -> float:
+        """Return the time of an absolute index on the axes."""
+        return (index - self.zero) / self.rate_hz
+
+    def speed_m_s(self, frequency_hz: float) -> float:
+        """Return dL/dt = wavelength times Doppler frequency: how fast the path Tx - sphere - Rx gets longer."""
+        return frequency_hz * self.setup.radar.wavelength_m
+
+
+class Follower:
+    """Keeps a `Baseband` in step with what is shown; made anew when another ring, window or band is looked at."""
+
+    def __init__(self) -> None:
+        self._of: tuple[object, ...] = ()
+        self.band: Baseband | None = None
+
+    def follow(self, shown: Shown, half_band_hz: float) -> Baseband:
+        """Return the signals of what is shown, as far as they are taken in; a long past takes some calls."""
+        of = (shown.ring, half_band_hz, shown.window_s)
+        if self.band is None or of != self._of or self.band.end > shown.end:
+            self._of = of
+            sign = shown.setup.radar.phase_sign
+            self.band = Baseband(shown.ring, shown.rate_hz, half_band_hz, shown.window_s, sign)
+        self.band.pull(shown.end)
+        return self.band
+
+
+class Held:
+    """The last seconds as they were when the display was paused: a copy, so that the recording goes on beneath it.
+
+    Parameters
+    ----------
+    feed
+        What came in then.
+    clock
+        Seconds since 1970; injected by tests.
+    """
+
+    def __init__(self, feed: Feed, ring: Ring, clock: Callable[[], float] = time.time) -> None:
+        self.feed, self.ring = feed, ring.held()
+        self._clock, self._at_s = clock, clock()
+
+    @property
+    def words(self) -> str:
+        """When that was: paused at 14:03:22, 12 s ago."""
+        at = time.strftime("%H:%M:%S", time.localtime(self._at_s))
+        return f"paused at {at}, {ago(self._clock() - self._at_s)} ago"
+
+
+def ago(seconds: float) -> str:
+    """Return a span of time in words of which nobody needs more: 12 s, 3 min 5 s, 2 h 10 min."""
+    whole = max(0, int(seconds))
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"

@@ -99,9 +99,9 @@ class MainWindow(QMainWindow):
         self.session_panel = SessionPanel(self.actions_, data_folder, settings.text("operator"))
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
         self.planes = IQPlanePanel(theme)
-        self.track = TrackPanel(theme, self.setup_model.setup)
+        self.track = TrackPanel(theme, self.setup_model.setup, self.jobs.start)
         self.runs = RunListPanel(self.actions_)
-        self.run = RunPanel(theme)
+        self.run = RunPanel(theme, self.jobs.start)
         self.panels = Panels(
             self.hardware, self.antennas, self.session_panel, self.scopes, self.planes, self.track, self.runs, self.run
         )

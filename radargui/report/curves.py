@@ -1,6 +1,7 @@
 """What the figures of one run draw: the span with the motion, decimated, broken where samples or the path were lost."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -169,6 +170,13 @@ def take_curves(result: RunResult, columns: int = COLUMNS) -> RunCurves | None:
     return _Taker(result, columns).take()
 
 
+def take_track(result: RunResult, columns: int = COLUMNS) -> TrackCurves | None:
+    """Return the track alone, with its fall; None where there is none."""
+    if result.track is None or result.recording.n_samples < 2:
+        return None
+    return _Taker(result, columns).track()
+
+
 class _Taker:
     """Curves of one result: samples within the span, broken at the gaps, and what rests on L at the restarts too."""
 
@@ -184,7 +192,10 @@ class _Taker:
         self.breaks = [int(jump) - self.first for jump in jumps]
         restarts = np.empty(0, dtype=np.intp) if result.paths is None else result.paths.restarts()
         self.restarts = restarts[(restarts > self.first) & (restarts < self.last)] - self.first
-        self.volts = recording.volts()[:, self.first : self.last]
+
+    @cached_property
+    def volts(self) -> FloatArray:
+        return self.result.recording.volts()[:, self.first : self.last]
 
     def take(self) -> RunCurves:
         result, recording = self.result, self.result.recording
@@ -194,7 +205,7 @@ class _Taker:
             since=result.zero[1].removeprefix("the "),
             unit=recording.digitisation.unit,
             receivers=tuple(self._receiver(number) for number in range(recording.n_receivers)),
-            track=self._track(),
+            track=self.track(),
             gaps_s=tuple(
                 (first / self.rate_hz - self.zero_s, last / self.rate_hz - self.zero_s) for first, last in gaps
             ),
@@ -314,7 +325,7 @@ class _Taker:
         inside = places[(places >= self.first) & (places < self.last)]
         return Curve(self.time_s[inside], values[inside - self.first])
 
-    def _track(self) -> TrackCurves | None:
+    def track(self) -> TrackCurves | None:
         track = self.result.track
         if track is None:
             return None

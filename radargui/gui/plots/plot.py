@@ -3,13 +3,15 @@
 from html import escape
 from typing import TypeVar
 
+import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QLabel
 
 from radargui.gui.layout import follow
 from radargui.gui.theme import Theme
+from radargui.model.arrays import FloatArray
 
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
 
@@ -76,18 +78,20 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         follow(theme.changed, self.retheme)
 
-    def relabel(self, bottom: str) -> None:
-        """Write other words to the lower axis."""
-        if bottom != self._labels["bottom"]:
-            self._labels["bottom"] = bottom
-            self.getPlotItem().getAxis("bottom").setLabel(bottom)
+    def relabel(self, bottom: str, left: str | None = None) -> None:
+        """Write other words to the lower axis, and to the left one where they are given."""
+        for name, words in (("bottom", bottom), ("left", left)):
+            if words is not None and words != self._labels[name]:
+                self._labels[name] = words
+                self.getPlotItem().getAxis(name).setLabel(words)
 
     def write_inside(self, text: str) -> None:
         """Write a line into the upper left corner of the plot."""
         self._inside_text = text
-        self._inside = pg.LabelItem(justify="left")
-        self._inside.setParentItem(self.getPlotItem().getViewBox())
-        self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
+        if self._inside is None:
+            self._inside = pg.LabelItem(justify="left")
+            self._inside.setParentItem(self.getPlotItem().getViewBox())
+            self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
         self._write_inside()
 
     def still_line(self, role: str, *, dashed: bool = False) -> pg.PlotDataItem:
@@ -109,6 +113,10 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:
         """Add a straight line across the plot."""
         return self._add(pg.InfiniteLine(position, angle=angle), role, dashed=dashed, ignoreBounds=True)
+
+    def band(self, role: str) -> "Band":
+        """Add an empty band around a curve."""
+        return self._add(Band(), role)
 
     def show_nothing(self) -> None:
         """Empty all curves; they stay for what comes."""
@@ -161,6 +169,28 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         # width 1 is ten times faster to draw than 2
         style = Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine
         item.setPen(pg.mkPen(colour, width=1, style=style))
+
+
+class Band(pg.FillBetweenItem):  # type: ignore[misc] # pyqtgraph has no types
+    """The room between two curves, as a shade of its colour; NaN breaks it."""
+
+    def __init__(self) -> None:
+        self._ends = pg.PlotCurveItem(connect="finite"), pg.PlotCurveItem(connect="finite")
+        super().__init__(*self._ends)
+
+    def show_band(self, x: FloatArray, low: FloatArray, high: FloatArray) -> None:
+        """Shade from low to high, each shape (n,)."""
+        known = np.isfinite(low + high)
+        for end, y in zip(self._ends, (low, high), strict=True):
+            # both break at the same places
+            end.setData(x, np.where(known, y, np.nan))
+
+    def setPen(self, pen: QPen | None) -> None:  # noqa: N802 - Qt's name
+        """Take over a colour, without an edge."""
+        shade = QColor(pg.mkPen(pen).color())
+        shade.setAlpha(70)
+        self.setBrush(shade)
+        super().setPen(pg.mkPen(None))
 
 
 IQ_KEY = (("▬", "i", "I"), ("▬", "q", "Q"))

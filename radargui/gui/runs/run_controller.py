@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QFileDialog
 from radargui import __version__
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
+from radargui.experiment.overlaid import OverlaidMethod, compute_methods, overlaid
 from radargui.experiment.reprocess import compute_later, own_setup, process_run
 from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
@@ -22,7 +23,7 @@ from radargui.gui.background import Task
 from radargui.gui.runs.report_preview import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, notes_of_file
-from radargui.gui.runs.run_panel import RunPanel
+from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import entry_of
 from radargui.gui.track.track_panel import TrackPanel
@@ -58,6 +59,7 @@ class RunController(QObject):
         runs.model.rowsInserted.connect(lambda *_: self.report_preview.refresh())
         runs.model.dataChanged.connect(lambda *_: self.report_preview.refresh())
         runs.run_chosen.connect(self._choose)
+        run.methods_asked.connect(self._overlay)
 
     def show_session(self, session: Session | None) -> None:
         """List the runs of a session."""
@@ -172,6 +174,30 @@ class RunController(QObject):
             lambda error: self._not_shown(entry.name, error),
             lambda: self._cancelled(entry),
         )
+
+    def _overlay(self, methods: tuple[str, ...]) -> None:
+        """Compute the run that is shown by other methods, in the background, and lay them over it."""
+        path, result, view = self._wanted, self._run.result, self._run.methods
+        if path is None or result is None:
+            return
+        own = result.quality.method if result.quality else ""
+
+        def add(one: OverlaidMethod) -> None:
+            if self._run.result is result:
+                view.add(one)
+
+        def work(task: Task) -> None:
+            self._jobs.report(add, overlaid(result, result, own, SCREEN_COLUMNS))
+            for one in compute_methods(path, result, methods, SCREEN_COLUMNS, task.report):
+                self._jobs.report(add, one)
+
+        def ended(error: BaseException | None = None) -> None:
+            view.show_busy(busy=False)
+            if error is not None:
+                self._board.post_error(error)
+
+        view.show_busy(busy=True)
+        self._work.start(f"computing {path.stem} by {', '.join(methods)}", work, lambda _done: ended(), ended, ended)
 
     def _choose(self, entry: RunEntry) -> None:
         path = entry.path

@@ -1,0 +1,49 @@
+"""Speed along a track, for the eye: slopes of short parabolas that never reach across an impact or a gap."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from radargui.model.arrays import FloatArray
+
+WINDOW_S = 0.02
+"""Of a parabola: in free flight it is exact for any length, and noise of 0.1 mm at 2 kS/s leaves 2 cm/s (by hand)."""
+_FEWEST = 5
+
+
+def speed_along(time_s: FloatArray, position_m: FloatArray, breaks_s: Sequence[float] = ()) -> FloatArray:
+    """Return abs(v) along a track by local parabolas (Savitzky & Golay, Anal. Chem. 36, 1627, 1964).
+
+    For pictures: no coefficient rests on it, impacts have their own speeds.
+
+    Parameters
+    ----------
+    time_s
+        Evenly spaced but for gaps, shape (n,).
+    position_m
+        Shape (3, n); NaN where unknown.
+    breaks_s
+        Instants that no parabola reaches across: impacts.
+
+    Returns
+    -------
+    FloatArray
+        In m/s, shape (n,); NaN where the position is unknown or fewer than five points lie together.
+    """
+    from scipy.signal import savgol_filter
+
+    speed = np.full(time_s.size, np.nan)
+    if time_s.size < _FEWEST:
+        return speed
+    step = float(np.median(np.diff(time_s)))
+    known = np.asarray(np.isfinite(position_m).all(axis=0))
+    apart = np.flatnonzero((np.diff(known) != 0) | (np.diff(time_s) > 1.5 * step)) + 1
+    edges = sorted({0, *apart.tolist(), *np.searchsorted(time_s, breaks_s).tolist(), time_s.size})
+    for first, last in pairwise(edges):
+        length = min(last - first, max(_FEWEST, round(WINDOW_S / step)))
+        if known[first] and length >= _FEWEST:
+            odd = length - 1 + length % 2
+            slope = savgol_filter(position_m[:, first:last], odd, 2, deriv=1, delta=step, axis=1, mode="interp")
+            speed[first:last] = np.linalg.norm(slope, axis=0)
+    return speed

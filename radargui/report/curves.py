@@ -9,7 +9,7 @@ import numpy as np
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.result import RunResult, Segment
+from radargui.model.result import FreeFall, RunResult, Segment
 from radargui.model.rounding import alone
 from radargui.report.decimation import COLUMNS, EMPTY, Curve, envelope, every
 
@@ -349,14 +349,34 @@ class _Taker:
         first, last = fall.first_time_s - self.zero_s, fall.last_time_s - self.zero_s
         end = max(last, impacts[0].time_s - self.zero_s if impacts else last)
         t = np.linspace(first, end, 100)
-        inside = (self.t >= first) & (self.t <= last)
-        fitted = np.polynomial.polynomial.polyval(self.t[inside] - first, fall.parabola)
         parabola = np.asarray(np.polynomial.polynomial.polyval(t - first, fall.parabola), np.float64)
-        residual = envelope(self.t[inside], height_m[inside] - fitted, columns=self.columns)
-        at, slope, bend = fall.parabola
-        since, top = (first - slope / (2.0 * bend), at - slope**2 / (4.0 * bend)) if bend else (first, at)
-        fallen = envelope(self.t[inside] - since, top - height_m[inside], columns=_FALL_COLUMNS)
-        return Curve(t, parabola), residual, fallen, Curve(residual.x - since, residual.y)
+        time_s = self.t + self.zero_s
+        residual, fallen, since_vertex = fall_curves(time_s, height_m, fall, self.columns)
+        return Curve(t, parabola), Curve(residual.x - self.zero_s, residual.y), fallen, since_vertex
+
+
+def fall_curves(
+    time_s: FloatArray, height_m: FloatArray, fall: FreeFall, columns: int = COLUMNS
+) -> tuple[Curve, Curve, Curve]:
+    """Return what the parabola leaves, the way fallen from its vertex on, and what it leaves from there on.
+
+    Parameters
+    ----------
+    time_s, height_m
+        Along the floor's normal, shape (n,).
+    fall
+        The fitted fall.
+    columns
+        Of the residual.
+    """
+    inside = (time_s >= fall.first_time_s) & (time_s <= fall.last_time_s)
+    t, height_m = time_s[inside], height_m[inside]
+    fitted = np.polynomial.polynomial.polyval(t - fall.first_time_s, fall.parabola)
+    at, slope, bend = fall.parabola
+    since, top = (-slope / (2.0 * bend), at - slope**2 / (4.0 * bend)) if bend else (0.0, at)
+    residual = envelope(t, height_m - fitted, columns=columns)
+    since += fall.first_time_s
+    return residual, envelope(t - since, top - height_m, columns=_FALL_COLUMNS), Curve(residual.x - since, residual.y)
 
 
 def _span(result: RunResult) -> tuple[int, int]:

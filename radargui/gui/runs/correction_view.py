@@ -144,7 +144,7 @@ class CorrectionView(QWidget):
         for plot, line, one in zip(self.raw, self.rest_lines, circles, strict=True):
             plot.found["model"].setData(one.fitted.x, one.fitted.y)
             line.setData(one.rest.x, 1e3 * one.rest.y)
-        self.rest.relabel("", "raw − fit\n[mV]")
+        self.rest.relabel("", "rest [mV]")
         self.rest.setToolTip("What the samples have and the fit has not: noise, and what is not described")
         self.rest.show()
 

@@ -19,7 +19,7 @@ from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_wor
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.restitution.series import Series, drop_labels, series_of
-from radargui.session.session import BY_OPERATOR
+from radargui.session.session import was_drop
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ class RunEntry:
     @property
     def is_drop(self) -> bool:
         """Whether it is numbered as a drop: it counts, or was one before the operator rejected it."""
-        return not self.rejected or self.rejected == BY_OPERATOR
+        return not self.rejected or was_drop(self.rejected)
 
     @property
     def called(self) -> str:

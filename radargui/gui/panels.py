@@ -26,6 +26,7 @@ TITLES = {
     "track": "Track",
     "runs": "Runs",
     "run": "Run",
+    "series": "Series",
 }
 """Kept names and the words shown; a name must never change, layouts are remembered by it."""
 
@@ -126,6 +127,7 @@ class Panels(QtWidgets.QMainWindow):
         self.tabifyDockWidget(docks["hardware"], docks["antennas"])
         self.tabifyDockWidget(docks["antennas"], docks["session"])
         self.tabifyDockWidget(docks["scopes"], docks["run"])
+        self.tabifyDockWidget(docks["run"], docks["series"])
         for dock in docks.values():
             dock.show()
         for name in ("hardware", "scopes"):

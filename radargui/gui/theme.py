@@ -26,8 +26,8 @@ class Colours:
         The two voltages of a receiver.
     receivers
         One colour a receiver, for path lengths and phases.
-    methods
-        Corrections laid over each other on one run.
+    compared
+        What is laid over each other: corrections of one run, sessions of a series.
     track, mark, fit
         The track, impacts and peaks, fitted curves.
     gap
@@ -47,7 +47,7 @@ class Colours:
     i: str
     q: str
     receivers: Sequence[str]
-    methods: Sequence[str]
+    compared: Sequence[str]
     track: str
     mark: str
     fit: str

@@ -123,7 +123,7 @@ class MethodsView(QWidget):
         entries = []
         for number, one in enumerate(self._all):
             # the first lies beneath the others
-            role = "text" if number == 0 else f"methods.{number - 1}"
+            role = "text" if number == 0 else f"compared.{number - 1}"
             for plot, curves in ((self.curves, one.curves), (self.differences, one.differences)):
                 if name in curves:
                     plot.still_line(role).setData(curves[name].x, 1e3 * curves[name].y)

@@ -32,6 +32,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
 from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
+from radargui.report.glances import Glances
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
@@ -46,7 +47,9 @@ _KEPT = 3
 class RunController(QObject):
     """Joins the run list, the run panel, the track and the work behind them."""
 
-    def __init__(self, runs: RunListPanel, run: RunPanel, track: TrackPanel, services: Services) -> None:
+    def __init__(
+        self, runs: RunListPanel, run: RunPanel, track: TrackPanel, glances: Glances, services: Services
+    ) -> None:
         super().__init__(services.parent)
         self._runs, self._run, self._track = runs, run, track
         self._work, self._jobs, self._board = services.work, services.jobs, services.board
@@ -55,7 +58,7 @@ class RunController(QObject):
         self._kept: OrderedDict[Path, RunResult] = OrderedDict()
         self._wanted: Path | None = None
         self._reading: Task | None = None
-        self.report_preview = ReportPreview(services)
+        self.report_preview = ReportPreview(glances, services)
         runs.model.rowsInserted.connect(lambda *_: self.report_preview.refresh())
         runs.model.dataChanged.connect(lambda *_: self.report_preview.refresh())
         runs.run_chosen.connect(self._choose)
@@ -74,7 +77,11 @@ class RunController(QObject):
             self._runs.show_session(None, [])
             return
         paths, rejected = session.run_paths(with_rejected=True), session.rejected
-        self._runs.show_session(session.path, [RunEntry(path, rejected=rejected.get(path.name)) for path in paths])
+        noted = session.info.notes_of
+        self._runs.show_session(
+            session.path,
+            [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths],
+        )
         if paths:
             report = session.path / REPORT_FOLDER / "report.html"
             self._jobs.start(
@@ -98,7 +105,8 @@ class RunController(QObject):
                 self._board.post("warning", recorded.message)
             return
         result, follows = recorded.result, recorded.path in self._kept
-        entry = entry_of_recorded(recorded, recorded.path)
+        noted = self._session.info.notes_of(recorded.path.name) if self._session else None
+        entry = replace(entry_of_recorded(recorded, recorded.path), note=noted)
         # what is set aside stays out of the way, also of the key that rejects the chosen run
         self._runs.put(entry, select=not recorded.set_aside and not follows)
         if result is None:

@@ -24,7 +24,7 @@ class RunListPanel(QWidget):
     def __init__(self, does: Actions) -> None:
         super().__init__()
         self.model = RunModel()
-        self.table = RowTable(self.model, "runs")
+        self.table = RowTable(self.model, "runs", many=True)
         self.table.setMinimumHeight(50)
         # a verdict is never cut on a narrow screen: it takes another line
         self.table.setWordWrap(True)
@@ -33,6 +33,10 @@ class RunListPanel(QWidget):
         self._settle.timeout.connect(self._fit_rows)
         self.table.horizontalHeader().sectionResized.connect(lambda *_sizes: self._settle.start())
         self.table.selectionModel().selectionChanged.connect(self._chosen)
+        # a sorted table keeps what is hidden by its place
+        self.table.model().layoutChanged.connect(self._hide_rows)
+        for action in (does.reject, does.exclude, does.note_run):
+            self.table.addAction(action)
 
         self.report = button("Make report", does.report.trigger, "PDF, HTML, CSV and JSON of this session")
         self.preview = button("Preview", does.preview.trigger, "The report's first page, as the runs come in")
@@ -76,13 +80,14 @@ class RunListPanel(QWidget):
         row = self.model.put(entry)
         self._hide_rows()
         self._fit_columns(self.model.entries[row : row + 1])
-        self.table.resizeRowToContents(row)
-        if row == len(self.model.entries) - 1:
-            self.table.scrollToBottom()
+        shown, is_last = self.table.shown_row(row), row == len(self.model.entries) - 1
+        self.table.resizeRowToContents(shown)
+        if is_last:
+            self.table.scrollTo(self.table.model().index(shown, 0))
         if select:
             # the result of a run that was just recorded is there already: nobody needs to be asked for it
             self.table.selectionModel().blockSignals(True)
-            self.table.selectRow(row)
+            self.table.selectRow(shown)
             self.table.selectionModel().blockSignals(False)
             self.table.viewport().update()
         self._refresh_buttons()
@@ -100,12 +105,15 @@ class RunListPanel(QWidget):
 
     def _chosen(self, _selected: QItemSelection, _deselected: QItemSelection) -> None:
         self._refresh_buttons()
-        if (entry := self.table.chosen) is not None:
-            self.run_chosen.emit(entry)
+        # who selects many wants to look at none
+        if len(chosen := self.table.all_chosen) == 1:
+            self.run_chosen.emit(chosen[0])
 
     def _hide_rows(self) -> None:
         for row, entry in enumerate(self.model.entries):
-            self.table.setRowHidden(row, bool(entry.rejected) and not self.rejected.isChecked())
+            hidden = bool(entry.rejected) and not self.rejected.isChecked()
+            self.table.setRowHidden(self.table.shown_row(row), hidden)
+        self.table.show_column(list(COLUMNS).index("Note"), shown=any(one.note for one in self.model.entries))
         count = self.model.n_rejected
         self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")
 
@@ -123,7 +131,7 @@ class RunListPanel(QWidget):
     def _fit_rows(self) -> None:
         """Make the lines as high as their verdicts, of very many those of the last ones."""
         for row in range(len(self.model.entries))[-_MOST_FITTED:]:
-            self.table.resizeRowToContents(row)
+            self.table.resizeRowToContents(self.table.shown_row(row))
 
     def _refresh_buttons(self) -> None:
         series = self.model.series

@@ -20,7 +20,7 @@ _LEFT = 58
 COVERED = 2.0
 """Standard uncertainties that a band reaches to either side."""
 Detail = Literal["speed", "residual", "x", "y"]
-_LABELS: Mapping[Detail, str] = {"speed": "speed [m/s]", "residual": "Δz [µm]", "x": "x [mm]", "y": "y [mm]"}
+_LABELS: Mapping[Detail, str] = {"speed": "v [m/s]", "residual": "Δz [µm]", "x": "x [mm]", "y": "y [mm]"}
 _TIPS: Mapping[Detail, str] = {
     "speed": "Speed of the sphere, slopes of parabolas over 20 ms that never reach across an impact",
     "residual": "Height less the fitted parabola of the first fall, with ± 2 u (statistical)",
@@ -130,7 +130,9 @@ class DetailPlot(Plot):
         self.setXRange(*span_s, padding=0.01 if track.zero else 0.0)
         ends = np.concatenate([y, y - np.nan_to_num(around), y + np.nan_to_num(around)])
         ends = ends[np.isfinite(ends)]
-        if ends.size and self._range.fit(float(ends.min()), float(ends.max())):
+        if not ends.size:
+            self.setYRange(0.0, 1.0, padding=0)
+        elif self._range.fit(float(ends.min()), float(ends.max())):
             self.setYRange(*self._range.span, padding=0)
 
     def begin_anew(self) -> None:

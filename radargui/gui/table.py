@@ -169,12 +169,6 @@ class RowTable(QTableView, Generic[_R]):
     def _entry(self, index: QModelIndex) -> _R:
         return self._rows.entries[self._sorted.mapToSource(index).row()]
 
-    def show_column(self, column: int, *, shown: bool) -> None:
-        """Show a column, or hide it: that is no width that the operator set."""
-        self._fitting = True
-        self.setColumnHidden(column, not shown)
-        self._fitting = False
-
     def fit(self, column: int, width: int) -> None:
         """Set a width, unless the operator has set the columns."""
         if not self.columns_chosen:
@@ -189,7 +183,7 @@ class RowTable(QTableView, Generic[_R]):
             self.resizeColumnsToContents()
             self._fitting = False
 
-    def _resized(self, column: int, _old: int, _new: int) -> None:
-        # the last one takes what room is left
-        if not self._fitting and column < self.model().columnCount() - 1:
+    def _resized(self, column: int, old: int, new: int) -> None:
+        # the last one takes what room is left; to hide one is no width that the operator set
+        if not self._fitting and old and new and column < self.model().columnCount() - 1:
             self.columns_chosen = True

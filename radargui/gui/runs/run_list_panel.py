@@ -113,7 +113,7 @@ class RunListPanel(QWidget):
         for row, entry in enumerate(self.model.entries):
             hidden = bool(entry.rejected) and not self.rejected.isChecked()
             self.table.setRowHidden(self.table.shown_row(row), hidden)
-        self.table.show_column(list(COLUMNS).index("Note"), shown=any(one.note for one in self.model.entries))
+        self.table.setColumnHidden(list(COLUMNS).index("Note"), not any(one.note for one in self.model.entries))
         count = self.model.n_rejected
         self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")
 

@@ -233,7 +233,7 @@ class SeriesPanel(QWidget):
         self.facts = facts
         found = facts.findings.sessions if facts else ()
         self.rows.replace_all(row for one in found for row in rows_of(one))
-        self.table.show_column(0, shown=len(found) > 1)
+        self.table.setColumnHidden(0, len(found) < 2)
         self.table.fit_all()
         self.alone.setVisible(len(found) > 1)
         kind = f"{found[0].series.kind}, " if found and found[0].series.kind not in (None, "measured") else ""

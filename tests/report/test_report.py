@@ -7,9 +7,9 @@ import csv
 import hashlib
 import json
 import re
-import zlib
 import subprocess
 import sys
+import zlib
 from dataclasses import replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser

@@ -124,7 +124,10 @@ def test_the_sentence_can_be_quoted() -> None:
 
 
 def test_of_two_sessions_of_one_sample_the_one_that_gave_no_e_is_named() -> None:
-    pair = [session("Monday", *FIVE, sample="steel", target="glass"), session("Tuesday", sample="steel", target="glass")]
+    pair = [
+        session("Monday", *FIVE, sample="steel", target="glass"),
+        session("Tuesday", sample="steel", target="glass"),
+    ]
     found = findings_of(pair)
     assert found.sentence.startswith("Coefficient of restitution of steel on glass: e = 0.8000(50)")
     assert found.sentence.endswith("Tuesday: No drop of steel on glass gave a valid coefficient of restitution.")

@@ -162,8 +162,10 @@ class Panels(QtWidgets.QMainWindow):
             first.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def bring_up(self, name: str) -> None:
-        """Show a panel in front, unless the operator closed it."""
-        dock = self.docks[name]
+        """Show a panel in front, unless the operator closed it, or follows the series where it would stand."""
+        dock, series = self.docks[name], self.docks["series"]
+        if name != "series" and series.widget().isVisible() and series in self.tabifiedDockWidgets(dock):
+            return
         if not dock.isHidden() or self.tabifiedDockWidgets(dock):
             dock.raise_()
 

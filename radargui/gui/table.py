@@ -3,7 +3,14 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Generic, TypeVar
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, QSortFilterProxyModel, Qt
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QItemSelectionModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QSortFilterProxyModel,
+    Qt,
+)
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QHeaderView, QTableView
 
@@ -144,6 +151,11 @@ class RowTable(QTableView, Generic[_R]):
         """Every selected row, in the order of the table."""
         rows = sorted(self.selectionModel().selectedRows(), key=QModelIndex.row)
         return [self._entry(one) for one in rows]
+
+    def selectRow(self, row: int) -> None:  # noqa: N802 - Qt's name
+        """Select one row and no other, whatever keys are held while a run comes in."""
+        flags = QItemSelectionModel.SelectionFlag
+        self.selectionModel().setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
 
     def choose(self, wanted: Callable[[_R], bool]) -> bool:
         """Select the first row that is wanted; return whether there is one."""

@@ -62,7 +62,10 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
     assert not browser.isVisible()
 
     # one table, from the statistics that the report has
-    found = report_facts([study_session(Session.open(path, write=False), stored_result) for path in three], "").findings
+    folders = [three[0].parent / one.info.name for one in panel.facts.sessions]
+    assert sorted(folders) == sorted(three)
+    own = [study_session(Session.open(path, write=False), stored_result) for path in folders]
+    found = report_facts(own, "").findings
     shown = {one.name: one for one in panel.facts.findings.sessions}
     for one in found.sessions:
         assert shown[one.name].series.e == one.series.e
@@ -75,10 +78,12 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
 
     # e against the impact speed: three groups of first impacts, where the heights say
     panel.pages.setCurrentWidget(panel.speeds)
-    dots = [item for item in panel.speeds.plot.getPlotItem().listDataItems() if item.opts["symbol"] == "o"]
+    dots = [item for item in panel.speeds.plot.getPlotItem().listDataItems() if item.opts.get("symbol") == "o"]
     fastest = sorted(float(item.xData.max()) for item in dots)
     assert fastest == pytest.approx(sorted(np.sqrt(2.0 * G * np.array(HEIGHTS_M))), rel=0.01)
-    assert np.concatenate([item.yData for item in dots]) == pytest.approx(0.5, abs=0.02)
+    for item in dots:
+        # of the first impacts, which have the most samples
+        assert item.yData[item.xData > 0.9 * item.xData.max()] == pytest.approx(0.5, abs=0.002)
     panel.speeds.model.setCurrentIndex(panel.speeds.model.findData("power"))
     (fit,) = panel.speeds.fits
     assert fit == next(one for one in found.samples[0].fits if one.model == "power")
@@ -102,6 +107,8 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
     assert found.sentence in panel.words.toPlainText()
     panel.pages.setCurrentWidget(panel.table)
     panel.table.selectAll()
+    window.activateWindow()
+    wait_for(window.isActiveWindow)
     panel.table.setFocus()
     QTest.keyClick(panel.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
     lines = [line.split("\t") for line in QApplication.clipboard().text().splitlines()]
@@ -256,7 +263,8 @@ def test_numbers_come_before_words_and_dashes_last() -> None:
 
 
 def test_a_reason_of_the_operator_is_told_from_what_was_no_drop() -> None:
-    assert was_drop(reason_of("")) and was_drop(reason_of("bumped"))
+    assert was_drop(reason_of(""))
+    assert was_drop(reason_of("bumped"))
     assert not was_drop("no fall")
     assert not was_drop("rejected by the operators of old")
 

@@ -43,7 +43,7 @@ def test_the_trail_has_the_colour_of_its_speed_and_the_bar_says_which(panel: Tra
     assert panel.speed_bar.words == f"{scale_m_s:g} m/s"
     fastest = max(bounce.speed_before_m_s for bounce in result.bounces.impacts)
     assert scale_m_s >= fastest
-    steps = {step for *_, trail, _, _ in panel.projections._parts for step in trail.paths}
+    steps = {step for *_, trail, _, _ in panel.projections._parts for step in trail.lines}
     # from rest to the speed of the impact, every colour in between
     assert steps == set(range(int(fastest / scale_m_s * N_COLOURS) + 1))
     table = panel._colours.table()
@@ -124,7 +124,7 @@ def test_a_live_trail_is_coloured_too(panel: TrackPanel) -> None:
     panel._draw(track)
     panel.curves.show_live(track)
     assert track.speed_m_s[-1] == pytest.approx(1.962, abs=1e-6)
-    assert len(panel.projections._parts[0][4].paths) > 5
+    assert len(panel.projections._parts[0][4].lines) > 5
     panel.curves.choose("speed")
     assert np.nanmax(drawn(panel)[1]) == pytest.approx(1.962, abs=1e-6)
     assert panel.curves.detail.band_drawn.path().isEmpty()

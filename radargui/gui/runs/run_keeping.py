@@ -123,11 +123,13 @@ class RunKeeping(QObject):
     def toggle(self) -> None:
         """Reject the chosen runs, or the last one; take them back where all were rejected already."""
         if entries := self._wanted("There is no run to reject."):
-            self._set_aside(entries, BY_OPERATOR, back=all(one.rejected for one in entries))
+            counted = [one for one in entries if not one.rejected]
+            self._set_aside(counted or entries, BY_OPERATOR, back=not counted)
 
     def exclude(self) -> None:
         """Reject the chosen runs, or the last one, with a reason that report and window show."""
-        if entries := self._wanted("There is no run to reject."):
+        # what was no drop has its reason
+        if entries := [one for one in self._wanted("There is no run to reject.") if one.is_drop]:
             said = self.ask_words("Reject with a reason", f"Why does {_named(entries)} not count?", REASONS)
             if said:
                 self._set_aside(entries, reason_of(said), back=False)

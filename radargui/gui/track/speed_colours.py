@@ -1,8 +1,11 @@
 """Speed as colour: a perceptually uniform map, its bar with the unit, and a trail drawn in it."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QPointF, QRectF, Qt
+from pyqtgraph.Qt.internals import PrimitiveArray
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
@@ -38,6 +41,20 @@ class SpeedColours:
         """Return the number of each speed's colour, shape (n,); an unknown speed counts as rest."""
         share = np.nan_to_num(speed_m_s / self.most_m_s, nan=0.0)
         return np.clip((share * N_COLOURS).astype(np.intp), 0, N_COLOURS - 1)
+
+    def pieces(self, track: ShownTrack) -> dict[int, IntArray]:
+        """Return the pieces of a track by the number of their colour, as pairs of the indices of their ends.
+
+        Unknown points break it; each piece has the colour of the speed at its end.
+        """
+        known = np.isfinite(track.position_mm.sum(axis=0))
+        first = np.flatnonzero(known[:-1] & known[1:])
+        step = self.steps(track.speed_m_s[first + 1])
+        order = np.argsort(step, kind="stable")
+        numbers, at = np.unique(step[order], return_index=True)
+        ends = np.stack([first[order], first[order] + 1], axis=1)
+        parts = np.split(ends, at[1:])
+        return {int(number): part.ravel() for number, part in zip(numbers, parts, strict=True)} if first.size else {}
 
     def table(self) -> FloatArray:
         """Return the colours in the present look, red, green, blue, alpha from 0 to 1, shape (N_COLOURS, 4)."""
@@ -81,29 +98,26 @@ class SpeedBar(QWidget):
 
 
 class SpeedTrail(pg.GraphicsObject):  # type: ignore[misc] # pyqtgraph has no types
-    """A line in the colours of its speed: one path a colour, drawn nearly as fast as one line."""
+    """A line in the colours of its speed: drawn nearly as fast as in one."""
 
     def __init__(self, colours: SpeedColours) -> None:
         super().__init__()
         self._colours = colours
         self._bounds = QRectF()
-        self.paths: dict[int, pg.QtGui.QPainterPath] = {}
+        self.lines: dict[int, PrimitiveArray] = {}
 
-    def show_trail(self, x: FloatArray, y: FloatArray, speed_m_s: FloatArray) -> None:
-        """Draw the line through x, y, shape (n,), NaN breaks it; each piece in the colour of the speed at its end."""
-        known = np.flatnonzero(np.isfinite(x[1:] + x[:-1] + y[1:] + y[:-1])) if x.size > 1 else np.empty(0, np.intp)
-        step = self._colours.steps(speed_m_s[known + 1])
-        ends = np.stack([known, known + 1], axis=1)
-        self.paths = {
-            int(number): pg.arrayToQPath(x[pairs], y[pairs], connect="pairs")
-            for number in np.unique(step)
-            for pairs in (ends[step == number].ravel(),)
-        }
+    def show_trail(self, x: FloatArray, y: FloatArray, pieces: Mapping[int, IntArray]) -> None:
+        """Draw a line through x, y, shape (n,), by its `pieces`."""
+        self.lines, places = {}, np.stack([x, y], axis=1)
+        for step, ends in pieces.items():
+            self.lines[step] = made = PrimitiveArray(QLineF, 4)
+            made.resize(ends.size // 2)
+            made.ndarray()[:] = places[ends].reshape(-1, 4)
         self.prepareGeometryChange()
         self._bounds = QRectF()
-        if known.size:
-            corner, other = (QPointF(float(end(x[known])), float(end(y[known]))) for end in (np.min, np.max))
-            self._bounds = QRectF(corner, other).adjusted(-1.0, -1.0, 1.0, 1.0)
+        if pieces:
+            low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
+            self._bounds = QRectF(QPointF(*low), QPointF(*high)).adjusted(-1.0, -1.0, 1.0, 1.0)
         self.update()
 
     def boundingRect(self) -> QRectF:  # noqa: N802 - Qt's name
@@ -111,9 +125,9 @@ class SpeedTrail(pg.GraphicsObject):  # type: ignore[misc] # pyqtgraph has no ty
         return self._bounds
 
     def paint(self, painter: QPainter, *_: object) -> None:
-        """Draw one path a colour."""
+        """Draw the lines colour by colour."""
         table = self._colours.table()
-        for number, path in self.paths.items():
+        for number, lines in self.lines.items():
             # cosmetic, as wide at any zoom
             painter.setPen(pg.mkPen(QColor.fromRgbF(*table[number]), width=1))
-            painter.drawPath(path)
+            painter.drawLines(*lines.drawargs())

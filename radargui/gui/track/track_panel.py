@@ -45,6 +45,7 @@ class Projections(QWidget):
 
     def __init__(self, theme: Theme, colours: SpeedColours) -> None:
         super().__init__()
+        self._colours = colours
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(2)
@@ -75,9 +76,10 @@ class Projections(QWidget):
 
     def show_track(self, track: ShownTrack) -> None:
         """Draw a track."""
+        pieces = self._colours.pieces(track)
         for across, up, _, _, trail, impacts, sphere in self._parts:
             flat = track.position_mm
-            trail.show_trail(flat[across], flat[up], track.speed_m_s)
+            trail.show_trail(flat[across], flat[up], pieces)
             impacts.setData(track.impact_mm[across], track.impact_mm[up])
             last = np.flatnonzero(np.isfinite(flat).all(axis=0))[-1:]
             sphere.setData(flat[across, last], flat[up, last])
@@ -136,7 +138,8 @@ class TrackPanel(QWidget):
         splitter.addWidget(self._stack)
         splitter.addWidget(lower)
         splitter.setStretchFactor(0, 3)
-        splitter.setStretchFactor(1, 3)
+        splitter.setStretchFactor(1, 2)
+        splitter.setSizes([3000, 2000])
         splitter.setChildrenCollapsible(False)
         fill(QVBoxLayout(self), fill(QHBoxLayout(), (self._title, 1), self.speed_bar), (splitter, 1), spacing=0)
         self.show_setup(setup)

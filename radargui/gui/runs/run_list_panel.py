@@ -15,6 +15,8 @@ from radargui.gui.table import RowTable
 _MOST_FITTED = 50
 """Runs that columns and lines are fitted to when a session is opened; all of ten thousand would take a second."""
 
+_WIDEST_NOTE = 150
+
 
 class RunListPanel(QWidget):
     """Lists runs; choosing one asks for its result to be shown."""
@@ -123,6 +125,8 @@ class RunListPanel(QWidget):
         for column, title in enumerate(tuple(COLUMNS)[:-1]):
             words = (*title.split(), *(cells[column] for cells in texts))
             wanted = max(metrics.horizontalAdvance(text) for text in words) + 10
+            # a long note takes several lines
+            wanted = min(wanted, _WIDEST_NOTE) if title == "Note" else wanted
             if self.table.columnWidth(column) < wanted or not self.model.entries:
                 self.table.fit(column, wanted)
                 # the last column gives what the others take

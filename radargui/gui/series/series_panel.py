@@ -129,6 +129,7 @@ class SpeedView(QWidget):
         fitted = [("╌", "fit", f"{MODELS[drawn[0].model].title} ± 2 u")] if drawn else []
         outside = [("", "text", f"{n_outside} outside")] if n_outside else []
         self.key.show_entries(("│", "text", "± 2 u"), *fitted, *session_key(found), *outside)
+        self.key.setToolTip(_plain(session_key(found)))
 
 
 class FallsView(QWidget):
@@ -137,7 +138,7 @@ class FallsView(QWidget):
     def __init__(self, theme: Theme) -> None:
         super().__init__()
         self.key = Key(theme)
-        self.fallen = Plot(theme, "", "fallen [mm]", left_px=_LEFT)
+        self.fallen = Plot(theme, "", "fall [mm]", left_px=_LEFT)
         self.fallen.getPlotItem().getAxis("bottom").setStyle(showValues=False)
         self.left = Plot(theme, "time from the vertex of the parabola [s]", "Δz [µm]", left_px=_LEFT)
         self.left.setToolTip("Height less the parabola fitted to each fall")
@@ -168,6 +169,7 @@ class FallsView(QWidget):
         t = np.linspace(0.0, end, 100)
         self.fallen.fast_line("fit", dashed=True).setData(t, 500.0 * g * t**2)
         self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *session_key(facts.findings.sessions))
+        self.key.setToolTip(_plain(session_key(facts.findings.sessions)))
         for plot in (self.fallen, self.left):
             plot.enableAutoRange()
 
@@ -189,6 +191,10 @@ def session_key(sessions: Sequence[SessionFindings]) -> list[tuple[str, str, str
         ("●", role_of(number), ", ".join(filter(None, (name[cut:][:_LONGEST_NAME], _height(height)))))
         for number, (name, height) in enumerate(zip(names, heights, strict=True))
     ]
+
+
+def _plain(entries: list[tuple[str, str, str]]) -> str:
+    return "\n".join(f"{sign} {words}" for sign, _, words in entries)
 
 
 def _height(found: Statistics) -> str:

@@ -172,6 +172,7 @@ class TrackCurves(QWidget):
         self._chosen: dict[bool, Detail] = {True: "speed", False: "residual"}
         self.height_plot = HeightPlot(theme, live_s)
         self.key = Key(theme)
+        self.key.setToolTip("The parabola is fitted to the first fall; where it is left out, none could be fitted")
         self.key.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.detail = DetailPlot(theme)
         self.tabs = QTabBar()
@@ -221,7 +222,7 @@ class TrackCurves(QWidget):
         self._track = track or NO_TRACK
         self.height_plot.show_result(track)
         drawn = [("▬", "track", "z"), ("▒", "track", f"± 2 u ({track.u_kind})")] if track else []
-        drawn += [("╌", "fit", "parabola of the first fall")] if track and track.fit_time_s.size else []
+        drawn += [("╌", "fit", "parabola")] if track and track.fit_time_s.size else []
         drawn += [("×", "mark", "impacts")] if track and track.impact_time_s.size else []
         self.key.show_entries(*drawn)
         self._draw()

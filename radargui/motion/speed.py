@@ -31,8 +31,6 @@ def speed_along(time_s: FloatArray, position_m: FloatArray, breaks_s: Sequence[f
     FloatArray
         In m/s, shape (n,); NaN where the position is unknown or fewer than five points lie together.
     """
-    from scipy.signal import savgol_filter
-
     speed = np.full(time_s.size, np.nan)
     if time_s.size < _FEWEST:
         return speed
@@ -43,7 +41,19 @@ def speed_along(time_s: FloatArray, position_m: FloatArray, breaks_s: Sequence[f
     for first, last in pairwise(edges):
         length = min(last - first, max(_FEWEST, round(WINDOW_S / step)))
         if known[first] and length >= _FEWEST:
-            odd = length - 1 + length % 2
-            slope = savgol_filter(position_m[:, first:last], odd, 2, deriv=1, delta=step, axis=1, mode="interp")
-            speed[first:last] = np.linalg.norm(slope, axis=0)
+            slopes = [_slopes(row, (length - 1) // 2) for row in position_m[:, first:last]]
+            speed[first:last] = np.linalg.norm(slopes, axis=0) / step
     return speed
+
+
+def _slopes(y: FloatArray, half: int) -> FloatArray:
+    """Return the slope a step, shape (n,), of parabolas through 2 half + 1 points; at the ends that of the last one."""
+    k = np.arange(-half, half + 1)
+    # the slope in the middle of a parabola is that of the straight line
+    slope = np.empty(y.size)
+    slope[half : y.size - half] = np.correlate(y, k / (k @ k), "valid")
+    for place, ends in ((slice(0, half), k[:half]), (slice(y.size - half, y.size), k[half + 1 :])):
+        part = y[: k.size] if place.start == 0 else y[-k.size :]
+        _, linear, square = np.polynomial.polynomial.polyfit(k, part, 2)
+        slope[place] = linear + 2.0 * square * ends
+    return slope

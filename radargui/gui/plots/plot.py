@@ -5,7 +5,7 @@ from typing import TypeVar
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QLabel
 
@@ -181,9 +181,10 @@ class Band(pg.FillBetweenItem):  # type: ignore[misc] # pyqtgraph has no types
     def show_band(self, x: FloatArray, low: FloatArray, high: FloatArray) -> None:
         """Shade from low to high, each shape (n,)."""
         known = np.isfinite(low + high)
-        for end, y in zip(self._ends, (low, high), strict=True):
-            # both break at the same places
-            end.setData(x, np.where(known, y, np.nan))
+        # the shade is made once, when both are there
+        with QSignalBlocker(self._ends[0]):
+            self._ends[0].setData(x, np.where(known, low, np.nan))
+        self._ends[1].setData(x, np.where(known, high, np.nan))
 
     def setPen(self, pen: QPen | None) -> None:  # noqa: N802 - Qt's name
         """Take over a colour, without an edge."""

@@ -187,18 +187,21 @@ class SamplesView(QWidget):
     def show_overview(self, overview: Overview) -> None:
         """Draw an overview."""
         count = len(overview.channel_names) // 2
-        self.clear()
-        self.plots = [
-            Plot(self._theme, "time [s]" if number == count - 1 else "", f"Rx {number + 1} [V]", left_px=_LEFT)
-            for number in range(count)
-        ]
+        if len(self.plots) != count:
+            self.clear()
+            self.plots = [
+                Plot(self._theme, "time [s]" if number == count - 1 else "", f"Rx {number + 1} [V]", left_px=_LEFT)
+                for number in range(count)
+            ]
+            for plot in self.plots:
+                self._column.addWidget(plot, 1)
         for number, plot in enumerate(self.plots):
+            plot.take_all_out()
             # a plot whose axis is linked does not look for its range itself
             plot.setXLink(self.plots[-1] if plot is not self.plots[-1] else None)
             plot.setXRange(0.0, overview.n_samples / overview.sample_rate_hz, padding=0.02)
             for row, role in ((2 * number, "i"), (2 * number + 1, "q")):
                 plot.still_line(role).setData(*boxes(overview, row))
-            self._column.addWidget(plot, 1)
 
 
 def boxes(overview: Overview, row: int) -> tuple[FloatArray, FloatArray]:

@@ -42,6 +42,7 @@ LONGEST_S = 600.0
 TURN_MS = 50
 """Events are handled so long at most before the time is looked at."""
 NEAR_FLOOR_MM = -40.0
+REST_S = 6.0
 HEIGHTS_M = (0.25, 0.17, 0.10)
 DROPS = 3
 
@@ -110,7 +111,8 @@ def main() -> int:
 def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str, QImage]]:
     """Drive the window to the states that the pictures show, and yield each with its name."""
     window.setup_model.assign("simulation.lateral_speed_m_s", 0.04)
-    window.setup_model.assign("simulation.rest_s", 1.6)
+    # long enough for the rate in the health line to forget that the clock was held
+    window.setup_model.assign("simulation.rest_s", REST_S)
     wait(lambda: window.opengl_answer != "")
     window.actions_.in_space.setChecked(window.actions_.in_space.isEnabled())
     yield "window", falling_once_more(window, clock)
@@ -122,6 +124,10 @@ def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str
     window.runs.table.selectRow(0)
     wait(lambda: window.track.result_shown and is_idle(window))
     yield "track", part_of(window, window.panels.docks["track"])
+    # wide and high, so that nothing is scrolled or cut
+    docks, turned = window.panels.docks, Qt.Orientation
+    window.panels.resizeDocks([docks["scopes"], docks["track"]], [780, 260], turned.Horizontal)
+    window.panels.resizeDocks([docks["scopes"], docks["runs"]], [640, 120], turned.Vertical)
     window.panels.go_to("run")
     for name, page in (("correction", window.run.steps), ("methods", window.run.methods)):
         window.run.tabs.setCurrentWidget(page)

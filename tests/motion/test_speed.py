@@ -27,7 +27,7 @@ def test_the_speed_of_free_flight_is_exact_up_to_the_impact() -> None:
     assert np.abs(speed_along(t, place) - speed).max() > 0.5
 
 
-def test_no_speed_reaches_across_lost_samples_and_none_is_told_where_nothing_is_known() -> None:
+def test_no_speed_reaches_across_lost_samples_and_nothing_unknown_has_one() -> None:
     t, place, speed = bounce()
     place[:, 100:130] = np.nan
     place[0, 303] = np.nan

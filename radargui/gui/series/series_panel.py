@@ -188,7 +188,7 @@ def session_key(sessions: Sequence[SessionFindings]) -> list[tuple[str, str, str
     cut = _DATE if names[0][_DATE - 1 : _DATE] == "T" and len({name[:_DATE] for name in names}) == 1 else 0
     heights = (one.series.drop_height_m for one in sessions)
     return [
-        ("●", role_of(number), ", ".join(filter(None, (name[cut:][:_LONGEST_NAME], _height(height)))))
+        ("●", role_of(number), " ".join(filter(None, (name[cut:][:_LONGEST_NAME], _height(height)))))
         for number, (name, height) in enumerate(zip(names, heights, strict=True))
     ]
 

@@ -19,7 +19,7 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 N_COLOURS = 16
 """Steps of speed: each is a path of its own; more are not told apart by eye."""
 _SPANS = {False: (0.0, 0.88), True: (0.3, 1.0)}
-"""Part of the map that stands out from a light and from a dark ground (chosen by eye)."""
+"""Part of the map that stands out from a light and from a dark background (chosen by eye)."""
 
 
 class SpeedColours:

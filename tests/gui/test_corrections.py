@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,11 @@ from support.gui_sessions import make_session
 from support.small_setups import quick_setup
 
 from radargui.correction.ellipse import Ellipse
-from radargui.experiment.overlaid import OverlaidMethod, overlaid
+from radargui.experiment.overlaid import OverlaidMethod, compute_methods, overlaid
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.correction_view import CorrectionView
 from radargui.gui.theme import Theme
+from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.processing.offline import process
@@ -164,6 +166,20 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     assert view.differences.getPlotItem().getAxis("left").labelText == "ΔL2 [mm]"
     window.run.show_result(window.run.result, "again")
     assert view.rows.entries == [], "another result begins anew"
+
+
+def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def computed(_run: Path, setup: Any, _progress: Any) -> RunResult:
+        if setup.processing.correction == "ellipse":
+            raise ProcessingError("the samples lie on no ellipse")
+        return by("none")
+
+    monkeypatch.setattr("radargui.experiment.overlaid.computed", computed)
+    shares: list[float] = []
+    failed, good = compute_methods(Path("run-0001.h5"), by("published"), ("ellipse", "none"), 100, shares.append)
+    assert (failed.problem, failed.curves) == ("the samples lie on no ellipse", {})
+    assert "z" in good.differences
+    assert shares == [0.0, 0.5]
 
 
 def test_a_method_that_fails_says_why(qtbot: QtBot, theme: Theme, by: Any) -> None:

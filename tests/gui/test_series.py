@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QInputDialog
 from support.gui_sessions import make_height, make_session
 
 from radargui.gui.main_window import MainWindow
+from radargui.gui.runs.run_keeping import REASONS
 from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS
 from radargui.gui.series.series_panel import COLUMNS, role_of
 from radargui.gui.table import sort_key
@@ -172,6 +173,23 @@ def test_a_run_is_left_out_with_a_reason_that_window_and_report_know(
     window.actions_.reject.trigger()
     wait_for(lambda: window.series.rows.entries[0].found.n == 3)
     assert Session.open(path, write=False).rejected == {}
+
+
+def test_a_reason_is_chosen_or_typed_and_cancel_is_no_reason(window: MainWindow) -> None:
+    offered: list[list[str]] = []
+
+    def answer(accept: bool) -> None:
+        dialog = QApplication.activeModalWidget()
+        assert isinstance(dialog, QInputDialog)
+        offered.append(dialog.comboBoxItems())
+        dialog.setTextValue(" bumped ")
+        dialog.accept() if accept else dialog.reject()
+
+    QTimer.singleShot(0, lambda: answer(True))
+    assert window.keeping.ask_words("Reject", "Why?", REASONS) == "bumped"
+    QTimer.singleShot(0, lambda: answer(False))
+    assert window.keeping.ask_words("Note", "What?", ()) == ""
+    assert offered == [list(REASONS), []]
 
 
 def test_nothing_happens_where_no_reason_is_given(

@@ -157,15 +157,14 @@ class FallsView(QWidget):
         if facts is None or not runs:
             self.key.show_entries()
             return
-        g, end = mean_gravity(runs), 0.0
+        g, end = mean_gravity(runs), max(float(np.nanmax(run.falls[0].x)) for run in runs if run.falls)
         for number, group in enumerate(groups):
-            for run in group:
-                if run.falls is None:
-                    continue
-                fallen, rest = run.falls
-                self.fallen.fast_line(role_of(number)).setData(fallen.x, 1e3 * fallen.y)
-                self.left.fast_line(role_of(number)).setData(rest.x, 1e6 * rest.y)
-                end = max(end, float(np.nanmax(fallen.x)))
+            # one curve a session: a hundred would take their time to draw
+            for plot, part, scale in ((self.fallen, 0, 1e3), (self.left, 1, 1e6)):
+                curves = [run.falls[part] for run in group if run.falls]
+                x, y = ([np.append(getattr(one, axis), np.nan) for one in curves] for axis in "xy")
+                if curves:
+                    plot.fast_line(role_of(number)).setData(np.concatenate(x), scale * np.concatenate(y))
         t = np.linspace(0.0, end, 100)
         self.fallen.fast_line("fit", dashed=True).setData(t, 500.0 * g * t**2)
         self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *session_key(facts.findings.sessions))
@@ -227,12 +226,19 @@ class SeriesPanel(QWidget):
         self.alone = button("Only this one", lambda: None, "Take the other sessions out of the comparison")
         top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)
+        self.pages.currentChanged.connect(self._draw)
         self.show_facts(None)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Ask for what is new."""
         super().showEvent(event)
         self.seen.emit()
+
+    def _draw(self, _index: int = 0) -> None:
+        page = self.pages.currentWidget()
+        if isinstance(page, SpeedView | FallsView) and page in self._stale:
+            self._stale.discard(page)
+            page.show_facts(self.facts)
 
     def show_facts(self, facts: ReportFacts | None) -> None:
         """Show what one session or several found; None: there is none."""
@@ -247,8 +253,8 @@ class SeriesPanel(QWidget):
         named = ", ".join(one.name for one in found)
         self._title.setText(f"{named}: {kind}{n_runs} runs" if found else "No session")
         self._title.setToolTip(self._title.text())
-        self.speeds.show_facts(facts)
-        self.falls.show_facts(facts)
+        self._stale = {self.speeds, self.falls}
+        self._draw()
         self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")
 
 

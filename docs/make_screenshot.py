@@ -53,7 +53,7 @@ class HeldClock:
     A machine that does other things slows the source; it never loses samples, and never records one drop more.
     """
 
-    LONGEST_STEP_S = 0.1
+    LONGEST_STEP_S = 1.0
 
     def __init__(self) -> None:
         self.is_held = False

@@ -1,47 +1,84 @@
-"""Makes the README's picture: the window while a simulated sphere falls.
+"""Makes every picture of the window in the README and the help, from the simulated source.
 
 Run it where a display is (a virtual one will do):
 
     python docs/make_screenshot.py
-    xvfb-run -a -s "-screen 0 1600x1000x24" python docs/make_screenshot.py --theme dark
+    xvfb-run -a -s "-screen 0 1600x1000x24" python docs/make_screenshot.py --theme dark --output somewhere
 """
 
 from __future__ import annotations
 
 import argparse
 import faulthandler
+import subprocess
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QBuffer, QCoreApplication, QEventLoop, QIODevice, Qt
+from PySide6.QtCore import QBuffer, QCoreApplication, QEventLoop, QIODevice, QPoint, QRect, Qt
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.opengl_probe import OpenGLProbe
+from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
+from radargui.model.resources import default_setup_path
+from radargui.model.setup import changed, dump_setup, read_setup
+from radargui.sources.factory import make_source
 
-PICTURE = Path(__file__).parent / "images" / "window.png"
+PICTURES = Path(__file__).parent / "images"
 MOST_BYTES = 300_000
 SIZE = (1440, 900)
-LONGEST_S = 300.0
-"""For each thing that is waited for, and for the whole."""
+LONGEST_S = 600.0
+"""For the whole."""
 TURN_MS = 50
 """Events are handled so long at most before the time is looked at."""
-NEAR_FLOOR_MM = -60.0
+NEAR_FLOOR_MM = -40.0
+REST_S = 6.0
+HEIGHTS_M = (0.25, 0.17, 0.10)
+DROPS = 3
+
+
+class HeldClock:
+    """Time of the simulated source: real time, but none passes while it is held, or while nobody looks at it.
+
+    A machine that does other things slows the source; it never loses samples, and never records one drop more.
+    """
+
+    LONGEST_STEP_S = 1.0
+
+    def __init__(self) -> None:
+        self.is_held = False
+        self._lock = threading.Lock()
+        self._looked_s, self._now_s = time.perf_counter(), 1000.0
+
+    def now(self) -> float:
+        """Return the time in s."""
+        with self._lock:
+            real_s = time.perf_counter()
+            if not self.is_held:
+                self._now_s += min(real_s - self._looked_s, self.LONGEST_STEP_S)
+            self._looked_s = real_s
+            return self._now_s
+
+    def wait(self, seconds: float, interrupt: threading.Event) -> bool:
+        """Wait, and return whether it was interrupted."""
+        return interrupt.wait(min(max(seconds, 0.0), 0.01))
 
 
 def main() -> int:
-    """Record runs, let the sphere fall again, and take the picture while it does."""
+    """Record runs, let the sphere fall again, and take the pictures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--theme", choices=("light", "dark"), default="light")
-    parser.add_argument("--output", type=Path, default=PICTURE)
+    parser.add_argument("--output", type=Path, default=PICTURES)
     chosen = parser.parse_args()
 
     # where OpenGL in software draws slower than new pictures are asked for, Qt may never come back to be asked the time
@@ -49,41 +86,112 @@ def main() -> int:
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)
     application = QApplication(sys.argv[:1])
     with tempfile.TemporaryDirectory() as folder:
+        data = Path(folder) / "data"
         settings = Settings(Path(folder) / "settings.ini")
-        settings.put("data_folder", Path(folder) / "data")
-        probe = OpenGLProbe()
-        window = MainWindow(Theme(application, chosen.theme), settings, NoticeBoard(), probe=probe)
+        settings.put("data_folder", data)
+        clock = HeldClock()
+        source = partial(make_source, clock=clock)
+        window = MainWindow(
+            Theme(application, chosen.theme), settings, NoticeBoard(), source_maker=source, probe=OpenGLProbe()
+        )
         window.resize(*SIZE)
         window.show()
+        window.panels.reset()
         try:
-            take(window, application, chosen.output)
+            for name, image in take(window, clock, data):
+                save(image, chosen.output / f"{name}.png")
         finally:
             faulthandler.cancel_dump_traceback_later()
+            clock.is_held = False
             window.may_leave = lambda: True  # type: ignore[method-assign]
             window.close()
     return 0
 
 
-def take(window: MainWindow, application: QApplication, output: Path) -> None:
-    """Drive the window to the moment that the picture shows."""
+def take(window: MainWindow, clock: HeldClock, data: Path) -> Iterator[tuple[str, QImage]]:
+    """Drive the window to the states that the pictures show, and yield each with its name."""
     window.setup_model.assign("simulation.lateral_speed_m_s", 0.04)
-    window.setup_model.assign("simulation.rest_s", 1.6)
-    wait(application, lambda: window.opengl_answer != "")
+    # long enough for the rate in the health line to forget that the clock was held
+    window.setup_model.assign("simulation.rest_s", REST_S)
+    wait(lambda: window.opengl_answer != "")
     window.actions_.in_space.setChecked(window.actions_.in_space.isEnabled())
-    # a run that is done, and one whose result is preliminary
+    yield "window", falling_once_more(window, clock)
+    window.actions_.stop.trigger()
+    window.actions_.stop.trigger()
+    clock.is_held = False
+    wait(lambda: not window.control.state.running)
+
+    window.runs.table.selectRow(0)
+    wait(lambda: window.track.result_shown and is_idle(window))
+    yield "track", part_of(window, window.panels.docks["track"])
+    # wide and high, so that nothing is scrolled or cut
+    docks, turned = window.panels.docks, Qt.Orientation
+    window.panels.resizeDocks([docks["scopes"], docks["track"]], [780, 260], turned.Horizontal)
+    window.panels.resizeDocks([docks["scopes"], docks["runs"]], [640, 120], turned.Vertical)
+    window.panels.go_to("run")
+    for name, page in (("correction", window.run.steps), ("methods", window.run.methods)):
+        window.run.tabs.setCurrentWidget(page)
+        wait(partial(is_idle, window))
+        if page is window.run.methods:
+            for method in ("published", "ellipse"):
+                page.boxes[method].setChecked(True)
+            page.compute.click()
+            wait(lambda: not window.work.busy and len(window.run.methods.rows.entries) == 3)
+        yield name, part_of(window, window.panels.docks["run"])
+
+    sessions = [recorded(data / "series", height) for height in HEIGHTS_M]
+    window.sessions.open(sessions[0])
+    wait(partial(is_idle, window))
+    window.panels.go_to("series")
+    window.series_controller.compare(tuple(sessions[1:]))
+    wait(lambda: window.series.facts is not None and len(window.series.facts.sessions) == len(sessions))
+    for name, page in (("speeds", window.series.speeds), ("falls", window.series.falls)):
+        window.series.pages.setCurrentWidget(page)
+        wait(partial(is_idle, window))
+        yield name, part_of(window, window.panels.docks["series"])
+
+
+def falling_once_more(window: MainWindow, clock: HeldClock) -> QImage:
+    """Return the window while the third drop of a session falls, the second of a series; two have their results."""
     window.actions_.record.trigger()
-    wait(application, lambda: window.control.state is AppState.DONE)
-    preliminary: list[object] = []
-    window.control.run_preliminary.connect(preliminary.append)
+    wait(lambda: window.control.state is AppState.DONE)
     window.bar.runs.setValue(3)
     window.actions_.record.trigger()
-    wait(application, lambda: bool(preliminary))
-    wait(application, lambda: not window.track.result_shown and falling(window))
-    application.processEvents()
-    save(picture_of(window), output)
-    window.actions_.stop.trigger()
-    window.actions_.stop.trigger()
-    wait(application, lambda: not window.control.state.running)
+    wait(lambda: window.runs.model.n_drops == 2)
+    # no third drop before the second has its result, however slow this machine is
+    clock.is_held = True
+    wait(lambda: all(one.summary and not one.summary["preliminary"] for one in drops(window)))
+    clock.is_held = False
+    wait(lambda: not window.track.result_shown and is_falling(window))
+    clock.is_held = True
+    # what is under way between source and screen arrives
+    turn(until=lambda: not window.jobs.running)
+    if "drop 3 (2 of 3)" not in window.bar.state.text:
+        raise RuntimeError(f"the picture would show {window.bar.state.text!r}")
+    return picture_of(window)
+
+
+def recorded(folder: Path, height_m: float) -> Path:
+    """Return a session of simulated drops from a height, recorded as fast as they are computed."""
+    setup = read_setup(default_setup_path())
+    floor = setup.floor.height_m or 0.0
+    setup = changed(
+        setup,
+        {
+            "tracer.release_position_m": [0.0, 0.0, floor + height_m],
+            "simulation.restitution": 0.8,
+            "processing.correction": "adaptive",
+        },
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{1e3 * height_m:.0f}.toml"
+    path.write_text(dump_setup(setup), encoding="utf-8")
+    known = set(folder.iterdir())
+    command = [sys.executable, "-m", "radargui", "record", "--fast", "--setup", str(path), "--output", str(folder)]
+    about = ["--runs", str(DROPS), "--sample", "steel sphere", "--target", "glass plate"]
+    subprocess.run([*command, *about], check=True, capture_output=True)
+    (made,) = set(folder.iterdir()) - known
+    return made
 
 
 def picture_of(window: MainWindow) -> QImage:
@@ -92,7 +200,25 @@ def picture_of(window: MainWindow) -> QImage:
     return whole.toImage() if not whole.isNull() else window.grab().toImage()
 
 
-def falling(window: MainWindow) -> bool:
+def part_of(window: MainWindow, panel: QWidget) -> QImage:
+    """Return what the screen shows of a panel."""
+    turn(until=lambda: True)
+    fine = window.devicePixelRatioF()
+    corner = panel.mapTo(window, QPoint(0, 0))
+    return picture_of(window).copy(QRect(corner * fine, panel.size() * fine))
+
+
+def drops(window: MainWindow) -> list[RunEntry]:
+    """Return the runs that count."""
+    return [one for one in window.runs.model.entries if not one.rejected]
+
+
+def is_idle(window: MainWindow) -> bool:
+    """Return whether nothing is being read or computed."""
+    return not window.jobs.running and not window.work.busy
+
+
+def is_falling(window: MainWindow) -> bool:
     """Return whether the sphere falls once more."""
     shown = window.track.shown
     if shown is None or window.control.state is not AppState.RECORDING:
@@ -101,14 +227,19 @@ def falling(window: MainWindow) -> bool:
     return bool(z.min() < NEAR_FLOOR_MM and z[-1] < z[-8])
 
 
-def wait(application: QApplication, condition: Callable[[], bool]) -> None:
-    """Let the window live until something is true."""
-    end = time.monotonic() + LONGEST_S
+def wait(condition: Callable[[], object]) -> None:
+    """Let the window live until something is true; who hangs is ended by the guard over the whole."""
     while not condition():
-        if time.monotonic() > end:
-            raise TimeoutError("the moment of the picture never came")
-        application.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, TURN_MS)
+        QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, TURN_MS)
         time.sleep(0.002)
+
+
+def turn(until: Callable[[], bool], times: int = 20) -> None:
+    """Let the window live for some turns, so that all that waits is drawn, and on until something is true."""
+    for _ in range(times):
+        QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, TURN_MS)
+        time.sleep(0.01)
+    wait(until)
 
 
 def save(image: QImage, output: Path) -> None:

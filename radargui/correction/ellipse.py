@@ -48,6 +48,13 @@ class Ellipse:
         y = (pair_v[1] - self.q0_v) / self.amplitude_v
         return point_of(x, y, self.gain_ratio, self.quadrature_error_rad)
 
+    def outline_v(self, count: int) -> FloatArray:
+        """Return one turn of it in volts, shape (2, count)."""
+        phase = np.linspace(0.0, 2.0 * np.pi, count)
+        i = self.i0_v + self.amplitude_v * np.cos(phase)
+        q = self.q0_v + self.gain_ratio * self.amplitude_v * np.sin(phase + self.quadrature_error_rad)
+        return np.stack([i, q])
+
 
 def fit_ellipse(pair_v: FloatArray) -> Ellipse:
     """Fit the ellipse by direct least squares of the conic (Halir & Flusser 1998).

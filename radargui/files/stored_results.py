@@ -13,10 +13,21 @@ from pydantic import TypeAdapter
 from radargui.files import hdf5, run_layout as layout
 from radargui.files.run_card import Thumbnail, sound_results, summary_in, thumbnail_in
 from radargui.files.run_results import ARRAYS, DECISIONS, PRIOR, are_made_of, bounces_in, made_by
+from radargui.model.arrays import FloatArray
 from radargui.model.errors import FileError, SetupError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.recording import Excerpt, Recording
-from radargui.model.result import Bounces, ChannelQuality, CorrectedIQ, PathLengths, RunResult, Segment, Status, Track
+from radargui.model.result import (
+    Bounces,
+    ChannelQuality,
+    CorrectedIQ,
+    FreeFall,
+    PathLengths,
+    RunResult,
+    Segment,
+    Status,
+    Track,
+)
 from radargui.model.setup import Setup, dump_setup, parse_setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
 
@@ -114,6 +125,29 @@ def read_findings(path: Path) -> StoredFindings | None:
             return None
         budget = _BUDGET.validate_json(hdf5.text(results.attrs, "uncertainty_budget"))
         return StoredFindings(summary_in(results), bounces_in(results, path), budget)
+
+
+def read_first_fall(path: Path) -> tuple[FloatArray, FloatArray, FreeFall] | None:
+    """Return time [s] and place [m], shape (n,) and (3, n), of a run's first fall, and its fit; None without one.
+
+    No sample is read, and of the track only that part.
+
+    Raises
+    ------
+    FileError
+        Unreadable, damaged, or no run file.
+    """
+    with hdf5.opened(path, "a run file", layout.is_run) as file:
+        results = sound_results(file)
+        if results is None or "track" not in results:
+            return None
+        fall = bounces_in(results, path).free_fall
+        if fall is None:
+            return None
+        time_s = np.asarray(hdf5.dataset(results["track"], "time_s", path, (1,))[...], np.float64)
+        places = hdf5.dataset(results["track"], "position_m", path, (2,))
+        first, last = np.searchsorted(time_s, [fall.first_time_s, fall.last_time_s])
+        return time_s[first : last + 1], np.asarray(places[:, first : last + 1], np.float64), fall
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ import queue
 import threading
 import weakref
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
@@ -14,8 +14,31 @@ from radargui.model.errors import CancelledError
 
 Work = Callable[[], Any]
 Then = Callable[[Any], None]
+Otherwise = Callable[[BaseException], None] | None
+Wanted = Callable[[], bool]
 LOOK_MS = 25
 """Calls wait so long at most: less than a frame of the window, nothing that a hand notices."""
+
+
+class Start(Protocol):
+    """What starts work, see `Jobs.start`."""
+
+    def __call__(
+        self, what: str, work: Work, then: Then = ..., otherwise: Otherwise = ..., wanted: Wanted = ..., /
+    ) -> None:
+        """Run `work`, then what follows it."""
+
+
+def at_once(
+    _what: str,
+    work: Work,
+    then: Then = lambda _result: None,
+    _otherwise: Otherwise = None,
+    _wanted: Wanted = lambda: True,
+    /,
+) -> None:
+    """Run `work` here and now, as `Jobs.start` does it in the background: for a panel without a window around it."""
+    then(work())
 
 
 class Mailbox(QObject):
@@ -77,8 +100,8 @@ class Jobs(QObject):
         what: str,
         work: Work,
         then: Then = lambda _result: None,
-        otherwise: Callable[[BaseException], None] | None = None,
-        wanted: Callable[[], bool] = lambda: True,
+        otherwise: Otherwise = None,
+        wanted: Wanted = lambda: True,
     ) -> None:
         """Run `work`; afterwards `then(result)` or `otherwise(error)`, where left out it is shown to the operator.
 

@@ -27,6 +27,8 @@ from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
+from radargui.gui.series.series_controller import SeriesController
+from radargui.gui.series.series_panel import SeriesPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_controller import LaterOffer, RecoveryOffer, SessionController
 from radargui.gui.sessions.transfer_controller import TransferController
@@ -39,6 +41,7 @@ from radargui.gui.theme import Theme
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
+from radargui.report.glances import Glances
 from radargui.session.info import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 
@@ -101,11 +104,13 @@ class MainWindow(QMainWindow):
         self.session_panel = SessionPanel(self.actions_, data_folder, settings.text("operator"))
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
         self.planes = IQPlanePanel(theme)
-        self.track = TrackPanel(theme, self.setup_model.setup)
+        self.track = TrackPanel(theme, self.setup_model.setup, self.jobs.start)
         self.runs = RunListPanel(self.actions_)
-        self.run = RunPanel(theme)
+        self.run = RunPanel(theme, self.jobs.start)
+        self.series = SeriesPanel(theme, self.actions_.sessions.trigger)
         self.panels = Panels(
-            self.hardware, self.antennas, self.session_panel, self.scopes, self.planes, self.track, self.runs, self.run
+            *(self.hardware, self.antennas, self.session_panel, self.scopes, self.planes),
+            *(self.track, self.runs, self.run, self.series),
         )
         self.bar = ControlBar(theme, self.actions_.start, self.actions_.record, self.actions_.stop)
         self.bar.runs.setValue(int(settings.number("runs", 1, 1, MOST_RUNS)))
@@ -124,7 +129,8 @@ class MainWindow(QMainWindow):
         control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs
         does = self.actions_
         self.setup_file = SetupFileController(model, services)
-        self.run_controller = RunController(runs, self.run, self.track, services)
+        glances = Glances()
+        self.run_controller = RunController(runs, self.run, self.track, glances, services)
         self.keeping = RunKeeping(
             control, runs, self.run_controller, self.health, self.bar.state, self.stopping, self.strip, does, services
         )
@@ -133,6 +139,7 @@ class MainWindow(QMainWindow):
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
         browser, group = self.sessions.browser, self.antennas.calibration
         self.calibration = CalibrationController(control, model, panel, browser, group, calibrator, services)
+        self.series_controller = SeriesController(control, runs, self.series, glances, services)
         self.transfer = TransferController(control, panel, runs, model, self.sessions, services)
         self._connect()
         self.panels.restore_within(self, settings)
@@ -245,6 +252,7 @@ class MainWindow(QMainWindow):
         self.session_panel.folder_changed.connect(self.sessions.begin_new)
         self.setup_model.changed.connect(self._show_setup)
 
+        self.sessions.browser.compare_asked.connect(self._compare)
         self.sessions.setup_taken.connect(lambda: self.panels.bring_up("hardware"))
         self.recovery.recovered.connect(lambda _runs: self.sessions.reread())
         self.closing.over.connect(self.close)
@@ -294,6 +302,10 @@ class MainWindow(QMainWindow):
             self.scopes.clear()
             self.planes.clear()
         self._write_title()
+
+    def _compare(self, sessions: tuple[Path, ...]) -> None:
+        self.panels.bring_up("series")
+        self.series_controller.compare(sessions)
 
     def write_mark(self) -> None:
         """Let the operator type a note of this moment."""

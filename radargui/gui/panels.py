@@ -27,6 +27,7 @@ TITLES = {
     "track": "Track",
     "runs": "Runs",
     "run": "Run",
+    "series": "Series",
 }
 """Kept names and the words shown; a name must never change, layouts are remembered by it."""
 
@@ -127,6 +128,7 @@ class Panels(QtWidgets.QMainWindow):
         self.tabifyDockWidget(docks["hardware"], docks["antennas"])
         self.tabifyDockWidget(docks["antennas"], docks["session"])
         self.tabifyDockWidget(docks["scopes"], docks["run"])
+        self.tabifyDockWidget(docks["run"], docks["series"])
         for dock in docks.values():
             dock.show()
         for name in ("hardware", "scopes"):
@@ -168,8 +170,10 @@ class Panels(QtWidgets.QMainWindow):
             plots[(at + 1) % len(plots)].setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def bring_up(self, name: str) -> None:
-        """Show a panel in front, unless the operator closed it."""
-        dock = self.docks[name]
+        """Show a panel in front, unless the operator closed it, or follows the series where it would stand."""
+        dock, series = self.docks[name], self.docks["series"]
+        if name != "series" and series.widget().isVisible() and series in self.tabifiedDockWidgets(dock):
+            return
         if not dock.isHidden() or self.tabifiedDockWidgets(dock):
             dock.raise_()
 

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QDialog, QSplitter, QWidget
 from radargui.gui.table import RowTable
 from radargui.gui.theme import CHOICES, ThemeChoice
 
-LAYOUT_VERSION = 1
+LAYOUT_VERSION = 2
 
 
 class Settings:

@@ -3,8 +3,18 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Generic, TypeVar
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QItemSelectionModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QSortFilterProxyModel,
+    Qt,
+)
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QAbstractItemView, QApplication, QHeaderView, QTableView
+
+from radargui.model.rounding import UNKNOWN
 
 Index = QModelIndex | QPersistentModelIndex
 _R = TypeVar("_R")
@@ -62,8 +72,27 @@ class RowModel(QAbstractTableModel, Generic[_R]):
         return self._titles[section].replace(" [", "\n[") if titled else None
 
 
+class _Sorted(QSortFilterProxyModel):
+    """Rows in the order of the words of a column: numbers by size, before words, before what is not known."""
+
+    def lessThan(self, left: Index, right: Index) -> bool:  # noqa: N802 - Qt's name
+        """Return which of two cells comes first."""
+        return sort_key(str(left.data())) < sort_key(str(right.data()))
+
+
+def sort_key(words: str) -> tuple[int, float, str]:
+    """Return what words are sorted by: "0.80 ± 0.01" by its number, then words, then dashes and nothing."""
+    first = words.lstrip("(").split(" ")[0]
+    try:
+        return 0, float(first), ""
+    except ValueError:
+        return (2, 0.0, "") if words in ("", UNKNOWN) else (1, 0.0, words)
+
+
 class RowTable(QTableView, Generic[_R]):
     """Whole rows, nothing to edit; columns fit their words until the operator sets one of them.
+
+    A click on a title sorts, a third one puts the rows back; Ctrl+C copies rows with their titles.
 
     Parameters
     ----------
@@ -71,17 +100,22 @@ class RowTable(QTableView, Generic[_R]):
         The rows.
     name
         What the widths are remembered by.
+    many
+        Whether several rows can be selected.
     """
 
-    def __init__(self, model: RowModel[_R], name: str) -> None:
+    def __init__(self, model: RowModel[_R], name: str, *, many: bool = False) -> None:
         super().__init__()
         self._rows = model
+        self._sorted = _Sorted()
+        self._sorted.setSourceModel(model)
         self.setObjectName(name)
         self.columns_chosen = False
         self._fitting = False
-        self.setModel(model)
+        self.setModel(self._sorted)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        mode = QAbstractItemView.SelectionMode
+        self.setSelectionMode(mode.ExtendedSelection if many else mode.SingleSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setAlternatingRowColors(True)
         self.setShowGrid(False)
@@ -95,24 +129,57 @@ class RowTable(QTableView, Generic[_R]):
         header.setHighlightSections(False)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         header.sectionResized.connect(self._resized)
+        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        header.setSortIndicatorClearable(True)
+        self.setSortingEnabled(True)
+        copies = QAction("Copy rows with headers", self)
+        copies.setShortcut(QKeySequence(QKeySequence.StandardKey.Copy))
+        copies.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        copies.triggered.connect(self.copy_rows)
+        self.addAction(copies)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     @property
     def chosen(self) -> _R | None:
-        """The selected row."""
+        """The selected row; of several the one that was chosen last."""
         rows = self.selectionModel().selectedRows()
-        return self._rows.entries[rows[0].row()] if rows else None
+        now = self.currentIndex().siblingAtColumn(0)
+        return self._entry(now if now in rows else rows[0]) if rows else None
 
     @property
     def all_chosen(self) -> list[_R]:
         """Every selected row, in the order of the table."""
-        return [self._rows.entries[row] for row in sorted(one.row() for one in self.selectionModel().selectedRows())]
+        rows = sorted(self.selectionModel().selectedRows(), key=QModelIndex.row)
+        return [self._entry(one) for one in rows]
+
+    def selectRow(self, row: int) -> None:  # noqa: N802 - Qt's name
+        """Select one row and no other, whatever keys are held while a run comes in."""
+        flags = QItemSelectionModel.SelectionFlag
+        self.selectionModel().setCurrentIndex(self.model().index(row, 0), flags.ClearAndSelect | flags.Rows)
 
     def choose(self, wanted: Callable[[_R], bool]) -> bool:
         """Select the first row that is wanted; return whether there is one."""
         row = next((number for number, one in enumerate(self._rows.entries) if wanted(one)), None)
         if row is not None:
-            self.selectRow(row)
+            self.selectRow(self.shown_row(row))
         return row is not None
+
+    def shown_row(self, row: int) -> int:
+        """Return where a row of the model stands in the table as it is sorted."""
+        return self._sorted.mapFromSource(self._rows.index(row, 0)).row()
+
+    def copy_rows(self) -> None:
+        """Put the selected rows, all where none is, with their titles on the clipboard: a spreadsheet takes them."""
+        columns = [one for one in range(self._sorted.columnCount()) if not self.isColumnHidden(one)]
+        chosen = [one.row() for one in self.selectionModel().selectedRows()] or range(self._sorted.rowCount())
+        rows = sorted(row for row in chosen if not self.isRowHidden(row))
+        across = Qt.Orientation.Horizontal
+        lines = [[str(self._sorted.headerData(column, across)).replace("\n", " ") for column in columns]]
+        lines += [[str(self._sorted.index(row, column).data() or "") for column in columns] for row in rows]
+        QApplication.clipboard().setText("\n".join("\t".join(line) for line in lines) + "\n")
+
+    def _entry(self, index: QModelIndex) -> _R:
+        return self._rows.entries[self._sorted.mapToSource(index).row()]
 
     def fit(self, column: int, width: int) -> None:
         """Set a width, unless the operator has set the columns."""
@@ -128,7 +195,7 @@ class RowTable(QTableView, Generic[_R]):
             self.resizeColumnsToContents()
             self._fitting = False
 
-    def _resized(self, column: int, _old: int, _new: int) -> None:
-        # the last one takes what room is left
-        if not self._fitting and column < self.model().columnCount() - 1:
+    def _resized(self, column: int, old: int, new: int) -> None:
+        # the last one takes what room is left; to hide one is no width that the operator set
+        if not self._fitting and old and new and column < self.model().columnCount() - 1:
             self.columns_chosen = True

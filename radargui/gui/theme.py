@@ -26,6 +26,8 @@ class Colours:
         The two voltages of a receiver.
     receivers
         One colour a receiver, for path lengths and phases.
+    compared
+        What is laid over each other: corrections of one run, sessions of a series.
     track, mark, fit
         The track, impacts and peaks, fitted curves.
     gap
@@ -45,6 +47,7 @@ class Colours:
     i: str
     q: str
     receivers: Sequence[str]
+    compared: Sequence[str]
     track: str
     mark: str
     fit: str

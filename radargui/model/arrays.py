@@ -96,8 +96,9 @@ def extremes(values: FloatArray, size: int) -> IntArray:
     # the first sample of each bin that holds its extreme: where it stands, not only how high
     bins = np.arange(values.size) // size
     low, high = lowest_and_highest(values, size)
-    kept = [np.array([0, values.size - 1]), np.flatnonzero(np.isnan(low)) * size]
+    kept = np.zeros(values.size, dtype=np.bool_)
+    kept[[0, -1]] = kept[np.flatnonzero(np.isnan(low)) * size] = True
     for end in (low, high):
         at = np.flatnonzero(values == end[bins])
-        kept.append(at[np.diff(bins[at], prepend=-1) > 0])
-    return np.unique(np.concatenate(kept)).astype(np.intp)
+        kept[at[np.diff(bins[at], prepend=-1) > 0]] = True
+    return np.flatnonzero(kept)

@@ -1,6 +1,7 @@
 """What the figures of one run draw: the span with the motion, decimated, broken where samples or the path were lost."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from radargui.correction.phase import unwrap, wrapped_phase
 from radargui.correction.published import ChannelSteps, PublishedSteps
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.result import RunResult, Segment
+from radargui.model.result import FreeFall, RunResult, Segment
 from radargui.model.rounding import alone
 from radargui.report.decimation import COLUMNS, EMPTY, Curve, envelope, every
 
@@ -169,6 +170,13 @@ def take_curves(result: RunResult, columns: int = COLUMNS) -> RunCurves | None:
     return _Taker(result, columns).take()
 
 
+def take_track(result: RunResult, columns: int = COLUMNS) -> TrackCurves | None:
+    """Return the track alone, with its fall; None where there is none."""
+    if result.track is None or result.recording.n_samples < 2:
+        return None
+    return _Taker(result, columns).track()
+
+
 class _Taker:
     """Curves of one result: samples within the span, broken at the gaps, and what rests on L at the restarts too."""
 
@@ -184,7 +192,10 @@ class _Taker:
         self.breaks = [int(jump) - self.first for jump in jumps]
         restarts = np.empty(0, dtype=np.intp) if result.paths is None else result.paths.restarts()
         self.restarts = restarts[(restarts > self.first) & (restarts < self.last)] - self.first
-        self.volts = recording.volts()[:, self.first : self.last]
+
+    @cached_property
+    def volts(self) -> FloatArray:
+        return self.result.recording.volts()[:, self.first : self.last]
 
     def take(self) -> RunCurves:
         result, recording = self.result, self.result.recording
@@ -194,7 +205,7 @@ class _Taker:
             since=result.zero[1].removeprefix("the "),
             unit=recording.digitisation.unit,
             receivers=tuple(self._receiver(number) for number in range(recording.n_receivers)),
-            track=self._track(),
+            track=self.track(),
             gaps_s=tuple(
                 (first / self.rate_hz - self.zero_s, last / self.rate_hz - self.zero_s) for first, last in gaps
             ),
@@ -314,7 +325,7 @@ class _Taker:
         inside = places[(places >= self.first) & (places < self.last)]
         return Curve(self.time_s[inside], values[inside - self.first])
 
-    def _track(self) -> TrackCurves | None:
+    def track(self) -> TrackCurves | None:
         track = self.result.track
         if track is None:
             return None
@@ -338,14 +349,34 @@ class _Taker:
         first, last = fall.first_time_s - self.zero_s, fall.last_time_s - self.zero_s
         end = max(last, impacts[0].time_s - self.zero_s if impacts else last)
         t = np.linspace(first, end, 100)
-        inside = (self.t >= first) & (self.t <= last)
-        fitted = np.polynomial.polynomial.polyval(self.t[inside] - first, fall.parabola)
         parabola = np.asarray(np.polynomial.polynomial.polyval(t - first, fall.parabola), np.float64)
-        residual = envelope(self.t[inside], height_m[inside] - fitted, columns=self.columns)
-        at, slope, bend = fall.parabola
-        since, top = (first - slope / (2.0 * bend), at - slope**2 / (4.0 * bend)) if bend else (first, at)
-        fallen = envelope(self.t[inside] - since, top - height_m[inside], columns=_FALL_COLUMNS)
-        return Curve(t, parabola), residual, fallen, Curve(residual.x - since, residual.y)
+        time_s = self.t + self.zero_s
+        residual, fallen, since_vertex = fall_curves(time_s, height_m, fall, self.columns)
+        return Curve(t, parabola), Curve(residual.x - self.zero_s, residual.y), fallen, since_vertex
+
+
+def fall_curves(
+    time_s: FloatArray, height_m: FloatArray, fall: FreeFall, columns: int = COLUMNS
+) -> tuple[Curve, Curve, Curve]:
+    """Return what the parabola leaves, the way fallen from its vertex on, and what it leaves from there on.
+
+    Parameters
+    ----------
+    time_s, height_m
+        Along the floor's normal, shape (n,).
+    fall
+        The fitted fall.
+    columns
+        Of the residual.
+    """
+    inside = (time_s >= fall.first_time_s) & (time_s <= fall.last_time_s)
+    t, height_m = time_s[inside], height_m[inside]
+    fitted = np.polynomial.polynomial.polyval(t - fall.first_time_s, fall.parabola)
+    at, slope, bend = fall.parabola
+    since, top = (-slope / (2.0 * bend), at - slope**2 / (4.0 * bend)) if bend else (0.0, at)
+    residual = envelope(t, height_m - fitted, columns=columns)
+    since += fall.first_time_s
+    return residual, envelope(t - since, top - height_m, columns=_FALL_COLUMNS), Curve(residual.x - since, residual.y)
 
 
 def _span(result: RunResult) -> tuple[int, int]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
 
 from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.rounding import UNKNOWN, alone, plain, quantity
@@ -17,6 +18,7 @@ from radargui.restitution.findings import Findings, SampleFindings, SessionFindi
 from radargui.restitution.site_gravity import SiteCheck
 from radargui.restitution.speed_models import MODELS, preferred
 from radargui.restitution.statistics import OUTLIER_RULE, Statistics, probability
+from radargui.session.info import JournalEntry
 
 _SPEEDS_MM, _FALLS_MM = 62.0, 70.0
 _DIGEST = 16
@@ -248,7 +250,7 @@ def _provenance(session: SessionFacts) -> Iterator[Content]:
         "Assumed u": ", ".join(f"{key} {plain(u, 2)}" for key, u in found.assumed.items()),
     }
     yield Facts(tuple((name, said or UNKNOWN) for name, said in rows.items()))
-    notes = tuple((entry.at.replace("T", " ")[:19], entry.text) for entry in info.journal)
+    notes = tuple((entry.at.replace("T", " ")[:19], _noted(entry)) for entry in info.journal)
     if notes:
         yield Facts(notes, title="Noted meanwhile")
     yield from setup_blocks(info.setup, recorded=not imported and not simulated, simulated=simulated)
@@ -256,6 +258,11 @@ def _provenance(session: SessionFacts) -> Iterator[Content]:
         yield Grid.of(
             map(_file_row, found.runs), "Files (SHA-256, its first letters; all in report.json)", left=(0, 1, 2, 6)
         )
+
+
+def _noted(entry: JournalEntry) -> str:
+    """Return a note; one about a whole run names it, for the time is that of the note."""
+    return f"{Path(entry.run).stem}: {entry.text}" if entry.run and entry.index is None else entry.text
 
 
 def _versions(of: object) -> str:

@@ -30,6 +30,43 @@ _SCREEN = sheet.Area(14.0, 6.0, 160.0, 0.0)
 _SCREEN_WIDTH_MM, _SCREEN_BELOW_MM = 178.0, 10.0
 
 
+class _Numbered(backend.PdfFile):  # type: ignore[misc]  # matplotlib's backends have no types
+    """A PDF whose pages are numbered at the end: chapters are put in front of those that are written already.
+
+    Each page has a second stream of content, which is written once its number is known.
+    """
+
+    _FONT, _SIZE, _DIGIT = "PageNumber", 6.5, 0.556
+    """Helvetica, which every viewer has; width of its digits in sizes."""
+
+    def __init__(self, path: Path, metadata: dict[str, str]) -> None:
+        self._numbers: dict[int, Any] = {}
+        super().__init__(path, metadata=metadata)
+
+    def writeObject(self, reference: Any, contents: Any) -> None:  # noqa: N802 - matplotlib's name
+        """Write an object: a page with room for its number, the fonts with that of the numbers."""
+        name = backend.Name
+        if isinstance(contents, dict) and contents.get("Type") == name("Page"):
+            number = self._numbers[reference.id] = self.reserveObject("page number")
+            contents = {**contents, "Contents": [contents["Contents"], number]}
+        elif reference is self.fontObject:
+            kind = {"Type": name("Font"), "Subtype": name("Type1"), "BaseFont": name("Helvetica")}
+            contents = {**contents, name(self._FONT): kind}
+        super().writeObject(reference, contents)
+
+    def write_numbers(self, paper: Paper) -> None:
+        """Write "3 / 12" at the foot of each page, at the right, once all are there."""
+        width_mm, _ = sheet.PAPERS_MM[paper]
+        points = 72.0 / sheet.MM_PER_INCH
+        for number, page in enumerate(self.pageList, 1):
+            text = f"{number} / {len(self.pageList)}"
+            # the slash and the blanks are half as wide as digits
+            wide = self._SIZE * self._DIGIT * (len(text) - 1.5)
+            x, y = (width_mm - sheet.RIGHT_MM) * points - wide, sheet.FOOT_MM * points
+            drawn = f"q 0.38 g BT /{self._FONT} {self._SIZE} Tf {x:.2f} {y:.2f} Td ({text}) Tj ET Q"
+            self.outputStream(self._numbers[page.id], drawn.encode("ascii"))
+
+
 class PdfFile:
     """A PDF whose chapters may be put in front of those that are written already.
 
@@ -46,7 +83,8 @@ class PdfFile:
     def __init__(self, path: Path, paper: Paper, title: str, author: str) -> None:
         metadata = {"Title": title, "Author": author, "Creator": f"RadarGUI {__version__}"}
         self._pages: Any = backend.PdfPages(path, metadata=metadata)
-        self._file: Any = self._pages._ensure_file()  # noqa: SLF001  there is no other way to bookmarks
+        # there is no other way to bookmarks and numbers
+        self._file = self._pages._file = _Numbered(path, metadata)  # noqa: SLF001
         self._paper, self._title = paper, title
         self._bookmarks: list[tuple[str, Any]] = []
 
@@ -55,6 +93,7 @@ class PdfFile:
 
     def __exit__(self, *_: object) -> None:
         if self._bookmarks:
+            self._file.write_numbers(self._paper)
             self._write_outline()
         self._pages.close()
 

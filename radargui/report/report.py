@@ -24,7 +24,7 @@ from radargui.report.study import studied
 from radargui.restitution.series import drop_labels
 from radargui.restitution.speed_models import ModelName
 from radargui.session.info import REPORT_FOLDER, own_subfolder
-from radargui.session.session import BY_OPERATOR, Session
+from radargui.session.session import BY_OPERATOR, Session, was_drop
 
 _RUNS_SHARE = 0.95
 REPORT_FILES = ("report.pdf", "report.html", *FILES)
@@ -230,6 +230,6 @@ def labels_of(session: Session) -> dict[str, str]:
     """Return what the drops are called, also with those in mind that were rejected and keep their number."""
     rejected, origins = session.rejected, _origins(session.run_paths())
     return drop_labels(
-        (path.stem, origins.get(path.stem), rejected.get(path.name, BY_OPERATOR) == BY_OPERATOR)
+        (path.stem, origins.get(path.stem), was_drop(rejected.get(path.name, BY_OPERATOR)))
         for path in session.run_paths(with_rejected=True)
     )

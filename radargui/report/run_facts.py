@@ -5,18 +5,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from radargui.files.access import Progress
 from radargui.files.run_card import read_origin, read_run_card, summarise
-from radargui.files.stored_results import read_findings
+from radargui.files.stored_results import read_findings, read_first_fall
+from radargui.model.arrays import FloatArray
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
 from radargui.model.errors import CancelledError, RadarGuiError, fault_of
 from radargui.model.recording import Gap, Recording
-from radargui.model.result import Bounces, ChannelQuality, RunResult
+from radargui.model.result import Bounces, ChannelQuality, FreeFall, RunResult
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
 from radargui.report.added_pictures import added_pictures
-from radargui.report.curves import RunCurves, take_curves
+from radargui.report.curves import RunCurves, fall_curves, take_curves
 from radargui.report.decimation import COLUMNS, COMPACT, Curve
 from radargui.report.document import Picture
 from radargui.restitution.site_gravity import SiteCheck, site_check
@@ -24,6 +27,7 @@ from radargui.restitution.site_gravity import SiteCheck, site_check
 _logger = logging.getLogger(__name__)
 ResultOf = Callable[[Path, Setup, Progress | None], RunResult]
 """Gives the result of a run file under a setup: stored or computed is not for the report to know."""
+FallCurves = tuple[Curve, Curve]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +89,7 @@ class RunFacts:
     warnings: tuple[str, ...] = ()
     added: tuple[Picture, ...] = field(default=(), repr=False)
     curves: RunCurves | None = field(default=None, repr=False)
-    falls: tuple[Curve, Curve] | None = field(default=None, repr=False)
+    falls: FallCurves | None = field(default=None, repr=False)
 
     def figure(self, key: str) -> float | None:
         """Return one number of `figures`; None where it is not known."""
@@ -186,10 +190,19 @@ def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts
     )
 
 
-def glance(path: Path) -> RunFacts:
-    """Return what the results stored with a run say, without its samples; whatever goes wrong becomes its `failure`."""
+def glance(path: Path, normal: tuple[float, float, float] | None = None) -> RunFacts:
+    """Return what the results stored with a run say, without its samples; whatever goes wrong becomes its `failure`.
+
+    Parameters
+    ----------
+    path
+        Run file.
+    normal
+        Of the floor by the setup, where the way fallen is wanted too.
+    """
     try:
         found, source = read_findings(path), read_run_card(path).origin
+        fall = read_first_fall(path) if normal is not None and found is not None else None
     except RadarGuiError as error:
         return RunFacts(path.stem, failure=str(error))
     if found is None:
@@ -204,7 +217,13 @@ def glance(path: Path) -> RunFacts:
         from_rest=summary.get("from_rest") is not False,
         bounces=found.bounces,
         uncertainty_budget=found.uncertainty_budget,
+        falls=None if fall is None else _falls(*fall, found.bounces.normal or normal),
     )
+
+
+def _falls(time_s: FloatArray, place_m: FloatArray, fall: FreeFall, normal: Sequence[float] | None) -> FallCurves:
+    _, fallen, since_vertex = fall_curves(time_s, np.asarray(normal) @ place_m, fall, COMPACT)
+    return fallen, since_vertex
 
 
 def _duration_s(recording: Recording) -> float:

@@ -1,6 +1,5 @@
 """Figures of a series: e against the impact speed with what describes it, and all falls over one parabola."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,38 +12,15 @@ from radargui.report.decimation import Curve
 from radargui.report.facts import ReportFacts
 from radargui.report.panel import Panel, Span, span_of
 from radargui.report.run_facts import RunFacts
+from radargui.report.series_curves import COVERED, e_span, mean_gravity, shown_fits, speed_points
 from radargui.report.sheet import Area
-from radargui.restitution.speed_models import MODELS, SpeedFit, preferred
+from radargui.restitution.speed_models import MODELS, SpeedFit
 
 _LARGE = 7.0
-_WORST_SHARE, _GOOD_SHARE = 0.1, 0.01
-"""Of e: an e that is known to no better than the first is not drawn; the second decide how far the axis reaches."""
 _DASHES = (4.0, 2.0)
 _MOST_NAMED = 5
 _FALLS_SHARE = 0.62
 _BETWEEN_MM = 5.0
-COVERED = 2.0
-"""Standard uncertainties that a bar reaches to either side."""
-
-
-def speed_points(runs: Sequence[RunFacts]) -> FloatArray:
-    """Return speed before, e and its statistical u of the valid impacts, shape (3, n)."""
-    found = [
-        (impact.speed_before_m_s, impact.e, impact.u_e)
-        for run in runs
-        for impact in run.bounces.impacts
-        if impact.valid and math.isfinite(impact.e) and impact.u_e < _WORST_SHARE * impact.e
-    ]
-    return np.array(found, np.float64).reshape(-1, 3).T
-
-
-def shown_fits(facts: ReportFacts) -> list[SpeedFit]:
-    """Return for each sample the model that the user chose, else the one that describes it best."""
-    found = facts.findings
-    fits = [
-        sample.fit(found.model) if found.model else next(iter(preferred(sample.fits)), None) for sample in found.samples
-    ]
-    return [fit for fit in fits if fit is not None and fit.parameters]
 
 
 def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
@@ -57,9 +33,7 @@ def draw_speeds(figure: Figure, area: Area, facts: ReportFacts) -> None:
         panel.say("no valid impact")
         panel.frame("e", ticks=False)
         return
-    known = every[:, every[2] < _GOOD_SHARE * every[1]]
-    speed, e, u = known if known.size else every
-    low, high = span_of([Curve(speed, e - COVERED * u), Curve(speed, e + COVERED * u)], margin=0.1)
+    low, high = e_span(every)
     n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
     panel = Panel(canvas, area, (0.0, 1.08 * float(every[0].max())), (low, high), _LARGE)
     names = [one.name for one in facts.findings.sessions]
@@ -97,7 +71,6 @@ def _draw_fit(panel: Panel, fit: SpeedFit) -> None:
 def draw_falls(figure: Figure, area: Area, runs: Sequence[RunFacts]) -> None:
     """Draw the way fallen of every run against the time from its vertex on over g t² / 2, and what the fits leave."""
     falls = [run.falls for run in runs if run.falls is not None]
-    g = [run.bounces.free_fall.g_m_s2 for run in runs if run.falls is not None and run.bounces.free_fall is not None]
     upper = area._replace(height=_FALLS_SHARE * area.height)
     lower = area.inside(0.0, upper.height + _BETWEEN_MM, area.width, area.height - upper.height - _BETWEEN_MM)
     canvas = Canvas(figure)
@@ -105,7 +78,7 @@ def draw_falls(figure: Figure, area: Area, runs: Sequence[RunFacts]) -> None:
     span: Span = (0.0, 1.05 * end)
     panel = Panel(canvas, upper, span, span_of([fallen for fallen, _ in falls], 1e3), _LARGE)
     t = np.linspace(0.0, end, 100)
-    mean = sum(g) / len(g)
+    mean = mean_gravity(runs)
     line = Line("#404040", 1.4, _DASHES)
     panel.curve(Curve(t, 0.5 * mean * t**2), line, 1e3, f"g t² / 2, g = {mean:.5g} m/s²")
     for number, (fallen, _) in enumerate(falls):

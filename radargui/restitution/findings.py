@@ -186,7 +186,13 @@ class Findings:
         for sample in self.samples:
             found = sample.repeatability
             if found is None:
-                said += [one.sentence for one in self.sessions if one.name in sample.sessions]
+                several = len(sample.sessions) > 1
+                own = [one for one in self.sessions if one.name in sample.sessions]
+                # of several sessions of a sample it must be said which one gave none
+                said += [
+                    f"{one.name}: {one.sentence}" if several and one.series.e.mean is None else one.sentence
+                    for one in own
+                ]
                 continue
             low, high = (alone(one, found.u_mean) for one in (found.interval_low, found.interval_high))
             kinds = dict.fromkeys(one.kind for one in self.sessions if one.name in sample.sessions)

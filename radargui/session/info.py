@@ -133,9 +133,9 @@ class JournalEntry(_Record):
     """ISO 8601 date and time with offset from UTC."""
     text: str
     run: str = ""
-    """Name of the run file that was being recorded; empty between runs."""
+    """Name of the run file that was being recorded, or that the note is about; empty between runs."""
     index: int | None = None
-    """Sample of that run, counted from its first, lost ones included."""
+    """Sample of that run, counted from its first, lost ones included; None of a note about the whole run."""
 
 
 class SessionInfo(_Record):
@@ -158,6 +158,10 @@ class SessionInfo(_Record):
     rejected: dict[str, str] = Field(default_factory=dict)
     """Runs that were set aside, by the name of the file, each with the reason: kept, hidden, reversible."""
     setup: Setup
+
+    def notes_of(self, run: str) -> str:
+        """Return what was noted about or during a run, by the name of its file; empty where nothing was."""
+        return "; ".join(entry.text for entry in self.journal if entry.run == run)
 
 
 class About(TypedDict, total=False):

@@ -31,7 +31,19 @@ from radargui.session.info import (
 from radargui.session.lock import SessionLock, SessionLockedError, SessionReadOnlyError
 
 BY_OPERATOR = "rejected by the operator"
-"""Why a drop does not count that was one; any other reason says that it was none."""
+"""Why a drop does not count that was one, alone or with what was said of it; any other reason: it was none."""
+
+
+def reason_of(said: str) -> str:
+    """Return the reason that is kept of a drop that the operator rejects, with what he says of it."""
+    return f"{BY_OPERATOR}: {said}" if said else BY_OPERATOR
+
+
+def was_drop(reason: str) -> bool:
+    """Return whether a run that was set aside for this reason was a drop, which keeps its number."""
+    return reason == BY_OPERATOR or reason.startswith(f"{BY_OPERATOR}: ")
+
+
 _LARGEST_FACT = 16_000
 """Bytes of a text that are kept in each run file too; an attribute holds at most 64 kB."""
 _T = TypeVar("_T")
@@ -165,10 +177,17 @@ class Session:
         """
         self._change(lambda _: _given(about))
 
-    def mark(self, text: str, *, now: datetime) -> JournalEntry:
+    def mark(self, text: str, *, now: datetime, about: Path | None = None) -> JournalEntry:
         """Keep a note of this moment: in the journal, and as a marker in the run that is being recorded.
 
         Waits for the disk; not to be called from the thread that draws.
+
+        Parameters
+        ----------
+        text, now
+            The note; date and time.
+        about
+            The run that the note is about, and not the moment; None: the one that is being recorded.
 
         Raises
         ------
@@ -176,8 +195,8 @@ class Session:
             The folder cannot be written.
         """
         self._want_right()
-        writer = None if self._writer is None else self._writer()
-        run, index = "", None
+        writer = None if self._writer is None or about is not None else self._writer()
+        run, index = "" if about is None else self._own(about), None
         if writer is not None and not writer.closed:
             try:
                 run, index = writer.path.name, writer.mark(text)

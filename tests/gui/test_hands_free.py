@@ -12,6 +12,7 @@ from support.controlled_source import ControlledSource, codes
 
 from radargui.gui.control.state import AppState, at_once
 from radargui.gui.main_window import MainWindow
+from radargui.gui.runs.run_model import COLUMNS
 from radargui.session.session import Session
 
 
@@ -50,7 +51,7 @@ def test_two_drops_are_recorded_hands_free_and_the_hand_between_them_is_set_asid
     assert window.health.run.text().startswith("run-0003: ")
     assert "none lost" in window.health.run.text()
     assert "live within " in str(window.run.figures.notes)
-    assert "live within " in model.data(model.index(2, 6), Qt.ItemDataRole.ToolTipRole)
+    assert "live within " in model.data(model.index(2, list(COLUMNS).index("Verdict")), Qt.ItemDataRole.ToolTipRole)
     wait_for(lambda: len(beeps) == 4)
 
     path = window.control.session.path

@@ -180,7 +180,8 @@ def test_keys_name_only_what_is_drawn(window: MainWindow, record_one: Any, wait_
     window.setup_model.assign("processing.correction", "adaptive")
     record_one(window)
     assert "samples lost" not in window.scopes.key.text()
-    assert all(words in window.track.key.text() for words in ("parabola", "impacts"))
+    key = window.track.curves.key
+    wait_for(lambda: all(words in key.text() for words in ("parabola", "impacts")))
     window.panels.go_to("run")
     window.run.tabs.setCurrentWidget(window.run.steps)
     wait_for(lambda: window.run.steps.key.text())
@@ -193,5 +194,6 @@ def test_keys_name_only_what_is_drawn(window: MainWindow, record_one: Any, wait_
     window.setup_model.assign("recording.maximum_s", 1.5)
     window.actions_.new_session.trigger()
     record_one(window)
-    assert "impacts" not in window.track.key.text()
-    assert "parabola" not in window.track.key.text()
+    wait_for(lambda: "impacts" not in key.text())
+    assert "± 2 u" in key.text()
+    assert "parabola" not in key.text()

@@ -82,8 +82,8 @@ def test_ranges_are_round(value: float, rounded: float) -> None:
 def test_the_line_in_space_does_not_run_across_what_is_unknown() -> None:
     points = np.cumsum(np.ones((40, 3), dtype=np.float32), axis=0)
     points[20] = np.nan
-    spaced = _spaced(points)
+    spaced = points[_spaced(points)]
     assert len(spaced) < 40
-    pairs = _segments(spaced).reshape(-1, 2, 3)
+    pairs = spaced[_segments(spaced)].reshape(-1, 2, 3)
     assert np.isfinite(pairs).all()
     assert not any(pair[0, 0] < 20.0 < pair[1, 0] for pair in pairs)

@@ -54,6 +54,11 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     window.panels.docks["run"].raise_()
     assert "preliminary" in window.run.figures.toPlainText()
     assert read_summary(entry.path) is None, "kept is only what is final"
+    wait_for(lambda: window.track.shown is not None)
+    quick = window.track.shown
+    assert quick.fit_time_s.size > 0
+    assert quick.residual_mm.size > 0
+    assert window.track.curves.shown_detail == "residual"
     wait_for(lambda: window.bar.state.text.startswith("PROCESSING   "))
     wait_for(lambda: window.bar.state.text.endswith(f"%   drop 1: e = {entry.restitution()}, preliminary"))
 
@@ -65,6 +70,8 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     assert window.run._title.text() == "drop 1 (run-0001, simulated)"
     assert COMPUTING not in window.run.figures.notes
     assert window.track._title.text() == "drop 1 (run-0001, simulated): result"
+    wait_for(lambda: window.track.shown is not quick)
+    assert window.track.shown.residual_mm.tolist() != quick.residual_mm.tolist()
     assert window.bar.state.text == f"DONE   drop 1: e = {final.restitution()}"
     assert read_summary(final.path)["correction"] == "joint"
     assert heard == [1], "the sound comes once, with the first result"

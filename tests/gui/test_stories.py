@@ -371,11 +371,11 @@ def test_the_preview_follows_the_runs_and_reads_nothing_before_it_is_opened(
 ) -> None:
     read: list[str] = []
 
-    def noted(path: Path) -> RunFacts:
+    def noted(path: Path, normal: Any) -> RunFacts:
         read.append(path.stem)
-        return glance(path)
+        return glance(path, normal)
 
-    monkeypatch.setattr("radargui.gui.runs.report_preview.glance", noted)
+    monkeypatch.setattr("radargui.report.glances.glance", noted)
     path = make_session(tmp_path / "data", 4, sample="<b>steel</b>")
     opened(window, path, wait_for)
     wait_for(lambda: not window.jobs.running)

@@ -9,6 +9,7 @@ import json
 import re
 import subprocess
 import sys
+import zlib
 from dataclasses import replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser
@@ -115,6 +116,19 @@ def test_the_pages_stand_in_the_order_of_the_bookmarks(made: tuple[Session, Repo
     (kids,) = re.findall(rb"/Type /Pages /Kids \[([^\]]*)\]", content)
     targets = re.findall(rb"/Dest \[ (\d+) 0 R", content)
     assert re.findall(rb"(\d+) 0 R", kids) == targets
+
+
+def test_every_page_has_its_number_also_those_that_were_put_in_front(made: tuple[Session, Report, list[float]]) -> None:
+    content = made[1].pdf.read_bytes()
+    (kids,) = re.findall(rb"/Type /Pages /Kids \[([^\]]*)\]", content)
+    pages = re.findall(rb"(\d+) 0 R", kids)
+    said = []
+    for page in pages:
+        (number,) = re.findall(rb"\n" + page + rb" 0 obj\n<<.*?/Contents \[ \d+ 0 R (\d+) 0 R \]", content, re.DOTALL)
+        (body,) = re.findall(rb"\n" + number + rb" 0 obj\n.*?stream\r?\n(.*?)endstream", content, re.DOTALL)
+        said += re.findall(rb"\((.*?)\) Tj", zlib.decompress(body))
+    assert said == [f"{number} / {len(pages)}".encode() for number in range(1, len(pages) + 1)]
+    assert content.count(b"/BaseFont /Helvetica") == 1
 
 
 def test_the_pdf_holds_the_numbers_of_the_json(made: tuple[Session, Report, list[float]]) -> None:

@@ -123,6 +123,16 @@ def test_the_sentence_can_be_quoted() -> None:
     assert findings_of([session("a")]).sentence == "No drop gave a valid coefficient of restitution."
 
 
+def test_of_two_sessions_of_one_sample_the_one_that_gave_no_e_is_named() -> None:
+    pair = [
+        session("Monday", *FIVE, sample="steel", target="glass"),
+        session("Tuesday", sample="steel", target="glass"),
+    ]
+    found = findings_of(pair)
+    assert found.sentence.startswith("Coefficient of restitution of steel on glass: e = 0.8000(50)")
+    assert found.sentence.endswith("Tuesday: No drop of steel on glass gave a valid coefficient of restitution.")
+
+
 def test_samples_and_sessions_are_compared_and_sessions_of_one_sample_repeat_each_other() -> None:
     def day(name: str, sample: str, e: float) -> SeriesSession:
         return session(name, *(run(k, e + d) for k, d in enumerate((-1e-3, 0.0, 1.1e-3), 1)), sample=sample)

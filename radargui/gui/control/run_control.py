@@ -200,7 +200,7 @@ class RunControl(QObject):
 
         self._launch(work, "recording")
 
-    def reject(self, run: Path, *, back: bool = False) -> None:
+    def reject(self, run: Path, reason: str = BY_OPERATOR, *, back: bool = False) -> None:
         """Set a run of the session aside, or take it `back`; waits for the disk, from any thread.
 
         Raises
@@ -216,11 +216,11 @@ class RunControl(QObject):
             session.restore(run)
         elif experiment is not None and self._continuous:
             known = run.name in session.rejected
-            experiment.reject(run)
+            experiment.reject(run, reason)
             if not known:
                 self._post(state, self._one_more)
         else:
-            session.reject(run, BY_OPERATOR)
+            session.reject(run, reason)
 
     def stop(self) -> None:
         """End what runs, without waiting: a run under way is kept and processed.

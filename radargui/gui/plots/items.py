@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QPen
+from PySide6.QtCore import QRectF, QSignalBlocker, Qt
+from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QGraphicsEllipseItem
 
 from radargui.model.arrays import FloatArray
@@ -44,3 +45,26 @@ class Dot(QGraphicsEllipseItem):
         self.setVisible(len(x) == 1)
         if len(x) == 1:
             self.setPos(float(x[0]), float(y[0]))
+
+
+class Band(pg.FillBetweenItem):  # type: ignore[misc] # pyqtgraph has no types
+    """The room between two curves, as a shade of its colour; NaN breaks it."""
+
+    def __init__(self) -> None:
+        self._ends = pg.PlotCurveItem(connect="finite"), pg.PlotCurveItem(connect="finite")
+        super().__init__(*self._ends)
+
+    def show_band(self, x: FloatArray, low: FloatArray, high: FloatArray) -> None:
+        """Shade from low to high, each shape (n,)."""
+        known = np.isfinite(low + high)
+        # the shade is made once, when both are there
+        with QSignalBlocker(self._ends[0]):
+            self._ends[0].setData(x, np.where(known, low, np.nan))
+        self._ends[1].setData(x, np.where(known, high, np.nan))
+
+    def setPen(self, pen: QPen | None) -> None:  # noqa: N802 - Qt's name
+        """Take over a colour, without an edge."""
+        shade = QColor(pg.mkPen(pen).color())
+        shade.setAlpha(70)
+        self.setBrush(shade)
+        super().setPen(pg.mkPen(None))

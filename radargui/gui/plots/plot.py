@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QApplication, QGraphicsItem, QLabel, QMenu
 from radargui.gui.layout import follow
 from radargui.gui.plots.copying import picture_of, table_of
 from radargui.gui.plots.cursors import Cursors, unit_of
-from radargui.gui.plots.items import Dot, LiveCurve, Marker
+from radargui.gui.plots.items import Band, Dot, LiveCurve, Marker
 from radargui.gui.plots.view import View
 from radargui.gui.theme import LIGHT, Colours, Theme
 from radargui.model.arrays import FloatArray
@@ -259,9 +259,10 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def write_inside(self, text: str) -> None:
         """Write a line into the upper left corner of the plot."""
         self._inside_text = text
-        self._inside = pg.LabelItem(justify="left")
-        self._inside.setParentItem(self.getPlotItem().getViewBox())
-        self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
+        if self._inside is None:
+            self._inside = pg.LabelItem(justify="left")
+            self._inside.setParentItem(self.getPlotItem().getViewBox())
+            self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
         self._write_inside()
 
     def still_line(self, role: str, name: str = "", *, dashed: bool = False) -> pg.PlotDataItem:
@@ -287,6 +288,10 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:
         """Add a straight line across the plot."""
         return self._add(pg.InfiniteLine(position, angle=angle), role, dashed=dashed, ignoreBounds=True)
+
+    def band(self, role: str) -> Band:
+        """Add an empty band around a curve."""
+        return self._add(Band(), role)
 
     def show_nothing(self) -> None:
         """Empty all curves; they stay for what comes."""

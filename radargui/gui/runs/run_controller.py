@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QFileDialog
 from radargui import __version__
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
+from radargui.experiment.overlaid import OverlaidMethod, compute_methods, overlaid
 from radargui.experiment.reprocess import compute_later, own_setup, process_run
 from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
@@ -22,7 +23,7 @@ from radargui.gui.background import Task
 from radargui.gui.runs.report_preview import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, notes_of_file
-from radargui.gui.runs.run_panel import RunPanel
+from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_model import entry_of
 from radargui.gui.track.track_panel import TrackPanel
@@ -31,6 +32,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
 from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
+from radargui.report.glances import Glances
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 
@@ -45,7 +47,9 @@ _KEPT = 3
 class RunController(QObject):
     """Joins the run list, the run panel, the track and the work behind them."""
 
-    def __init__(self, runs: RunListPanel, run: RunPanel, track: TrackPanel, services: Services) -> None:
+    def __init__(
+        self, runs: RunListPanel, run: RunPanel, track: TrackPanel, glances: Glances, services: Services
+    ) -> None:
         super().__init__(services.parent)
         self._runs, self._run, self._track = runs, run, track
         self._work, self._jobs, self._board = services.work, services.jobs, services.board
@@ -54,10 +58,11 @@ class RunController(QObject):
         self._kept: OrderedDict[Path, RunResult] = OrderedDict()
         self._wanted: Path | None = None
         self._reading: Task | None = None
-        self.report_preview = ReportPreview(services)
+        self.report_preview = ReportPreview(glances, services)
         runs.model.rowsInserted.connect(lambda *_: self.report_preview.refresh())
         runs.model.dataChanged.connect(lambda *_: self.report_preview.refresh())
         runs.run_chosen.connect(self._choose)
+        run.methods_asked.connect(self._overlay)
 
     def show_session(self, session: Session | None) -> None:
         """List the runs of a session."""
@@ -72,7 +77,11 @@ class RunController(QObject):
             self._runs.show_session(None, [])
             return
         paths, rejected = session.run_paths(with_rejected=True), session.rejected
-        self._runs.show_session(session.path, [RunEntry(path, rejected=rejected.get(path.name)) for path in paths])
+        noted = session.info.notes_of
+        self._runs.show_session(
+            session.path,
+            [RunEntry(path, rejected=rejected.get(path.name), note=noted(path.name)) for path in paths],
+        )
         if paths:
             report = session.path / REPORT_FOLDER / "report.html"
             self._jobs.start(
@@ -96,7 +105,8 @@ class RunController(QObject):
                 self._board.post("warning", recorded.message)
             return
         result, follows = recorded.result, recorded.path in self._kept
-        entry = entry_of_recorded(recorded, recorded.path)
+        noted = self._session.info.notes_of(recorded.path.name) if self._session else None
+        entry = replace(entry_of_recorded(recorded, recorded.path), note=noted)
         # what is set aside stays out of the way, also of the key that rejects the chosen run
         self._runs.put(entry, select=not recorded.set_aside and not follows)
         if result is None:
@@ -172,6 +182,30 @@ class RunController(QObject):
             lambda error: self._not_shown(entry.name, error),
             lambda: self._cancelled(entry),
         )
+
+    def _overlay(self, methods: tuple[str, ...]) -> None:
+        """Compute the run that is shown by other methods, in the background, and lay them over it."""
+        path, result, view = self._wanted, self._run.result, self._run.methods
+        if path is None or result is None:
+            return
+        own = result.quality.method if result.quality else ""
+
+        def add(one: OverlaidMethod) -> None:
+            if self._run.result is result:
+                view.add(one)
+
+        def work(task: Task) -> None:
+            self._jobs.report(add, overlaid(result, result, own, SCREEN_COLUMNS))
+            for one in compute_methods(path, result, methods, SCREEN_COLUMNS, task.report):
+                self._jobs.report(add, one)
+
+        def ended(error: BaseException | None = None) -> None:
+            view.show_busy(busy=False)
+            if error is not None:
+                self._board.post_error(error)
+
+        view.show_busy(busy=True)
+        self._work.start(f"computing {path.stem} by {', '.join(methods)}", work, lambda _done: ended(), ended, ended)
 
     def _choose(self, entry: RunEntry) -> None:
         path = entry.path

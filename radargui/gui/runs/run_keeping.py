@@ -1,9 +1,12 @@
 """What happens when a run is done, what is said of it meanwhile, and the one key that rejects it and takes it back."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 
 from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QInputDialog
 
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.control_bar import HealthLine, StateView
@@ -17,7 +20,10 @@ from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.services import Services
-from radargui.session.session import BY_OPERATOR
+from radargui.session.session import BY_OPERATOR, reason_of
+
+REASONS = ("touched something on its way", "released badly", "not the first bounce", "wrong sample")
+"""That are offered; others can be typed."""
 
 
 @dataclass(eq=False, repr=False)
@@ -119,26 +125,76 @@ class RunKeeping(QObject):
         self._of_result = None
 
     def toggle(self) -> None:
-        """Reject the chosen run, or the last one; take it back where it was rejected already."""
-        entry = self.runs.table.chosen or self.runs.model.last_kept
-        if entry is None:
-            self.services.board.post("warning", "There is no run to reject.")
-            return
-        back = bool(entry.rejected)
-        self.services.jobs.start(
-            "taking a run back" if back else "rejecting a run",
-            lambda: self.control.reject(entry.path, back=back),
-            lambda _done: self._toggled(entry, back),
-        )
+        """Reject the chosen runs, or the last one; take them back where all were rejected already."""
+        if entries := self._wanted("There is no run to reject."):
+            counted = [one for one in entries if not one.rejected]
+            self._set_aside(counted or entries, BY_OPERATOR, back=not counted)
 
-    def _toggled(self, entry: RunEntry, back: bool) -> None:
-        self.runs.reject(entry.path, "" if back else BY_OPERATOR)
+    def exclude(self) -> None:
+        """Reject the chosen runs, or the last one, with a reason that report and window show."""
+        # what was no drop has its reason
+        if entries := [one for one in self._wanted("There is no run to reject.") if one.is_drop]:
+            said = self.ask_words("Reject with a reason", f"Why does {_named(entries)} not count?", REASONS)
+            if said:
+                self._set_aside(entries, reason_of(said), back=False)
+
+    def note(self) -> None:
+        """Keep a note about the chosen runs, or the last one, in the session's journal."""
+        session, entries = self.control.session, self._wanted("There is no run to note anything about.")
+        said = self.ask_words("Note", f"What is worth knowing about {_named(entries)}?", ()) if entries else ""
+        if session is None or not said:
+            return
+        now = datetime.now().astimezone()
+
+        def work() -> None:
+            for entry in entries:
+                session.mark(said, now=now, about=entry.path)
+
+        def show(_done: object) -> None:
+            for entry in entries:
+                known = self.runs.model.entry_of(entry.path)
+                if known is not None and session is self.control.session:
+                    self.runs.put(replace(known, note=session.info.notes_of(entry.path.name)))
+
+        self.services.jobs.start("a note", work, show)
+
+    def ask_words(self, title: str, question: str, choices: Sequence[str]) -> str:
+        """Let the operator type, or choose; empty: not said, nothing happens."""
+        ask = QInputDialog(self.services.parent)
+        ask.setWindowTitle(title)
+        ask.setLabelText(question)
+        if choices:
+            ask.setComboBoxItems(list(choices))
+            ask.setComboBoxEditable(True)
+        return ask.textValue().strip() if ask.exec() else ""
+
+    def _wanted(self, otherwise: str) -> list[RunEntry]:
+        """Return the chosen runs, else the last one; none: it is said that there is none."""
+        last = self.runs.model.last_kept
+        entries = self.runs.table.all_chosen or ([last] if last else [])
+        if not entries:
+            self.services.board.post("warning", otherwise)
+        return entries
+
+    def _set_aside(self, entries: Sequence[RunEntry], reason: str, *, back: bool) -> None:
+        def work() -> None:
+            for entry in entries:
+                self.control.reject(entry.path, reason, back=back)
+
+        what = "taking a run back" if back else "rejecting a run"
+        self.services.jobs.start(what, work, lambda _done: self._are_set_aside(entries, reason, back))
+
+    def _are_set_aside(self, entries: Sequence[RunEntry], reason: str, back: bool) -> None:
+        for entry in entries:
+            self.runs.reject(entry.path, "" if back else reason)
+        named, are = _named(entries), "is" if len(entries) == 1 else "are"
         if back:
-            self.services.board.post("info", f"{entry.name} counts again.")
+            self.services.board.post("info", f"{named} count{'s' if len(entries) == 1 else ''} again.")
         else:
             self._beep(twice=True)
+            one = "it" if len(entries) == 1 else "them"
             self.services.board.post(
-                "info", f"{entry.name} is rejected: kept, not counted. The same key (Del) takes it back."
+                "info", f"{named} {are} rejected: kept, not counted. The same key (Del) takes {one} back."
             )
 
     def _preliminary(self, recorded: RecordedRun) -> None:
@@ -176,3 +232,7 @@ class RunKeeping(QObject):
 
     def _beep(self, *, twice: bool = False) -> None:
         self.sounds.play("rejected" if twice else "result")
+
+
+def _named(entries: Sequence[RunEntry]) -> str:
+    return entries[0].name if len(entries) == 1 else f"{len(entries)} runs"

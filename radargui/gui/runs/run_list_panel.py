@@ -15,6 +15,8 @@ from radargui.gui.table import RowTable
 _MOST_FITTED = 50
 """Runs that columns and lines are fitted to when a session is opened; all of ten thousand would take a second."""
 
+_WIDEST_NOTE = 150
+
 
 class RunListPanel(QWidget):
     """Lists runs; choosing one asks for its result to be shown."""
@@ -24,7 +26,7 @@ class RunListPanel(QWidget):
     def __init__(self, does: Actions) -> None:
         super().__init__()
         self.model = RunModel()
-        self.table = RowTable(self.model, "runs")
+        self.table = RowTable(self.model, "runs", many=True)
         self.table.setMinimumHeight(50)
         # a verdict is never cut on a narrow screen: it takes another line
         self.table.setWordWrap(True)
@@ -33,6 +35,10 @@ class RunListPanel(QWidget):
         self._settle.timeout.connect(self._fit_rows)
         self.table.horizontalHeader().sectionResized.connect(lambda *_sizes: self._settle.start())
         self.table.selectionModel().selectionChanged.connect(self._chosen)
+        # a sorted table keeps what is hidden by its place
+        self.table.model().layoutChanged.connect(self._hide_rows)
+        for action in (does.reject, does.exclude, does.note_run):
+            self.table.addAction(action)
 
         self.report = button("Make report", does.report.trigger, "PDF, HTML, CSV and JSON of this session")
         self.preview = button("Preview", does.preview.trigger, "The report's first page, as the runs come in")
@@ -76,13 +82,14 @@ class RunListPanel(QWidget):
         row = self.model.put(entry)
         self._hide_rows()
         self._fit_columns(self.model.entries[row : row + 1])
-        self.table.resizeRowToContents(row)
-        if row == len(self.model.entries) - 1:
-            self.table.scrollToBottom()
+        shown, is_last = self.table.shown_row(row), row == len(self.model.entries) - 1
+        self.table.resizeRowToContents(shown)
+        if is_last:
+            self.table.scrollTo(self.table.model().index(shown, 0))
         if select:
             # the result of a run that was just recorded is there already: nobody needs to be asked for it
             self.table.selectionModel().blockSignals(True)
-            self.table.selectRow(row)
+            self.table.selectRow(shown)
             self.table.selectionModel().blockSignals(False)
             self.table.viewport().update()
         self._refresh_buttons()
@@ -100,12 +107,15 @@ class RunListPanel(QWidget):
 
     def _chosen(self, _selected: QItemSelection, _deselected: QItemSelection) -> None:
         self._refresh_buttons()
-        if (entry := self.table.chosen) is not None:
-            self.run_chosen.emit(entry)
+        # who selects many wants to look at none
+        if len(chosen := self.table.all_chosen) == 1:
+            self.run_chosen.emit(chosen[0])
 
     def _hide_rows(self) -> None:
         for row, entry in enumerate(self.model.entries):
-            self.table.setRowHidden(row, bool(entry.rejected) and not self.rejected.isChecked())
+            hidden = bool(entry.rejected) and not self.rejected.isChecked()
+            self.table.setRowHidden(self.table.shown_row(row), hidden)
+        self.table.setColumnHidden(list(COLUMNS).index("Note"), not any(one.note for one in self.model.entries))
         count = self.model.n_rejected
         self.rejected.setText(f"Show rejected ({count})" if count else "Show rejected")
 
@@ -115,6 +125,8 @@ class RunListPanel(QWidget):
         for column, title in enumerate(tuple(COLUMNS)[:-1]):
             words = (*title.split(), *(cells[column] for cells in texts))
             wanted = max(metrics.horizontalAdvance(text) for text in words) + 10
+            # a long note takes several lines
+            wanted = min(wanted, _WIDEST_NOTE) if title == "Note" else wanted
             if self.table.columnWidth(column) < wanted or not self.model.entries:
                 self.table.fit(column, wanted)
                 # the last column gives what the others take
@@ -123,7 +135,7 @@ class RunListPanel(QWidget):
     def _fit_rows(self) -> None:
         """Make the lines as high as their verdicts, of very many those of the last ones."""
         for row in range(len(self.model.entries))[-_MOST_FITTED:]:
-            self.table.resizeRowToContents(row)
+            self.table.resizeRowToContents(self.table.shown_row(row))
 
     def _refresh_buttons(self) -> None:
         series = self.model.series

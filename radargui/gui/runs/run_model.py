@@ -19,7 +19,7 @@ from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in, gravity_wor
 from radargui.model.errors import RadarGuiError
 from radargui.model.rounding import UNKNOWN, plain
 from radargui.restitution.series import Series, drop_labels, series_of
-from radargui.session.session import BY_OPERATOR
+from radargui.session.session import was_drop
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +46,8 @@ class RunEntry:
         What the drop is called, see `restitution.series.drop_labels`; the list knows.
     left_out
         Why it is not in the statistics of the series, though nobody set it aside; empty where it is.
+    note
+        What was noted about it; None: as it was known before.
     waits
         Whether its result is still to come.
     thumbnail
@@ -62,6 +64,7 @@ class RunEntry:
     origin: RunOrigin | None = None
     label: str = UNKNOWN
     left_out: str = ""
+    note: str | None = None
     waits: bool = False
     thumbnail: Thumbnail | None = field(default=None, repr=False, compare=False)
 
@@ -73,7 +76,7 @@ class RunEntry:
     @property
     def is_drop(self) -> bool:
         """Whether it is numbered as a drop: it counts, or was one before the operator rejected it."""
-        return not self.rejected or self.rejected == BY_OPERATOR
+        return not self.rejected or was_drop(self.rejected)
 
     @property
     def called(self) -> str:
@@ -138,6 +141,7 @@ COLUMNS: dict[str, Callable[[RunEntry], str]] = {
     "Impact [m/s]": lambda run: plain(figure_in(run.summary, "impact_speed_m_s")),
     "e": RunEntry.restitution,
     "g [m/s²]": lambda run: gravity_words(run.summary),
+    "Note": lambda run: run.note or "",
     "Verdict": attrgetter("verdict"),
 }
 _STATISTICAL = {"e": restitution_words, "g [m/s²]": gravity_words}
@@ -162,7 +166,8 @@ class RunModel(RowModel[RunEntry]):
                 names = ("started_at", "agreement", "health", "origin")
                 known: dict[str, Any] = {name: getattr(entry, name) or getattr(old, name) for name in names}
                 rejected = old.rejected if entry.rejected is None else entry.rejected
-                self.entries[row] = replace(entry, rejected=rejected, **known)
+                note = old.note if entry.note is None else entry.note
+                self.entries[row] = replace(entry, rejected=rejected, note=note, **known)
                 self._recount()
                 return row
         row = bisect_left([_place(one) for one in self.entries], _place(entry))
@@ -224,6 +229,8 @@ class RunModel(RowModel[RunEntry]):
         if role == roles.ToolTipRole and title == "Verdict":
             out = f"not in the statistics: {entry.left_out}" if entry.left_out else ""
             return "\n".join(filter(None, (entry.verdict, out, entry.agreement, entry.health)))
+        if role == roles.ToolTipRole and title == "Note":
+            return (entry.note or "").replace("<", "‹")
         if role == roles.ForegroundRole and (entry.rejected or entry.left_out):
             return QApplication.palette().brush(QPalette.ColorGroup.Disabled, QPalette.ColorRole.Text)
         return _LEFT if role == roles.TextAlignmentRole else super().cell(entry, column, role)

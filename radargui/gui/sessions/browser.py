@@ -106,6 +106,7 @@ class SessionBrowser(Dialog):
     elsewhere_asked = Signal()
     calibrate_asked = Signal(object)
     series_asked = Signal(object)
+    compare_asked = Signal(object)
 
     def __init__(
         self, theme: Theme, jobs: Jobs, work: WorkStrip, data_folder: Callable[[], Path], parent: QWidget | None = None
@@ -121,8 +122,7 @@ class SessionBrowser(Dialog):
         self._timer.timeout.connect(self._show_share)
         self.search = SearchForm()
         self.model = RowModel(COLUMNS, lambda one: one.problem or one.notes or str(one.path))
-        self.table = RowTable(self.model, "sessions.list")
-        self.table.setSelectionMode(RowTable.SelectionMode.ExtendedSelection)
+        self.table = RowTable(self.model, "sessions.list", many=True)
         for name, width in _WIDTHS.items():
             self.table.fit(list(COLUMNS).index(name), width)
         self.words = PlainLabel()
@@ -134,6 +134,7 @@ class SessionBrowser(Dialog):
         self.series = button(
             "Report as a series…", self._ask_series, "Select several sessions: other heights, samples, days"
         )
+        self.compare = button("Compare", self._ask_compare, "Beside the session that is open, in the panel Series")
         self.elsewhere = button("Open another folder…", self.elsewhere_asked)
         self._lay_out()
         self.search.changed.connect(self.refresh)
@@ -209,12 +210,18 @@ class SessionBrowser(Dialog):
         if chosen is not None and not chosen.problem:
             signal.emit(chosen.path)
 
+    def _ask_compare(self) -> None:
+        self.compare_asked.emit(tuple(one.path for one in self.table.all_chosen))
+        self.hide()
+
     def _ask_series(self) -> None:
         self.series_asked.emit(tuple(one.path for one in self.table.all_chosen))
 
     def _show_buttons(self) -> None:
         several = self.table.all_chosen
-        self.series.setEnabled(len(several) > 1 and not any(one.problem for one in several))
+        sound = bool(several) and not any(one.problem for one in several)
+        self.series.setEnabled(len(several) > 1 and sound)
+        self.compare.setEnabled(sound)
         for one in (self.review, self.take_setup, self.calibrate):
             one.setEnabled(len(several) == 1 and not several[0].problem)
 
@@ -227,7 +234,7 @@ class SessionBrowser(Dialog):
         parts.addWidget(lower)
         parts.setSizes([360, 240])
         buttons = fill(QHBoxLayout(), self.review, self.take_setup, self.calibrate, 1, spacing=6)
-        above = fill(QHBoxLayout(), (self.words, 1), self.series, self.elsewhere, spacing=6)
+        above = fill(QHBoxLayout(), (self.words, 1), self.compare, self.series, self.elsewhere, spacing=6)
         self.lay_out(self.search, above, (parts, 1), buttons)
 
 

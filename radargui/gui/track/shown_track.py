@@ -1,6 +1,6 @@
 """What track views draw: the field of view; the live trail, or a result with its impacts and the fitted fall."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -8,6 +8,8 @@ from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
+from radargui.motion.speed import speed_along
+from radargui.report.curves import take_track
 
 MM = 1000.0
 _HALF_FIELD_MM = 150.0
@@ -79,7 +81,14 @@ class ShownTrack:
     impact_time_s, impact_mm
         Shape (n_impacts,) and (3, n_impacts).
     fit_time_s, fit_mm
-        Parabola of the first fall in z, shape (n_fit,).
+        Parabola of the first fall, as far as the first impact, shape (n_fit,).
+    residual_time_s, residual_mm, residual_u_mm
+        Height less the parabola over the span of the fit, its statistical standard uncertainty, shape (n_residual,).
+    speed_m_s
+        Shape (n,); NaN where unknown.
+    u_mm, u_kind
+        Standard uncertainty of the position, shape (3, n), and which: combined where it is known, else statistical;
+        empty of a live track.
     zero
         What the times of a result count from.
     """
@@ -90,14 +99,25 @@ class ShownTrack:
     impact_mm: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
     fit_time_s: FloatArray = field(default_factory=lambda: np.empty(0))
     fit_mm: FloatArray = field(default_factory=lambda: np.empty(0))
+    residual_time_s: FloatArray = field(default_factory=lambda: np.empty(0))
+    residual_mm: FloatArray = field(default_factory=lambda: np.empty(0))
+    residual_u_mm: FloatArray = field(default_factory=lambda: np.empty(0))
+    speed_m_s: FloatArray = field(default_factory=lambda: np.empty(0))
+    u_mm: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
+    u_kind: str = ""
     zero: str = ""
 
 
 NO_TRACK = ShownTrack(np.empty(0), np.empty((3, 0)))
 
 
+def live_track(time_s: FloatArray, position_m: FloatArray) -> ShownTrack:
+    """Return a live trail for the screen; parameters as for `speed_along`."""
+    return ShownTrack(time_s, position_m * MM, speed_m_s=speed_along(time_s, position_m))
+
+
 def result_track(result: RunResult) -> ShownTrack | None:
-    """Return the track of a result for the screen; None where it has none."""
+    """Return the track of a result for the screen; None where it has none. Not for the thread that draws."""
     track = result.track
     if track is None:
         return None
@@ -107,25 +127,39 @@ def result_track(result: RunResult) -> ShownTrack | None:
         return None
     step = max(1, -(-(known[-1] - known[0]) // _MOST_POINTS))
     chosen = np.arange(known[0], known[-1] + 1, step)
-    position = np.where(track.valid[chosen], track.position_m[:, chosen], np.nan) * MM
+    position = np.where(track.valid[chosen], track.position_m[:, chosen], np.nan)
     restarts = np.empty(0, dtype=np.intp) if result.paths is None else result.paths.restarts()
     inside = restarts[(restarts > known[0]) & (restarts <= known[-1])].repeat(_BREAK_POINTS)
     places = np.searchsorted(chosen, inside)
     impacts = np.array([bounce.time_s for bounce in result.bounces.impacts])
     at = np.clip(np.searchsorted(track.time_s, impacts), 0, track.time_s.size - 1)
-    fall = result.bounces.free_fall
-    fit_time: FloatArray = np.empty(0)
-    fit: FloatArray = np.empty(0)
-    if fall is not None:
-        since = np.linspace(0.0, fall.last_time_s - fall.first_time_s, 120)
-        fit_time = fall.first_time_s + since - zero
-        fit = np.asarray(np.polynomial.polynomial.polyval(since, fall.parabola) * MM, dtype=np.float64)
-    return ShownTrack(
+    speed = speed_along(track.time_s[chosen], position, [*impacts, *track.time_s[inside]])
+    own, combined = track.u_position_m, track.u_combined_m
+    shown_u = own if combined is None else combined
+
+    def broken(values: FloatArray) -> FloatArray:
+        return np.insert(values, places, np.nan, axis=-1)
+
+    shown = ShownTrack(
         time_s=np.insert(track.time_s[chosen], places, track.time_s[inside]) - zero,
-        position_mm=np.insert(position, places, np.nan, axis=1),
+        position_mm=broken(position * MM),
         impact_time_s=impacts - zero,
         impact_mm=track.position_m[:, at] * MM,
-        fit_time_s=fit_time,
-        fit_mm=fit,
+        speed_m_s=broken(speed),
+        u_mm=broken(shown_u[:, chosen] * MM),
+        u_kind="statistical" if combined is None else "combined",
         zero=zero_words,
+    )
+    drawn = take_track(result, _MOST_POINTS // 2)
+    if drawn is None or drawn.parabola is None or drawn.residual is None:
+        return shown
+    normal = np.array(result.bounces.normal or result.setup.floor.normal)
+    u_height_mm = MM * np.sqrt(((normal[:, None] * own[:, chosen]) ** 2).sum(axis=0))
+    return replace(
+        shown,
+        fit_time_s=drawn.parabola.x,
+        fit_mm=drawn.parabola.y * MM,
+        residual_time_s=drawn.residual.x,
+        residual_mm=drawn.residual.y * MM,
+        residual_u_mm=np.interp(drawn.residual.x, track.time_s[chosen] - zero, u_height_mm),
     )

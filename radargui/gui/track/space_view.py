@@ -10,7 +10,8 @@ from PySide6.QtGui import QColor, QFont, QResizeEvent, QVector3D, QWheelEvent
 
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
-from radargui.model.arrays import FloatArray
+from radargui.gui.track.speed_colours import SpeedColours
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 Points = NDArray[np.float32]
 """Shape (n, 3) in mm, as OpenGL takes them."""
@@ -21,9 +22,9 @@ _STEP_MM = 4.0
 class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
     """Box with floor, axes and directions to the antennas; trail, sphere and impacts in it."""
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self, theme: Theme, colours: SpeedColours) -> None:
         super().__init__()
-        self._theme = theme
+        self._theme, self._colours = theme, colours
         self._space: Space | None = None
         self._track = NO_TRACK
         self._fixed: list[Any] = []
@@ -87,8 +88,11 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._track = track
         points = track.position_mm.T.astype(np.float32)
         known = points[np.isfinite(points).all(axis=1)]
-        points = _spaced(points)
-        self._draw_line(self._trail, points, self._rgba("track"))
+        kept = _spaced(points)
+        points = points[kept]
+        speed = track.speed_m_s if track.speed_m_s.size else np.full(len(kept), np.nan)
+        shades = self._colours.table().astype(np.float32)[self._colours.steps(speed[kept])]
+        self._draw_line(self._trail, points, shades)
         shadow = points.copy()
         if self._space is not None and len(shadow):
             shadow[:, 2] = self._space.floor_mm
@@ -98,12 +102,15 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._impacts.setData(pos=impacts[np.isfinite(impacts).all(axis=1)], color=self._rgba("mark"))
 
     @staticmethod
-    def _draw_line(item: Any, points: Points, colour: tuple[float, float, float, float]) -> None:
+    def _draw_line(item: Any, points: Points, colour: tuple[float, float, float, float] | Points) -> None:
+        """Draw a line in one colour, or in one a point, shape (n, 4)."""
         if np.isfinite(points).all() and len(points) > 1:
             # drawn in one piece: joints of single pieces show as dots
             item.setData(pos=points, color=colour, mode="line_strip")
         else:
-            item.setData(pos=_segments(points), color=colour, mode="lines")
+            pairs = _segments(points)
+            shades = colour[pairs] if isinstance(colour, np.ndarray) else colour
+            item.setData(pos=np.ascontiguousarray(points[pairs]), color=shades, mode="lines")
 
     def _retheme(self) -> None:
         self.setBackgroundColor(self._theme.colours.base)
@@ -159,24 +166,20 @@ def _multiples(low: float, high: float, step: float) -> FloatArray:
     return np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
 
 
-def _spaced(points: Points) -> Points:
-    """Return points (n, 3) at least `_STEP_MM` apart along the line: shorter pieces are drawn as dots."""
+def _spaced(points: Points) -> BoolArray:
+    """Return which points (n, 3) are at least `_STEP_MM` apart along the line: shorter pieces are drawn as dots."""
     if len(points) < 3:
-        return points
+        return np.ones(len(points), dtype=np.bool_)
     step = np.linalg.norm(np.diff(points, axis=0), axis=1)
     unknown = ~np.isfinite(step)
     along = np.concatenate([[0.0], np.cumsum(np.where(unknown, _STEP_MM, step))]) // _STEP_MM
     kept = np.concatenate([[True], np.diff(along) > 0])
     kept[-1] = True
-    chosen: Points = points[kept]
-    return chosen
+    return kept
 
 
-def _segments(points: Points) -> Points:
-    """Return the line through points (n, 3) as pairs, shape (2 m, 3), without pairs that touch NaN."""
-    if len(points) < 2:
-        return np.empty((0, 3), dtype=np.float32)
-    pairs = np.stack([points[:-1], points[1:]], axis=1)
-    kept = np.isfinite(pairs).all(axis=(1, 2))
-    joined: Points = np.ascontiguousarray(pairs[kept].reshape(-1, 3))
-    return joined
+def _segments(points: Points) -> IntArray:
+    """Return the ends of the line's pieces as pairs of indices, shape (2 m,), without pairs that touch NaN."""
+    known = np.asarray(np.isfinite(points).all(axis=1))
+    first = np.flatnonzero(known[:-1] & known[1:])
+    return np.stack([first, first + 1], axis=1).ravel()

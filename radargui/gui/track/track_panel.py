@@ -1,4 +1,4 @@
-"""The panel of the track: in space or in projections, the height against time, where the sphere is now."""
+"""The panel of the track: in space or in projections, coloured by speed; its curves; where the sphere is now."""
 
 from __future__ import annotations
 
@@ -8,15 +8,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QSplitter,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
+from radargui.gui.background import Start, at_once
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import fill
 from radargui.gui.plots.envelope import thin
-from radargui.gui.plots.plot import LAST, NOW, Key, Plot
+from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme
-from radargui.gui.track.shown_track import MM, NO_TRACK, ShownTrack, Space, result_track, space_of
-from radargui.model.arrays import FloatArray, extremes
+from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space, live_track, result_track, space_of
+from radargui.gui.track.speed_colours import SpeedBar, SpeedColours, SpeedTrail
+from radargui.gui.track.track_curves import HeightPlot, TrackCurves
+from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 
@@ -24,84 +36,16 @@ if TYPE_CHECKING:
     from radargui.gui.track.space_view import SpaceView
 
 
-_MOST_BINS = 1500
-"""Two points each: about the pixels of a wide screen."""
 _AXES = "xyz"
 _VIEWS = ((0, 2), (1, 2), (0, 1))
-
-
-class HeightPlot(Plot):
-    """z of the sphere's centre."""
-
-    def __init__(self, theme: Theme, live_s: float) -> None:
-        super().__init__(theme, LAST, "z [mm]", live=True)
-        self._live_s = live_s
-        self._space: Space | None = None
-        self._floor = self.rule("line", 0.0, angle=0, dashed=False)
-        self._curve = self.fast_line("track")
-        self._fit = self.still_line("fit", dashed=True)
-        self._impacts = self.marker("mark", symbol="x", size=10)
-        self._live = True
-        self._live_words = LAST
-        self.setXRange(-live_s, 0.0, padding=0)
-
-    def show_space(self, space: Space) -> None:
-        """Show another field of view."""
-        self._space = space
-        self._floor.setValue(space.floor_mm)
-        self._fit_height(NO_TRACK)
-
-    def follow(self, now: bool) -> None:
-        """Say on the axis of the live trail whether its right edge is now."""
-        self._live_words = NOW if now else LAST
-        if self._live:
-            self.relabel(self._live_words)
-
-    def show_live(self, track: ShownTrack) -> None:
-        """Draw the trail; the newest point is at 0."""
-        if not self._live:
-            self._live = True
-            self.relabel(self._live_words)
-            self.show_nothing()
-            self.setXRange(-self._live_s, 0.0, padding=0)
-        self._curve.setData(track.time_s, track.position_mm[2])
-        self._fit_height(track)
-
-    def show_result(self, track: ShownTrack | None) -> None:
-        """Draw a run with impacts and fit."""
-        self._live = False
-        self.show_nothing()
-        if track is None:
-            return
-        self.relabel(f"time after {track.zero} [s]")
-        height_mm = track.position_mm[2]
-        kept = extremes(height_mm, -(-height_mm.size // _MOST_BINS))
-        self._curve.setData(track.time_s[kept], height_mm[kept])
-        self._fit.setData(track.fit_time_s, track.fit_mm)
-        self._impacts.setData(track.impact_time_s, track.impact_mm[2])
-        self.setXRange(float(track.time_s[0]), float(track.time_s[-1]), padding=0.01)
-        self._fit_height(track)
-
-    def _fit_height(self, track: ShownTrack) -> None:
-        if self._space is None:
-            return
-        low, high = float(self._space.low_mm[2]), float(self._space.high_mm[2])
-        z = track.position_mm[2]
-        known = z[np.isfinite(z)]
-        if known.size:
-            # 5 cm steps, so that the axis stands still
-            low = min(low, 50.0 * np.floor(known.min() / 50.0))
-            high = max(high, 50.0 * np.ceil(known.max() / 50.0))
-        low, high = max(low, -2000.0), min(high, 2000.0)
-        if self.viewRange()[1] != [low, high]:
-            self.setYRange(low, high, padding=0)
 
 
 class Projections(QWidget):
     """x-z, y-z and x-y, the same scale on both axes of each."""
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self, theme: Theme, colours: SpeedColours) -> None:
         super().__init__()
+        self._colours = colours
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(2)
@@ -111,7 +55,8 @@ class Projections(QWidget):
             plot = Plot(theme, f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]", left_px=46, equal=True, live=True)
             plot.getPlotItem().getAxis("left").setTickDensity(0.6)
             floor = plot.rule("line", 0.0, angle=0, dashed=False) if up == 2 else None
-            trail = plot.fast_line("track")
+            trail = SpeedTrail(colours)
+            plot.addItem(trail)
             impacts = plot.marker("mark", symbol="x", size=9)
             sphere = plot.marker("text", size=9)
             self.plots.append(plot)
@@ -131,9 +76,10 @@ class Projections(QWidget):
 
     def show_track(self, track: ShownTrack) -> None:
         """Draw a track."""
+        pieces = self._colours.pieces(track)
         for across, up, _, _, trail, impacts, sphere in self._parts:
             flat = track.position_mm
-            trail.setData(flat[across], flat[up])
+            trail.show_trail(flat[across], flat[up], pieces)
             impacts.setData(track.impact_mm[across], track.impact_mm[up])
             last = np.flatnonzero(np.isfinite(flat).all(axis=0))[-1:]
             sphere.setData(flat[across, last], flat[up, last])
@@ -147,46 +93,63 @@ HOLD_S = 0.8
 
 
 class TrackPanel(QWidget):
-    """Shows the live trail; after a run its result, until something moves again."""
+    """Shows the live trail; after a run its result, until something moves again.
 
-    def __init__(self, theme: Theme, setup: Setup) -> None:
+    Parameters
+    ----------
+    theme, setup
+        Look; field of view at first.
+    start
+        Runs work away from the thread that draws, see `Jobs.start`.
+    """
+
+    def __init__(self, theme: Theme, setup: Setup, start: Start = at_once) -> None:
         super().__init__()
-        self._theme = theme
+        self._theme, self._start = theme, start
         self._space: Space = space_of(setup)
         self._feed: Feed | None = None
         self._drawn = -1
         self.shown: ShownTrack | None = None
+        self._result: RunResult | None = None
         self._held_until = 0.0
         self.result_shown = False
         self.paused = False
 
+        self._colours = SpeedColours(theme)
+        self.speed_bar = SpeedBar(theme, self._colours)
         self._stack = QStackedWidget()
-        self.projections = Projections(theme)
+        self.projections = Projections(theme, self._colours)
         self._stack.addWidget(self.projections)
         self._space_view: SpaceView | None = None
-        self.height_plot = HeightPlot(theme, LIVE_S)
+        self.curves = TrackCurves(theme, LIVE_S)
         self.where = QLabel()
         self.where.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         self.where.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.key = Key(theme)
-        for label in (self.where, self.key):
-            label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.where.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self._title = QLabel()
         self._title.setContentsMargins(6, 3, 6, 0)
 
         lower = QWidget()
-        fill(QVBoxLayout(lower), self.where, self.key, (self.height_plot, 1))
+        fill(QVBoxLayout(lower), self.where, (self.curves, 1))
         splitter = QSplitter(Qt.Orientation.Vertical)
         splitter.setObjectName("track.parts")
-        splitter.addWidget(self._stack)
+        upper = QWidget()
+        fill(QVBoxLayout(upper), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
+        splitter.addWidget(upper)
         splitter.addWidget(lower)
         splitter.setStretchFactor(0, 3)
         splitter.setStretchFactor(1, 2)
+        splitter.setSizes([2500, 2500])
         splitter.setChildrenCollapsible(False)
         fill(QVBoxLayout(self), self._title, (splitter, 1), spacing=0)
         self.show_setup(setup)
         self.clear()
+
+    @property
+    def height_plot(self) -> HeightPlot:
+        """The height against time."""
+        return self.curves.height_plot
 
     @property
     def in_space(self) -> bool:
@@ -205,7 +168,7 @@ class TrackPanel(QWidget):
         if wanted:
             from radargui.gui.track.space_view import SpaceView
 
-            self._space_view = SpaceView(self._theme)
+            self._space_view = SpaceView(self._theme, self._colours)
             self._stack.addWidget(self._space_view)
             self._stack.setCurrentIndex(1)
         elif self._space_view is not None:
@@ -228,7 +191,9 @@ class TrackPanel(QWidget):
     def show_setup(self, setup: Setup) -> None:
         """Show the field of view of another setup."""
         self._space = space_of(setup)
-        for view in (self.view, self.height_plot):
+        self._colours.fit(self._space)
+        self.speed_bar.update()
+        for view in (self.view, self.curves):
             view.show_space(self._space)
 
     def show_feed(self, feed: Feed | None) -> None:
@@ -240,25 +205,32 @@ class TrackPanel(QWidget):
 
     def show_result(self, result: RunResult, name: str) -> None:
         """Show what a run gave instead of the live track."""
-        track = result_track(result)
-        self.result_shown = True
+        if not self.result_shown:
+            self._draw(None)
+        self.result_shown, self._result = True, result
         self._held_until = time.monotonic() + HOLD_S
         self.show_setup(result.setup)
-        self._draw(track)
-        self.height_plot.show_result(track)
-        words = "preliminary result" if result.preliminary else "result"
-        self._title.setText(f"{name}: {words if track else 'no track'}")
-        drawn = [("▬", "track", "z")] if track else []
-        drawn += [("╌", "fit", "parabola of the first fall")] if track and track.fit_time_s.size else []
-        drawn += [("×", "mark", "impacts")] if track and track.impact_time_s.size else []
-        self.key.show_entries(*drawn)
-        self._show_words(result=track is not None)
+        self._title.setText(f"{name}: {'preliminary result' if result.preliminary else 'result'}")
+        self._show_words(result=True)
+
+        def show(track: ShownTrack | None) -> None:
+            if track is None:
+                self._title.setText(f"{name}: no track")
+            self._colours.fit(self._space, track)
+            self.speed_bar.update()
+            self._draw(track)
+            self.curves.show_result(track)
+
+        def wanted() -> bool:
+            return self.result_shown and self._result is result
+
+        self._start("the track of the run", lambda: result_track(result), show, None, wanted)
 
     def clear(self) -> None:
         """Forget the result that was shown, and the last moments of the live track."""
         self.show_live()
         self._draw(None)
-        self.height_plot.show_live(NO_TRACK)
+        self.curves.show_live(NO_TRACK)
         self._title.setText("Live track: nothing yet")
         self._show_words(result=False)
         self._show_where(None)
@@ -266,7 +238,7 @@ class TrackPanel(QWidget):
     def show_live(self) -> None:
         """Go back to the live track."""
         self._held_until = 0.0
-        self.result_shown = False
+        self.result_shown, self._result = False, None
 
     def set_paused(self, paused: bool) -> None:
         """Hold the picture, or let it go on."""
@@ -291,13 +263,13 @@ class TrackPanel(QWidget):
         self._title.setText(f"Live track: {now}" if now else "Live track")
         if self.isVisible():
             rows: FloatArray = thin(np.vstack([span.index[None], span.position_m]), _MOST_LIVE_POINTS)
-            track = ShownTrack((rows[0] - self._drawn) / feed.rate_hz, rows[1:] * MM)
+            track = live_track((rows[0] - self._drawn) / feed.rate_hz, rows[1:])
             self._draw(track)
-            self.height_plot.show_live(track)
+            self.curves.show_live(track)
             self._show_where(track)
 
     def _follow(self) -> None:
-        self.height_plot.follow(self._feed is not None and not self.paused)
+        self.curves.follow(self._feed is not None and not self.paused)
 
     def _draw(self, track: ShownTrack | None) -> None:
         self.shown = track
@@ -305,7 +277,6 @@ class TrackPanel(QWidget):
 
     def _show_words(self, *, result: bool) -> None:
         self.where.setVisible(not result)
-        self.key.setVisible(result)
 
     def _show_where(self, track: ShownTrack | None) -> None:
         # short enough for the narrowest dock

@@ -1,0 +1,197 @@
+"""How the mismatch was removed, whatever the method: what it found, over the samples, and what it left of them."""
+
+import math
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPlainTextEdit,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from radargui.correction.ellipse import Ellipse
+from radargui.gui.layout import fill
+from radargui.gui.plots.plot import IQ_KEY, Key, Plot
+from radargui.gui.theme import Theme
+from radargui.model.result import RunResult
+from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves
+from radargui.report.decimation import EMPTY, Curve, every
+
+_PUBLISHED = (
+    ("▲", "receivers.2", "peaks"),
+    ("▼", "receivers.3", "valleys"),
+    ("▬", "fit", "splines"),
+    ("╌", "text", "bias"),
+    ("+", "faint", "zero crossings"),
+)
+_MADE = {"model": "the model that was fitted", "circle": "offset and circle at the phase found"}
+_LEFT = 58
+_LINES = 3
+"""Of the words about what was decided; more are scrolled."""
+_DOTS, _OUTLINE = 3000, 181
+"""Samples in the plane and points of an ellipse: more look the same."""
+
+
+class CorrectionView(QWidget):
+    """I and Q as recorded with what the method made of them; what it left, or the plane; corrected below.
+
+    All but the plane share the time axis.
+    """
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._shown: tuple[RunResult, RunCurves] | None = None
+        self.receiver = QComboBox()
+        self.receiver.setAccessibleName("Receiver")
+        self.receiver.currentIndexChanged.connect(self._draw)
+        self._words = QLabel()
+        # never makes the panel wider than its dock
+        self._words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        top = fill(QHBoxLayout(), QLabel("Receiver"), self.receiver, (self._words, 1), margins=(6, 3, 6, 0), spacing=6)
+        self.key = Key(theme)
+        self.raw = tuple(RawPlot(theme, part) for part in "IQ")
+        self.rest = Plot(theme, "", "", left_px=_LEFT)
+        self.rest.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self.rest_lines = tuple(self.rest.still_line(role) for role in ("i", "q"))
+        self.plane = Plot(theme, "I raw [V]", "Q raw [V]", left_px=_LEFT, equal=True)
+        self.dots = self.plane.marker("i", size=2)
+        self.outline = self.plane.still_line("fit")
+        self.corrected = Plot(theme, "time [s]", "I, Q / A", left_px=_LEFT)
+        self._curves = tuple(self.corrected.still_line(role) for role in ("i", "q"))
+        self.decided = QPlainTextEdit(readOnly=True)
+        self.decided.setFrameShape(QFrame.Shape.NoFrame)
+        self.decided.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.decided.setAccessibleName("What was found and decided")
+        self.decided.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + 8)
+        over_time = (*self.raw, self.rest, self.corrected)
+        parts = (*self.raw, self.rest, self.plane, self.corrected)
+        shares = ((plot, 2 if plot is self.plane else 1) for plot in parts)
+        fill(QVBoxLayout(self), top, self.decided, self.key, *shares, spacing=1)
+        for plot in over_time[:-1]:
+            plot.setXLink(self.corrected)
+        self._clear_plots()
+
+    def show_curves(self, result: RunResult, curves: RunCurves) -> None:
+        """Show a result, the same receiver as before."""
+        self._shown = result, curves
+        chosen = max(0, self.receiver.currentIndex())
+        with QSignalBlocker(self.receiver):
+            self.receiver.clear()
+            self.receiver.addItems([one.name for one in curves.receivers])
+            self.receiver.setCurrentIndex(min(chosen, self.receiver.count() - 1))
+        self._draw()
+
+    def clear(self) -> None:
+        """Forget the result."""
+        self._shown = None
+        self._words.setText("")
+        self.decided.clear()
+        self.key.show_entries()
+        self._clear_plots()
+
+    def _clear_plots(self) -> None:
+        for plot in (*self.raw, self.rest, self.plane, self.corrected):
+            plot.show_nothing()
+        for widget in (self.rest, self.plane, self.decided):
+            widget.hide()
+
+    def _draw(self, _index: int = 0) -> None:
+        number = self.receiver.currentIndex()
+        if self._shown is None or number < 0:
+            return
+        (result, curves), self_key = self._shown, [*IQ_KEY]
+        receiver, corrected = curves.receivers[number], result.corrected
+        self._clear_plots()
+        for plot, curve in zip(self.raw, receiver.raw, strict=False):
+            plot.raw.setData(curve.x, curve.y)
+        for line, curve in zip(self._curves, receiver.corrected, strict=False):
+            line.setData(curve.x, curve.y)
+        found = corrected.steps[number] if corrected and number < len(corrected.steps) else None
+        if receiver.steps:
+            self_key += _PUBLISHED
+            self._draw_published(receiver.steps)
+        elif receiver.circles:
+            self_key.append(("▬", "fit", _MADE[receiver.circles[0].kind]))
+            self._draw_fitted(receiver.circles)
+        elif isinstance(found, Ellipse):
+            self_key.append(("▬", "fit", "ellipse through the samples of the motion"))
+            self._draw_ellipse(receiver, found)
+        self.key.show_entries(*self_key)
+        method = corrected.method if corrected else ""
+        self._words.setText(f"correction: {method}" if method else "nothing was corrected")
+        decided = " ".join(corrected.decisions) if corrected else ""
+        self.decided.setPlainText(decided or _ellipse_words(found))
+        self.decided.setVisible(bool(self.decided.toPlainText()))
+        self.corrected.relabel(f"time after the {curves.since} [s]")
+        self.corrected.setXRange(*curves.span_s, padding=0.02)
+        for plot in (*self.raw, self.rest, self.corrected):
+            plot.enableAutoRange(axis="y")
+
+    def _draw_published(self, steps: tuple[StepCurves, ...]) -> None:
+        for plot, line, one in zip(self.raw, self.rest_lines, steps, strict=True):
+            plot.show_steps(one)
+            line.setData(one.scale.x, one.scale.y)
+        self.rest.relabel("", "scale [V]")
+        self.rest.setToolTip("What the signal less its bias is divided by, piece by piece between its extremes")
+        self.rest.show()
+
+    def _draw_fitted(self, circles: tuple[CircleCurves, ...]) -> None:
+        for plot, line, one in zip(self.raw, self.rest_lines, circles, strict=True):
+            plot.found["model"].setData(one.fitted.x, one.fitted.y)
+            line.setData(one.rest.x, 1e3 * one.rest.y)
+        self.rest.relabel("", "rest [mV]")
+        self.rest.setToolTip("What the samples have and the fit has not: noise, and what is not described")
+        self.rest.show()
+
+    def _draw_ellipse(self, receiver: ReceiverCurves, found: Ellipse) -> None:
+        plane = receiver.raw.plane
+        kept = every(plane.x.size, _DOTS)
+        self.dots.setData(plane.x[kept], plane.y[kept])
+        self.outline.setData(*found.outline_v(_OUTLINE))
+        self.plane.enableAutoRange()
+        self.plane.show()
+
+
+class RawPlot(Plot):
+    """A channel as recorded, with what a method found in it."""
+
+    def __init__(self, theme: Theme, part: str) -> None:
+        super().__init__(theme, "", f"{part} raw [V]", left_px=_LEFT)
+        self.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self.raw = self.still_line(part.lower())
+        self.found = {
+            "upper": self.still_line("fit"),
+            "lower": self.still_line("fit"),
+            "model": self.still_line("fit"),
+            "bias": self.still_line("text", dashed=True),
+            "peaks": self.marker("receivers.2", "t1", 7),
+            "valleys": self.marker("receivers.3", "t", 7),
+            "crossings": self.marker("faint", "+", 6),
+        }
+
+    def show_steps(self, steps: StepCurves) -> None:
+        """Draw what the published procedure found."""
+        curves: dict[str, Curve] = {
+            "upper": steps.upper,
+            "lower": steps.lower,
+            "bias": steps.bias,
+            "peaks": steps.peaks,
+            "valleys": steps.valleys,
+            "crossings": steps.zero_crossings,
+        }
+        for name, item in self.found.items():
+            curve = curves.get(name, EMPTY)
+            item.setData(curve.x, curve.y)
+
+
+def _ellipse_words(found: object) -> str:
+    if not isinstance(found, Ellipse):
+        return ""
+    centre = f"offset of I {1e3 * found.i0_v:.4g} mV, of Q {1e3 * found.q0_v:.4g} mV"
+    shape = f"amplitude {found.amplitude_v:.4g} V, gain Q/I {found.gain_ratio:.4f}"
+    return f"Ellipse: {centre}, {shape}, quadrature error {math.degrees(found.quadrature_error_rad):.2f}°."

@@ -1,0 +1,271 @@
+"""The panel of the series: what its drops gave, e against the impact speed, falls over the parabola, in words."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QPlainTextEdit,
+    QSizePolicy,
+    QTabWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from radargui.gui.layout import Choice, button, fill
+from radargui.gui.plots.plot import Key, Plot
+from radargui.gui.table import RowModel, RowTable
+from radargui.gui.theme import Theme
+from radargui.model.rounding import UNKNOWN, alone, plain
+from radargui.report.facts import ReportFacts
+from radargui.report.series_curves import COVERED, e_span, mean_gravity, shown_fits, speed_points
+from radargui.restitution.findings import SessionFindings
+from radargui.restitution.speed_models import MODELS, SpeedFit
+from radargui.restitution.statistics import Statistics
+
+_LEFT = 62
+_LONGEST_NAME, _DATE = 24, len("2026-01-31T")
+_BEST = "best"
+
+
+@dataclass(frozen=True, slots=True)
+class SeriesRow:
+    """The statistics of one quantity of one session; `scale` from its unit to the one shown."""
+
+    session: str
+    quantity: str
+    found: Statistics
+    scale: float = 1.0
+
+
+COLUMNS: dict[str, Callable[[SeriesRow], str]] = {
+    "Session": lambda row: row.session,
+    "Quantity": lambda row: row.quantity,
+    "n": lambda row: str(row.found.n),
+    "Mean": lambda row: alone(row.found.mean, row.found.u, row.scale),
+    "Standard\ndeviation": lambda row: plain(row.found.standard_deviation, 2, scale=row.scale),
+    "Standard\nerror": lambda row: plain(row.found.standard_error, 2, scale=row.scale),
+    "Combined\nu": lambda row: plain(row.found.combined, 2, scale=row.scale),
+}
+TIP = (
+    "Over the drops that count: standard deviation of one drop, standard error of the mean, and its combined standard "
+    "uncertainty with what all drops share (antennas, sphere)"
+)
+
+
+def rows_of(found: SessionFindings) -> tuple[SeriesRow, ...]:
+    """Return the lines of a session, as `restitution` computed them."""
+    series, name = found.series, found.name
+    return (
+        SeriesRow(name, "e", series.e),
+        SeriesRow(name, "g [m/s²]", series.g_m_s2),
+        SeriesRow(name, "fall [mm]", series.drop_height_m, 1e3),
+        SeriesRow(name, "impact [m/s]", series.impact_speed_m_s),
+    )
+
+
+class SpeedView(QWidget):
+    """e of all valid impacts against their speed, with the model that the operator chose, or the best one."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._facts: ReportFacts | None = None
+        models = ((name, one.title) for name, one in MODELS.items())
+        self.model = Choice(((_BEST, "best described (AICc)"), *models))
+        self.model.setAccessibleName("Model")
+        self.model.currentIndexChanged.connect(self._draw)
+        self.words = QLabel()
+        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.key = Key(theme)
+        self.plot = Plot(theme, "speed before the impact [m/s]", "e", left_px=_LEFT)
+        top = fill(QHBoxLayout(), QLabel("Model"), self.model, (self.words, 1), margins=(6, 3, 6, 0), spacing=6)
+        fill(QVBoxLayout(self), top, self.key, (self.plot, 1), spacing=1)
+
+    def show_facts(self, facts: ReportFacts | None) -> None:
+        """Draw a series; None: there is none."""
+        self._facts = facts
+        self._draw()
+
+    @property
+    def fits(self) -> list[SpeedFit]:
+        """What is drawn through the impacts, one a sample."""
+        chosen, facts = self.model.currentData(), self._facts
+        if facts is None:
+            return []
+        if chosen == _BEST:
+            return shown_fits(facts)
+        return [sample.fit(chosen) for sample in facts.findings.samples]
+
+    def _draw(self, _index: int = 0) -> None:
+        self.plot.take_all_out()
+        groups = [speed_points(one.runs) for one in self._facts.sessions] if self._facts else []
+        every = np.concatenate(groups, axis=1) if groups else np.empty((3, 0))
+        found = self._facts.findings.sessions if self._facts else ()
+        self.words.setText("; ".join(fit.words for fit in self.fits))
+        self.words.setToolTip(self.words.text())
+        self.plot.write_inside("" if every.size else "no valid impact yet")
+        if not every.size:
+            self.key.show_entries()
+            return
+        drawn = [fit for fit in self.fits if fit.parameters]
+        for fit in drawn:
+            speed = np.linspace(max(fit.speed_low_m_s, 1e-3), fit.speed_high_m_s, 80)
+            e, u = fit.e(speed)
+            self.plot.band("fit").show_band(speed, e - COVERED * u, e + COVERED * u)
+            self.plot.fast_line("fit", dashed=True).setData(speed, e)
+        for number, (speed, e, u) in enumerate(groups):
+            x = np.repeat(speed, 3)
+            bars = np.stack([e - COVERED * u, e + COVERED * u, np.full_like(e, np.nan)], axis=1).ravel()
+            self.plot.fast_line(role_of(number)).setData(x, bars)
+            self.plot.marker(role_of(number), size=5).setData(speed, e)
+        low, high = e_span(every)
+        n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
+        self.plot.setXRange(0.0, 1.08 * float(every[0].max()), padding=0)
+        self.plot.setYRange(low, high, padding=0)
+        fitted = [("╌", "fit", f"{MODELS[drawn[0].model].title} ± 2 u")] if drawn else []
+        outside = [("", "text", f"{n_outside} outside")] if n_outside else []
+        self.key.show_entries(("│", "text", "± 2 u"), *fitted, *session_key(found), *outside)
+        self.key.setToolTip(_plain(session_key(found)))
+
+
+class FallsView(QWidget):
+    """Way fallen of every run from the vertex of its parabola on, over the common one; what each fit leaves below."""
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self.key = Key(theme)
+        self.fallen = Plot(theme, "", "fall [mm]", left_px=_LEFT)
+        self.fallen.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self.left = Plot(theme, "time from the vertex of the parabola [s]", "Δz [µm]", left_px=_LEFT)
+        self.left.setToolTip("Height less the parabola fitted to each fall")
+        self.fallen.setXLink(self.left)
+        # downwards, as it falls
+        self.fallen.getPlotItem().invertY(True)
+        fill(QVBoxLayout(self), self.key, (self.fallen, 3), (self.left, 2), spacing=1)
+
+    def show_facts(self, facts: ReportFacts | None) -> None:
+        """Draw a series; None: there is none."""
+        for plot in (self.fallen, self.left):
+            plot.take_all_out()
+        groups = [one.runs for one in facts.sessions] if facts else []
+        runs = [run for group in groups for run in group if run.falls is not None]
+        self.fallen.write_inside("" if runs else "no fall was fitted yet")
+        if facts is None or not runs:
+            self.key.show_entries()
+            return
+        g, end = mean_gravity(runs), max(float(np.nanmax(run.falls[0].x)) for run in runs if run.falls)
+        for number, group in enumerate(groups):
+            # one curve a session: a hundred would take their time to draw
+            for plot, part, scale in ((self.fallen, 0, 1e3), (self.left, 1, 1e6)):
+                curves = [run.falls[part] for run in group if run.falls]
+                x, y = ([np.append(getattr(one, axis), np.nan) for one in curves] for axis in "xy")
+                if curves:
+                    plot.fast_line(role_of(number)).setData(np.concatenate(x), scale * np.concatenate(y))
+        t = np.linspace(0.0, end, 100)
+        self.fallen.fast_line("fit", dashed=True).setData(t, 500.0 * g * t**2)
+        self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *session_key(facts.findings.sessions))
+        self.key.setToolTip(_plain(session_key(facts.findings.sessions)))
+        for plot in (self.fallen, self.left):
+            plot.enableAutoRange()
+
+
+def role_of(session: int) -> str:
+    """Return the colour of a session of several."""
+    return f"compared.{session % 6}"
+
+
+def session_key(sessions: Sequence[SessionFindings]) -> list[tuple[str, str, str]]:
+    """Return what says which colour is which session, with its height of fall; of a single one nothing is named."""
+    if len(sessions) == 1:
+        return [("●", role_of(0), "drops that count")]
+    names = [one.name for one in sessions]
+    # of one day its time is enough
+    cut = _DATE if names[0][_DATE - 1 : _DATE] == "T" and len({name[:_DATE] for name in names}) == 1 else 0
+    heights = (one.series.drop_height_m for one in sessions)
+    return [
+        ("●", role_of(number), " ".join(filter(None, (name[cut:][:_LONGEST_NAME], _height(height)))))
+        for number, (name, height) in enumerate(zip(names, heights, strict=True))
+    ]
+
+
+def _plain(entries: list[tuple[str, str, str]]) -> str:
+    return "\n".join(f"{sign} {words}" for sign, _, words in entries)
+
+
+def _height(found: Statistics) -> str:
+    return plain(found.mean, 3, "mm", 1e3) if found.n else ""
+
+
+class SeriesPanel(QWidget):
+    """Statistics as a table, below them what is drawn and what is said."""
+
+    seen = Signal()
+    """It came to the front: what it shows may be out of date."""
+
+    def __init__(self, theme: Theme, ask_sessions: Callable[[], object]) -> None:
+        super().__init__()
+        self.facts: ReportFacts | None = None
+        self.rows = RowModel(COLUMNS, lambda _row: TIP)
+        self.table = RowTable(self.rows, "series", many=True)
+        self.words = QPlainTextEdit(readOnly=True)
+        self.words.setPlaceholderText("What the series found is said here once runs have results.")
+        self.speeds, self.falls = SpeedView(theme), FallsView(theme)
+        self.pages = QTabWidget()
+        self.pages.setDocumentMode(True)
+        drawn = {"e against speed": self.speeds, "Falls": self.falls}
+        for title, page in {"Statistics": self.table, **drawn, "In words": self.words}.items():
+            self.pages.addTab(page, title)
+        self._title = QLabel("No session")
+        self._title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        tip = "Select several in the list of sessions: other heights, samples, days"
+        self.compare = button("Compare sessions…", ask_sessions, tip)
+        self.alone = button("Only this one", lambda: None, "Take the other sessions out of the comparison")
+        top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
+        fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)
+        self.pages.currentChanged.connect(self._draw)
+        self.show_facts(None)
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        """Ask for what is new."""
+        super().showEvent(event)
+        self.seen.emit()
+
+    def _draw(self, _index: int = 0) -> None:
+        page = self.pages.currentWidget()
+        if isinstance(page, SpeedView | FallsView) and page in self._stale:
+            self._stale.discard(page)
+            page.show_facts(self.facts)
+
+    def show_facts(self, facts: ReportFacts | None) -> None:
+        """Show what one session or several found; None: there is none."""
+        self.facts = facts
+        found = facts.findings.sessions if facts else ()
+        self.rows.replace_all(row for one in found for row in rows_of(one))
+        self.table.setColumnHidden(0, len(found) < 2)
+        self.table.fit_all()
+        self.alone.setVisible(len(found) > 1)
+        kind = f"{found[0].series.kind}, " if found and found[0].series.kind not in (None, "measured") else ""
+        n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
+        named = ", ".join(one.name for one in found)
+        self._title.setText(f"{named}: {kind}{n_runs} runs" if found else "No session")
+        self._title.setToolTip(self._title.text())
+        self._stale = {self.speeds, self.falls}
+        self._draw()
+        self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")
+
+
+def _said(facts: ReportFacts) -> list[str]:
+    """Return what the first page of the report says, and which runs are not in the mean."""
+    found = facts.findings
+    compared = [one.words for one in (found.samples_compared, found.sessions_compared) if one is not None]
+    out = [
+        f"Not in the mean of e, {one.name}: {run.run} ({run.kind}): {run.reason or UNKNOWN}"
+        for one in found.sessions
+        for run in one.excluded
+    ]
+    fits = [fit.words for sample in found.samples for fit in sample.fits if fit.n_impacts]
+    return [found.sentence, *(f"{words}." for words in compared), *found.cautions, *out, *fits]

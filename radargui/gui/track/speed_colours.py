@@ -1,0 +1,133 @@
+"""Speed as colour: a perceptually uniform map, its bar with the unit, and a trail drawn in it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pyqtgraph as pg
+from pyqtgraph.Qt.internals import PrimitiveArray
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from radargui.gui.layout import follow
+from radargui.gui.plots.ranges import round_up
+from radargui.gui.theme import Theme
+from radargui.gui.track.shown_track import ShownTrack, Space
+from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+
+N_COLOURS = 16
+"""Steps of speed: each is a path of its own; more are not told apart by eye."""
+_SPANS = {False: (0.0, 0.88), True: (0.3, 1.0)}
+"""Part of the map that stands out from a light and from a dark background (chosen by eye)."""
+
+
+class SpeedColours:
+    """Colours of speeds from 0 to `most_m_s`, which the fall in a field of view reaches."""
+
+    def __init__(self, theme: Theme) -> None:
+        self.most_m_s = 1.0
+        self._theme = theme
+        # of matplotlib: equal steps of speed look equally large, also to colour-blind eyes
+        self._map = pg.colormap.get("viridis")
+
+    def fit(self, space: Space, track: ShownTrack | None = None) -> None:
+        """Reach as far as a fall through the space does, or a track where that is faster."""
+        fall_m = max(0.0, float(space.high_mm[2]) - space.floor_mm) / 1000.0
+        known = track.speed_m_s[np.isfinite(track.speed_m_s)] if track else np.empty(0)
+        self.most_m_s = round_up(max(float(np.sqrt(2.0 * NOMINAL_GRAVITY_M_S2 * fall_m)), known.max(initial=0.1)))
+
+    def steps(self, speed_m_s: FloatArray) -> IntArray:
+        """Return the number of each speed's colour, shape (n,); an unknown speed counts as rest."""
+        share = np.nan_to_num(speed_m_s / self.most_m_s, nan=0.0)
+        return np.clip((share * N_COLOURS).astype(np.intp), 0, N_COLOURS - 1)
+
+    def pieces(self, track: ShownTrack) -> dict[int, IntArray]:
+        """Return the pieces of a track by the number of their colour, as pairs of the indices of their ends.
+
+        Unknown points break it; each piece has the colour of the speed at its end.
+        """
+        known = np.isfinite(track.position_mm.sum(axis=0))
+        first = np.flatnonzero(known[:-1] & known[1:])
+        step = self.steps(track.speed_m_s[first + 1])
+        order = np.argsort(step, kind="stable")
+        numbers, at = np.unique(step[order], return_index=True)
+        ends = np.stack([first[order], first[order] + 1], axis=1)
+        parts = np.split(ends, at[1:])
+        return {int(number): part.ravel() for number, part in zip(numbers, parts, strict=True)} if first.size else {}
+
+    def table(self) -> FloatArray:
+        """Return the colours in the present look, red, green, blue, alpha from 0 to 1, shape (N_COLOURS, 4)."""
+        low, high = _SPANS[QColor(self._theme.colours.base).lightness() < 128]
+        return np.asarray(self._map.map(np.linspace(low, high, N_COLOURS), mode="float"), dtype=np.float64)
+
+
+class SpeedBar(QWidget):
+    """What colour is what speed."""
+
+    def __init__(self, theme: Theme, colours: SpeedColours) -> None:
+        super().__init__()
+        self._colours = colours
+        metrics = self.fontMetrics()
+        self._room = metrics.horizontalAdvance("0 ")
+        self._words_room = metrics.horizontalAdvance(" 10.0 m/s ")
+        self.setFixedSize(self._room + 64 + self._words_room, metrics.height() + 2)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.setToolTip("Colour of the trail: speed of the sphere in m/s")
+        follow(theme.changed, self.update)
+
+    @property
+    def words(self) -> str:
+        """The fast end, with the unit."""
+        return f"{self._colours.most_m_s:g} m/s"
+
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the colours between their ends."""
+        bar = QRectF(self._room, 4.0, self.width() - self._room - self._words_room, self.height() - 8.0)
+        gradient, table = QLinearGradient(bar.topLeft(), bar.topRight()), self._colours.table()
+        for place, colour in zip(np.linspace(0.0, 1.0, len(table)), table, strict=True):
+            gradient.setColorAt(place, QColor.fromRgbF(*colour))
+        painter = QPainter(self)
+        painter.fillRect(bar, gradient)
+        painter.setPen(self.palette().windowText().color())
+        painter.drawText(self.rect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, "0")
+        after = QPointF(bar.right() + 3.0, 0.0)
+        words = QRectF(after, self.rect().bottomRight().toPointF())
+        painter.drawText(words, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.words)
+        painter.end()
+
+
+class SpeedTrail(pg.GraphicsObject):  # type: ignore[misc] # pyqtgraph has no types
+    """A line in the colours of its speed: drawn nearly as fast as in one."""
+
+    def __init__(self, colours: SpeedColours) -> None:
+        super().__init__()
+        self._colours = colours
+        self._bounds = QRectF()
+        self.lines: dict[int, PrimitiveArray] = {}
+
+    def show_trail(self, x: FloatArray, y: FloatArray, pieces: Mapping[int, IntArray]) -> None:
+        """Draw a line through x, y, shape (n,), by its `pieces`."""
+        self.lines, places = {}, np.stack([x, y], axis=1)
+        for step, ends in pieces.items():
+            self.lines[step] = made = PrimitiveArray(QLineF, 4)
+            made.resize(ends.size // 2)
+            made.ndarray()[:] = places[ends].reshape(-1, 4)
+        self.prepareGeometryChange()
+        self._bounds = QRectF()
+        if pieces:
+            low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
+            self._bounds = QRectF(QPointF(*low), QPointF(*high)).adjusted(-1.0, -1.0, 1.0, 1.0)
+        self.update()
+
+    def boundingRect(self) -> QRectF:  # noqa: N802 - Qt's name
+        """Return what it covers."""
+        return self._bounds
+
+    def paint(self, painter: QPainter, *_: object) -> None:
+        """Draw the lines colour by colour."""
+        table = self._colours.table()
+        for number, lines in self.lines.items():
+            # cosmetic, as wide at any zoom
+            painter.setPen(pg.mkPen(QColor.fromRgbF(*table[number]), width=1))
+            painter.drawLines(*lines.drawargs())

@@ -1,0 +1,144 @@
+"""The track in colours of its speed, its curves with their bands, the fitted fall with its residual."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+from support.results import drop_result
+
+from radargui.gui.theme import Theme
+from radargui.gui.track.shown_track import live_track
+from radargui.gui.track.speed_colours import N_COLOURS
+from radargui.gui.track.track_panel import TrackPanel
+from radargui.model.result import RunResult
+from radargui.report.curves import take_track
+
+
+@pytest.fixture(scope="module")
+def result() -> RunResult:
+    return drop_result(rate_hz=4000.0)
+
+
+@pytest.fixture
+def panel(qtbot: QtBot, theme: Theme, result: RunResult) -> TrackPanel:
+    panel = TrackPanel(theme, result.setup)
+    qtbot.addWidget(panel)
+    panel.resize(500, 600)
+    panel.show()
+    return panel
+
+
+def drawn(panel: TrackPanel) -> tuple[np.ndarray, np.ndarray]:
+    x, y = panel.curves.detail.curve.getData()
+    return (np.empty(0), np.empty(0)) if x is None else (x, y)
+
+
+def test_the_trail_has_the_colour_of_its_speed_and_the_bar_says_which(panel: TrackPanel, result: RunResult) -> None:
+    panel.show_result(result, "run-0001")
+    scale_m_s = panel._colours.most_m_s
+    assert panel.speed_bar.words == f"{scale_m_s:g} m/s"
+    fastest = max(bounce.speed_before_m_s for bounce in result.bounces.impacts)
+    assert scale_m_s >= fastest
+    steps = {step for *_, trail, _, _ in panel.projections._parts for step in trail.lines}
+    # from rest to the speed of the impact, every colour in between
+    assert steps == set(range(int(fastest / scale_m_s * N_COLOURS) + 1))
+    table = panel._colours.table()
+    lightness = table[:, :3] @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(lightness) > 0.0).all(), "the map is told apart by lightness too"
+    panel._theme.apply("dark")
+    assert panel._colours.table()[0] != pytest.approx(table[0])
+
+
+def test_the_speed_is_that_of_the_sphere(panel: TrackPanel, result: RunResult) -> None:
+    panel.show_result(result, "run-0001")
+    panel.curves.choose("speed")
+    t, v = drawn(panel)
+    first = result.bounces.impacts[0]
+    zero = result.zero[0]
+    before = v[(t < first.time_s - zero - 0.002) & (t > first.time_s - zero - 0.004)]
+    expected = np.hypot(first.speed_before_m_s - 9.81 * 0.003, 0.02)
+    assert before == pytest.approx(expected, abs=0.02)
+
+
+def test_x_and_y_have_their_band_which_is_the_combined_uncertainty_where_it_is_known(
+    panel: TrackPanel, result: RunResult
+) -> None:
+    assert result.track is not None
+    combined = np.full_like(result.track.u_position_m, 0.002)
+    result = replace(result, track=replace(result.track, u_combined_m=combined))
+    panel.show_result(result, "run-0001")
+    assert "± 2 u (combined)" in panel.curves.key.text().replace("&nbsp;", " ")
+    for name in ("x", "y"):
+        panel.curves.choose(name)
+        area = panel.curves.detail.band_drawn.path().boundingRect()
+        _, y = drawn(panel)
+        assert area.height() == pytest.approx(np.nanmax(y) - np.nanmin(y) + 8.0, abs=0.01)
+    height = panel.curves.height_plot.band_drawn.path().boundingRect()
+    assert height.width() == pytest.approx(panel.shown.time_s[-1] - panel.shown.time_s[0])
+
+
+def test_parabola_and_residual_are_the_reports(panel: TrackPanel, result: RunResult) -> None:
+    assert result.track is not None
+    # exact by itself: a wave of 50 µm is what the fit leaves
+    wave = np.array([[0.0], [0.0], [5e-5]]) * np.sin(60.0 * result.track.time_s)
+    result = replace(result, track=replace(result.track, position_m=result.track.position_m + wave))
+    panel.show_result(result, "run-0001")
+    assert panel.curves.shown_detail == "residual", "once it has fallen, what the fit leaves is shown"
+    t, rest_um = drawn(panel)
+    own = take_track(result)
+    assert own is not None
+    assert own.residual is not None
+    assert np.nanmax(np.abs(rest_um)) == pytest.approx(1e6 * own.residual.largest)
+    assert np.nanmax(np.abs(rest_um)) == pytest.approx(50.0, abs=0.5)
+    assert t[[0, -1]] == pytest.approx(own.residual.x[[0, -1]])
+    assert panel.curves.detail.viewRange()[0][1] == pytest.approx(t[-1], abs=0.01)
+    without = replace(result, bounces=replace(result.bounces, free_fall=None))
+    panel.show_result(without, "run-0001")
+    assert drawn(panel)[0].size == 0
+    assert panel.curves.detail._inside_text == "no fall was fitted"
+
+
+def test_what_was_chosen_for_the_live_trail_and_for_a_result_is_kept_apart(
+    panel: TrackPanel, result: RunResult
+) -> None:
+    assert panel.curves.shown_detail == "speed"
+    panel.curves.choose("y")
+    panel.show_result(result, "run-0001")
+    assert panel.curves.shown_detail == "residual"
+    panel.curves.choose("x")
+    panel.clear()
+    assert panel.curves.shown_detail == "y"
+    assert not panel.curves.tabs.isTabVisible(1), "nothing is fitted to a sphere that still falls"
+    panel.show_result(result, "run-0001")
+    assert panel.curves.shown_detail == "x"
+
+
+def test_a_live_trail_is_coloured_too(panel: TrackPanel) -> None:
+    t = np.linspace(-0.2, 0.0, 200)
+    place = np.stack([0.0 * t, 0.0 * t, 0.1 - 4.905 * (t + 0.2) ** 2])
+    track = live_track(t, place)
+    panel._draw(track)
+    panel.curves.show_live(track)
+    assert track.speed_m_s[-1] == pytest.approx(1.962, abs=1e-6)
+    assert len(panel.projections._parts[0][4].lines) > 5
+    panel.curves.choose("speed")
+    assert np.nanmax(drawn(panel)[1]) == pytest.approx(1.962, abs=1e-6)
+    assert panel.curves.detail.band_drawn.path().isEmpty()
+
+
+def test_a_track_that_comes_late_is_not_drawn_over_another_run(qtbot: QtBot, theme: Theme, result: RunResult) -> None:
+    waiting: list[Any] = []
+    panel = TrackPanel(theme, result.setup, lambda *call: waiting.append(call))
+    qtbot.addWidget(panel)
+    panel.show_result(result, "run-0001")
+    panel.show_result(replace(result, preliminary=True), "run-0002")
+    (_, _, _, _, first), (_, work, then, _, second) = waiting
+    assert (first(), second()) == (False, True)
+    then(work())
+    assert panel.shown is not None
+    panel.clear()
+    assert not second()

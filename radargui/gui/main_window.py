@@ -94,7 +94,7 @@ class MainWindow(QMainWindow):
             replay_file=settings.path("replay_file"),
             find_devices=find_devices,
         )
-        self.antennas = AntennaPanel(self.setup_model, theme)
+        self.antennas = AntennaPanel(self.setup_model, self.jobs, theme)
         data_folder = settings.path("data_folder") or default_data_folder()
         self.session_panel = SessionPanel(self.actions_, data_folder, settings.text("operator"))
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))

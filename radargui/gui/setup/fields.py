@@ -229,11 +229,12 @@ class FormPanel(QWidget):
         self._closed.hide()
         self.changes, self.elsewhere = PlainLabel(), FaultText()
 
-    def lay_out(self, *groups: QWidget) -> None:
-        """Put the groups into the panel."""
+    def lay_out(self, *groups: QWidget, above: QWidget | None = None) -> None:
+        """Put the groups into the panel, and what stays in sight `above` them."""
         self._form = FormScroll(*groups)
         foot = fill(QVBoxLayout(), self._closed, self.changes, self.elsewhere, margins=(8, 0, 8, 0), spacing=4)
-        fill(QVBoxLayout(self), (self._form, 1), foot)
+        parts = () if above is None else ((above, 2),)
+        fill(QVBoxLayout(self), *parts, (self._form, 3), foot)
         follow(self._model.changed, self.refresh)
 
     def set_running(self, running: bool) -> None:

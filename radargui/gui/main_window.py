@@ -30,6 +30,7 @@ from radargui.gui.sessions.session_controller import LaterOffer, RecoveryOffer, 
 from radargui.gui.sessions.transfer_controller import TransferController
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
+from radargui.gui.setup.channels import ChannelWatch
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel, find_ni_devices
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
@@ -90,6 +91,7 @@ class MainWindow(QMainWindow):
             self.setup_model,
             self.jobs,
             self.actions_,
+            theme,
             source=source,
             replay_file=settings.path("replay_file"),
             find_devices=find_devices,
@@ -126,6 +128,7 @@ class MainWindow(QMainWindow):
         self.keeping = RunKeeping(
             control, runs, self.run_controller, self.health, self.bar.state, self.stopping, self.strip, does, services
         )
+        self.channels = ChannelWatch(control, self.hardware.channels, self.jobs, self.start)
         self.wiring = WiringCheck(control, model, self.hardware, services)
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
         browser, group = self.sessions.browser, self.antennas.calibration
@@ -191,6 +194,9 @@ class MainWindow(QMainWindow):
             return False
         if not self.setup_model.valid:
             self.board.post("error", self.setup_model.error)
+            return False
+        if self.hardware.kind == "ni" and self.hardware.rates.fault:
+            self.board.post("error", self.hardware.rates.fault)
             return False
         self.hardware.replay.fault.say("")
         self.session_panel.folder_fault.say("")

@@ -6,6 +6,10 @@ from typing import Any, Generic, TypeVar
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
+from radargui.model.resources import resource_table
+
+COLUMNS: dict[str, str] = resource_table("window/words")["columns"]
+"""What each column means, by its title."""
 Index = QModelIndex | QPersistentModelIndex
 _R = TypeVar("_R")
 
@@ -56,7 +60,9 @@ class RowModel(QAbstractTableModel, Generic[_R]):
     def headerData(  # noqa: N802 - Qt's name
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> Any:
-        """Return a column's title."""
+        """Return a column's title, and what it means with its unit as the tool tip."""
+        if role == Qt.ItemDataRole.ToolTipRole and orientation == Qt.Orientation.Horizontal:
+            return COLUMNS.get(self._titles[section])
         titled = role == Qt.ItemDataRole.DisplayRole and orientation == Qt.Orientation.Horizontal
         # the unit beneath its name: a column is as wide as its figures, not as its title
         return self._titles[section].replace(" [", "\n[") if titled else None

@@ -16,6 +16,7 @@ from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.help import show_help
 from radargui.gui.layout import fill
+from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, facts, fill_menus
@@ -129,6 +130,7 @@ class MainWindow(QMainWindow):
             control, runs, self.run_controller, self.health, self.bar.state, self.stopping, self.strip, does, services
         )
         self.channels = ChannelWatch(control, self.hardware.channels, self.jobs, self.start)
+        self.log = LogWindow(model, services)
         self.wiring = WiringCheck(control, model, self.hardware, services)
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
         browser, group = self.sessions.browser, self.antennas.calibration
@@ -343,6 +345,7 @@ class MainWindow(QMainWindow):
         if self.closing.active:
             return
         self._left = True
+        self.log.end()
         self._timer.stop()
         self._remember()
         event.accept()

@@ -14,6 +14,7 @@ from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, 
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
+from radargui.gui.dock_titles import DockTitles
 from radargui.gui.help import show_help
 from radargui.gui.layout import fill
 from radargui.gui.log_window import LogWindow
@@ -120,6 +121,7 @@ class MainWindow(QMainWindow):
         self.later = LaterOffer(self.control, self.session_panel, services)
         self._put_together()
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
+        self.titles = DockTitles(self.panels, theme)
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
         control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs

@@ -59,6 +59,7 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None, s
         board.post("warning", f"The remembered settings were damaged; they are kept in {settings.set_aside}")
     window = MainWindow(theme, settings, board, setup_path=setup_path, source=source, probe=OpenGLProbe())
     window.show()
+    window.guide.show_at_first()
     if session is not None:
         window.sessions.open(session)
 

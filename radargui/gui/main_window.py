@@ -15,6 +15,8 @@ from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
+from radargui.gui.guide.empty_plots import EmptyPlots
+from radargui.gui.guide.first_steps import FirstSteps
 from radargui.gui.help import show_help
 from radargui.gui.layout import fill
 from radargui.gui.log_window import LogWindow
@@ -137,6 +139,8 @@ class MainWindow(QMainWindow):
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
         browser, group = self.sessions.browser, self.antennas.calibration
         self.calibration = CalibrationController(control, model, panel, browser, group, calibrator, services)
+        self.guide = FirstSteps(control, self.hardware, self.panels, services)
+        self.empty = EmptyPlots(self.panels.held, control, self)
         self.transfer = TransferController(control, panel, runs, model, self.sessions, services)
         self._connect()
         self.panels.restore_within(self, settings)
@@ -196,20 +200,10 @@ class MainWindow(QMainWindow):
     def _ready(self) -> bool:
         if self.closing.active or (self.control.state.running and self.control.state is not AppState.LIVE):
             return False
-        if not self.setup_model.valid:
-            self.board.post("error", self.setup_model.error)
-            return False
-        if self.hardware.kind == "ni" and self.hardware.rates.fault:
-            self.board.post("error", self.hardware.rates.fault)
-            return False
-        self.hardware.replay.fault.say("")
         self.session_panel.folder_fault.say("")
-        if self.hardware.kind == "replay" and self.hardware.replay.path is None:
-            words = "No file to replay is chosen. Choose one under Hardware setup."
-            self.hardware.replay.fault.say(words.partition(".")[0])
-            self.board.post("error", words)
-            return False
-        return True
+        if fault := self.setup_model.error or self.hardware.check():
+            self.board.post("error", fault)
+        return not fault
 
     def _say_at_field(self, error: BaseException) -> None:
         """Say what failed at the field that is to be corrected, besides the message."""

@@ -208,6 +208,14 @@ class HardwarePanel(FormPanel):
         kind: SourceKind = self.source.currentData()
         return kind
 
+    def check(self) -> str:
+        """Return why the source chosen cannot be started, also said at its field; empty where nothing is known."""
+        if self.kind == "ni":
+            return self.rates.fault
+        missing = self.kind == "replay" and self.replay.path is None
+        self.replay.fault.say("No file to replay is chosen" if missing else "")
+        return "No file to replay is chosen. Choose one under Hardware setup." if missing else ""
+
     def choose(self, kind: SourceKind) -> None:
         """Choose a source."""
         self.source.setCurrentIndex(self.source.findData(kind))

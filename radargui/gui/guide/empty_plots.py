@@ -1,0 +1,80 @@
+"""What to do next, said in the middle of a panel whose plots are all empty."""
+
+import numpy as np
+from PySide6.QtCore import QObject, QRect, QSize, Qt, QTimer
+from PySide6.QtWidgets import QLabel, QWidget
+from shiboken6 import isValid
+
+from radargui.gui.control.run_control import RunControl
+from radargui.gui.plots.plot import Plot
+from radargui.model.resources import resource_table
+
+_LOOK_MS = 300
+_DRAWN_ALWAYS = ("line", "faint", "text")
+"""Roles of what stands in a plot without data: floor, unit circle, the place of the last point."""
+
+
+def is_empty(plot: Plot) -> bool:
+    """Return whether no curve of a plot has anything to show."""
+    return not any(role not in _DRAWN_ALWAYS and _has_data(item) for item, role, _ in plot._pens)  # noqa: SLF001
+
+
+def _has_data(item: object) -> bool:
+    x, y = getattr(item, "getData", lambda: (None, None))()
+    return x is not None and y is not None and bool(np.isfinite(y).any())
+
+
+class EmptyPlots(QObject):
+    """Looks at the plots some times a second, and says one sentence in each panel that shows nothing.
+
+    Attributes
+    ----------
+    labels
+        What is said, by the panel's name; stands in the largest of its plots, of equals in the middle one.
+    """
+
+    def __init__(self, panels: dict[str, QWidget], control: RunControl, parent: QObject) -> None:
+        super().__init__(parent)
+        self._control = control
+        self._words: dict[str, tuple[str, str]] = resource_table("window/guide")["empty"]
+        self._panels = {name: panel for name, panel in panels.items() if name in self._words}
+        self.labels: dict[str, QLabel] = {}
+        timer = QTimer(self, interval=_LOOK_MS)
+        timer.timeout.connect(self.refresh)
+        timer.start()
+
+    def refresh(self) -> None:
+        """Say what to do, or take it away."""
+        for name, panel in self._panels.items():
+            if not panel.isVisible():
+                continue
+            plots = [plot for plot in panel.findChildren(Plot) if plot.isVisible()]
+            if plots and all(map(is_empty, plots)):
+                largest = max(plot.width() * plot.height() for plot in plots)
+                equals = [plot for plot in plots if plot.width() * plot.height() > 0.75 * largest]
+                self._say(name, equals[(len(equals) - 1) // 2])
+            elif (label := self.labels.pop(name, None)) is not None and isValid(label):
+                label.deleteLater()
+
+    def _say(self, name: str, plot: Plot) -> None:
+        label = self.labels.get(name)
+        if label is None or not isValid(label) or label.parentWidget() is not plot:
+            if label is not None and isValid(label):
+                label.deleteLater()
+            label = self.labels[name] = _label(plot)
+        label.setText(self._words[name][self._control.state.running])
+        room = plot.getPlotItem().vb.sceneBoundingRect().toRect()
+        wanted = label.fontMetrics().boundingRect(room, Qt.TextFlag.TextWordWrap, label.text()).size()
+        place = QRect(room.topLeft(), (wanted + QSize(8, 4)).boundedTo(room.size()))
+        place.moveCenter(room.center())
+        label.setGeometry(place)
+
+
+def _label(plot: Plot) -> QLabel:
+    made = QLabel(plot)
+    made.setWordWrap(True)
+    made.setStyleSheet("background: palette(base);")
+    made.setAlignment(Qt.AlignmentFlag.AlignCenter)
+    made.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+    made.show()
+    return made

@@ -6,10 +6,8 @@ from typing import Any, Generic, TypeVar
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
-from radargui.model.resources import resource_table
+from radargui.gui.layout import TIPS
 
-COLUMNS: dict[str, str] = resource_table("window/words")["columns"]
-"""What each column means, by its title."""
 Index = QModelIndex | QPersistentModelIndex
 _R = TypeVar("_R")
 
@@ -62,7 +60,7 @@ class RowModel(QAbstractTableModel, Generic[_R]):
     ) -> Any:
         """Return a column's title, and what it means with its unit as the tool tip."""
         if role == Qt.ItemDataRole.ToolTipRole and orientation == Qt.Orientation.Horizontal:
-            return COLUMNS.get(self._titles[section])
+            return TIPS["columns"].get(self._titles[section])
         titled = role == Qt.ItemDataRole.DisplayRole and orientation == Qt.Orientation.Horizontal
         # the unit beneath its name: a column is as wide as its figures, not as its title
         return self._titles[section].replace(" [", "\n[") if titled else None

@@ -1,6 +1,7 @@
 """What to do next, said in the middle of a panel whose plots are all empty."""
 
 import numpy as np
+import pyqtgraph as pg
 from PySide6.QtCore import QObject, QRect, QSize, Qt, QTimer
 from PySide6.QtWidgets import QLabel, QWidget
 from shiboken6 import isValid
@@ -16,7 +17,11 @@ _DRAWN_ALWAYS = ("line", "faint", "text")
 
 def is_empty(plot: Plot) -> bool:
     """Return whether no curve of a plot has anything to show."""
-    return not any(role not in _DRAWN_ALWAYS and _has_data(item) for item, role, _ in plot._pens)  # noqa: SLF001
+    images = any(isinstance(item, pg.ImageItem) and item.image is not None for item in plot.getPlotItem().items)
+    return not images and not any(
+        role not in _DRAWN_ALWAYS and _has_data(item)
+        for item, role, *_ in plot._pens  # noqa: SLF001
+    )
 
 
 def _has_data(item: object) -> bool:

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QLabel
 
-from radargui.gui.layout import follow
+from radargui.gui.layout import TIPS, follow
 from radargui.gui.theme import Theme
 
 pg.setConfigOptions(antialias=False, useNumba=False, useOpenGL=False)
@@ -70,6 +70,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
         item.getAxis("left").setWidth(left_px)
+        self.setToolTip(TIPS["plots"].get(left) or " against ".join(filter(None, (left, bottom))))
         # below that the words of the axes lie upon another: the panel scrolls instead
         self.setMinimumSize(80, 86 if bottom else 62)
         # no key does anything here

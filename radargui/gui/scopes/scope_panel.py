@@ -151,6 +151,7 @@ class ScopePanel(QWidget):
 
         self.span = Choice((seconds, f"{seconds:g} s") for seconds in WINDOWS_S)
         self.span.setObjectName("scope.window")
+        self.span.setToolTip("How many seconds of the last samples are shown")
         self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
         self.span.currentIndexChanged.connect(self._renew)
         self.pause = QCheckBox("Pause")

@@ -60,6 +60,7 @@ class NiForm(SetupForm):
         self.add("daq.remote_certificate", beside=[button("Choose…", self._browse)])
         self.found = Choice()
         self.found.setVisible(False)
+        self.found.setToolTip("The NI devices that answered: the one chosen here is used")
         self.found.activated.connect(self._take)
         self.button = button("Find devices", self.search)
         self.answer, self.checked = Answer(), Answer()

@@ -120,7 +120,16 @@ def palette(colours: Colours) -> QPalette:
     return made
 
 
-EDGED = ("QLineEdit", "QAbstractSpinBox", "QComboBox", "QCheckBox", "QPushButton", "QToolButton", "QPlainTextEdit")
+EDGED = (
+    "QLineEdit",
+    "QAbstractSpinBox",
+    "QComboBox",
+    "QCheckBox",
+    "QRadioButton",
+    "QPushButton",
+    "QToolButton",
+    "QPlainTextEdit",
+)
 _OUTLINE = 140
 """Fusion draws an outline in the colour of the window, so many hundredths as dark: on a dark one that is not seen."""
 

@@ -96,7 +96,7 @@ def wrapped(text: str, metrics: QFontMetrics, width: int, height: int) -> str:
     lines: list[str] = []
     most = max(1, height // metrics.height())
     # a value and its uncertainty stay together
-    for part in filter(None, text.replace(" ± ", "\u00a0±\u00a0").split(" ")):
+    for part in filter(None, text.replace(" ± ", "\u00a0±\u00a0").replace("   ", " · ").split(" ")):
         longer = f"{lines[-1]} {part}" if lines else part
         fits = metrics.horizontalAdvance(longer) <= width
         if not lines or (fits or len(lines) == most):

@@ -55,8 +55,10 @@ class EmptyPlots(QObject):
                 continue
             plots = [plot for plot in panel.findChildren(Plot) if plot.isVisible()]
             if plots and all(map(is_empty, plots)):
-                largest = max(plot.width() * plot.height() for plot in plots)
-                equals = [plot for plot in plots if plot.width() * plot.height() > 0.75 * largest]
+                # what is scrolled out of sight does not count
+                seen = [plot.visibleRegion().boundingRect().size() for plot in plots]
+                areas = [one.width() * one.height() for one in seen]
+                equals = [plot for plot, area in zip(plots, areas, strict=True) if area >= 0.75 * max(areas)]
                 self._say(name, equals[(len(equals) - 1) // 2])
             elif (label := self.labels.pop(name, None)) is not None and isValid(label):
                 label.deleteLater()

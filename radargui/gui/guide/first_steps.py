@@ -17,6 +17,7 @@ from radargui.gui.theme import scaled_font
 from radargui.model.resources import resource_table
 
 _SEEN = "guide"
+_WORDS_PX = 280
 _DONE, _NEXT, _LATER = "✓", "➔", "○"
 
 
@@ -31,6 +32,8 @@ class Step(QFrame):
         self.sign.setFixedWidth(2 * self.fontMetrics().averageCharWidth())
         self.sign.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.go = button("Show me", go, f"Brings the panel to the front in which this happens: {title.lower()}")
+        self.words.setFixedWidth(_WORDS_PX)
+        self.words.setMinimumHeight(self.words.heightForWidth(_WORDS_PX))
         column = fill(QVBoxLayout(), self.title, self.words, spacing=1)
         fill(QHBoxLayout(self), self.sign, (column, 1), self.go, spacing=6)
 
@@ -84,7 +87,6 @@ class FirstSteps(Dialog):
             step.done = False
         self._show()
         main = self._window.frameGeometry()
-        self.adjustSize()
         self.move(main.right() - self.width() - 24, main.bottom() - self.height() - 48)
         self.come_up()
         self._state_changed()
@@ -100,6 +102,7 @@ class FirstSteps(Dialog):
         for step in self.steps.values():
             step.show_as(next_one=step is upcoming)
         self.end.setVisible(upcoming is None)
+        self.adjustSize()
 
     def _state_changed(self) -> None:
         state = self._control.state

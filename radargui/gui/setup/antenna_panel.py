@@ -203,6 +203,7 @@ class AntennaPanel(FormPanel):
     def __init__(self, model: SetupModel, jobs: Jobs, theme: Theme) -> None:
         super().__init__(model)
         self.sketch, self.map = GeometrySketch(model, theme), UncertaintyMapView(model, jobs, theme)
+        self.only_shows = (self.map,)
         self.table, self.matrix = ReceiverTable(model), TMatrixView(model)
         receivers, matrix = Group("Receivers"), Group("Matrix T")
         receivers.whole(self.table)

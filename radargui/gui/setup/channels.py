@@ -87,7 +87,9 @@ class ChannelGroup(Group):
         self.table = RowTable(self.rows_, "channels")
         self.table.setSelectionMode(RowTable.SelectionMode.NoSelection)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        # as high as its rows; its columns fit the narrowest panel
         self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.table.setToolTip("What each input shows; while samples come in it is brought up to date once a second")
         self.read = button("Read a moment", does.moment.trigger, does.moment.toolTip())
         self.words = PlainLabel("Nothing was read yet.")

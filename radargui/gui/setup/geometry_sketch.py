@@ -181,7 +181,9 @@ class GeometrySketch(QWidget):
         painter.setPen(QPen(QColor(colours.line), 1.0))
         for one in self.places[:-1]:
             painter.drawLine(self.at(view, one.place_m), self.at(view, centre))
-        taken: list[QRectF] = []
+        # no name upon a mark, whichever is drawn first
+        marks = [self.at(view, one.place_m) for one in self.places]
+        taken = [QRectF(where.x() - _DOT_PX, where.y() - _DOT_PX, 2 * _DOT_PX, 2 * _DOT_PX) for where in marks]
         for one in self.places:
             self._place(painter, view, one, taken)
 
@@ -223,7 +225,7 @@ class GeometrySketch(QWidget):
             box = QRectF(where.x() + shift[0], where.y() + shift[1], wide, high)
             if room.contains(box) and not any(box.intersects(other) for other in taken):
                 break
-        taken += [box, QRectF(where.x() - size, where.y() - size, 2 * size, 2 * size)]
+        taken.append(box)
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, one.name)
         painter.setFont(self.font())
 

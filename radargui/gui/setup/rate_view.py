@@ -4,6 +4,7 @@ from PySide6.QtWidgets import QProgressBar
 
 from radargui.gui.layout import FaultText, Group, PlainLabel, follow
 from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.setup.words import in_words
 from radargui.model.errors import DeviceError
 from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
 from radargui.sources.ni.discovery import NiDevice
@@ -53,7 +54,7 @@ class RateView(Group):
             try:
                 check_rate(setup, device, count)
             except DeviceError as error:
-                self.fault = str(error)
+                self.fault = in_words(str(error))
         self.words.setText(said)
         self.wrong.say(self.fault)
         self.bar.setVisible(limit_hz is not None)

@@ -124,6 +124,8 @@ class MainWindow(QMainWindow):
         self._put_together()
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
         self.titles = DockTitles(self.panels, theme)
+        self.guide = FirstSteps(self.control, self.hardware, self.panels, services)
+        self.empty = EmptyPlots(self.panels.held, self.control, self)
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
         control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs
@@ -139,8 +141,6 @@ class MainWindow(QMainWindow):
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
         browser, group = self.sessions.browser, self.antennas.calibration
         self.calibration = CalibrationController(control, model, panel, browser, group, calibrator, services)
-        self.guide = FirstSteps(control, self.hardware, self.panels, services)
-        self.empty = EmptyPlots(self.panels.held, control, self)
         self.transfer = TransferController(control, panel, runs, model, self.sessions, services)
         self._connect()
         self.panels.restore_within(self, settings)

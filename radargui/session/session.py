@@ -133,15 +133,15 @@ class Session:
             self._right = SessionReadOnlyError(f"{self.path} was closed.", remedy="Open it again.")
 
     def discard_empty(self) -> bool:
-        """Close, and take the folder away where nothing but its record is in it; return whether it is gone."""
-        own = isinstance(self._right, SessionLock)
+        """Close, and take the folder away where nothing but its record is in it; return whether it is gone.
+
+        One that holds a run or a note stays open: more may come.
+        """
+        if not isinstance(self._right, SessionLock) or self.info.journal or self.run_paths(with_rejected=True):
+            return False
         self.close()
         try:
-            if (
-                not own
-                or self.info.journal
-                or not {path.name for path in self.path.iterdir()} <= {FILE_NAME, CALIBRATION_NAME}
-            ):
+            if not {path.name for path in self.path.iterdir()} <= {FILE_NAME, CALIBRATION_NAME}:
                 return False
             for name in (CALIBRATION_NAME, FILE_NAME):
                 (self.path / name).unlink(missing_ok=True)

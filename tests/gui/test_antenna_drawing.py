@@ -151,5 +151,11 @@ def test_the_map_is_the_uncertainty_of_its_places_and_follows_the_setup(antennas
 
 def test_nothing_is_computed_while_nobody_looks(window: MainWindow) -> None:
     window.setup_model.assign("receiver[1].tilt_deg", 41.0)
+    window.setup_model.assign("simulation.snr_db", 33.0)
     assert not window.antennas.map._soon.isActive()
+    # what the program knows is not asked for; what was typed stays
+    assert window.antennas.map.snr.value() == 33.0
+    window.antennas.map.snr.setValue(25.0)
+    window.setup_model.assign("simulation.snr_db", 50.0)
+    assert window.antennas.map.snr.value() == 25.0
     assert window.antennas.map.shown is None

@@ -54,6 +54,14 @@ def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wai
     assert done(window) == []
 
 
+def test_who_has_the_panel_before_him_looks_at_it(window: MainWindow) -> None:
+    window.panels.go_to("antennas")
+    window.actions_.guide.trigger()
+    assert (done(window), upcoming(window)) == ([], ["source"])
+    window.hardware.source.activated.emit(0)
+    assert (done(window), upcoming(window)) == (["source", "antennas"], ["monitor"])
+
+
 def test_nothing_counts_while_nobody_looks_and_esc_puts_it_away(window: MainWindow, wait_for: Any, qtbot: Any) -> None:
     window.hardware.source.activated.emit(0)
     assert done(window) == []

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QObject, QRect, QSize, Qt, QTimer
+from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt, QTimer
 from PySide6.QtWidgets import QLabel, QWidget
 from shiboken6 import isValid
 
@@ -11,6 +11,8 @@ from radargui.gui.plots.plot import Plot
 from radargui.model.resources import resource_table
 
 _LOOK_MS = 300
+_EDGE = QSize(8, 4)
+_ALIKE = 0.75
 _DRAWN_ALWAYS = ("line", "faint", "text")
 """Roles of what stands in a plot without data: floor, unit circle, the place of the last point."""
 
@@ -55,26 +57,42 @@ class EmptyPlots(QObject):
                 continue
             plots = [plot for plot in panel.findChildren(Plot) if plot.isVisible()]
             if plots and all(map(is_empty, plots)):
-                # what is scrolled out of sight does not count
-                seen = [plot.visibleRegion().boundingRect().size() for plot in plots]
-                areas = [one.width() * one.height() for one in seen]
-                equals = [plot for plot, area in zip(plots, areas, strict=True) if area >= 0.75 * max(areas)]
-                self._say(name, equals[(len(equals) - 1) // 2])
+                words = self._words[name][self._control.state.running]
+                self._say(name, words, _best([one for one in plots if _needed(one, words)] or plots))
             elif (label := self.labels.pop(name, None)) is not None and isValid(label):
                 label.deleteLater()
 
-    def _say(self, name: str, plot: Plot) -> None:
+    def _say(self, name: str, words: str, plot: Plot) -> None:
         label = self.labels.get(name)
         if label is None or not isValid(label) or label.parentWidget() is not plot:
             if label is not None and isValid(label):
                 label.deleteLater()
             label = self.labels[name] = _label(plot)
-        label.setText(self._words[name][self._control.state.running])
-        room = plot.getPlotItem().vb.sceneBoundingRect().toRect()
-        wanted = label.fontMetrics().boundingRect(room, Qt.TextFlag.TextWordWrap, label.text()).size()
-        place = QRect(room.topLeft(), (wanted + QSize(8, 4)).boundedTo(room.size()))
+        label.setText(words)
+        room = _room(plot)
+        place = QRect(room.topLeft(), _needed(plot, words) or room.size())
         place.moveCenter(room.center())
         label.setGeometry(place)
+
+
+def _room(plot: Plot) -> QRect:
+    """Return what a plot's axes enclose, in its pixels."""
+    return QRect(plot.getPlotItem().vb.sceneBoundingRect().toRect())
+
+
+def _needed(plot: Plot, words: str) -> QSize | None:
+    """Return the room that words take within a plot's axes; None where there is not so much."""
+    room = _room(plot).size() - _EDGE
+    wanted = plot.fontMetrics().boundingRect(QRect(QPoint(), room), Qt.TextFlag.TextWordWrap, words).size()
+    return wanted + _EDGE if wanted.width() <= room.width() and wanted.height() <= room.height() else None
+
+
+def _best(plots: list[Plot]) -> Plot:
+    """Return the plot of which most is in sight, of equals the middle one."""
+    seen = [plot.visibleRegion().boundingRect().size() for plot in plots]
+    areas = [one.width() * one.height() for one in seen]
+    equals = [plot for plot, area in zip(plots, areas, strict=True) if area >= _ALIKE * max(areas)]
+    return equals[(len(equals) - 1) // 2]
 
 
 def _label(plot: Plot) -> QLabel:

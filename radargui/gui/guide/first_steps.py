@@ -61,6 +61,7 @@ class FirstSteps(Dialog):
         self.setWindowFlag(Qt.WindowType.Tool)
         self.setAttribute(Qt.WidgetAttribute.WA_ShowWithoutActivating)
         self._control, self._settings, self._window = control, services.settings, services.parent
+        self._antennas = panels.held["antennas"]
         table = resource_table("window/guide")["steps"]
         self.steps = {
             one["name"]: Step(number, one["title"], one["words"], partial(panels.go_to, one["panel"]))
@@ -98,6 +99,9 @@ class FirstSteps(Dialog):
             self._show()
 
     def _show(self) -> None:
+        antennas = self.steps["antennas"]
+        # who has the panel before him looks at it
+        antennas.done |= self.steps["source"].done and self._antennas.isVisible()
         upcoming = next((step for step in self.steps.values() if not step.done), None)
         for step in self.steps.values():
             step.show_as(next_one=step is upcoming)

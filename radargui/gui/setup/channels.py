@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QSizePolicy
 from radargui.acquisition.channel_facts import ChannelFacts, channel_facts
 from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
-from radargui.gui.control.state import Feed
+from radargui.gui.control.state import AppState, Feed
 from radargui.gui.layout import Group, PlainLabel, button, follow
 from radargui.gui.panels import Actions
 from radargui.gui.setup.setup_model import SetupModel
@@ -172,7 +172,7 @@ class ChannelWatch(QObject):
         feed = self._feed
         if feed is None or feed.ring is None:
             return
-        if self._own and feed.ring.latest >= feed.samples(MOMENT_S):
+        if self._own and self._control.state is AppState.LIVE and feed.ring.latest >= feed.samples(MOMENT_S):
             self._control.stop()
         self._looks += 1
         if not self._own and self._looks % _EVERY == 0 and self._group.isVisible():

@@ -181,11 +181,16 @@ class GeometrySketch(QWidget):
         painter.setPen(QPen(QColor(colours.line), 1.0))
         for one in self.places[:-1]:
             painter.drawLine(self.at(view, one.place_m), self.at(view, centre))
-        # no name upon a mark, whichever is drawn first
-        marks = [self.at(view, one.place_m) for one in self.places]
-        taken = [QRectF(where.x() - _DOT_PX, where.y() - _DOT_PX, 2 * _DOT_PX, 2 * _DOT_PX) for where in marks]
+        # no name upon a mark or a stroke, whichever is drawn first
+        edge = (-_DOT_PX, -_DOT_PX, _DOT_PX, _DOT_PX)
+        taken = [QRectF(*self._ends(view, one)).normalized().adjusted(*edge) for one in self.places]
         for one in self.places:
             self._place(painter, view, one, taken)
+
+    def _ends(self, view: int, one: DrawnPlace) -> tuple[QPointF, QPointF]:
+        """Return the ends of a place's stroke; where it has none, the place twice."""
+        half = _STROKE_M * (np.zeros(3) if one.field is None else one.field)
+        return self.at(view, one.place_m - half), self.at(view, one.place_m + half)
 
     def _place(self, painter: QPainter, view: int, one: DrawnPlace, taken: list[QRectF]) -> None:
         colour, where = QColor(self._theme.colours.role(one.role)), self.at(view, one.place_m)
@@ -193,10 +198,10 @@ class GeometrySketch(QWidget):
         size = _DOT_PX * (1.3 if edited else 1.0)
         away = 2.4 * size
         if one.field is not None:
-            ends = [self.at(view, one.place_m + sign * _STROKE_M * one.field) for sign in (-1.0, 1.0)]
+            left, right = self._ends(view, one)
             painter.setPen(QPen(colour, 2.5))
-            painter.drawLine(*ends)
-            away = max(away, 0.5 * max(abs(ends[1].x() - ends[0].x()), abs(ends[1].y() - ends[0].y())))
+            painter.drawLine(left, right)
+            away = max(away, 0.5 * max(abs(right.x() - left.x()), abs(right.y() - left.y())) + _DOT_PX)
         painter.setPen(QPen(colour, 1.5))
         painter.setBrush(colour)
         if one.keys == "tracer":

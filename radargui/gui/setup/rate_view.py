@@ -24,7 +24,7 @@ class RateView(Group):
     def __init__(self, model: SetupModel) -> None:
         super().__init__("Rate of all channels")
         self._model = model
-        self._known: dict[str, NiDevice] = {}
+        self._known: dict[tuple[str | None, str], NiDevice] = {}
         self.fault = ""
         self.words, self.bar, self.wrong = PlainLabel(), QProgressBar(maximum=1000, textVisible=False), FaultText()
         self.bar.setFixedHeight(10)
@@ -33,14 +33,19 @@ class RateView(Group):
         follow(model.changed, self.refresh)
 
     def take(self, *devices: NiDevice) -> None:
-        """Remember what devices can do."""
-        self._known |= {one.name.casefold(): one for one in devices if isinstance(one, NiDevice)}
+        """Remember what devices can do, each at the place where it was asked for."""
+        place = self._model.setup.daq.remote
+        self._known |= {(place, one.name.casefold()): one for one in devices if isinstance(one, NiDevice)}
         self.refresh()
 
     def refresh(self) -> None:
         """Show what the setup asks for, and what there is."""
-        setup = self._model.setup
-        device, count, rate_hz = self._known.get(setup.daq.device.casefold()), setup.n_receivers * 2, setup.daq.rate_hz
+        setup, daq = self._model.setup, self._model.setup.daq
+        device, count, rate_hz = (
+            self._known.get((daq.remote, daq.device.casefold())),
+            setup.n_receivers * 2,
+            daq.rate_hz,
+        )
         limit_hz = None if device is None else rate_limit_hz(device, count)
         said = rate_sentence(device or NiDevice(setup.daq.device), count, rate_hz)
         self.fault = ""

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QPointF, QRectF, QTimer
+from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, QTimer
 from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QSizePolicy, QWidget
 
@@ -27,8 +27,8 @@ _COLOURS = "cividis"
 """Made for colour-blind eyes: lightness alone tells the order."""
 _PLANES = (("x [mm]", "z [mm]", (0, 2), "y = 0"), ("x [mm]", "y [mm]", (0, 1), "z = 0"))
 _SNR_TIP = (
-    "Signal-to-noise ratio of one sample at the release [dB], 10 log10(A² / (2 σ²)), as in the tables of a run; at "
-    "first that of the simulated source"
+    "Signal-to-noise ratio of one sample at the release [dB], 10 log10(A² / (2 σ²)), as in the tables of a run; until "
+    "it is typed that of the simulated source"
 )
 _ABOUT = (
     "Standard uncertainty of one coordinate of a place [mm], root mean square over x, y and z: noise of one sample, "
@@ -114,6 +114,7 @@ class UncertaintyMapView(Group):
         self._of: tuple[Setup, float] | None = None
         self.snr = QDoubleSpinBox(minimum=0.0, maximum=120.0, decimals=0, suffix=" dB")
         self.snr.setObjectName("map.snr")
+        self._own_snr = False
         self.snr.setValue(model.setup.simulation.snr_db)
         self.row("SNR", self.snr, _SNR_TIP)
         self.plots: list[Plot] = []
@@ -139,14 +140,21 @@ class UncertaintyMapView(Group):
         self._soon = QTimer(self, singleShot=True, interval=_CALM_MS)
         self._soon.timeout.connect(self._begin)
         model.changed.connect(self._changed)
-        self.snr.valueChanged.connect(self._changed)
+        self.snr.valueChanged.connect(self._snr_changed)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Compute what changed while nobody looked."""
         super().showEvent(event)
         self._changed()
 
+    def _snr_changed(self) -> None:
+        self._own_snr = True
+        self._changed()
+
     def _changed(self) -> None:
+        if not self._own_snr:
+            with QSignalBlocker(self.snr):
+                self.snr.setValue(self._model.setup.simulation.snr_db)
         if self.isVisible() and self._model.valid and self._of != (self._model.setup, self.snr.value()):
             self._soon.start()
 

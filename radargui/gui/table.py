@@ -60,7 +60,7 @@ class RowModel(QAbstractTableModel, Generic[_R]):
     ) -> Any:
         """Return a column's title, and what it means with its unit as the tool tip."""
         if role == Qt.ItemDataRole.ToolTipRole and orientation == Qt.Orientation.Horizontal:
-            return TIPS["columns"].get(self._titles[section])
+            return TIPS["columns"].get(self._titles[section].replace("\n", " "))
         titled = role == Qt.ItemDataRole.DisplayRole and orientation == Qt.Orientation.Horizontal
         # the unit beneath its name: a column is as wide as its figures, not as its title
         return self._titles[section].replace(" [", "\n[") if titled else None

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -69,7 +70,7 @@ def test_every_field_has_an_edge_that_is_seen(qtbot: QtBot, theme: Theme, choice
 
 
 def tabs_of(window: MainWindow) -> dict[str, QTabBar]:
-    bars = window.panels.findChildren(QTabBar)
+    bars = window.panels.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly)
     return {bar.tabText(tab): bar for bar in bars if bar.isVisible() for tab in range(bar.count())}
 
 

@@ -100,7 +100,8 @@ def test_a_panel_says_its_title_once(window: MainWindow, wait_for: Any) -> None:
     menu = window.titles.menu_of(session)
     menu.actions()[1].trigger()
     assert session.isHidden()
-    window.panels.docks["run"].close()
+    for beside in window.panels.tabifiedDockWidgets(window.panels.docks["scopes"]):
+        beside.close()
     # alone it has no tab, so its title stands above it
     wait_for(lambda: "IQ scopes" in titled(window))
 

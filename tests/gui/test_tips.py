@@ -36,9 +36,11 @@ def tip_of(widget: QWidget) -> str:
     return ""
 
 
-def of_qt(widget: QWidget) -> bool:
-    """Return whether Qt put a widget there by itself: arrows of tabs and menus, the cross that clears a line."""
+def is_no_input(widget: QWidget) -> bool:
+    """Return whether nobody enters anything: words, or what Qt put there by itself, as the cross that clears a line."""
     in_line = isinstance(widget, QToolButton) and isinstance(widget.parentWidget(), QLineEdit)
+    if isinstance(widget, QPlainTextEdit) and widget.isReadOnly():
+        return True
     own = widget.objectName().startswith(("qt_spinbox", "qt_tableview", "qt_toolbar_ext", "qt_menubar_ext", "Scroll"))
     return own or (in_line and not isinstance(widget, Changed))
 
@@ -50,7 +52,7 @@ def words_on(widget: QWidget) -> str:
 def unexplained(root: QWidget) -> Iterator[str]:
     """Yield what has no tip, or one that says no more than what stands on it."""
     for widget in root.findChildren(QWidget):
-        if isinstance(widget, INPUTS) and not of_qt(widget):
+        if isinstance(widget, INPUTS) and not is_no_input(widget):
             tip = tip_of(widget)
             if not tip or (isinstance(widget, QAbstractButton) and tip == words_on(widget)):
                 yield f"{type(widget).__name__} {words_on(widget)!r} in {type(widget.parentWidget()).__name__}"

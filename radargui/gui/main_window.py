@@ -126,6 +126,8 @@ class MainWindow(QMainWindow):
         self.titles = DockTitles(self.panels, theme)
         self.guide = FirstSteps(self.control, self.hardware, self.panels, services)
         self.empty = EmptyPlots(self.panels.held, self.control, self)
+        self.channels = ChannelWatch(self.control, self.hardware.channels, self.jobs, self.start)
+        self.log = LogWindow(self.setup_model, services)
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
         control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs
@@ -135,8 +137,6 @@ class MainWindow(QMainWindow):
         self.keeping = RunKeeping(
             control, runs, self.run_controller, self.health, self.bar.state, self.stopping, self.strip, does, services
         )
-        self.channels = ChannelWatch(control, self.hardware.channels, self.jobs, self.start)
-        self.log = LogWindow(model, services)
         self.wiring = WiringCheck(control, model, self.hardware, services)
         self.sessions = SessionController(control, panel, runs, self.run_controller, self.setup_file, services)
         browser, group = self.sessions.browser, self.antennas.calibration

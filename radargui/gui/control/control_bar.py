@@ -11,13 +11,13 @@ from radargui.gui.layout import ALARM, Scroll, fill
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.rounding import UNKNOWN
 
+_WORD, _DETAIL = 0.42, 0.5
+"""Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
 _MOST_POINTS = 34.0
 """Read across a room of five metres: letters of 8 mm on a usual screen (chosen by hand)."""
 _LEAST_POINTS = 11.0
 """Below these nothing is read across a room; where the words do not fit their end is told by the tool tip."""
 
-_WORD, _DETAIL = 0.42, 0.5
-"""Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
 _ROLES = {
     AppState.DONE: "good",
     AppState.RECORDING: "alarm",

@@ -133,11 +133,11 @@ class Session:
             self._right = SessionReadOnlyError(f"{self.path} was closed.", remedy="Open it again.")
 
     def discard_empty(self) -> bool:
-        """Close, and take the folder away where nothing but its record is in it; return whether it is gone.
+        """Close it and take its folder away where it holds nothing but its record; return whether it is gone.
 
-        One that holds a run or a note stays open: more may come.
+        One that holds more stays open: a series goes on after a device that failed.
         """
-        if not isinstance(self._right, SessionLock) or self.info.journal or self.run_paths(with_rejected=True):
+        if not isinstance(self._right, SessionLock) or self.info.journal or run_paths(self.path):
             return False
         self.close()
         try:

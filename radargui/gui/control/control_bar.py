@@ -18,7 +18,7 @@ _MOST_POINTS = 34.0
 _LEAST_POINTS = 11.0
 """Below these nothing is read across a room; where the words do not fit their end is told by the tool tip."""
 
-_ROLES = {
+ROLES = {
     AppState.DONE: "good",
     AppState.RECORDING: "alarm",
     AppState.FAILED: "alarm",
@@ -61,7 +61,7 @@ class StateView(QtWidgets.QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colours = self._theme.colours
-        colour = QColor(colours.role(_ROLES.get(self._state, "busy")))
+        colour = QColor(colours.role(ROLES.get(self._state, "busy")))
         frame = self.rect().adjusted(2, 4, -2, -4)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(colours.base))

@@ -169,7 +169,7 @@ def test_no_plot_of_the_window_has_one_hue_for_two_roles(window: MainWindow, rec
         window.panels.go_to(name)
         QApplication.processEvents()
     for plot in window.findChildren(Plot):
-        roles = {role for _, role, _ in plot._pens}
+        roles = {role for _, role, *_ in plot._pens}
         seen += len(roles) > 1
         for one, other in combinations(sorted(roles), 2):
             for colours in (LIGHT, DARK):

@@ -117,6 +117,8 @@ def test_a_plot_with_data_says_nothing(window: MainWindow, wait_for: Any) -> Non
     window.actions_.start.trigger()
     wait_for(lambda: not is_empty(window.scopes.scopes[0]))
     for name in ("scopes", "planes"):
-        wait_for(lambda name=name: not said(window, name))
+        window.panels.go_to(name)
+        # no `processEvents` here: where pictures take longer than their interval it never returns
+        wait_for(lambda name=name: name not in window.empty.labels)
     window.actions_.stop.trigger()
     wait_for(lambda: not window.control.state.running)

@@ -4,12 +4,11 @@ import io
 import logging
 import sys
 from logging.handlers import RotatingFileHandler
-from pathlib import Path
 
-import platformdirs
 import typer
 
 from radargui.model.errors import RadarGuiError, SetupError, UsageError, fault_of
+from radargui.model.resources import LOG_FORMAT, log_path
 from radargui.session.ending import interrupt, on_ending
 
 
@@ -91,11 +90,6 @@ class _QuietHandler(RotatingFileHandler):
         """Drop the entry."""
 
 
-def log_path() -> Path:
-    """Return the log file's path."""
-    return platformdirs.user_log_path("radargui", appauthor=False) / "radargui.log"
-
-
 def start_log() -> None:
     """Send log entries and library warnings to the file; where none can be made one line says so, and none is kept."""
     root = logging.getLogger()
@@ -111,7 +105,7 @@ def start_log() -> None:
         root.addHandler(logging.NullHandler())
         sys.stderr.write(f"note: no log is kept: {path} cannot be written ({error.strerror or error})\n")
         return
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    handler.setFormatter(logging.Formatter(LOG_FORMAT))
     root.addHandler(handler)
     logging.getLogger("radargui").setLevel(logging.INFO)
     logging.captureWarnings(capture=True)

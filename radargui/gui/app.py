@@ -1,5 +1,6 @@
 """Starts the window: the one thing the command line calls."""
 
+import ctypes
 import logging
 import multiprocessing
 import os
@@ -46,6 +47,9 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None, s
     # with shared contexts the 3D view keeps its drawing when its panel is torn off and put back
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)
     application = QApplication(sys.argv[:1])
+    if sys.platform == "win32":
+        # else the task bar shows the icon of Python
+        ctypes.windll.shell32.SetCurrentProcessExplicitAppUserModelID("RadarGUI")
     application.setApplicationName("RadarGUI")
     application.setApplicationDisplayName("RadarGUI")
     application.setDesktopFileName("radargui")
@@ -59,6 +63,7 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None, s
         board.post("warning", f"The remembered settings were damaged; they are kept in {settings.set_aside}")
     window = MainWindow(theme, settings, board, setup_path=setup_path, source=source, probe=OpenGLProbe())
     window.show()
+    window.guide.show_at_first()
     if session is not None:
         window.sessions.open(session)
 

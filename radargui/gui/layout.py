@@ -8,6 +8,8 @@ from PySide6 import QtWidgets
 from PySide6.QtCore import QSize, Qt, SignalInstance
 from PySide6.QtGui import QWheelEvent
 
+from radargui.model.resources import resource_table
+
 Margins = tuple[int, int, int, int]
 Part = QtWidgets.QWidget | QtWidgets.QLayout | int | tuple[QtWidgets.QWidget | QtWidgets.QLayout, int]
 _FRAME = QSize(16, 40)
@@ -18,6 +20,8 @@ ALARM = "color: palette(bright-text); font-weight: bold;"
 """Style of words that say what is wrong."""
 FRAMED = "QLineEdit { border: 2px solid palette(bright-text); }"
 """Style of a line whose text is wrong."""
+TIPS: dict[str, dict[str, str]] = resource_table("window/tips")
+"""What buttons, fields and columns mean, by their words, where no other place says it."""
 Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
@@ -57,7 +61,7 @@ def button(
 ) -> QtWidgets.QPushButton:
     """Return a button; in a dialog Enter presses the one that is the `default`."""
     made = QtWidgets.QPushButton(words)
-    made.setToolTip(tip)
+    made.setToolTip(tip or TIPS["buttons"].get(words, ""))
     made.setAutoDefault(default)
     made.setDefault(default)
     made.clicked.connect(does)
@@ -104,6 +108,7 @@ class Group(QtWidgets.QGroupBox):
 
     def row(self, words: str, field: QtWidgets.QWidget, tip: str = "", fault: QtWidgets.QWidget | None = None) -> None:
         """Add a field; `words` names it with its unit, and what is wrong with it stands beneath."""
+        tip = tip or TIPS["fields"].get(words, "")
         label = QtWidgets.QLabel(words)
         label.setBuddy(field)
         label.setToolTip(tip)
@@ -115,6 +120,8 @@ class Group(QtWidgets.QGroupBox):
 
     def whole(self, widget: QtWidgets.QWidget) -> None:
         """Add a widget over the whole width."""
+        if isinstance(widget, QtWidgets.QCheckBox) and not widget.toolTip():
+            widget.setToolTip(TIPS["fields"].get(widget.text(), ""))
         self.rows.addRow(widget)
 
 

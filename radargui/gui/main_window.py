@@ -15,8 +15,12 @@ from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, 
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
+from radargui.gui.dock_titles import DockTitles
+from radargui.gui.guide.empty_plots import EmptyPlots
+from radargui.gui.guide.first_steps import FirstSteps
 from radargui.gui.help import show_help
 from radargui.gui.layout import fill
+from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, facts, fill_menus
@@ -34,6 +38,7 @@ from radargui.gui.sessions.session_controller import LaterOffer, RecoveryOffer, 
 from radargui.gui.sessions.transfer_controller import TransferController
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.setup.antenna_panel import AntennaPanel
+from radargui.gui.setup.channels import ChannelWatch
 from radargui.gui.setup.hardware_panel import FindDevices, HardwarePanel, find_ni_devices
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupFileController, first_setup
@@ -95,11 +100,12 @@ class MainWindow(QMainWindow):
             self.setup_model,
             self.jobs,
             self.actions_,
+            theme,
             source=source,
             replay_file=settings.path("replay_file"),
             find_devices=find_devices,
         )
-        self.antennas = AntennaPanel(self.setup_model, theme)
+        self.antennas = AntennaPanel(self.setup_model, self.jobs, theme)
         data_folder = settings.path("data_folder") or default_data_folder()
         self.session_panel = SessionPanel(self.actions_, data_folder, settings.text("operator"))
         self.scopes = ScopePanel(theme, settings.number("scope_window_s", 3.0, WINDOWS_S[0], WINDOWS_S[-1]))
@@ -124,6 +130,11 @@ class MainWindow(QMainWindow):
         self.later = LaterOffer(self.control, self.session_panel, services)
         self._put_together()
         self._keys = (FocusMark(self, theme.application), RunKeys(self, theme.application))
+        self.titles = DockTitles(self.panels, theme)
+        self.guide = FirstSteps(self.control, self.hardware, self.panels, services)
+        self.empty = EmptyPlots(self.panels.held, self.control, self)
+        self.channels = ChannelWatch(self.control, self.hardware.channels, self.jobs, self.start)
+        self.log = LogWindow(self.setup_model, services)
         self.theme_actions = fill_menus(self.menuBar(), self.actions_, self.panels, theme, settings)
 
         control, model, panel, runs = self.control, self.setup_model, self.session_panel, self.runs
@@ -200,17 +211,10 @@ class MainWindow(QMainWindow):
     def _ready(self) -> bool:
         if self.closing.active or (self.control.state.running and self.control.state is not AppState.LIVE):
             return False
-        if not self.setup_model.valid:
-            self.board.post("error", self.setup_model.error)
-            return False
-        self.hardware.replay.fault.say("")
         self.session_panel.folder_fault.say("")
-        if self.hardware.kind == "replay" and self.hardware.replay.path is None:
-            words = "No file to replay is chosen. Choose one under Hardware setup."
-            self.hardware.replay.fault.say(words.partition(".")[0])
-            self.board.post("error", words)
-            return False
-        return True
+        if fault := self.setup_model.error or self.hardware.check():
+            self.board.post("error", fault)
+        return not fault
 
     def _say_at_field(self, error: BaseException) -> None:
         """Say what failed at the field that is to be corrected, besides the message."""
@@ -353,6 +357,7 @@ class MainWindow(QMainWindow):
         if self.closing.active:
             return
         self._left = True
+        self.log.end()
         self._timer.stop()
         self._remember()
         event.accept()

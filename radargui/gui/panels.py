@@ -89,7 +89,7 @@ class Panels(QtWidgets.QMainWindow):
     """Holds one dock a panel; sits inside the window so that state, messages and health stay where they are.
 
     Qt keeps a dock that stands behind another "visible", away from the screen, where Tab and keys reach its fields:
-    what such a dock holds is hidden here, and keeps its room. The panels come in the order of `TITLES`.
+    what such a dock holds is hidden here, and keeps its room. The panels come in the order of `TITLES`, and are `held`.
     """
 
     def __init__(self, *widgets: QtWidgets.QWidget) -> None:
@@ -97,11 +97,11 @@ class Panels(QtWidgets.QMainWindow):
         self.setDockNestingEnabled(True)
         self.setTabPosition(Qt.DockWidgetArea.AllDockWidgetAreas, QtWidgets.QTabWidget.TabPosition.North)
         self.docks: dict[str, QtWidgets.QDockWidget] = {}
-        self._panels = dict(zip(TITLES, widgets, strict=True))
+        self.held = dict(zip(TITLES, widgets, strict=True))
         for name, title in TITLES.items():
             dock = QtWidgets.QDockWidget(title)
             dock.setObjectName(name)
-            dock.setWidget(Room(self._panels[name]))
+            dock.setWidget(Room(self.held[name]))
             dock.visibilityChanged.connect(partial(self._show_content, dock))
             if name in _FORMS:
                 dock.setMaximumWidth(_WIDEST_FORM)
@@ -134,7 +134,7 @@ class Panels(QtWidgets.QMainWindow):
         for name in ("hardware", "scopes"):
             docks[name].raise_()
         width, height = self.width(), self.height()
-        side = min(400, max(28 * width // 100, self._panels["antennas"].minimumSizeHint().width() + 6))
+        side = min(400, max(28 * width // 100, self.held["antennas"].minimumSizeHint().width() + 6))
         rest = width - side
         self.resizeDocks([docks["hardware"], docks["scopes"], docks["track"]], [side, rest // 2, rest // 2], across)
         if not narrow:

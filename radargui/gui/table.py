@@ -14,6 +14,7 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QHeaderView, QTableView
 
+from radargui.gui.layout import TIPS
 from radargui.model.rounding import UNKNOWN
 
 Index = QModelIndex | QPersistentModelIndex
@@ -66,7 +67,9 @@ class RowModel(QAbstractTableModel, Generic[_R]):
     def headerData(  # noqa: N802 - Qt's name
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> Any:
-        """Return a column's title."""
+        """Return a column's title, and what it means with its unit as the tool tip."""
+        if role == Qt.ItemDataRole.ToolTipRole and orientation == Qt.Orientation.Horizontal:
+            return TIPS["columns"].get(self._titles[section].replace("\n", " "))
         titled = role == Qt.ItemDataRole.DisplayRole and orientation == Qt.Orientation.Horizontal
         # the unit beneath its name: a column is as wide as its figures, not as its title
         return self._titles[section].replace(" [", "\n[") if titled else None

@@ -20,8 +20,8 @@ class Colours:
 
     Attributes
     ----------
-    window, base, raised, text, faint, line, accent, on_accent
-        Surfaces, writing, grid, selection and what is written on it.
+    window, base, raised, text, faint, line, edge, accent, on_accent
+        Surfaces, writing, grid, edges of fields, selection and what is written on it.
     i, q
         The two voltages of a receiver.
     receivers
@@ -42,6 +42,7 @@ class Colours:
     text: str
     faint: str
     line: str
+    edge: str
     accent: str
     on_accent: str
     i: str
@@ -103,6 +104,8 @@ class Theme(QObject):
             dark = self._system_dark if scheme == Qt.ColorScheme.Unknown else scheme == Qt.ColorScheme.Dark
         self.colours = DARK if dark else LIGHT
         self.application.setPalette(palette(self.colours))
+        for kind in EDGED:
+            self.application.setPalette(edged_palette(self.colours), kind)  # type: ignore[arg-type] # the stub wants bytes, PySide a text
         for widget in self.application.allWidgets():
             if sheet := widget.styleSheet():
                 # Qt looks the colours `palette(...)` of a sheet up only when it reads the sheet
@@ -117,6 +120,28 @@ def palette(colours: Colours) -> QPalette:
         made.setColor(QPalette.ColorRole[name], QColor(colours.role(role)))
     for name, role in _TABLE["disabled"].items():
         made.setColor(off, QPalette.ColorRole[name], QColor(colours.role(role)))
+    return made
+
+
+EDGED = (
+    "QLineEdit",
+    "QAbstractSpinBox",
+    "QComboBox",
+    "QCheckBox",
+    "QRadioButton",
+    "QPushButton",
+    "QToolButton",
+    "QPlainTextEdit",
+)
+_OUTLINE = 140
+"""Fusion draws an outline in the colour of the window, so many hundredths as dark: on a dark one that is not seen."""
+
+
+def edged_palette(colours: Colours) -> QPalette:
+    """Return the palette of widgets whose outline is the look's `edge`; none of them shows its window's colour."""
+    made = palette(colours)
+    for group in (QPalette.ColorGroup.Active, QPalette.ColorGroup.Inactive):
+        made.setColor(group, QPalette.ColorRole.Window, QColor(colours.edge).lighter(_OUTLINE))
     return made
 
 

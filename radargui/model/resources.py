@@ -5,7 +5,11 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import platformdirs
+
 DEFAULT_SETUP = "default.toml"
+LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+"""Of a line of the log."""
 
 
 def resources_folder() -> Path:
@@ -26,6 +30,11 @@ def shipped_setups() -> tuple[Path, ...]:
 def default_setup_path() -> Path:
     """Return the setup that commands use when none is named."""
     return resources_folder() / "setups" / DEFAULT_SETUP
+
+
+def log_path() -> Path:
+    """Return the log file's path."""
+    return platformdirs.user_log_path("radargui", appauthor=False) / "radargui.log"
 
 
 def help_page() -> Path:

@@ -9,7 +9,6 @@ from support.command_line import Command, Ended
 from support.processing_here import ProcessingHere
 from support.small_setups import small_setup_text
 
-from radargui.cli import console
 from radargui.cli.app import app
 from radargui.cli.console import guarded
 
@@ -18,7 +17,7 @@ from radargui.cli.console import guarded
 def command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
     """Call `radargui` with arguments; the user's own folders are not touched."""
     monkeypatch.setattr("radargui.cli.console.start_log", lambda: None)
-    monkeypatch.setattr(console.platformdirs, "user_log_path", lambda *_, **__: tmp_path / "log")
+    monkeypatch.setattr("platformdirs.user_log_path", lambda *_, **__: tmp_path / "log")
     monkeypatch.setattr("radargui.cli.record.default_data_folder", lambda: tmp_path / "data")
     monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingHere)
 

@@ -46,7 +46,7 @@ def sketch_of(window: MainWindow) -> PolarizationSketch:
 
 def coloured(window: MainWindow, angle_deg: float) -> int:
     """Return how many of 18 places along the transmitter's dial in this direction have the colour of its arrow."""
-    sketch, colour = sketch_of(window), window.theme.colours.mark
+    sketch, colour = sketch_of(window), window.theme.colours.text
     image = sketch.grab().toImage()
     scale, middle_x = image.width() / sketch.width(), 0.5 * sketch.width() / len(sketch.antennas)
 

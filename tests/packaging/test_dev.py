@@ -254,6 +254,18 @@ def test_run_without_a_display_says_so_and_does_the_job_headless(
     assert calls == [["python", "-m", "radargui", "report", "the session"]]
 
 
+def test_the_windows_package_is_started_where_it_is_built(
+    dev: ModuleType, calls: list[list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dev.environment, "ensure", lambda kind: Path("python"))
+    assert dev.main(["freeze"]) == 0
+    assert calls[-1][:2] == ["python", "packaging/try_frozen.py"]
+    workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
+    job = workflow.partition("  frozen-windows:")[2].partition("\n\n")[0]
+    assert "runs-on: windows" in job
+    assert "run: python packaging/dev.py freeze" in job
+
+
 def test_test_passes_its_arguments_to_pytest(
     dev: ModuleType, calls: list[list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -158,6 +158,14 @@ def test_however_many_samples_there_are_a_curve_has_a_thousand_points_and_the_pl
     assert 2000 < len(curves.receivers[0].corrected.plane.x) <= 2500
 
 
+def test_figures_are_white_for_print() -> None:
+    drawn = pages(drop_result())
+    assert drawn
+    for title, page in drawn.items():
+        assert page.get_facecolor() == (1.0, 1.0, 1.0, 1.0), title
+        assert all(axes.get_facecolor() == (1.0, 1.0, 1.0, 1.0) for axes in page.axes), title
+
+
 def test_axis_prefixes_follow_the_size_of_the_values() -> None:
     assert scaled("m", 0.26) == (1e3, "mm")
     assert scaled("m", 3e-5) == (1e6, "µm")

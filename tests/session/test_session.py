@@ -244,6 +244,9 @@ def test_an_empty_session_can_be_taken_away_again_and_no_other(tmp_path: Path) -
     record(used)
     assert [session.discard_empty() for session in (empty, noted, used)] == [True, False, False]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["b", "c"]
+    # the next run goes into the same one
+    assert not noted.read_only
+    assert not used.read_only
 
 
 def test_a_folder_that_was_deleted_meanwhile_is_made_again_for_the_next_run(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QAbstractItemView, QCheckBox, QFileDialog, QHBoxLa
 from radargui.calibration.unknowns import U_UNSTATED, USUAL
 from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
-from radargui.gui.layout import Group, Paragraph, PlainLabel, button, fill
+from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, button, fill
 from radargui.gui.setup.words import called, words_of
 from radargui.gui.table import RowModel, RowTable
 from radargui.model.assumed import uncertain_inputs
@@ -127,6 +127,7 @@ class UnknownsForm(QWidget):
         self._priors: dict[str, PlainLabel] = {}
         for name, (words, _) in GROUPS.items():
             box, prior = QCheckBox(words), PlainLabel()
+            box.setToolTip(TIPS["fields"].get(words, ""))
             box.setChecked(name in USUAL)
             box.toggled.connect(self.changed)
             self.boxes[name], self._priors[name] = box, prior

@@ -2,7 +2,7 @@
 
 from PySide6 import QtWidgets
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtGui import QAction, QColor, QFont, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, QPainter, QPaintEvent
 
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_plan import AcquisitionState
@@ -11,10 +11,12 @@ from radargui.gui.layout import ALARM, Scroll, fill
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.rounding import UNKNOWN
 
+_WORD, _DETAIL = 0.42, 0.5
+"""Share of the width that the longest state takes, and size of what stands behind it: two lines beside one word."""
 _MOST_POINTS = 34.0
 """Read across a room of five metres: letters of 8 mm on a usual screen (chosen by hand)."""
 _LEAST_POINTS = 11.0
-"""Where even these are too large the end is cut, and told by the tool tip."""
+"""Below these nothing is read across a room; where the words do not fit their end is told by the tool tip."""
 
 ROLES = {
     AppState.DONE: "good",
@@ -27,7 +29,7 @@ ROLES = {
 
 
 class StateView(QtWidgets.QWidget):
-    """A word for the state and what belongs to it, as large as fits."""
+    """A word for the state and what belongs to it, in letters that stay as large as they are."""
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
@@ -67,26 +69,41 @@ class StateView(QtWidgets.QWidget):
         painter.setBrush(colour)
         painter.drawRoundedRect(frame.adjusted(0, 0, 10 - frame.width(), 0), 4, 4)
         inside = frame.adjusted(24, 0, -12, 0)
-        painter.setFont(self._fitting(inside.width(), inside.height()))
+        large = self.word_font()
+        painter.setFont(large)
         painter.setPen(colour)
         painter.drawText(inside, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, self._state.value)
-        if self._detail:
-            word = QFontMetricsF(painter.font()).horizontalAdvance(self._state.value + "  ")
-            painter.setPen(QColor(colours.text))
-            font = painter.font()
-            font.setBold(False)
-            painter.setFont(font)
-            rest = inside.adjusted(int(word), 0, 0, 0)
-            shown = painter.fontMetrics().elidedText(self._detail, Qt.TextElideMode.ElideRight, rest.width())
-            painter.drawText(rest, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, shown)
+        word = QFontMetricsF(large).horizontalAdvance(self._state.value + "  ")
+        rest = inside.adjusted(int(word), 0, 0, 0)
+        painter.setFont(scaled_font(large, _DETAIL))
+        painter.setPen(QColor(colours.text))
+        lines = wrapped(self._detail, painter.fontMetrics(), rest.width(), rest.height())
+        painter.drawText(rest, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, lines)
         painter.end()
 
-    def _fitting(self, width: int, height: int) -> QFont:
+    def word_font(self) -> QFont:
+        """Return the letters of the state: as large as the place lets the longest one be, whatever is shown now."""
         font = scaled_font(self.font(), _MOST_POINTS / self.font().pointSizeF(), bold=True)
         metrics = QFontMetricsF(font)
-        share = min(1.0, width / metrics.horizontalAdvance(self.text), height / metrics.height())
+        longest = max(metrics.horizontalAdvance(state.value) for state in AppState)
+        share = min(1.0, _WORD * self.width() / longest, (self.height() - 8) / metrics.height())
         font.setPointSizeF(max(_LEAST_POINTS, _MOST_POINTS * share))
         return font
+
+
+def wrapped(text: str, metrics: QFontMetrics, width: int, height: int) -> str:
+    """Return a text in as many lines as there is room for; what does not fit is left out, and told by dots."""
+    lines: list[str] = []
+    most = max(1, height // metrics.height())
+    # a value and its uncertainty stay together
+    for part in filter(None, text.replace(" ± ", "\u00a0±\u00a0").replace("   ", " · ").split(" ")):
+        longer = f"{lines[-1]} {part}" if lines else part
+        fits = metrics.horizontalAdvance(longer) <= width
+        if not lines or (fits or len(lines) == most):
+            lines[-1:] = [longer]
+        else:
+            lines.append(part)
+    return "\n".join(metrics.elidedText(line, Qt.TextElideMode.ElideRight, width) for line in lines)
 
 
 MOST_RUNS = 999

@@ -1,19 +1,18 @@
-"""A plot with the window's look, explicit units, cached axes, no prefix that lies; and its key as words beside it."""
+"""A plot with the window's look, explicit units, cached axes, no prefix that lies."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from html import escape
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QApplication, QGraphicsItem, QLabel, QMenu
+from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
-from radargui.gui.layout import follow
+from radargui.gui.layout import TIPS, follow
 from radargui.gui.plots.copying import picture_of, table_of
 from radargui.gui.plots.cursors import Cursors, unit_of
 from radargui.gui.plots.items import Band, Dot, LiveCurve, Marker
@@ -98,6 +97,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
         item.getAxis("left").setWidth(left_px)
+        self.setToolTip(TIPS["plots"].get(left) or " against ".join(filter(None, (left, bottom))))
         # below that the words of the axes lie upon another: the panel scrolls instead
         self.setMinimumSize(80, 86 if bottom else 62)
         # Tab goes through fields; a plot gets the keys by a click, or by its own key
@@ -368,38 +368,3 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         # width 1 is ten times faster to draw than 2
         style = Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine
         item.setPen(pg.mkPen(colour, width=1, style=style))
-
-
-IQ_KEY = (("▬", "i", "I"), ("▬", "q", "Q"))
-
-
-class Key(QLabel):
-    """Signs in the colours of the theme, each with its words.
-
-    Parameters
-    ----------
-    entries
-        Sign, role of the theme's colours (`i`, `receivers.0`), words.
-    """
-
-    def __init__(self, theme: Theme, *entries: tuple[str, str, str]) -> None:
-        super().__init__()
-        self._theme = theme
-        self._entries = entries
-        self.setTextFormat(Qt.TextFormat.RichText)
-        self.setContentsMargins(6, 0, 6, 0)
-        self.setMinimumWidth(40)
-        follow(theme.changed, self._write)
-
-    def show_entries(self, *entries: tuple[str, str, str]) -> None:
-        """Show another key."""
-        if entries != self._entries:
-            self._entries = entries
-            self._write()
-
-    def _write(self) -> None:
-        parts = []
-        for sign, role, words in self._entries:
-            colour = self._theme.colours.role(role)
-            parts.append(f'<span style="color:{colour}"><b>{escape(sign)}</b></span>&nbsp;{escape(words)}')
-        self.setText("&emsp;".join(parts))

@@ -16,7 +16,8 @@ from PySide6.QtWidgets import (
 
 from radargui.correction.ellipse import Ellipse
 from radargui.gui.layout import fill
-from radargui.gui.plots.plot import IQ_KEY, Key, Plot
+from radargui.gui.plots.key import IQ_KEY, Key
+from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves

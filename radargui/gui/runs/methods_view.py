@@ -7,7 +7,8 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QSizePolicy, QVBox
 
 from radargui.experiment.overlaid import OverlaidMethod
 from radargui.gui.layout import Choice, button, fill
-from radargui.gui.plots.plot import Key, Plot
+from radargui.gui.plots.key import Key
+from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import words_of
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme

@@ -14,7 +14,8 @@ from PySide6.QtWidgets import QLabel, QTabWidget, QVBoxLayout, QWidget
 from radargui.files.overview import Overview
 from radargui.gui.background import Start, at_once
 from radargui.gui.layout import fill, take_out
-from radargui.gui.plots.plot import IQ_KEY, Key, Plot
+from radargui.gui.plots.key import IQ_KEY, Key
+from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.correction_view import CorrectionView
 from radargui.gui.runs.figures_view import FiguresView
 from radargui.gui.runs.methods_view import MethodsView

@@ -23,7 +23,8 @@ from radargui.acquisition.health import Health
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import Choice, button, fill, take_out
 from radargui.gui.plots.envelope import Envelope, look
-from radargui.gui.plots.plot import IQ_KEY, LAST, NOW, Key
+from radargui.gui.plots.key import IQ_KEY, Key
+from radargui.gui.plots.plot import LAST, NOW
 from radargui.gui.scopes.alignment_view import AlignmentView
 from radargui.gui.scopes.level_bar import LevelBar
 from radargui.gui.scopes.scope import HELD, GainDialog, Scope

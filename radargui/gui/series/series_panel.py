@@ -17,7 +17,8 @@ from PySide6.QtWidgets import (
 )
 
 from radargui.gui.layout import Choice, button, fill
-from radargui.gui.plots.plot import Key, Plot
+from radargui.gui.plots.key import Key
+from radargui.gui.plots.plot import Plot
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import UNKNOWN, alone, plain

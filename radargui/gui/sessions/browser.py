@@ -10,7 +10,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QSplitter, QVBoxLayout, QWidget
 
 from radargui.gui.background import Jobs, Task, WorkStrip
-from radargui.gui.layout import FRAMED, Dialog, FaultText, PlainLabel, button, fill
+from radargui.gui.layout import FRAMED, TIPS, Dialog, FaultText, PlainLabel, button, fill
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
@@ -50,6 +50,7 @@ class SearchForm(QWidget):
             field.setPlaceholderText(example)
             field.setClearButtonEnabled(True)
             field.setAccessibleName(words)
+            field.setToolTip(TIPS["fields"].get(words, ""))
             field.textChanged.connect(self._typed)
             self.fields[name] = field
             label = QLabel(words)

@@ -10,10 +10,13 @@ from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
+from radargui.gui.background import Jobs
 from radargui.gui.calibration.group import CalibrationGroup
 from radargui.gui.layout import FaultText, Group, PlainLabel, button, fill, follow
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, SetupForm
+from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
+from radargui.gui.setup.uncertainty_map import UncertaintyMapView
 from radargui.gui.theme import Theme
 from radargui.model.assumed import ASSUMED
 from radargui.model.scattering import LEAST_SHARE, received_fields
@@ -134,7 +137,7 @@ class PolarizationSketch(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         width, line, radius = self.width() / len(self.antennas), self.fontMetrics().height(), self._radius
-        colours = (self._theme.colours.mark, *self._theme.colours.receivers)
+        colours = (self._theme.colours.text, *self._theme.colours.receivers)
         for place, antenna in enumerate(self.antennas):
             middle = QPointF((place + 0.5) * width, self.middle_y)
             self._dial(painter, antenna, middle, radius, QColor(colours[place]))
@@ -197,8 +200,10 @@ SINGULAR_CONDITION = 1e6
 class AntennaPanel(FormPanel):
     """Entry of the geometry; closed for changes while samples come in."""
 
-    def __init__(self, model: SetupModel, theme: Theme) -> None:
+    def __init__(self, model: SetupModel, jobs: Jobs, theme: Theme) -> None:
         super().__init__(model)
+        self.sketch, self.map = GeometrySketch(model, theme), UncertaintyMapView(model, jobs, theme)
+        self.only_shows = (self.map,)
         self.table, self.matrix = ReceiverTable(model), TMatrixView(model)
         receivers, matrix = Group("Receivers"), Group("Matrix T")
         receivers.whole(self.table)
@@ -206,7 +211,10 @@ class AntennaPanel(FormPanel):
         wave, tracer, site = (SetupForm(name, model) for name in ("wave", "tracer", "site"))
         self._place = wave.rows
         self.calibration = CalibrationGroup(model)
-        self.lay_out(receivers, self.calibration, matrix, wave, PolarizationForm(model, theme), tracer, site)
+        polarization = PolarizationForm(model, theme)
+        groups = (receivers, self.calibration, matrix, self.map, wave, polarization, tracer, site)
+        # above what scrolls: it follows the typing wherever that is
+        self.lay_out(*groups, above=self.sketch)
 
     def refresh(self) -> None:
         """Show what the draft is now; of the transmitter's distance and position the one that is given."""

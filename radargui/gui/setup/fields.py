@@ -227,18 +227,21 @@ class FormPanel(QWidget):
         self._model = model
         self._closed = PlainLabel("Stop to change this.")
         self._closed.hide()
+        self.only_shows: tuple[QWidget, ...] = ()
         self.changes, self.elsewhere = PlainLabel(), FaultText()
 
-    def lay_out(self, *groups: QWidget) -> None:
-        """Put the groups into the panel."""
-        self._form = FormScroll(*groups)
+    def lay_out(self, *groups: QWidget, above: QWidget | None = None) -> None:
+        """Put the groups into the panel, and what stays in sight `above` them."""
+        self._form, self._groups = FormScroll(*groups), groups
         foot = fill(QVBoxLayout(), self._closed, self.changes, self.elsewhere, margins=(8, 0, 8, 0), spacing=4)
-        fill(QVBoxLayout(self), (self._form, 1), foot)
+        parts = () if above is None else ((above, 2),)
+        fill(QVBoxLayout(self), *parts, (self._form, 3), foot)
         follow(self._model.changed, self.refresh)
 
     def set_running(self, running: bool) -> None:
-        """Close or open the form for changes."""
-        self._form.content.setEnabled(not running)
+        """Close or open the form for changes; what only shows stays as it is."""
+        for group in self._groups:
+            group.setEnabled(not running or group in self.only_shows)
         self._closed.setVisible(running)
 
     def refresh(self) -> None:

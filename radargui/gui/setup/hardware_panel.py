@@ -10,9 +10,12 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from radargui.gui.background import Jobs, Then, Work
 from radargui.gui.layout import Answer, Choice, Group, PathField, PlainLabel, button, follow, side_by_side
 from radargui.gui.panels import Actions
+from radargui.gui.setup.channels import ChannelGroup
 from radargui.gui.setup.fields import FormPanel, SetupForm
+from radargui.gui.setup.rate_view import RateView
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import called
+from radargui.gui.theme import Theme
 from radargui.model.plugins import plugins
 from radargui.model.setup import Setup
 from radargui.sources.factory import SourceKind
@@ -50,13 +53,14 @@ class NiForm(SetupForm):
         Tries a setup on its device; tests put another one here.
     """
 
-    def __init__(self, model: SetupModel, jobs: Jobs, find: FindDevices = find_ni_devices) -> None:
+    def __init__(self, model: SetupModel, jobs: Jobs, rates: RateView, find: FindDevices = find_ni_devices) -> None:
         super().__init__("ni", model)
-        self._jobs, self._find = jobs, find
+        self._jobs, self._find, self._rates = jobs, find, rates
         self.check: CheckSetup = check_on_device
         self.add("daq.remote_certificate", beside=[button("Choose…", self._browse)])
         self.found = Choice()
         self.found.setVisible(False)
+        self.found.setToolTip("The NI devices that answered: the one chosen here is used")
         self.found.activated.connect(self._take)
         self.button = button("Find devices", self.search)
         self.answer, self.checked = Answer(), Answer()
@@ -116,6 +120,7 @@ class NiForm(SetupForm):
         self._jobs.start(what, work, partial(ended, then), partial(ended, refuse))
 
     def _passed(self, found: Any) -> None:
+        self._rates.take(found.device)
         lines = (f"{what.capitalize()}: {how}" for what, how in found.lines)
         self.checked.say("\n".join((f"The setup works on {found.device.title}.", *lines)))
 
@@ -134,6 +139,7 @@ class NiForm(SetupForm):
         return value if isinstance(value, str) and value else None
 
     def _show(self, devices: Sequence[Any]) -> None:
+        self._rates.take(*devices)
         self.found.clear()
         for device in devices:
             self.found.addItem(describe_device(device), device.name)
@@ -170,6 +176,7 @@ class HardwarePanel(FormPanel):
         model: SetupModel,
         jobs: Jobs,
         does: Actions,
+        theme: Theme,
         *,
         source: SourceKind = "simulated",
         replay_file: Path | None = None,
@@ -182,11 +189,14 @@ class HardwarePanel(FormPanel):
         group = Group("Source")
         group.row("Samples from", self.source)
         self.replay = ReplayForm(replay_file)
-        self.ni = NiForm(model, jobs, find_devices)
+        self.rates, self.channels = RateView(model), ChannelGroup(model, does, theme)
+        self.only_shows = (self.rates, self.channels)
+        self.ni = NiForm(model, jobs, self.rates, find_devices)
         names = ("simulated", "recording", "processing")
         simulated, recording, processing = (SetupForm(name, model) for name in names)
         self._forms: dict[str, Group] = {"simulated": simulated, "ni": self.ni, "replay": self.replay}
-        self.lay_out(self._file_group(), group, *self._forms.values(), recording, processing)
+        groups = (*self._forms.values(), self.rates, self.channels, recording, processing)
+        self.lay_out(self._file_group(), group, *groups)
         self.choose(source)
         self.source.currentIndexChanged.connect(self._show_form)
         model.changed.connect(self._name_file)
@@ -198,6 +208,14 @@ class HardwarePanel(FormPanel):
         """The chosen source."""
         kind: SourceKind = self.source.currentData()
         return kind
+
+    def check(self) -> str:
+        """Return why the source chosen cannot be started, also said at its field; empty where nothing is known."""
+        if self.kind == "ni":
+            return self.rates.fault
+        missing = self.kind == "replay" and self.replay.path is None
+        self.replay.fault.say("No file to replay is chosen" if missing else "")
+        return "No file to replay is chosen. Choose one under Hardware setup." if missing else ""
 
     def choose(self, kind: SourceKind) -> None:
         """Choose a source."""
@@ -229,6 +247,8 @@ class HardwarePanel(FormPanel):
     def _show_form(self) -> None:
         for kind, form in self._forms.items():
             form.setVisible(kind == self.kind)
+        # a simulation and a file have no limit
+        self.rates.setVisible(self.kind == "ni")
         self.refresh()
 
 

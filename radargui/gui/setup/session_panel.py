@@ -10,6 +10,8 @@ from radargui.gui.layout import FormScroll, Group, PathField, PlainLabel, button
 from radargui.gui.panels import Actions
 from radargui.session.info import DataFolderError, JournalEntry, default_data_folder
 
+_MARKS_SHOWN = 5
+
 
 class SessionPanel(QWidget):
     """Data folder, operator, sample, target, notes, and the folder of the session that is open."""
@@ -104,9 +106,10 @@ class SessionPanel(QWidget):
             self.mark_asked.emit(text)
 
     def show_marked(self, entry: JournalEntry) -> None:
-        """Say that a note was kept, and where."""
+        """Say that a note was kept, and where; the last ones stay in sight."""
         where = f"{entry.run}, sample {entry.index}" if entry.run else "between runs"
-        self._marked.setText(f"{entry.at[11:19]} {entry.text} ({where})")
+        lines = (*self._marked.text().splitlines(), f"{entry.at[11:19]} {entry.text} ({where})")
+        self._marked.setText("\n".join(lines[-_MARKS_SHOWN:]))
 
     def set_running(self, running: bool) -> None:
         """Close or open what must not change while runs are recorded; notes stay open."""

@@ -8,7 +8,8 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QSizePolicy, QTabBar, QVBoxLayout, QWidget
 
 from radargui.gui.layout import fill
-from radargui.gui.plots.plot import LAST, NOW, Key, Plot
+from radargui.gui.plots.key import Key
+from radargui.gui.plots.plot import LAST, NOW, Plot
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space

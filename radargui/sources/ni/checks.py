@@ -146,7 +146,7 @@ def checked_settings(setup: Setup, device: NiDevice) -> TaskSettings:
     channels = _channels(setup, device)
     _check_terminal(setup, device, channels)
     low_v, high_v = _range(setup, device)
-    _check_rate(setup, device, len(channels))
+    check_rate(setup, device, len(channels))
     rate_hz = setup.daq.rate_hz
     block = max(1, round(rate_hz * setup.daq.read_interval_s))
     _check_convert_rate(setup, device, len(channels))
@@ -245,7 +245,14 @@ def _format_range(low: float, high: float) -> str:
     return f"+-{high:g} V" if low == -high else f"{low:g} to {high:g} V"
 
 
-def _check_rate(setup: Setup, device: NiDevice, n_channels: int) -> None:
+def check_rate(setup: Setup, device: NiDevice, n_channels: int) -> None:
+    """Let a rate pass that the device has for so many channels.
+
+    Raises
+    ------
+    DeviceError
+        It is too high, or too low.
+    """
     rate_hz = setup.daq.rate_hz
     limit_hz = rate_limit_hz(device, n_channels)
     if limit_hz is not None and rate_hz > limit_hz * (1.0 + _ROUNDING):

@@ -1,0 +1,93 @@
+"""The titles of the panels: said once, on the tab or above the panel, with buttons that are seen in every look."""
+
+from PySide6.QtCore import QObject, QPoint, QRectF, Qt, QTimer
+from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap
+from PySide6.QtWidgets import QAbstractButton, QDockWidget, QMainWindow, QMenu, QTabBar, QWidget
+
+from radargui.gui.layout import follow
+from radargui.gui.theme import Theme
+
+_BUTTONS = {"float": "Let the panel stand by itself, or put it back", "close": "Close the panel; View brings it back"}
+_TAB_TIP = "Double click: let the panel stand by itself; right click: close it"
+_SIZE = 16
+
+
+class DockTitles(QObject):
+    """Takes the title off a panel whose tab says it, and puts it back; what the title's buttons do the tab does too."""
+
+    def __init__(self, holder: QMainWindow, theme: Theme) -> None:
+        super().__init__(holder)
+        self._holder, self._theme = holder, theme
+        self._soon = QTimer(self, singleShot=True, interval=0)
+        self._soon.timeout.connect(self.refresh)
+        self._known: set[QTabBar] = set()
+        for dock in self._docks():
+            for changed in (dock.visibilityChanged, dock.topLevelChanged, dock.dockLocationChanged):
+                changed.connect(lambda *_: self._soon.start())
+        follow(theme.changed, self._draw)
+
+    def _docks(self) -> list[QDockWidget]:
+        return self._holder.findChildren(QDockWidget)
+
+    def refresh(self) -> None:
+        """Look which panels have a tab."""
+        for dock in self._docks():
+            beside = any(not other.isHidden() for other in self._holder.tabifiedDockWidgets(dock))
+            tabbed = beside and not dock.isFloating() and not dock.isHidden()
+            if tabbed != (dock.titleBarWidget() is not None):
+                old = dock.titleBarWidget()
+                dock.setTitleBarWidget(QWidget() if tabbed else None)  # type: ignore[arg-type] # None: Qt's own
+                if old is not None:
+                    old.deleteLater()
+        for bar in self._holder.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            for tab in range(bar.count()):
+                bar.setTabToolTip(tab, f"{bar.tabText(tab)}. {_TAB_TIP}")
+            if bar not in self._known:
+                self._known.add(bar)
+                bar.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+                bar.tabBarDoubleClicked.connect(lambda tab, bar=bar: self._of(bar, tab).setFloating(True))
+                bar.customContextMenuRequested.connect(lambda where, bar=bar: self._ask(bar, where))
+        self._draw()
+
+    def _of(self, bar: QTabBar, tab: int) -> QDockWidget:
+        return next(dock for dock in self._docks() if dock.windowTitle() == bar.tabText(tab))
+
+    def _ask(self, bar: QTabBar, where: QPoint) -> None:
+        tab = bar.tabAt(where)
+        if tab >= 0:
+            self.menu_of(self._of(bar, tab)).popup(bar.mapToGlobal(where))
+
+    def menu_of(self, dock: QDockWidget) -> QMenu:
+        """Return what a panel's tab offers."""
+        menu = QMenu(self._holder)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.addAction("Let it stand by itself", lambda: dock.setFloating(True))
+        menu.addAction("Close", dock.close)
+        return menu
+
+    def _draw(self) -> None:
+        """Give the buttons of the titles signs in the colour of the writing: the style's own are grey on grey."""
+        icons = {name: _icon(name, self._theme.colours.text) for name in _BUTTONS}
+        for dock in self._docks():
+            for name, tip in _BUTTONS.items():
+                button = dock.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
+                if button is not None:
+                    button.setIcon(icons[name])
+                    button.setToolTip(tip)
+
+
+def _icon(name: str, colour: str) -> QIcon:
+    pixmap = QPixmap(4 * _SIZE, 4 * _SIZE)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(pixmap)
+    painter.scale(4.0, 4.0)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(QColor(colour), 1.5))
+    if name == "close":
+        painter.drawLine(4, 4, 12, 12)
+        painter.drawLine(4, 12, 12, 4)
+    else:
+        painter.drawRect(QRectF(3.5, 6.5, 6.0, 6.0))
+        painter.drawPolyline([QPoint(6, 4), QPoint(12, 4), QPoint(12, 10)])
+    painter.end()
+    return QIcon(pixmap)

@@ -1,0 +1,184 @@
+"""The log as it is written: what the log file gets, filtered and searched; and what is copied for a bug report."""
+
+import logging
+import re
+from collections import deque
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QFontDatabase, QGuiApplication, QTextCursor
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QLineEdit, QPlainTextEdit
+
+from radargui.gui.layout import Choice, Dialog, PlainLabel, button, fill
+from radargui.gui.services import Services
+from radargui.gui.setup.setup_model import SetupModel
+from radargui.model.resources import LOG_FORMAT, log_path
+from radargui.model.setup import dump_setup
+from radargui.session.about import about_lines
+
+MOST_ENTRIES = 5000
+"""Kept in memory, a megabyte or two: more stands in the file."""
+COPIED_ENTRIES = 200
+"""Of a bug report: some minutes of a busy program, and no more than a page of a forum takes."""
+_LOOK_MS = 250
+_LEVELS = ((logging.DEBUG, "Everything"), (logging.WARNING, "Warnings and errors"), (logging.ERROR, "Errors only"))
+_NAME = r"[^\\/\s:;\"'<>|]+"
+_FOLDERS = re.compile(rf"(?<![\w.>…/\\])(?!//)(?:~|[A-Za-z]:)?[\\/]+(?:{_NAME}(?: {_NAME})*[\\/]+)+(?={_NAME})")
+"""The folders of an absolute path; its last name stays."""
+
+
+class LogKeeper(logging.Handler):
+    """Keeps the last entries of the log, from any thread."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFormatter(logging.Formatter(LOG_FORMAT))
+        self.entries: deque[tuple[int, str]] = deque(maxlen=MOST_ENTRIES)
+        self.count = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep an entry; called under the handler's lock."""
+        try:
+            self.entries.append((record.levelno, self.format(record)))
+            self.count += 1
+        except Exception:  # noqa: BLE001 - an entry that cannot be written must not stop who writes it
+            self.handleError(record)
+
+    def since(self, count: int) -> tuple[list[tuple[int, str]], int]:
+        """Return the entries that came after so many, and how many there were in all; what was dropped is not there."""
+        self.acquire()
+        try:
+            new = min(self.count - count, len(self.entries))
+            return (list(self.entries)[-new:] if new > 0 else []), self.count
+        finally:
+            self.release()
+
+
+class LogWindow(Dialog):
+    """The entries, those of a level, found and followed.
+
+    Parameters
+    ----------
+    model
+        The setup that a bug report holds.
+    services
+        Where it is computed and said.
+    """
+
+    def __init__(self, model: SetupModel, services: Services) -> None:
+        super().__init__("Log", (860, 460), services.parent, "log")
+        self._model, self._services = model, services
+        self.keeper = LogKeeper()
+        logging.getLogger().addHandler(self.keeper)
+        self._shown = 0
+        self.level = Choice(_LEVELS)
+        self.level.setToolTip("Which entries are shown; all stand in the file")
+        self.level.currentIndexChanged.connect(self.show_anew)
+        self.words = QLineEdit(placeholderText="find …")
+        self.words.setToolTip("Words to be found in the entries; Enter goes to the next place")
+        self.words.setAccessibleName("Find in the log")
+        self.words.returnPressed.connect(self.find_next)
+        self.follows = QCheckBox("Follow")
+        self.follows.setChecked(True)
+        self.follows.setToolTip("Stay at the newest entry")
+        self.said = PlainLabel()
+        self.view = QPlainTextEdit(readOnly=True)
+        self.view.setMaximumBlockCount(MOST_ENTRIES)
+        self.view.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        self.view.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        self.view.setToolTip(f"What the log file gets since the program was started; older entries: {log_path()}")
+        nexts = button("Next", self.find_next, "Go to the next place that has these words")
+        label = QLabel("Show")
+        label.setBuddy(self.level)
+        top = fill(QHBoxLayout(), label, self.level, (self.words, 1), nexts, self.follows, spacing=6)
+        copies = button("Copy for a bug report", self.copy_report, "Versions, the last entries and the setup, as text")
+        ends = fill(QHBoxLayout(), copies, 1, button("Close", self.reject, "Close this window"), spacing=6)
+        self.lay_out(top, (self.view, 1), self.said, ends)
+        self._timer = QTimer(self, interval=_LOOK_MS)
+        self._timer.timeout.connect(self.refresh)
+        self.finished.connect(lambda _result: self._timer.stop())
+
+    def come_up(self) -> None:
+        """Stand before the other windows, and show what came meanwhile."""
+        super().come_up()
+        self.refresh()
+        self._timer.start()
+
+    def end(self) -> None:
+        """Take no more entries."""
+        logging.getLogger().removeHandler(self.keeper)
+
+    def refresh(self) -> None:
+        """Show what is new."""
+        new, self._shown = self.keeper.since(self._shown)
+        least: int = self.level.currentData()
+        lines = [text for level, text in new if level >= least]
+        if lines:
+            bar = self.view.verticalScrollBar()
+            place = bar.value()
+            self.view.appendPlainText("\n".join(lines))
+            bar.setValue(bar.maximum() if self.follows.isChecked() else place)
+
+    def show_anew(self) -> None:
+        """Show all entries of the level chosen."""
+        self.view.clear()
+        self._shown = 0
+        self.refresh()
+
+    def find_next(self) -> None:
+        """Go to the next place that has the words, from the top after the last one."""
+        words = self.words.text()
+        found = not words or self.view.find(words)
+        if not found:
+            self.view.moveCursor(QTextCursor.MoveOperation.Start)
+            found = self.view.find(words)
+        if words and found:
+            self.follows.setChecked(False)
+        self.said.setText("" if found else f"“{words}” stands nowhere in what is shown.")
+
+    def copy_report(self) -> None:
+        """Copy what a bug report needs, and say what that is."""
+        setup = self._model.setup
+        entries = [text for _, text in self.keeper.since(0)[0][-COPIED_ENTRIES:]]
+        private = {str(Path.home()): "~", str(self._services.settings.path("data_folder") or ""): "…"}
+        work = partial(report_text, partial(about_lines, setup), entries, dump_setup(setup), private)
+
+        def copied(text: str) -> None:
+            QGuiApplication.clipboard().setText(text)
+            said = (
+                f"Copied for a bug report: versions and system, the last {len(entries)} entries of the log, and the "
+                f"setup, {len(text.splitlines())} lines in all. Folders were shortened; read it before you send it."
+            )
+            self.said.setText(said)
+            self._services.board.post("info", said)
+
+        self._services.jobs.start("the facts for a bug report", work, copied)
+
+
+def report_text(about: partial[tuple[str, ...]], entries: list[str], setup: str, private: dict[str, str]) -> str:
+    """Return the text of a bug report.
+
+    Parameters
+    ----------
+    about
+        Tells versions and system.
+    entries
+        Of the log.
+    setup
+        As in its file.
+    private
+        Folders that are nobody's business, and what stands for them.
+    """
+    parts = (("RadarGUI and this computer", "\n".join(about())), ("Log", "\n".join(entries) or "(empty)"))
+    text = "\n".join(f"--- {title} ---\n{part.strip()}\n" for title, part in (*parts, ("Setup", setup)))
+    return without_folders(text, private)
+
+
+def without_folders(text: str, private: dict[str, str]) -> str:
+    """Return a text in which paths have lost their folders: names of people and projects stand there."""
+    # the longest first: one may lie in another; a text may have backslashes doubled
+    for folder in sorted(filter(None, private), key=len, reverse=True):
+        for written in {folder, folder.replace("\\", "\\\\"), folder.replace("\\", "/")}:
+            text = text.replace(written, private[folder])
+    return _FOLDERS.sub("…/", text)

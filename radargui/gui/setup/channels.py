@@ -1,0 +1,201 @@
+"""The channel table of the hardware panel: inputs, and what they show now or in a moment that is read for it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject, Qt, QTimer
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QSizePolicy
+
+from radargui.acquisition.channel_facts import ChannelFacts, channel_facts
+from radargui.gui.background import Jobs
+from radargui.gui.control.run_control import RunControl
+from radargui.gui.control.state import AppState, Feed
+from radargui.gui.layout import Group, PlainLabel, button, follow
+from radargui.gui.panels import Actions
+from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.table import RowModel, RowTable
+from radargui.gui.theme import Theme
+from radargui.model.rounding import UNKNOWN
+
+MOMENT_S = 1.0
+"""Long enough for ten turns of a hum of 10 Hz, short enough to wait for."""
+_LOOK_MS = 200
+_EVERY = 5
+"""Looks from one reading to the next while samples come in: once a second can be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A row: the channel's name as in recordings (I1), the input it is wired to, what it shows."""
+
+    name: str
+    wired_to: str
+    shows: ChannelFacts | None = None
+
+    @property
+    def title(self) -> str:
+        """Which receiver's I or Q."""
+        return f"Rx {self.name[1:]} {self.name[0]}"
+
+    @property
+    def level(self) -> str:
+        """Largest voltage, and how much of the range that is."""
+        if self.shows is None:
+            return UNKNOWN
+        most = self.shows.level.full_scale_v
+        return f"{self.shows.level.peak_v:.2f}" + (f" ({self.shows.level.peak_v / most:.0%})" if most else "")
+
+    @property
+    def clips(self) -> str:
+        """Whether a sample stood at the end of the range."""
+        return UNKNOWN if self.shows is None else "CLIPS" if self.shows.level.clipped else "no"
+
+
+class ChannelModel(RowModel[Channel]):
+    """Rows of channels; one that clips is said in the alarm's colour too."""
+
+    def __init__(self, theme: Theme) -> None:
+        self._theme = theme
+        super().__init__(
+            {
+                "Channel": lambda one: one.title,
+                "Input": lambda one: one.wired_to,
+                "Level [V]": lambda one: one.level,
+                "Offset [V]": lambda one: UNKNOWN if one.shows is None else f"{one.shows.offset_v:+.3f}",
+                "Noise [mV]": lambda one: UNKNOWN if one.shows is None else f"{1e3 * one.shows.noise_v:.2f}",
+                "Clips": lambda one: one.clips,
+            }
+        )
+
+    def cell(self, entry: Channel, column: int, role: int) -> Any:
+        """Return what Qt asks of a cell."""
+        if role == Qt.ItemDataRole.ForegroundRole and entry.clips == "CLIPS":
+            return QColor(self._theme.colours.alarm)
+        return super().cell(entry, column, role)
+
+
+class ChannelGroup(Group):
+    """The table, and the button that fills it without recording."""
+
+    def __init__(self, model: SetupModel, does: Actions, theme: Theme) -> None:
+        super().__init__("Channels")
+        self._setup, self.rows_ = model, ChannelModel(theme)
+        self.table = RowTable(self.rows_, "channels")
+        self.table.setSelectionMode(RowTable.SelectionMode.NoSelection)
+        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        # as high as its rows; its columns fit the narrowest panel
+        self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.table.setToolTip("What each input shows; while samples come in it is brought up to date once a second")
+        self.read = button("Read a moment", does.moment.trigger, does.moment.toolTip())
+        self.words = PlainLabel("Nothing was read yet.")
+        for part in (self.table, self.read, self.words):
+            self.whole(part)
+        follow(model.changed, self._wires_changed)
+
+    def show_facts(self, facts: tuple[ChannelFacts, ...]) -> None:
+        """Show what the channels show; none: nothing is known any more."""
+        by_name = {one.level.name: one for one in facts}
+        setup = self._setup.setup
+        wires = zip(setup.channel_names, setup.physical_channels, strict=True)
+        names = {one.name for one in self.rows_.entries}
+        rows = [Channel(name, wire.rpartition("/")[2], by_name.get(name)) for name, wire in wires]
+        self.rows_.replace_all(rows)
+        self.table.fit_all()
+        if names != {one.name for one in rows}:
+            header, row = self.table.horizontalHeader(), self.table.verticalHeader().defaultSectionSize()
+            self.table.setFixedHeight(header.sizeHint().height() + row * len(rows) + 4)
+
+    def _wires_changed(self) -> None:
+        # what was read came through other wires
+        setup = self._setup.setup
+        wires = [wire.rpartition("/")[2] for wire in setup.physical_channels]
+        if [one.wired_to for one in self.rows_.entries] != wires:
+            self.show_facts(())
+
+
+class ChannelWatch(QObject):
+    """Fills the table: of the acquisition that runs, or of a live view that ends by itself after a moment.
+
+    Parameters
+    ----------
+    control, group, jobs
+        What runs, where it is shown, what computes.
+    start
+        Begins a live view, or says why not.
+    """
+
+    def __init__(self, control: RunControl, group: ChannelGroup, jobs: Jobs, start: Callable[[], None]) -> None:
+        super().__init__(group)
+        self._control, self._group, self._jobs, self._start = control, group, jobs, start
+        self._feed: Feed | None = None
+        self._own = self._busy = False
+        self._looks = 0
+        self._timer = QTimer(self, interval=_LOOK_MS)
+        self._timer.timeout.connect(self._look)
+        control.feed_changed.connect(self._feed_changed)
+        control.state_changed.connect(self._state_changed)
+
+    def read(self) -> None:
+        """Read a moment from the source chosen; nothing is recorded."""
+        if self._control.state.running:
+            return
+        self._own = True
+        self._group.words.setText("Reading …")
+        self._start()
+        # refused before anything ran
+        self._state_changed()
+
+    def _feed_changed(self, feed: Feed | None) -> None:
+        last, self._feed = self._feed, feed
+        if feed is not None:
+            self._looks = 0
+            self._timer.start()
+            return
+        self._timer.stop()
+        if last is not None:
+            # a short file ends before the moment does
+            self._take(last, over=True)
+
+    def _state_changed(self) -> None:
+        running = self._control.state.running
+        self._group.read.setEnabled(not running)
+        if not running and self._own:
+            self._own = False
+            self._group.words.setText("Nothing could be read: see the message above.")
+
+    def _look(self) -> None:
+        feed = self._feed
+        if feed is None or feed.ring is None:
+            return
+        if self._own and self._control.state is AppState.LIVE and feed.ring.latest >= feed.samples(MOMENT_S):
+            self._control.stop()
+        self._looks += 1
+        if not self._own and self._looks % _EVERY == 0 and self._group.isVisible():
+            self._take(feed)
+
+    def _take(self, feed: Feed, *, over: bool = False) -> None:
+        digitisation = feed.acquisition.digitisation
+        if feed.ring is None or digitisation is None or (self._busy and not over):
+            return
+        own, self._own = self._own and over, self._own and not over
+        seconds = min(feed.ring.latest, feed.samples(MOMENT_S)) / feed.rate_hz
+        at = f"{datetime.now().astimezone():%H:%M:%S}"
+        words = f"A moment read at {at}: the last {seconds:.2f} s, nothing recorded." if own else f"As at {at}."
+
+        def show(facts: tuple[ChannelFacts, ...]) -> None:
+            self._busy = False
+            self._group.show_facts(facts)
+            self._group.words.setText(words if facts else "No samples came.")
+
+        def failed(error: BaseException) -> None:
+            self._busy = False
+            self._jobs.show_error(error)
+
+        self._busy = True
+        work = partial(channel_facts, feed.ring, digitisation, feed.samples(MOMENT_S))
+        self._jobs.start("the levels of the channels", work, show, failed)

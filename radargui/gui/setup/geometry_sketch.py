@@ -1,0 +1,246 @@
+"""The drawing of the setup, from the side and from above, to scale; follows the typing and shows what is edited."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from radargui.geometry.path_length import place_antennas
+from radargui.gui.layout import follow
+from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.theme import Theme
+from radargui.model.arrays import FloatArray
+from radargui.model.scattering import received_direction, transmitted_direction
+from radargui.model.setup import Setup
+
+HALF_FIELD_M = 0.15
+"""The field of view, 30 x 30 x 30 cm round the origin (DESIGN: the physics in one page)."""
+_STROKE_M = 0.09
+"""Half of a polarisation's stroke: long enough to show its direction at a third of a panel's width."""
+_HEIGHT, _LEAST, _EDGE_PX, _DOT_PX = 236, 110, 16, 4.0
+_VIEWS = (("Side", "x", "z", (0, 2)), ("Top", "x", "y", (0, 1)))
+_BARS_MM = (50, 100, 200, 500, 1000, 2000, 5000, 10_000)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnPlace:
+    """One place of the drawing.
+
+    Attributes
+    ----------
+    keys
+        What its keys in the setup begin with: of the field that has the keys it is highlighted.
+    name, role
+        Beside it; role of the theme's colours.
+    place_m
+        Shape (3,).
+    field
+        Direction of its electric field, shape (3,); None: not given.
+    """
+
+    keys: str
+    name: str
+    role: str
+    place_m: FloatArray
+    field: FloatArray | None = None
+
+    @property
+    def words(self) -> str:
+        """Where it is, in words."""
+        x, y, z = 1e3 * self.place_m
+        return f"{self.name}: x {x:.0f}, y {y:.0f}, z {z:.0f} mm"
+
+
+def places_of(setup: Setup) -> tuple[DrawnPlace, ...]:
+    """Return transmitter, receivers and release of a setup."""
+    antennas, sent = place_antennas(setup), setup.transmitter.polarization_deg
+    # without the transmitter's direction no receiver has one
+    got = () if sent is None else setup.received_fields()
+    fields = [received_direction(one.angle_deg, one.horizontal, one.vertical) for one in got]
+    return (
+        DrawnPlace(
+            "transmitter",
+            "Tx",
+            "text",
+            antennas.transmitter_m,
+            None if sent is None else transmitted_direction(sent),
+        ),
+        *(
+            DrawnPlace(f"receiver[{n}]", f"Rx {n}", f"receivers.{n - 1}", place, fields[n - 1] if fields else None)
+            for n, place in enumerate(antennas.receivers_m, 1)
+        ),
+        DrawnPlace("tracer", "Release", "text", np.array(setup.tracer.release_position_m)),
+    )
+
+
+class GeometrySketch(QWidget):
+    """Antennas, release, floor and field of view; polarisations are strokes.
+
+    Attributes
+    ----------
+    places
+        What is drawn.
+    edited
+        Key of the field in which the operator is.
+    """
+
+    def __init__(self, model: SetupModel, theme: Theme) -> None:
+        super().__init__()
+        self._model, self._theme, self.edited = model, theme, ""
+        self.places: tuple[DrawnPlace, ...] = ()
+        self.floor_m: float | None = None
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumHeight(_LEAST)
+        self.setMaximumHeight(_HEIGHT)
+        self.setAccessibleName("Drawing of the setup, from the side and from above")
+        theme.application.focusChanged.connect(self._focus_moved)
+        theme.changed.connect(self.update)
+        follow(model.changed, self.refresh)
+
+    def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
+        """Return room for two views beside each other."""
+        return QSize(300, _HEIGHT)
+
+    def refresh(self) -> None:
+        """Take over the setup as it was right last."""
+        self.places, self.floor_m = places_of(self._model.setup), self._model.setup.floor.height_m
+        floor = "from the impacts" if self.floor_m is None else f"z {1e3 * self.floor_m:.0f} mm"
+        words = "\n".join((*(one.words for one in self.places), f"Floor: {floor}"))
+        self.setAccessibleDescription(words)
+        self.setToolTip(
+            "The setup to scale. Dashed: the field of view, 30 x 30 x 30 cm round the origin; stroke: polarisation, "
+            f"as far as it lies in the drawing.\n{words}"
+        )
+        self.update()
+
+    def is_edited(self, keys: str) -> bool:
+        """Return whether the operator is in a field of what these keys belong to."""
+        return self.edited == keys or self.edited.startswith(f"{keys}.")
+
+    def _focus_moved(self, _old: QWidget | None, now: QWidget | None) -> None:
+        # elsewhere nothing is edited; while a menu or another window is up the last one stays
+        if now is not None:
+            self.edited = now.objectName() if now.window() is self.window() else ""
+            self.update()
+
+    def scale(self) -> float:
+        """Return pixels a metre, the same in both views."""
+        width, height = 0.5 * self.width() - 2.0 * _EDGE_PX, self.height() - 3.0 * _EDGE_PX
+        spans = [np.ptp(self._reach(axes), axis=1).tolist() for *_, axes in _VIEWS]
+        return float(min(min(width / across, height / up) for across, up in spans))
+
+    def at(self, view: int, place_m: FloatArray) -> QPointF:
+        """Return where a place is drawn in view 0 (from the side) or 1 (from above)."""
+        axes = _VIEWS[view][3]
+        low, high = self._reach(axes).T
+        across, up = self.scale() * (place_m[list(axes)] - 0.5 * (low + high))
+        return QPointF((0.25 + 0.5 * view) * self.width() + across, 0.5 * self.height() + 0.5 * _EDGE_PX - up)
+
+    def _reach(self, axes: tuple[int, int]) -> FloatArray:
+        """Return the ends of a view in metres, shape (2, 2)."""
+        corners = [HALF_FIELD_M * np.array([s, s, s]) for s in (-1.0, 1.0)]
+        floor = [] if self.floor_m is None else [np.array([0.0, 0.0, self.floor_m])]
+        every = np.array([*(one.place_m for one in self.places), *corners, *floor])[:, list(axes)]
+        return np.stack([every.min(axis=0), every.max(axis=0)], axis=1)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw both views and the scale."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setOpacity(1.0 if self._model.valid else 0.5)
+        for view in range(len(_VIEWS)):
+            self._draw(painter, view)
+        self._bar(painter)
+        painter.end()
+
+    def _draw(self, painter: QPainter, view: int) -> None:
+        title, across, up, axes = _VIEWS[view]
+        colours, line = self._theme.colours, self.fontMetrics().height()
+        painter.setPen(QColor(colours.text))
+        left = 0.5 * view * self.width()
+        painter.drawText(QPointF(left + 2, line - 3), f"{title}: {across} → , {up} ↑")
+        faint, centre = QPen(QColor(colours.faint), 1.0), np.zeros(3)
+        dashed = QPen(faint)
+        dashed.setStyle(Qt.PenStyle.DashLine)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(dashed)
+        half = np.zeros(3)
+        half[list(axes)] = HALF_FIELD_M
+        painter.drawRect(QRectF(self.at(view, -half), self.at(view, half)).normalized())
+        if self.floor_m is not None and axes[1] == 2:
+            height = self.at(view, np.array([0.0, 0.0, self.floor_m])).y()
+            bold = self.is_edited("floor")
+            painter.setPen(QPen(QColor(colours.text if bold else colours.faint), 3.0 if bold else 1.5))
+            painter.drawLine(QPointF(left + 0.08 * self.width(), height), QPointF(left + 0.42 * self.width(), height))
+            painter.drawText(QPointF(left + 0.08 * self.width(), height + line - 2.0), "Floor")
+        painter.setPen(faint)
+        for end in (QPointF(5, 0), QPointF(0, 5)):
+            painter.drawLine(self.at(view, centre) - end, self.at(view, centre) + end)
+        painter.setPen(QPen(QColor(colours.line), 1.0))
+        for one in self.places[:-1]:
+            painter.drawLine(self.at(view, one.place_m), self.at(view, centre))
+        # no name upon a mark or a stroke, whichever is drawn first
+        edge = (-_DOT_PX, -_DOT_PX, _DOT_PX, _DOT_PX)
+        taken = [QRectF(*self._ends(view, one)).normalized().adjusted(*edge) for one in self.places]
+        for one in self.places:
+            self._place(painter, view, one, taken)
+
+    def _ends(self, view: int, one: DrawnPlace) -> tuple[QPointF, QPointF]:
+        """Return the ends of a place's stroke; where it has none, the place twice."""
+        half = _STROKE_M * (np.zeros(3) if one.field is None else one.field)
+        return self.at(view, one.place_m - half), self.at(view, one.place_m + half)
+
+    def _place(self, painter: QPainter, view: int, one: DrawnPlace, taken: list[QRectF]) -> None:
+        colour, where = QColor(self._theme.colours.role(one.role)), self.at(view, one.place_m)
+        edited = self.is_edited(one.keys)
+        size = _DOT_PX * (1.3 if edited else 1.0)
+        away = 2.4 * size
+        if one.field is not None:
+            left, right = self._ends(view, one)
+            painter.setPen(QPen(colour, 2.5))
+            painter.drawLine(left, right)
+            away = max(away, 0.5 * max(abs(right.x() - left.x()), abs(right.y() - left.y())) + _DOT_PX)
+        painter.setPen(QPen(colour, 1.5))
+        painter.setBrush(colour)
+        if one.keys == "tracer":
+            painter.drawEllipse(where, 0.8 * size, 0.8 * size)
+        elif one.keys == "transmitter":
+            tips = (QPointF(-size, -size), QPointF(size, -size), QPointF(0, size))
+            painter.drawPolygon(QPolygonF([where + tip for tip in tips]))
+        else:
+            painter.drawRect(QRectF(where.x() - size, where.y() - size, 2 * size, 2 * size))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        if edited:
+            painter.setPen(QPen(colour, 2.0))
+            painter.drawEllipse(where, 2.4 * size, 2.4 * size)
+        font = self.font()
+        font.setBold(edited)
+        painter.setFont(font)
+        metrics = painter.fontMetrics()
+        wide, high = metrics.horizontalAdvance(one.name) + 2.0, float(metrics.height())
+        room = QRectF(self.rect())
+        # beside it where there is room and no other name stands
+        away += 2.0
+        for shift in (
+            *((away, -0.5 * high), (-away - wide, -0.5 * high), (-0.5 * wide, away), (-0.5 * wide, -away - high)),
+            *((away, -1.4 * high), (away, 0.4 * high)),
+        ):
+            box = QRectF(where.x() + shift[0], where.y() + shift[1], wide, high)
+            if room.contains(box) and not any(box.intersects(other) for other in taken):
+                break
+        taken.append(box)
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, one.name)
+        painter.setFont(self.font())
+
+    def _bar(self, painter: QPainter) -> None:
+        """Draw how long so many millimetres are."""
+        per_mm = 1e-3 * self.scale()
+        length = next((mm for mm in _BARS_MM if mm * per_mm > 30.0), _BARS_MM[-1])
+        right, foot = self.width() - 4.0, self.height() - 4.0
+        painter.setPen(QPen(QColor(self._theme.colours.text), 1.5))
+        painter.drawLine(QPointF(right - length * per_mm, foot), QPointF(right, foot))
+        words = f"{length} mm"
+        wide = self.fontMetrics().horizontalAdvance(words)
+        painter.drawText(QPointF(right - length * per_mm - wide - 6.0, foot + 1.0), words)

@@ -1,0 +1,206 @@
+"""The map of the position uncertainty to expect over the field of view, computed beside the drawing thread."""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, QTimer
+from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QShowEvent
+from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QSizePolicy, QWidget
+
+from radargui.gui.background import Jobs
+from radargui.gui.layout import Group, PlainLabel, fill
+from radargui.gui.plots.plot import Plot
+from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
+from radargui.gui.setup.setup_model import SetupModel
+from radargui.gui.theme import Theme
+from radargui.model.arrays import FloatArray
+from radargui.model.setup import Setup
+from radargui.processing.expected_uncertainty import expected_uncertainty
+
+POINTS = 25
+"""Along each edge: a place every 12.5 mm, between which u changes by a twentieth."""
+_CALM_MS = 150
+"""After the last key: longer than from key to key, shorter than a look from the field to the map."""
+_COLOURS = "cividis"
+"""Made for colour-blind eyes: lightness alone tells the order."""
+_PLANES = (("x [mm]", "z [mm]", (0, 2), "y = 0"), ("x [mm]", "y [mm]", (0, 1), "z = 0"))
+_SNR_TIP = (
+    "Signal-to-noise ratio of one sample at the release [dB], 10 log10(A² / (2 σ²)), as in the tables of a run; until "
+    "it is typed that of the simulated source"
+)
+_ABOUT = (
+    "Standard uncertainty of one coordinate of a place [mm], root mean square over x, y and z: noise of one sample, "
+    "antennas, release, wave and sphere by the setup's u_ values. Walls and what a correction leaves are not in it."
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UncertaintyMap:
+    """Two planes through the field of view.
+
+    Attributes
+    ----------
+    planes_mm
+        Root mean square of u over x, y and z, shape (2, n, n): from the side (x, z) and from above (x, y).
+    release_mm, largest_share
+        At the release, and what it comes from most.
+    """
+
+    planes_mm: FloatArray
+    release_mm: float
+    largest_share: str
+
+
+def map_of(setup: Setup, snr_db: float) -> UncertaintyMap | None:
+    """Return the map of a setup; None where fewer than three receivers tell no place."""
+    edge = np.linspace(-HALF_FIELD_M, HALF_FIELD_M, POINTS)
+    first, second = (one.ravel() for one in np.meshgrid(edge, edge, indexing="ij"))
+    zero = np.zeros(first.size)
+    release = np.array(setup.tracer.release_position_m)[:, None]
+    # two places to tell the release's own budget: one alone has no spacing
+    at_release = expected_uncertainty(np.repeat(release, 2, axis=1), setup, snr_db)
+    places = np.concatenate([np.stack([first, zero, second]), np.stack([first, second, zero])], axis=1)
+    found = expected_uncertainty(places, setup, snr_db)
+    if found is None or at_release is None:
+        return None
+    u_mm = 1e3 * np.sqrt((found[0] ** 2).mean(axis=0)).reshape(2, POINTS, POINTS)
+    line = at_release[1].position_m
+    shares = {"noise": line.statistical, "antennas, release and wave": line.calibration, "the sphere": line.sphere}
+    return UncertaintyMap(u_mm, 1e3 * (line.combined or np.nan), max(shares, key=lambda one: shares[one] or 0.0))
+
+
+class Scale(QWidget):
+    """From which to which value the colours go."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ends = ("", "")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setFixedHeight(self.fontMetrics().height() + 4)
+        self.setToolTip("Colours of the map, from the smallest to the largest standard uncertainty in it [mm]")
+
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the colours between two values."""
+        painter, metrics = QPainter(self), self.fontMetrics()
+        left, right = (metrics.horizontalAdvance(end) + 6.0 for end in self.ends)
+        bar = QRectF(left, 3.0, self.width() - left - right, self.height() - 6.0)
+        gradient = QLinearGradient(bar.topLeft(), bar.topRight())
+        for stop in np.linspace(0.0, 1.0, 16):
+            gradient.setColorAt(float(stop), pg.colormap.get(_COLOURS).map(float(stop), mode="qcolor"))
+        painter.fillRect(bar, gradient)
+        painter.setPen(QColor(self.palette().windowText().color()))
+        foot = self.height() - metrics.descent() - 2.0
+        painter.drawText(QPointF(2.0, foot), self.ends[0])
+        painter.drawText(QPointF(self.width() - right + 4.0, foot), self.ends[1])
+        painter.end()
+
+
+class UncertaintyMapView(Group):
+    """The map as the setup is now; nothing is computed while nobody looks at it.
+
+    Attributes
+    ----------
+    shown
+        The map that is drawn; None: none can be, or none yet.
+    """
+
+    def __init__(self, model: SetupModel, jobs: Jobs, theme: Theme) -> None:
+        super().__init__("Position uncertainty to expect")
+        self._model, self._jobs = model, jobs
+        self.shown: UncertaintyMap | None = None
+        self._wanted: object = None
+        self._of: tuple[Setup, float] | None = None
+        self.snr = QDoubleSpinBox(minimum=0.0, maximum=120.0, decimals=0, suffix=" dB")
+        self.snr.setObjectName("map.snr")
+        self._own_snr = False
+        self.snr.setValue(model.setup.simulation.snr_db)
+        self.row("SNR", self.snr, _SNR_TIP)
+        self.plots: list[Plot] = []
+        self._images: list[pg.ImageItem] = []
+        for bottom, left, _, plane in _PLANES:
+            plot = Plot(theme, bottom, left, equal=True)
+            plot.write_inside(plane)
+            plot.setFixedHeight(176)
+            plot.setToolTip(_ABOUT)
+            plot.hideButtons()
+            image = pg.ImageItem(colorMap=pg.colormap.get(_COLOURS))
+            image.setRect(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])))
+            image.setZValue(-10)
+            plot.addItem(image)
+            plot.scene().sigMouseMoved.connect(partial(self._read, plot, len(self.plots)))
+            self.plots.append(plot)
+            self._images.append(image)
+        self.scale, self.words, self.here = Scale(), PlainLabel(), PlainLabel()
+        both = QWidget()
+        fill(QHBoxLayout(both), *((plot, 1) for plot in self.plots))
+        for part in (both, self.scale, self.words, self.here):
+            self.whole(part)
+        self._soon = QTimer(self, singleShot=True, interval=_CALM_MS)
+        self._soon.timeout.connect(self._begin)
+        model.changed.connect(self._changed)
+        self.snr.valueChanged.connect(self._snr_changed)
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        """Compute what changed while nobody looked."""
+        super().showEvent(event)
+        self._changed()
+
+    def _snr_changed(self) -> None:
+        self._own_snr = True
+        self._changed()
+
+    def _changed(self) -> None:
+        if not self._own_snr:
+            with QSignalBlocker(self.snr):
+                self.snr.setValue(self._model.setup.simulation.snr_db)
+        if self.isVisible() and self._model.valid and self._of != (self._model.setup, self.snr.value()):
+            self._soon.start()
+
+    def _begin(self) -> None:
+        self._of = asked = (self._model.setup, self.snr.value())
+        self._wanted = asked
+        self._jobs.start(
+            "the map of the uncertainty",
+            partial(map_of, *asked),
+            self.show_map,
+            lambda error: self._say(f"No map: {error}"),
+            lambda: self._wanted is asked,
+        )
+
+    def show_map(self, found: UncertaintyMap | None) -> None:
+        """Draw a map; None: no place can be told."""
+        self.shown = found
+        known = np.empty(0) if found is None else found.planes_mm[np.isfinite(found.planes_mm)]
+        parts: tuple[QWidget, ...] = (*self.plots, self.scale)
+        for part in parts:
+            part.setVisible(bool(known.size))
+        if found is None or not known.size:
+            self._say("No position can be told: it needs three receivers that are not in one line of sight.")
+            return
+        low, high = float(known.min()), float(known.max())
+        for plot, image, plane in zip(self.plots, self._images, found.planes_mm, strict=True):
+            # row by column: the first axis is x, to the right
+            image.setImage(plane.T, levels=(low, max(high, 1.000001 * low)), axisOrder="row-major")
+            image.setRect(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])))
+            plot.setRange(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])), padding=0.02)
+        self.scale.ends = (f"{low:.2f} mm", f"{high:.2f} mm")
+        self.scale.update()
+        self._say(f"±{found.release_mm:.2f} mm a coordinate at the release, most of it from {found.largest_share}.")
+
+    def _say(self, words: str) -> None:
+        self.words.setText(words)
+        self.here.setText("Point at the map to read it." if self.shown is not None else "")
+
+    def _read(self, plot: Plot, number: int, where: QPointF) -> None:
+        """Say what the map has under the pointer."""
+        if self.shown is None:
+            return
+        at = plot.getPlotItem().vb.mapSceneToView(where)
+        step = 2e3 * HALF_FIELD_M / (POINTS - 1)
+        column, row = (round((value + 1e3 * HALF_FIELD_M) / step) for value in (at.x(), at.y()))
+        if 0 <= column < POINTS and 0 <= row < POINTS:
+            up = "zy"[number]
+            u_mm = self.shown.planes_mm[number, column, row]
+            self.here.setText(f"x {at.x():.0f} mm, {up} {at.y():.0f} mm: ±{u_mm:.2f} mm a coordinate")

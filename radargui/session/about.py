@@ -1,0 +1,77 @@
+"""What a bug report needs: versions, driver, OpenGL, paths; `radargui info` prints it, the window copies it."""
+
+import os
+import platform
+import sys
+from ctypes.util import find_library
+from datetime import datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import platformdirs
+
+from radargui import __version__
+from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
+from radargui.model.errors import RadarGuiError
+from radargui.model.resources import default_setup_path, log_path
+from radargui.model.setup import Setup
+from radargui.session.info import default_data_folder
+
+PACKAGES = ("numpy", "scipy", "h5py", "matplotlib", "nidaqmx", "PySide6-Essentials", "pyqtgraph", "PyOpenGL")
+_GL_NAMES = {"win32": ("opengl32",), "darwin": ("OpenGL",)}
+
+
+def about_lines(setup: Setup) -> tuple[str, ...]:
+    """Return one fact a line, of the program, this computer and the calibration that a setup refers to."""
+    said = (calibration_words(setup), too_old(setup, datetime.now().astimezone()), edited_since(setup))
+    facts = {
+        "RadarGUI": __version__,
+        "Python": f"{platform.python_version()} ({sys.executable})",
+        "system": platform.platform(),
+        **{name: _version(name) for name in PACKAGES},
+        "NI-DAQmx driver": _driver(),
+        "OpenGL library": _opengl(),
+        "display": _display(),
+        "program": str(Path(__file__).resolve().parent.parent),
+        "default setup": str(default_setup_path()),
+        "calibration": "; ".join(filter(None, said)) or "none",
+        "data folder": str(default_data_folder()),
+        "window's settings": str(_settings()),
+        "log file": str(log_path()),
+    }
+    width = max(map(len, facts))
+    return tuple(f"{name:{width}}  {fact}" for name, fact in facts.items())
+
+
+def _settings() -> Path:
+    """Return where Qt keeps the window's settings."""
+    return platformdirs.user_config_path("RadarGUI", appauthor=False, roaming=True) / "RadarGUI.ini"
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _driver() -> str:
+    from radargui.sources.ni.discovery import driver_version
+
+    try:
+        return driver_version() or "not installed on this computer"
+    except RadarGuiError as error:
+        return f"not usable: {error}"
+
+
+def _opengl() -> str:
+    names = _GL_NAMES.get(sys.platform, ("GL", "EGL"))
+    found = [library for library in map(find_library, names) if library]
+    return ", ".join(found) if found else "none found: the track is drawn as projections"
+
+
+def _display() -> str:
+    if not sys.platform.startswith("linux"):
+        return platform.system()
+    found = [f"{name}={os.environ[name]}" for name in ("DISPLAY", "WAYLAND_DISPLAY") if os.environ.get(name)]
+    return ", ".join(found) if found else "none: only headless commands work here"

@@ -1,0 +1,170 @@
+"""The hardware panel: what each channel shows, a moment that is read for it, and the rate against the device's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from support.changed import changed
+from support.ni_server import ByHand, serve
+from support.small_setups import quick_setup
+
+from radargui.conditioning.noise import white_noise_v
+from radargui.gui.control.state import AppState
+from radargui.gui.main_window import MainWindow
+from radargui.model.setup import write_setup
+from radargui.sources.factory import make_source
+from radargui.sources.ni.discovery import NiDevice
+from radargui.sources.simulated import simulate_recording
+
+
+def read(window: MainWindow, wait_for: Any) -> Any:
+    words = window.hardware.channels.words
+    window.actions_.moment.trigger()
+    wait_for(lambda: not window.control.state.running and words.text() != "Reading …" and not window.jobs.running)
+    return window.hardware.channels.rows_.entries
+
+
+def cells(window: MainWindow, row: int) -> list[str]:
+    model = window.hardware.channels.rows_
+    return [str(model.data(model.index(row, column))) for column in range(model.columnCount())]
+
+
+def test_a_moment_of_the_simulated_source_fills_the_table_and_records_nothing(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    assert cells(window, 3)[:2] == ["Rx 2 Q", "ai3"]
+    assert cells(window, 3)[2:] == ["–"] * 4
+    entries = read(window, wait_for)
+    assert window.control.state is AppState.IDLE
+    assert window.control.session is None
+    assert not list(tmp_path.rglob("*.h5"))
+    assert "nothing recorded" in window.hardware.channels.words.text()
+    setup = window.setup_model.setup
+    sigma_v = 0.5**0.5 * 10.0 ** (-setup.simulation.snr_db / 20.0) * setup.simulation.amplitude_v
+    for one in entries:
+        # of some ten thousand samples: known to a hundredth
+        assert one.shows.noise_v == pytest.approx(sigma_v, rel=0.05)
+        assert 0.8 < one.shows.level.peak_v < 1.6
+        assert one.clips == "no"
+    assert "%" in cells(window, 0)[2]
+
+
+def test_a_file_that_is_shorter_than_a_moment_is_read_whole(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
+    volts = np.random.default_rng(3).normal(0.0, 0.01, (6, 600)) + np.arange(6)[:, None]
+    table = np.column_stack([np.arange(600) / 1000.0, volts.T])
+    path = tmp_path / "short.csv"
+    np.savetxt(path, table, delimiter=",", header="time_s,I1,Q1,I2,Q2,I3,Q3", comments="", fmt="%.9f")
+    window.hardware.choose("replay")
+    window.hardware.replay.choose(path)
+    entries = read(window, wait_for)
+    assert "the last 0.60 s" in window.hardware.channels.words.text()
+    # the rule of the corrections, and no other
+    assert [one.shows.noise_v for one in entries] == pytest.approx(white_noise_v(volts).tolist(), rel=1e-5)
+    assert [one.shows.offset_v for one in entries] == pytest.approx(volts.mean(axis=1).tolist(), abs=1e-6)
+
+
+def test_a_moment_that_cannot_be_read_says_so(window: MainWindow, wait_for: Any) -> None:
+    window.hardware.choose("replay")
+    window.actions_.moment.trigger()
+    assert "No file to replay is chosen" in window.board.notices[0].text
+    assert not window.control.state.running
+    assert "Nothing could be read" in window.hardware.channels.words.text()
+
+
+def test_a_moment_of_a_device_is_read_through_its_own_client(
+    make_window: Any, tmp_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("radargui.sources.ni.source.EMPTY_READS", 1000)
+    still = changed(
+        quick_setup(),
+        daq={"rate_hz": 20e6 / 2000, "channel_skew_s": 0.0},
+        simulation={"scene": "rest", "rest_s": 2.0, "settle_s": 0.0},
+    )
+    recording, _ = simulate_recording(still)
+    pace = ByHand()
+    with serve(recording, pace=pace) as server:
+        # the moment waits for no edge
+        setup = changed(still, daq={"remote": server.address, "start": "digital", "start_source": "PFI1"})
+        write_setup(setup, tmp_path / "lab.toml")
+        window = make_window(tmp_path / "lab.toml", source_maker=make_source)
+        window.hardware.choose("ni")
+        window.actions_.moment.trigger()
+        wait_for(lambda: window.control.state is AppState.LIVE)
+        assert not window.hardware.channels.read.isEnabled()
+
+        def begun() -> bool:
+            # live is what is open: whether samples are taken already nobody says
+            pace.advance(50)
+            feed = window.control.feed
+            return feed is not None and feed.ring is not None and feed.ring.latest > 0
+
+        wait_for(begun)
+        pace.advance(10_000)
+        wait_for(lambda: not window.control.state.running and not window.jobs.running)
+        assert not server.tasks
+        entries = window.hardware.channels.rows_.entries
+        # at rest any second is like the other, to the drift of the mixers
+        volts = recording.volts()
+        assert [one.shows.offset_v for one in entries] == pytest.approx(volts.mean(axis=1).tolist(), abs=0.03)
+        window.hardware.ni.button.click()
+        wait_for(window.hardware.ni.button.isEnabled)
+        assert "multiplexed" in window.hardware.rates.words.text()
+
+
+def test_the_table_is_kept_up_to_date_while_samples_come_in_and_says_what_clips(
+    window: MainWindow, wait_for: Any
+) -> None:
+    window.setup_model.assign("daq.range_v", 0.5)
+    window.actions_.start.trigger()
+    table, model = window.hardware.channels.table, window.hardware.channels.rows_
+    wait_for(lambda: cells(window, 0)[-1] == "CLIPS")
+    assert table.isEnabled()
+    assert not window.hardware.source.isEnabled()
+    colour = model.data(model.index(0, 5), Qt.ItemDataRole.ForegroundRole)
+    assert colour.name() == window.theme.colours.alarm
+    assert "(100%)" in cells(window, 0)[2]
+    window.actions_.stop.trigger()
+    wait_for(lambda: not window.control.state.running)
+
+
+DEVICE = NiDevice("Dev1", "DAQPad-6015", max_rate_single_hz=200e3, max_rate_multi_hz=200e3)
+
+
+def test_the_rate_of_all_channels_is_held_against_the_device_before_start(window: MainWindow) -> None:
+    window.setup_model.assign("daq.rate_hz", 33333.0)
+    rates = window.hardware.rates
+    assert not rates.isVisibleTo(window.hardware)
+    window.hardware.choose("ni")
+    assert rates.isVisibleTo(window.hardware)
+    assert "Find devices" in rates.words.text()
+    assert not rates.bar.isVisibleTo(rates)
+    window.hardware.ni._show([DEVICE])
+    assert rates.words.text().startswith(
+        "6 channels x 33.3 kS/s = 200 kS/s of 200 kS/s (Dev1 (DAQPad-6015), multiplexed"
+    )
+    assert rates.bar.value() == 1000
+    assert not rates.wrong.isVisibleTo(rates)
+    window.setup_model.assign("daq.rate_hz", 20000.0)
+    assert rates.bar.value() == 600
+    window.setup_model.assign("daq.rate_hz", 50000.0)
+    assert "is not fast enough" in rates.wrong.text()
+    asked: list[object] = []
+    window.control._make = lambda *args, **options: asked.append(args)
+    for action in (window.actions_.start, window.actions_.record, window.actions_.moment):
+        window.board.clear()
+        action.trigger()
+        assert [notice.text for notice in window.board.notices] == [rates.fault]
+        assert not window.control.state.running
+    assert not asked
+    window.hardware.ni._show([NiDevice("Dev1", "USB-6356", max_rate_multi_hz=1.25e6, simultaneous=True)])
+    assert not rates.fault
+    assert "6 channels at 50 kS/s of 1.25 MS/s each" in rates.words.text()
+    assert "simultaneous" in rates.words.text()
+    assert rates.bar.value() == 40
+    # a device of that name elsewhere is another one
+    window.setup_model.assign("daq.remote", "lab:31763")
+    assert "Find devices" in rates.words.text()

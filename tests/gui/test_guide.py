@@ -1,0 +1,124 @@
+"""The first steps tick themselves off as things happen, and empty plots say what to do next."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QLabel
+
+from radargui.gui.control.state import AppState
+from radargui.gui.guide.empty_plots import is_empty
+from radargui.gui.main_window import MainWindow
+from radargui.gui.plots.plot import Plot
+
+
+def done(window: MainWindow) -> list[str]:
+    return [name for name, step in window.guide.steps.items() if step.done]
+
+
+def upcoming(window: MainWindow) -> list[str]:
+    return [name for name, step in window.guide.steps.items() if step.words.isVisible()]
+
+
+def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wait_for: Any) -> None:
+    guide = window.guide
+    window.actions_.guide.trigger()
+    assert guide.isVisible()
+    assert not guide.isModal()
+    assert (done(window), upcoming(window)) == ([], ["source"])
+    # what only could have happened is not ticked off
+    window.hardware.choose("simulated")
+    assert done(window) == []
+    window.hardware.source.activated.emit(0)
+    assert (done(window), upcoming(window)) == (["source"], ["antennas"])
+    guide.steps["antennas"].go.click()
+    wait_for(lambda: "antennas" in done(window))
+    assert window.antennas.isVisible()
+    window.actions_.start.trigger()
+    wait_for(lambda: "monitor" in done(window))
+    assert upcoming(window) == ["arm"]
+    window.actions_.record.trigger()
+    wait_for(lambda: "arm" in done(window))
+    wait_for(lambda: "drop" in done(window))
+    assert "read" not in done(window)
+    assert not guide.end.isVisible()
+    wait_for(lambda: window.control.state is AppState.DONE)
+    assert done(window) == list(guide.steps)
+    assert upcoming(window) == []
+    assert guide.end.isVisible()
+    assert guide.steps["read"].title.accessibleName() == "6. Read e, done"
+    # called again it begins anew
+    window.actions_.guide.trigger()
+    assert done(window) == []
+
+
+def test_who_has_the_panel_before_him_looks_at_it(window: MainWindow) -> None:
+    window.panels.go_to("antennas")
+    window.actions_.guide.trigger()
+    assert (done(window), upcoming(window)) == ([], ["source"])
+    window.hardware.source.activated.emit(0)
+    assert (done(window), upcoming(window)) == (["source", "antennas"], ["monitor"])
+
+
+def test_nothing_counts_while_nobody_looks_and_esc_puts_it_away(window: MainWindow, wait_for: Any, qtbot: Any) -> None:
+    window.hardware.source.activated.emit(0)
+    assert done(window) == []
+    window.actions_.guide.trigger()
+    qtbot.keyClick(window.guide, Qt.Key.Key_Escape)
+    assert not window.guide.isVisible()
+
+
+def test_it_is_shown_at_the_very_first_start_only(make_window: Any, setup_path: Any, wait_for: Any) -> None:
+    first = make_window(setup_path)
+    first.guide.show_at_first()
+    assert first.guide.isVisible()
+    first.close()
+    wait_for(first.isHidden)
+    again = make_window(None)
+    again.guide.show_at_first()
+    assert not again.guide.isVisible()
+
+
+def test_who_used_the_program_before_is_not_guided(make_window: Any, setup_path: Any, settings_path: Any) -> None:
+    window = make_window(setup_path)
+    window.settings.put("geometry", window.saveGeometry())
+    window.guide.show_at_first()
+    assert not window.guide.isVisible()
+
+
+def said(window: MainWindow, name: str) -> str:
+    window.panels.go_to(name)
+    QApplication.processEvents()
+    window.empty.refresh()
+    label = window.empty.labels.get(name)
+    return label.text() if label is not None else ""
+
+
+@pytest.mark.parametrize("size", [(1366, 720), (944, 500)])
+def test_an_empty_plot_says_what_to_do_within_its_axes(window: MainWindow, size: tuple[int, int]) -> None:
+    window.resize(*size)
+    window.actions_.reset_layout.trigger()
+    QApplication.processEvents()
+    for name, words in (("scopes", "Press Start"), ("planes", "Press Start"), ("track", "click a run")):
+        assert words in said(window, name), name
+        label = window.empty.labels[name]
+        plot = label.parentWidget()
+        assert isinstance(plot, Plot)
+        assert plot.getPlotItem().vb.sceneBoundingRect().toRect().contains(label.geometry()), (name, label.geometry())
+        needed = QLabel().fontMetrics().boundingRect(label.rect(), Qt.TextFlag.TextWordWrap, label.text())
+        assert needed.height() <= label.height(), name
+    assert all(is_empty(plot) for plot in window.scopes.scopes)
+
+
+def test_a_plot_with_data_says_nothing(window: MainWindow, wait_for: Any) -> None:
+    assert said(window, "scopes")
+    window.actions_.start.trigger()
+    wait_for(lambda: not is_empty(window.scopes.scopes[0]))
+    for name in ("scopes", "planes"):
+        window.panels.go_to(name)
+        # no `processEvents` here: where pictures take longer than their interval it never returns
+        wait_for(lambda name=name: name not in window.empty.labels)
+    window.actions_.stop.trigger()
+    wait_for(lambda: not window.control.state.running)

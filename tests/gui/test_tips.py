@@ -1,0 +1,104 @@
+"""Nothing is unexplained: every input, button, column and plot says what it is, and in which unit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QLineEdit,
+    QPlainTextEdit,
+    QTableView,
+    QToolButton,
+    QWidget,
+)
+
+from radargui.gui.main_window import MainWindow
+from radargui.gui.plots.plot import Plot
+from radargui.gui.setup.fields import Changed
+
+INPUTS = (QAbstractButton, QLineEdit, QAbstractSpinBox, QComboBox, QPlainTextEdit, Plot)
+
+
+def tip_of(widget: QWidget) -> str:
+    """Return what Qt shows over a widget: its own tip, else that of what it stands in."""
+    one: QWidget | None = widget
+    while one is not None and not one.isWindow():
+        if one.toolTip():
+            return one.toolTip()
+        one = one.parentWidget()
+    return ""
+
+
+def is_no_input(widget: QWidget) -> bool:
+    """Return whether nobody enters anything: words, or what Qt put there by itself, as the cross that clears a line."""
+    in_line = isinstance(widget, QToolButton) and isinstance(widget.parentWidget(), QLineEdit)
+    if isinstance(widget, QPlainTextEdit) and widget.isReadOnly():
+        return True
+    own = widget.objectName().startswith(("qt_spinbox", "qt_tableview", "qt_toolbar_ext", "qt_menubar_ext", "Scroll"))
+    return own or (in_line and not isinstance(widget, Changed))
+
+
+def words_on(widget: QWidget) -> str:
+    return str(getattr(widget, "text", str)() or widget.accessibleName() or widget.objectName())
+
+
+def unexplained(root: QWidget) -> Iterator[str]:
+    """Yield what has no tip, or one that says no more than what stands on it."""
+    for widget in root.findChildren(QWidget):
+        if isinstance(widget, INPUTS) and not is_no_input(widget):
+            tip = tip_of(widget)
+            if not tip or (isinstance(widget, QAbstractButton) and tip == words_on(widget)):
+                yield f"{type(widget).__name__} {words_on(widget)!r} in {type(widget.parentWidget()).__name__}"
+    for table in root.findChildren(QTableView):
+        for column in range(table.model().columnCount()):
+            title, tip = (
+                str(table.model().headerData(column, Qt.Orientation.Horizontal, role) or "")
+                for role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
+            )
+            unit = re.search(r"\[(.+)\]", title)
+            if not tip or (unit and unit[1].partition("/")[0] not in tip):
+                yield f"column {title!r} of {table.objectName()}"
+
+
+def test_every_input_button_column_and_plot_says_what_it_is(window: MainWindow, record_one: Any) -> None:
+    does = window.actions_
+    record_one(window)
+    window.runs.table.selectRow(0)
+    for action in (does.sessions, does.wiring, does.log, does.guide, does.preview, does.calibrate):
+        action.trigger()
+    for action in (does.import_, does.export_samples, does.compare):
+        action.trigger()
+    for kind in ("simulated", "ni", "replay"):
+        window.hardware.choose(kind)
+    QApplication.processEvents()
+    assert sorted(set(unexplained(window))) == []
+    dialogs = {type(one).__name__ for one in window.findChildren(QWidget) if one.isWindow()}
+    assert {"SessionBrowser", "WiringCheck", "LogWindow", "FirstSteps", "ImportDialog", "ExportDialog"} <= dialogs
+    assert {"CalibrationDialog", "ReprocessDialog"} <= dialogs
+
+
+def test_the_tip_of_a_field_names_the_unit_of_its_words_or_has_none(window: MainWindow) -> None:
+    from radargui.gui.setup.words import _WORDS
+
+    for key, words in _WORDS.items():
+        assert words.tip or words.choices, key
+
+
+def test_the_window_has_its_icon_in_bar_and_desktop() -> None:
+    from PySide6.QtGui import QIcon
+
+    from radargui.model.resources import resources_folder
+
+    icon = QIcon(str(resources_folder() / "window" / "radargui.svg"))
+    for size in (16, 32, 256):
+        image = icon.pixmap(size).toImage()
+        assert image.width() == size
+        # no blank: the ground of the sign and the bow of the fall
+        assert len({image.pixelColor(x, size // 2).name() for x in range(size)}) >= 2

@@ -24,6 +24,7 @@ from radargui.estimation.select.wall_grid import (
 )
 from radargui.estimation.select.walls import peaks
 from radargui.estimation.solve.changed_problem import carried_places
+from radargui.estimation.solve.lobe_prior import main_lobes
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 
@@ -307,8 +308,10 @@ class _LinearisedSearch:
         total = information - was + normal + np.eye(z.size)
         self.free, self.inverse = free, np.linalg.inv(total[np.ix_(free, free)])
         self.shared_slope = (all_slope - was_slope + slope + z)[free]
+        inputs, layout = self.at.problem.inputs, self.at.problem.layout
+        lobes = main_lobes(layout, self.at.theta, inputs.planes)
         self.waves = [
-            DirectWave.of(self.at.node_m[:, 2 * n : 2 * n + 2], self.at.waves[n], self.at.problem.inputs)
+            DirectWave.of(self.at.node_m[:, 2 * n : 2 * n + 2], self.at.waves[n], inputs, lobes[[0, 1 + n]])
             for n in range(n_receivers)
         ]
         self.scattered = OverMirrors(self.at.problem, self.at.theta, self.at.place_m)

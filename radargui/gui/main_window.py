@@ -246,9 +246,7 @@ class MainWindow(QMainWindow):
             lambda _floating: QTimer.singleShot(0, self.track.renew_space_view)
         )
         does.in_space.toggled.connect(self.track.use_space_view)
-        does.in_space.triggered.connect(
-            lambda wanted: self.settings.put("track_view", "space" if wanted else "projections")
-        )
+        does.in_space.triggered.connect(lambda on: self.settings.put("track_view", "space" if on else "projections"))
 
         does.pause.toggled.connect(self.scopes.pause.setChecked)
         self.scopes.pause.toggled.connect(does.pause.setChecked)
@@ -256,7 +254,8 @@ class MainWindow(QMainWindow):
         self.session_panel.folder_changed.connect(self.sessions.begin_new)
         self.setup_model.changed.connect(self._show_setup)
 
-        self.sessions.browser.compare_asked.connect(self._compare)
+        self.sessions.browser.compare_asked.connect(lambda _sessions: self.panels.bring_up("series"))
+        self.sessions.browser.compare_asked.connect(self.series_controller.compare)
         self.sessions.setup_taken.connect(lambda: self.panels.bring_up("hardware"))
         self.recovery.recovered.connect(lambda _runs: self.sessions.reread())
         self.closing.over.connect(self.close)
@@ -281,8 +280,7 @@ class MainWindow(QMainWindow):
         self._write_title()
 
     def _show_state(self) -> None:
-        state = self.control.state
-        running = state.running
+        running = self.control.state.running
         for panel in (self.hardware, self.antennas, self.session_panel):
             panel.set_running(running)
         self._show_actions()
@@ -297,19 +295,14 @@ class MainWindow(QMainWindow):
 
     def _show_session(self) -> None:
         session = self.control.session
-        self.session_panel.show_session(
-            session.path if session else None, read_only=bool(session and session.read_only)
-        )
+        path = session.path if session else None
+        self.session_panel.show_session(path, read_only=bool(session and session.read_only))
         self.run_controller.show_session(session)
         if not self.control.state.running:
             # the last samples belong to the session before
             self.scopes.clear()
             self.planes.clear()
         self._write_title()
-
-    def _compare(self, sessions: tuple[Path, ...]) -> None:
-        self.panels.bring_up("series")
-        self.series_controller.compare(sessions)
 
     def write_mark(self) -> None:
         """Let the operator type a note of this moment."""
@@ -329,8 +322,8 @@ class MainWindow(QMainWindow):
 
     def tell_about(self) -> None:
         """Show the facts about the program."""
-        opengl = self.opengl_answer or "not tested"
-        About(facts(opengl, self.session_panel.data_folder, self.setup_model.path), self).exec()
+        opengl, folder = self.opengl_answer or "not tested", self.session_panel.data_folder
+        About(facts(opengl, folder, self.setup_model.path), self).exec()
 
     def _write_title(self) -> None:
         path, session = self.setup_model.path, self.control.session

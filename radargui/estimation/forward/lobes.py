@@ -123,6 +123,11 @@ def lobes_at(
     return Lobes(axes, q, q_rest, out, direct, factors)
 
 
+def log_strength(exponent: float, q: FloatArray) -> FloatArray:
+    """Return ln s, see `main_lobe`."""
+    return np.asarray(0.5 * np.log(np.clip(1.0 - q, 1e-3, None) ** (2.0 * exponent) + _SIDE_LOBE**2))
+
+
 def main_lobe(exponent: FloatArray, q: FloatArray) -> FloatArray:
     """Return d ln s / dq of s = |(1 - q)^exponent + j 0.1|: a main lobe on side lobes 20 dB below it."""
     square = np.clip(1.0 - q, 1e-3, None) ** (2.0 * exponent)

@@ -9,15 +9,16 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.sparse import bsr_matrix, csr_matrix, eye_array, hstack, kron, vstack
 
-from radargui.estimation.forward.lobes import LOBE_UNITS, axis_of, off_axis
+from radargui.estimation.forward.lobes import axis_of, log_strength, off_axis
 from radargui.estimation.forward.mirrors import WALL, MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_at
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins
+from radargui.estimation.solve.lobe_prior import main_lobes
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.priors import PRIORS, Prior
+from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray, IntArray, pieces
@@ -85,7 +86,6 @@ class WallSettings:
 
 
 WALLS = WallSettings()
-_LOBE = PRIORS.lobe[1] / LOBE_UNITS[1]  # ln strength over q = 1 - cos theta
 _THIN = 8  # bins, a third of a fringe: what the sphere scatters over a wall changes over decimetres
 _ROUND = 20  # places that count as a round of convergence
 _TOGETHER = 8192  # bins times places looked at together: they stay in the processor's cache
@@ -276,8 +276,10 @@ class DirectWave:
         Places of the nodes, (3, 4 n_bins), and their distances from transmitter and receiver, (2, 4 n_bins).
     antenna_m
         Transmitter and receiver, shape (2, 3).
+    main_lobes
+        Exponents of their main lobes, shape (2,).
     lobe
-        What an ordinary lobe shows of the tracer, against the release, shape (2, 4 n_bins).
+        ln strength towards the nodes, against the release, shape (2, 4 n_bins).
     release_m, wavenumber
         As of `ModelInputs`.
     field
@@ -287,18 +289,20 @@ class DirectWave:
     node_m: FloatArray
     length_m: FloatArray
     antenna_m: FloatArray
+    main_lobes: FloatArray
     lobe: FloatArray
     release_m: FloatArray
     wavenumber: float
     field: ComplexArray
 
     @staticmethod
-    def of(node_m: FloatArray, waves: Waves, inputs: ModelInputs) -> DirectWave:
-        """Return that of a receiver's nodes, (3, 2, 2, n_bins)."""
+    def of(node_m: FloatArray, waves: Waves, inputs: ModelInputs, main_lobes: FloatArray) -> DirectWave:
+        """Return that of a receiver's nodes, (3, 2, 2, n_bins), with the exponents of both main lobes, (2,)."""
         antenna_m, node_m = waves.antenna_m[:, 0], node_m.reshape(3, -1)
         length_m, field = waves.length_m[:, 0].reshape(2, -1), waves.path[0, 0]
         q, q_rest = off_axis(axis_of(antenna_m), antenna_m, node_m, length_m, inputs.release_m)
-        return DirectWave(node_m, length_m, antenna_m, _LOBE * (q - q_rest), inputs.release_m, inputs.wavenumber, field)
+        lobe = np.stack([_against_rest(*one) for one in zip(main_lobes, q, q_rest, strict=True)])
+        return DirectWave(node_m, length_m, antenna_m, main_lobes, lobe, inputs.release_m, inputs.wavenumber, field)
 
     def columns(self, images_m: tuple[FloatArray, FloatArray], scattered: Sequence[ComplexArray] | None) -> FloatArray:
         """Return slopes of the channels by real and imaginary part of T, then of R, (n_planes, 4, 2, n_bins).
@@ -324,10 +328,14 @@ class DirectWave:
         axis, normal = axis_of(antenna), axis_of(antenna - image_m)
         turned_axis = axis - 2.0 * (normal @ axis)[:, None] * normal
         q, q_rest = off_axis(turned_axis, image_m, self.node_m, away, self.release_m)
-        share = np.exp(_LOBE * (q - q_rest) - self.lobe[leg]) * direct / away
+        share = np.exp(_against_rest(self.main_lobes[leg], q, q_rest) - self.lobe[leg]) * direct / away
         ratio = share * turned(self.wavenumber * (away - direct - rest[:, None]))
         nodes = self.field * ratio.reshape(-1, *self.field.shape)
         return np.asarray(0.5 * (nodes[:, :, 0] + nodes[:, :, 1]))
+
+
+def _against_rest(exponent: float, q: FloatArray, q_rest: FloatArray) -> FloatArray:
+    return log_strength(exponent, q) - log_strength(exponent, q_rest)
 
 
 def images_of(antennas: Antennas, planes: list[MirrorPlane]) -> list[FloatArray]:
@@ -372,7 +380,7 @@ class _Receiver:
             for own in slopes.by_position
         ]
         return _Receiver(
-            DirectWave.of(node_m, waves, inputs),
+            DirectWave.of(node_m, waves, inputs, main_lobes(layout, theta, inputs.planes)[[0, 1 + number]]),
             # robust weights of the last step: an impulse must not find a wall
             at.weight[pair],
             at.signals[number].value - problem.bins.value[pair],

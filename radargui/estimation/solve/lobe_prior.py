@@ -9,7 +9,7 @@ import numpy as np
 from radargui.estimation.forward.lobes import LOBE_UNITS, axis_of, main_lobe
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.parameters import N_LOBE, Layout
-from radargui.estimation.solve.priors import Prior
+from radargui.estimation.solve.priors import PRIORS, Prior
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import FloatArray
 
@@ -32,6 +32,18 @@ class LobePriorSettings:
 
 
 LOBE_PRIOR = LobePriorSettings()
+
+
+def main_lobes(layout: Layout, theta: FloatArray, planes: tuple[MirrorPlane, ...]) -> FloatArray:
+    """Return the exponents of the main lobes that the floor shows, the transmitter's first, (1 + n_receivers,).
+
+    Those of ordinary antennas where there is no floor.
+    """
+    if not planes or planes[0].name != FLOOR:
+        return np.full(1 + len(layout.receivers), -PRIORS.lobe[1] / LOBE_UNITS[1])
+    shown = np.array([max(0.0, -theta[own.receiver_lobe][1] / LOBE_UNITS[1]) for own in layout.receivers])
+    # the floor lies on the transmitter's axis and does not show its lobe: as wide as the receivers'
+    return np.append(shown.mean(), shown)
 
 
 def with_lobes_of_walls(
@@ -62,9 +74,7 @@ def with_lobes_of_walls(
     if not planes or planes[0].name != FLOOR:
         return prior
     mean, sd = prior.mean.copy(), prior.sd.copy()
-    main = [float(theta[own.receiver_lobe][1]) for own in layout.receivers]
-    # the floor lies on the transmitter's axis and does not show its lobe: as wide as the receivers'
-    main.insert(0, float(np.mean(main)))
+    main = -LOBE_UNITS[1] * main_lobes(layout, theta, planes)
     shares = [settings.u_transmitter, *[settings.u_skirt_share] * len(layout.receivers)]
     places = [layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)]
     points = (antennas.transmitter_m, *antennas.receivers_m)
@@ -73,8 +83,7 @@ def with_lobes_of_walls(
             image, axis = plane.image(point, np.zeros(3)), plane.turned(axis_of(point), np.zeros(3))
             length = np.linalg.norm(middle_m - image)
             q = 1.0 - float(axis @ (middle_m - image) / length)
-            exponent = max(0.0, -a / LOBE_UNITS[1])
             of_angle = place.start + N_LOBE * m + 1
-            mean[of_angle] = LOBE_UNITS[1] * float(main_lobe(np.array(exponent), np.array(q)))
+            mean[of_angle] = LOBE_UNITS[1] * float(main_lobe(np.array(-a / LOBE_UNITS[1]), np.array(q)))
             sd[of_angle] = settings.u_skirt + share * abs(a)
     return replace(prior, mean=mean, sd=sd)

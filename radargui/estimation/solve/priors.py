@@ -58,11 +58,13 @@ class PriorSettings:
         deviation shrinks with them, and with it the uncertainty of the motion (0.01 mm where the error was 0.11).
     double_reflection
         |X|, what the product of the factors leaves: small beside them.
-    floor_lobe
-        Coefficients of ln |T| and ln |R| of the floor per 0.15 m and (0.15 m)^2.
-    wall_lobe
-        The same of a wall: antennas see it far off their axes, where lobes change most. Held at nothing it cost 0.04
-        instead of 0.02 mm and g by 8u in a laboratory scene.
+    lobe
+        Mean of the factors of lobes in `lobes.LOBE_UNITS`: of antennas of 16 dB that point to the origin, s = cos^9.
+    u_floor_lobe
+        Their deviations over a floor, which shows them: antennas of 8 to 25 dB, 3 degrees off.
+    u_wall_lobe
+        The same over a wall where no floor tells more (`lobe_prior`). Re-estimated from the samples they ran away, and
+        two laboratory drops were 0.25 and 0.28 mm off instead of 0.09 and 0.03.
     gravity_m_s2, drag_1_m
         Of g, wide enough for any place and a wavelength that is wrong by per cents, and of k: a 10 mm sphere of steel
         has 0.005, of light plastic 0.05.

@@ -78,6 +78,7 @@ class SpeedView(QWidget):
         models = ((name, one.title) for name, one in MODELS.items())
         self.model = Choice(((_BEST, "best described (AICc)"), *models))
         self.model.setAccessibleName("Model")
+        self.model.setToolTip("Model of e against the impact speed: what is drawn over the points, as in the report")
         self.model.currentIndexChanged.connect(self._draw)
         self.words = QLabel()
         self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)

@@ -189,6 +189,8 @@ def test_keys_name_only_what_is_drawn(window: MainWindow, record_one: Any, wait_
     window.setup_model.assign("processing.correction", "published")
     window.actions_.reprocess.trigger()
     wait_for(lambda: "peaks" in window.run.steps.key.text())
+    # a circle asks for more samples than a drop of the tests
+    window.setup_model.assign("daq.rate_hz", 12000.0)
     window.setup_model.assign("simulation.scene", "circle")
     window.setup_model.assign("processing.correction", "adaptive")
     window.setup_model.assign("recording.maximum_s", 1.5)

@@ -42,7 +42,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def collected_in_the_main_thread_only() -> Iterator[None]:
     """Collect after each module: a library's thread that finds a dead window's objects would end the whole process."""
     gc.disable()
-    gc.freeze()  # what stands now is not looked at again before the end: there are a million of them
+    if not gc.get_freeze_count():
+        # the libraries: a million objects. Later ones would be kept that a window left behind
+        gc.freeze()
     yield
     gc.collect()
 

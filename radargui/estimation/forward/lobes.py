@@ -123,9 +123,10 @@ def lobes_at(
     return Lobes(axes, q, q_rest, out, direct, factors)
 
 
-def log_strength(exponent: float, q: FloatArray) -> FloatArray:
-    """Return ln s, see `main_lobe`."""
-    return np.asarray(0.5 * np.log(np.clip(1.0 - q, 1e-3, None) ** (2.0 * exponent) + _SIDE_LOBE**2))
+def strength_change(exponent: float, q: FloatArray, q_rest: FloatArray) -> FloatArray:
+    """Return ln s against that at the release, see `main_lobe`."""
+    now, rest = (np.clip(1.0 - one, 1e-3, None) ** (2.0 * exponent) + _SIDE_LOBE**2 for one in (q, q_rest))
+    return np.asarray(0.5 * np.log(now / rest))
 
 
 def main_lobe(exponent: FloatArray, q: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.sparse import bsr_matrix, csr_matrix, eye_array, hstack, kron, vstack
 
-from radargui.estimation.forward.lobes import axis_of, log_strength, off_axis
+from radargui.estimation.forward.lobes import axis_of, off_axis, strength_change
 from radargui.estimation.forward.mirrors import WALL, MirrorPlane, distances, turned
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, waves_at
@@ -301,7 +301,7 @@ class DirectWave:
         antenna_m, node_m = waves.antenna_m[:, 0], node_m.reshape(3, -1)
         length_m, field = waves.length_m[:, 0].reshape(2, -1), waves.path[0, 0]
         q, q_rest = off_axis(axis_of(antenna_m), antenna_m, node_m, length_m, inputs.release_m)
-        lobe = np.stack([_against_rest(*one) for one in zip(main_lobes, q, q_rest, strict=True)])
+        lobe = np.stack([strength_change(*one) for one in zip(main_lobes, q, q_rest, strict=True)])
         return DirectWave(node_m, length_m, antenna_m, main_lobes, lobe, inputs.release_m, inputs.wavenumber, field)
 
     def columns(self, images_m: tuple[FloatArray, FloatArray], scattered: Sequence[ComplexArray] | None) -> FloatArray:
@@ -328,14 +328,10 @@ class DirectWave:
         axis, normal = axis_of(antenna), axis_of(antenna - image_m)
         turned_axis = axis - 2.0 * (normal @ axis)[:, None] * normal
         q, q_rest = off_axis(turned_axis, image_m, self.node_m, away, self.release_m)
-        share = np.exp(_against_rest(self.main_lobes[leg], q, q_rest) - self.lobe[leg]) * direct / away
+        share = np.exp(strength_change(self.main_lobes[leg], q, q_rest) - self.lobe[leg]) * direct / away
         ratio = share * turned(self.wavenumber * (away - direct - rest[:, None]))
         nodes = self.field * ratio.reshape(-1, *self.field.shape)
         return np.asarray(0.5 * (nodes[:, :, 0] + nodes[:, :, 1]))
-
-
-def _against_rest(exponent: float, q: FloatArray, q_rest: FloatArray) -> FloatArray:
-    return log_strength(exponent, q) - log_strength(exponent, q_rest)
 
 
 def images_of(antennas: Antennas, planes: list[MirrorPlane]) -> list[FloatArray]:

@@ -110,7 +110,9 @@ class RowTable(QTableView, Generic[_R]):
     def __init__(self, model: RowModel[_R], name: str, *, many: bool = False) -> None:
         super().__init__()
         self._rows = model
-        self._sorted = _Sorted()
+        # else what listens to the rows keeps them, and they keep it
+        model.setParent(self)
+        self._sorted = _Sorted(self)
         self._sorted.setSourceModel(model)
         self.setObjectName(name)
         self.columns_chosen = False

@@ -112,7 +112,8 @@ def make_window(
         window.deleteLater()
     # without a running event loop nothing else deletes them
     QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-    gc.collect(0)
+    # the next window is slower for each one that is left behind
+    gc.collect()
 
 
 @pytest.fixture

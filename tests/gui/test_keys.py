@@ -208,6 +208,9 @@ def typed(widget: QWidget) -> str:
 
 
 def test_space_starts_r_records_and_esc_stops_at_once(active: MainWindow, wait_for: Any) -> None:
+    # armed for as long as it takes to see that
+    active.setup_model.assign("simulation.scene", "rest")
+    active.setup_model.assign("simulation.rest_s", 60.0)
     raised(active, "hardware")
     QTest.keyClick(has_keys(), Qt.Key.Key_Space)
     wait_for(lambda: active.control.state is AppState.LIVE)

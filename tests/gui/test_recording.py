@@ -30,8 +30,8 @@ def test_a_recorded_run_is_listed_shown_and_can_be_reported(
     assert window.control.session is not None
     assert window.control.session.info.operator == "Ada"
     assert window.track.result_shown
+    wait_for(lambda: window.track.shown is not None)
     shown = window.track.shown
-    assert shown is not None
     assert shown.impact_time_s.size >= 3
     assert shown.fit_time_s.size > 10
     assert window.runs.table.chosen == entry
@@ -69,7 +69,7 @@ def test_two_runs_go_hands_free_into_one_session_and_can_be_chosen(
     window.run_controller._kept.clear()
     window.runs.table.selectRow(0)
     wait_for(lambda: window.run.result is not None and window.run.result.recording.name == "run-0001")
-    assert window.track.shown is not None
+    wait_for(lambda: window.track.shown is not None)
 
     window.setup_model.assign("processing.correction", "ellipse")
     window.actions_.reprocess.trigger()

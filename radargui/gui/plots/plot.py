@@ -13,6 +13,7 @@ from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QKeyEvent, QKeySeq
 from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
 from radargui.gui.layout import TIPS, follow
+from radargui.gui.plots.axis import Axis
 from radargui.gui.plots.copying import picture_of, table_of
 from radargui.gui.plots.cursors import Cursors, unit_of
 from radargui.gui.plots.items import Band, Dot, LiveCurve, Marker
@@ -76,7 +77,8 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         live: bool = False,
     ) -> None:
         self.view = View(live=live)
-        super().__init__(viewBox=self.view, enableMenu=False)
+        axes = {name: Axis(name) for name in ("left", "bottom", "right", "top")}
+        super().__init__(viewBox=self.view, enableMenu=False, axisItems=axes)
         self._theme = theme
         self._paper: Colours | None = None
         self.cursors: Cursors | None = None
@@ -86,13 +88,13 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._pens: list[_Drawn] = []
         item = self.getPlotItem()
         item.hideButtons()
+        for name in ("right", "top"):
+            item.hideAxis(name)
         # room for the outermost tick words, which are cut otherwise
         item.layout.setContentsMargins(2, 7, 14, 2)
         self.setAspectLocked(equal)
         for name in ("bottom", "left"):
             axis = item.getAxis(name)
-            # before any range is set: pyqtgraph keeps a scale that it found while the prefix was on
-            axis.enableAutoSIPrefix(False)
             axis.setStyle(tickLength=-4)
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)

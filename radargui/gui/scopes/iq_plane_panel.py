@@ -1,11 +1,12 @@
 """The IQ planes, one column a receiver: as the converter gave it above, corrected onto the unit circle below."""
 
 import numpy as np
-from PySide6.QtWidgets import QGridLayout, QWidget
+from PySide6.QtWidgets import QGridLayout
 
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import take_out
 from radargui.gui.plots.envelope import thin
+from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import Plot
 from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.theme import Theme
@@ -62,7 +63,7 @@ class IQPlane(Plot):
         self.setRange(xRange=(-half, half), yRange=(-half, 1.3 * half), padding=0)
 
 
-class IQPlanePanel(QWidget):
+class IQPlanePanel(PerReceiver):
     """The latest second and a half of each receiver."""
 
     def __init__(self, theme: Theme) -> None:
@@ -77,10 +78,8 @@ class IQPlanePanel(QWidget):
         self._grid.setContentsMargins(2, 2, 2, 2)
         self._grid.setSpacing(2)
 
-    def set_receivers(self, count: int) -> None:
-        """Show so many receivers."""
-        if count == len(self.raw):
-            return
+    def make_plots(self, count: int) -> None:
+        """Make two planes a receiver."""
         take_out(self._grid, *self.raw, *self.corrected)
         self.raw = [IQPlane(self._theme, number + 1, corrected=False) for number in range(count)]
         self.corrected = [IQPlane(self._theme, number + 1, corrected=True) for number in range(count)]

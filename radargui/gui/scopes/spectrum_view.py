@@ -38,7 +38,6 @@ class SpectrumPlot(Plot):
             theme, "Doppler frequency [Hz], positive: the path gets longer", "amplitude [dB re 1 V]", live=True
         )
         self.getPlotItem().showAxis("top")
-        self._speed.enableAutoSIPrefix(False)
         self._speed.setStyle(tickLength=-4)
         self._speed.setLabel("speed of the path, dL/dt [m/s]")
         # not before the wavelength is known

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QRectF
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QVBoxLayout
 
 from radargui.gui.layout import fill, take_out
+from radargui.gui.plots.per_receiver import PerReceiver
 from radargui.gui.plots.plot import LAST, NOW, Plot
 from radargui.gui.scopes.shown import Follower, Shown
 from radargui.gui.scopes.spectrum_view import BANDS_HZ, decibels
@@ -72,7 +73,7 @@ class Waterfall(Plot):
         return [(self.words("bottom"), time_s), *levels]
 
 
-class WaterfallView(QWidget):
+class WaterfallView(PerReceiver):
     """One waterfall a receiver, with one time base."""
 
     def __init__(self, theme: Theme) -> None:
@@ -90,8 +91,8 @@ class WaterfallView(QWidget):
         self._top_db = -100.0
         self.show_nothing()
 
-    def set_receivers(self, count: int) -> None:
-        """Show so many receivers."""
+    def make_plots(self, count: int) -> None:
+        """Make one waterfall a receiver."""
         take_out(self._column, *self.plots)
         self.plots = [Waterfall(self._theme, number + 1, with_time=number == count - 1) for number in range(count)]
         for number, plot in enumerate(self.plots):

@@ -41,19 +41,22 @@ def speed_along(time_s: FloatArray, position_m: FloatArray, breaks_s: Sequence[f
     for first, last in pairwise(edges):
         length = min(last - first, max(_FEWEST, round(WINDOW_S / step)))
         if known[first] and length >= _FEWEST:
-            slopes = [_slopes(row, (length - 1) // 2) for row in position_m[:, first:last]]
+            slopes = _slopes(position_m[:, first:last], (length - 1) // 2)
             speed[first:last] = np.linalg.norm(slopes, axis=0) / step
     return speed
 
 
 def _slopes(y: FloatArray, half: int) -> FloatArray:
-    """Return the slope a step, shape (n,), of parabolas through 2 half + 1 points; at the ends that of the last one."""
+    """Return the slope a step of parabolas through 2 half + 1 points, shape (3, n); at the ends that of the last one."""
     k = np.arange(-half, half + 1)
+    size, middle = y.shape[1], slice(half, y.shape[1] - half)
     # the slope in the middle of a parabola is that of the straight line
-    slope = np.empty(y.size)
-    slope[half : y.size - half] = np.correlate(y, k / (k @ k), "valid")
-    for place, ends in ((slice(0, half), k[:half]), (slice(y.size - half, y.size), k[half + 1 :])):
-        part = y[: k.size] if place.start == 0 else y[-k.size :]
-        _, linear, square = np.polynomial.polynomial.polyfit(k, part, 2)
-        slope[place] = linear + 2.0 * square * ends
+    slope = np.empty(y.shape)
+    slope[:, middle] = [np.correlate(row, k / (k @ k), "valid") for row in y]
+    for place, part, ends in (
+        (slice(0, half), y[:, : k.size], k[:half]),
+        (slice(size - half, size), y[:, -k.size :], k[half + 1 :]),
+    ):
+        _, linear, square = np.polynomial.polynomial.polyfit(k, part.T, 2)
+        slope[:, place] = linear[:, None] + 2.0 * square[:, None] * ends
     return slope

@@ -260,6 +260,8 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def write_inside(self, text: str) -> None:
         """Write a line into the upper left corner of the plot."""
+        if text == self._inside_text:
+            return
         self._inside_text = text
         if self._inside is None:
             self._inside = pg.LabelItem(justify="left")

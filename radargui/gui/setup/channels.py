@@ -103,9 +103,12 @@ class ChannelGroup(Group):
         setup = self._setup.setup
         wires = zip(setup.channel_names, setup.physical_channels, strict=True)
         names = {one.name for one in self.rows_.entries}
+        fits = bool(facts) and any(one.shows for one in self.rows_.entries)
         rows = [Channel(name, wire.rpartition("/")[2], by_name.get(name)) for name, wire in wires]
         self.rows_.replace_all(rows)
-        self.table.fit_all()
+        if not fits:
+            # not each second: it takes half as long as a frame
+            self.table.fit_all()
         if names != {one.name for one in rows}:
             header, row = self.table.horizontalHeader(), self.table.verticalHeader().defaultSectionSize()
             self.table.setFixedHeight(header.sizeHint().height() + row * len(rows) + 4)

@@ -6,7 +6,7 @@ import numpy as np
 import pyqtgraph as pg
 from pyqtgraph.Qt.internals import PrimitiveArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from radargui.gui.layout import follow
@@ -28,6 +28,7 @@ class SpeedColours:
     def __init__(self, theme: Theme) -> None:
         self.most_m_s = 1.0
         self._theme = theme
+        self._pens: tuple[str, list[QPen]] = "", []
         # of matplotlib: equal steps of speed look equally large, also to colour-blind eyes
         self._map = pg.colormap.get("viridis")
 
@@ -55,6 +56,13 @@ class SpeedColours:
         ends = np.stack([first[order], first[order] + 1], axis=1)
         parts = np.split(ends, at[1:])
         return {int(number): part.ravel() for number, part in zip(numbers, parts, strict=True)} if first.size else {}
+
+    def pens(self) -> list[QPen]:
+        """Return a pen of each colour, cosmetic: as wide at any zoom."""
+        base = self._theme.colours.base
+        if self._pens[0] != base:
+            self._pens = base, [pg.mkPen(QColor.fromRgbF(*one), width=1) for one in self.table()]
+        return self._pens[1]
 
     def table(self) -> FloatArray:
         """Return the colours in the present look, red, green, blue, alpha from 0 to 1, shape (N_COLOURS, 4)."""
@@ -126,8 +134,7 @@ class SpeedTrail(pg.GraphicsObject):  # type: ignore[misc] # pyqtgraph has no ty
 
     def paint(self, painter: QPainter, *_: object) -> None:
         """Draw the lines colour by colour."""
-        table = self._colours.table()
+        pens = self._colours.pens()
         for number, lines in self.lines.items():
-            # cosmetic, as wide at any zoom
-            painter.setPen(pg.mkPen(QColor.fromRgbF(*table[number]), width=1))
+            painter.setPen(pens[number])
             painter.drawLines(*lines.drawargs())

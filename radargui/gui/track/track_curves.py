@@ -247,7 +247,9 @@ class TrackCurves(QWidget):
         if not live and track.time_s.size:
             span = float(track.time_s[0]), float(track.time_s[-1])
         # both are moved together, but for the fall alone
-        self.detail.setXLink(None if self.shown_detail == "residual" else self.height_plot)
+        linked = None if self.shown_detail == "residual" else self.height_plot
+        if self.detail.view.linkedView(0) is not (linked and linked.view):
+            self.detail.setXLink(linked)
         words = self._words if live else f"time after {track.zero or 'the first sample'} [s]"
         self.detail.show_detail(self.shown_detail, track, words, span)
         missing = not live and track.time_s.size and self.shown_detail == "residual" and not track.residual_time_s.size

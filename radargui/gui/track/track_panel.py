@@ -58,7 +58,7 @@ class Projections(QWidget):
             trail = SpeedTrail(colours)
             plot.addItem(trail)
             impacts = plot.marker("mark", symbol="x", size=9)
-            sphere = plot.marker("text", size=9)
+            sphere = plot.dot("text")
             self.plots.append(plot)
             self._parts.append((across, up, plot, floor, trail, impacts, sphere))
             grid.addWidget(plot, 0, number)
@@ -82,10 +82,12 @@ class Projections(QWidget):
             trail.show_trail(flat[across], flat[up], pieces)
             impacts.setData(track.impact_mm[across], track.impact_mm[up])
             last = np.flatnonzero(np.isfinite(flat).all(axis=0))[-1:]
-            sphere.setData(flat[across, last], flat[up, last])
+            sphere.show_at(flat[across, last], flat[up, last])
 
 
 _MOST_LIVE_POINTS = 1500
+_EVERY = 2
+"""Frames: three projections and two curves cost more than all scopes, and the IQ planes are drawn in those between."""
 LIVE_S = 4.0
 """Of the live track: a drop of half a metre with its first ten bounces."""
 HOLD_S = 0.8
@@ -109,6 +111,7 @@ class TrackPanel(QWidget):
         self._space: Space = space_of(setup)
         self._feed: Feed | None = None
         self._drawn = -1
+        self._frame = 0
         self.shown: ShownTrack | None = None
         self._result: RunResult | None = None
         self._held_until = 0.0
@@ -249,7 +252,8 @@ class TrackPanel(QWidget):
         """Draw the newest of the trail; called by the window's timer."""
         feed = self._feed
         live = feed.live if feed is not None else None
-        if feed is None or live is None or self.paused or live.latest == self._drawn:
+        self._frame += 1
+        if feed is None or live is None or self.paused or live.latest == self._drawn or not self._frame % _EVERY:
             return
         self._drawn = live.latest
         span = live.since(max(0, self._drawn - feed.samples(LIVE_S)))

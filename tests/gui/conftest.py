@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import gc
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QEvent
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from support.changed import changed
@@ -19,6 +20,7 @@ from support.window_clocks import FastClock
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.notices import NoticeBoard
+from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
 from radargui.model.resources import default_setup_path
@@ -26,6 +28,11 @@ from radargui.model.setup import dump_setup
 from radargui.sources.factory import make_source
 
 LONGEST_MS = 60_000
+IN_SPACE = bool(os.environ.get("RADARGUI_TEST_OPENGL"))
+"""On a display: the track is shown by OpenGL."""
+if IN_SPACE:
+    # before there is an application, as the program's start has it
+    QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_ShareOpenGLContexts)
 
 
 def fast_sources(speed: float) -> Any:
@@ -97,11 +104,17 @@ def make_window(
         if settings.path("data_folder") is None:
             settings.put("data_folder", tmp_path / "data")
         options.setdefault("source_maker", fast_sources(options.pop("speed", 8.0)))
+        if IN_SPACE:
+            options.setdefault("probe", OpenGLProbe())
         window = MainWindow(theme, settings, board, setup_path=setup_path, **options)
         window.may_leave = lambda: True
         window.resize(1400, 900)
         window.show()
         made.append(window)
+        if IN_SPACE:
+            qtbot.waitUntil(lambda: bool(window.opengl_answer), timeout=LONGEST_MS)
+            window.actions_.in_space.setChecked(True)
+            assert window.track.in_space, window.opengl_answer
         return window
 
     yield make

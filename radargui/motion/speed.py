@@ -47,7 +47,7 @@ def speed_along(time_s: FloatArray, position_m: FloatArray, breaks_s: Sequence[f
 
 
 def _slopes(y: FloatArray, half: int) -> FloatArray:
-    """Return the slope a step of parabolas through 2 half + 1 points, shape (3, n); at the ends that of the last one."""
+    """Return the slope a step of parabolas through 2 half + 1 points, shape (3, n); at the ends of the last one."""
     k = np.arange(-half, half + 1)
     size, middle = y.shape[1], slice(half, y.shape[1] - half)
     # the slope in the middle of a parabola is that of the straight line

@@ -21,20 +21,10 @@ STORIES = (
 @pytest.mark.timeout(200)
 @pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="needs xvfb-run")
 def test_stories_end_the_same_on_a_display_with_opengl(tmp_path: Path) -> None:
+    screen = ["xvfb-run", "-a", "-s", "-screen 0 1920x1080x24"]
+    pytest_ = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--basetemp={tmp_path / 'stories'}"]
     ended = subprocess.run(
-        [
-            "xvfb-run",
-            "-a",
-            "-s",
-            "-screen 0 1920x1080x24",
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-        ]
-        + [f"--basetemp={tmp_path / 'stories'}", *(str(GUI / story) for story in STORIES)],
+        [*screen, *pytest_, *(str(GUI / story) for story in STORIES)],
         env={**os.environ, "QT_QPA_PLATFORM": "xcb", "RADARGUI_TEST_OPENGL": "1"},
         capture_output=True,
         encoding="utf-8",

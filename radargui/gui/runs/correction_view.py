@@ -24,8 +24,8 @@ from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, Step
 from radargui.report.decimation import EMPTY, Curve, every
 
 _PUBLISHED = (
-    ("▲", "receivers.2", "peaks"),
-    ("▼", "receivers.3", "valleys"),
+    ("▲", "text", "peaks"),
+    ("▼", "text", "valleys"),
     ("▬", "fit", "splines"),
     ("╌", "text", "bias"),
     ("+", "faint", "zero crossings"),
@@ -58,12 +58,12 @@ class CorrectionView(QWidget):
         self.raw = tuple(RawPlot(theme, part) for part in "IQ")
         self.rest = Plot(theme, "", "", left_px=_LEFT)
         self.rest.getPlotItem().getAxis("bottom").setStyle(showValues=False)
-        self.rest_lines = tuple(self.rest.still_line(role) for role in ("i", "q"))
+        self.rest_lines = tuple(self.rest.still_line(part.lower(), part) for part in "IQ")
         self.plane = Plot(theme, "I raw [V]", "Q raw [V]", left_px=_LEFT, equal=True)
-        self.dots = self.plane.marker("i", size=2)
-        self.outline = self.plane.still_line("fit")
+        self.dots = self.plane.marker("i", size=2, name="as recorded")
+        self.outline = self.plane.still_line("fit", "fit")
         self.corrected = Plot(theme, "time [s]", "I, Q / A", left_px=_LEFT)
-        self._curves = tuple(self.corrected.still_line(role) for role in ("i", "q"))
+        self._curves = tuple(self.corrected.still_line(part.lower(), part) for part in "IQ")
         self.decided = QPlainTextEdit(readOnly=True)
         self.decided.setFrameShape(QFrame.Shape.NoFrame)
         self.decided.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -164,15 +164,16 @@ class RawPlot(Plot):
     def __init__(self, theme: Theme, part: str) -> None:
         super().__init__(theme, "", f"{part} raw [V]", left_px=_LEFT)
         self.getPlotItem().getAxis("bottom").setStyle(showValues=False)
-        self.raw = self.still_line(part.lower())
+        self.raw = self.still_line(part.lower(), part)
         self.found = {
-            "upper": self.still_line("fit"),
-            "lower": self.still_line("fit"),
-            "model": self.still_line("fit"),
-            "bias": self.still_line("text", dashed=True),
-            "peaks": self.marker("receivers.2", "t1", 7),
-            "valleys": self.marker("receivers.3", "t", 7),
-            "crossings": self.marker("faint", "+", 6),
+            "upper": self.still_line("fit", "spline through the peaks"),
+            "lower": self.still_line("fit", "spline through the valleys"),
+            "model": self.still_line("fit", "model"),
+            "bias": self.still_line("text", "bias", dashed=True),
+            # told apart by their shape: all hues mean something else
+            "peaks": self.marker("text", "t1", 7, "peaks"),
+            "valleys": self.marker("text", "t", 7, "valleys"),
+            "crossings": self.marker("faint", "+", 6, "zero crossings"),
         }
 
     def show_steps(self, steps: StepCurves) -> None:

@@ -127,7 +127,7 @@ class MethodsView(QWidget):
             role = "text" if number == 0 else f"compared.{number - 1}"
             for plot, curves in ((self.curves, one.curves), (self.differences, one.differences)):
                 if name in curves:
-                    plot.still_line(role).setData(curves[name].x, 1e3 * curves[name].y)
+                    plot.still_line(role, one.method).setData(curves[name].x, 1e3 * curves[name].y)
             if name in one.curves:
                 entries.append(("▬", role, one.method))
         self.key.show_entries(*entries)

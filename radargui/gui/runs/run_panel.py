@@ -201,8 +201,8 @@ class SamplesView(QWidget):
             # a plot whose axis is linked does not look for its range itself
             plot.setXLink(self.plots[-1] if plot is not self.plots[-1] else None)
             plot.setXRange(0.0, overview.n_samples / overview.sample_rate_hz, padding=0.02)
-            for row, role in ((2 * number, "i"), (2 * number + 1, "q")):
-                plot.still_line(role).setData(*boxes(overview, row))
+            for row, part in ((2 * number, "I"), (2 * number + 1, "Q")):
+                plot.still_line(part.lower(), part).setData(*boxes(overview, row))
 
 
 def boxes(overview: Overview, row: int) -> tuple[FloatArray, FloatArray]:
@@ -245,10 +245,12 @@ class PhaseView(QWidget):
             for restart in curves.restarts_s:
                 plot.rule("gap", restart, dashed=False)
         for number, one in enumerate(curves.receivers):
-            role = f"receivers.{number}"
-            self.phase.still_line(role, dashed=True).setData(one.phase_raw.x, one.phase_raw.y / _TURN)
-            self.phase.still_line(role).setData(one.phase.x, one.phase.y / _TURN)
-            self.path.still_line(role).setData(one.change.x, 1000.0 * one.change.y)
+            role, name = f"receivers.{number}", f"Rx {one.name}"
+            self.phase.still_line(role, f"{name} as recorded", dashed=True).setData(
+                one.phase_raw.x, one.phase_raw.y / _TURN
+            )
+            self.phase.still_line(role, name).setData(one.phase.x, one.phase.y / _TURN)
+            self.path.still_line(role, name).setData(one.change.x, 1000.0 * one.change.y)
         receivers = (("▬", f"receivers.{number}", f"Rx {one.name}") for number, one in enumerate(curves.receivers))
         self._key.show_entries(*receivers, ("╌", "text", "phase as recorded"), *lost)
         self.path.enableAutoRange()

@@ -118,12 +118,13 @@ class SpeedView(QWidget):
             speed = np.linspace(max(fit.speed_low_m_s, 1e-3), fit.speed_high_m_s, 80)
             e, u = fit.e(speed)
             self.plot.band("fit").show_band(speed, e - COVERED * u, e + COVERED * u)
-            self.plot.fast_line("fit", dashed=True).setData(speed, e)
+            self.plot.fast_line("fit", MODELS[fit.model].title, dashed=True).setData(speed, e)
         for number, (speed, e, u) in enumerate(groups):
             x = np.repeat(speed, 3)
             bars = np.stack([e - COVERED * u, e + COVERED * u, np.full_like(e, np.nan)], axis=1).ravel()
-            self.plot.fast_line(role_of(number)).setData(x, bars)
-            self.plot.marker(role_of(number), size=5).setData(speed, e)
+            name = found[number].name
+            self.plot.fast_line(role_of(number), f"{name} ± 2 u").setData(x, bars)
+            self.plot.marker(role_of(number), size=5, name=name).setData(speed, e)
         low, high = e_span(every)
         n_outside = int(np.count_nonzero((every[1] < low) | (every[1] > high)))
         self.plot.setXRange(0.0, 1.08 * float(every[0].max()), padding=0)
@@ -166,9 +167,10 @@ class FallsView(QWidget):
                 curves = [run.falls[part] for run in group if run.falls]
                 x, y = ([np.append(getattr(one, axis), np.nan) for one in curves] for axis in "xy")
                 if curves:
-                    plot.fast_line(role_of(number)).setData(np.concatenate(x), scale * np.concatenate(y))
+                    name = facts.findings.sessions[number].name
+                    plot.fast_line(role_of(number), name).setData(np.concatenate(x), scale * np.concatenate(y))
         t = np.linspace(0.0, end, 100)
-        self.fallen.fast_line("fit", dashed=True).setData(t, 500.0 * g * t**2)
+        self.fallen.fast_line("fit", "g t²/2", dashed=True).setData(t, 500.0 * g * t**2)
         self.key.show_entries(("╌", "fit", f"g t²/2, g = {g:.5g} m/s²"), *session_key(facts.findings.sessions))
         self.key.setToolTip(_plain(session_key(facts.findings.sessions)))
         for plot in (self.fallen, self.left):

@@ -40,9 +40,9 @@ class HeightPlot(Plot):
         self._space: Space | None = None
         self._floor = self.rule("line", 0.0, angle=0, dashed=False)
         self.band_drawn = self.band("track")
-        self._curve = self.fast_line("track")
-        self._fit = self.still_line("fit", dashed=True)
-        self._impacts = self.marker("mark", symbol="x", size=10)
+        self._curve = self.fast_line("track", "z")
+        self._fit = self.still_line("fit", "parabola", dashed=True)
+        self._impacts = self.marker("mark", symbol="x", size=10, name="impacts")
         self._live = True
         self._live_words = LAST
         self.setXRange(-live_s, 0.0, padding=0)

@@ -57,7 +57,7 @@ class Projections(QWidget):
             floor = plot.rule("line", 0.0, angle=0, dashed=False) if up == 2 else None
             trail = SpeedTrail(colours)
             plot.addItem(trail)
-            impacts = plot.marker("mark", symbol="x", size=9)
+            impacts = plot.marker("mark", symbol="x", size=9, name="impacts")
             sphere = plot.dot("text")
             self.plots.append(plot)
             self._parts.append((across, up, plot, floor, trail, impacts, sphere))

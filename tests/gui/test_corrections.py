@@ -152,6 +152,8 @@ def test_methods_are_computed_in_the_background_and_laid_over_the_result(
     assert view.boxes["published"].isChecked()
     assert not view.boxes["published"].isEnabled(), "it is the one that is shown"
     assert not view.compute.isEnabled()
+    window.empty.refresh()
+    assert window.empty.labels["run"].text() == "Tick what is to be laid over published."
     view.boxes["ellipse"].click()
     view.boxes["none"].click()
     view.compute.click()

@@ -212,6 +212,8 @@ class HealthLine(QtWidgets.QWidget):
             style = ALARM if bad else ""
             if label.styleSheet() != style:
                 label.setStyleSheet(style)
+            # figures that get longer and shorter would push the others to and fro
+            label.setMinimumWidth(max(label.minimumWidth(), label.sizeHint().width()))
 
     def show_run(self, text: str) -> None:
         """Show how the last run was recorded."""

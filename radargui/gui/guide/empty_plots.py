@@ -57,7 +57,8 @@ class EmptyPlots(QObject):
                 continue
             plots = [plot for plot in panel.findChildren(Plot) if plot.isVisible()]
             if plots and all(map(is_empty, plots)):
-                words = self._words[name][self._control.state.running]
+                own = next(filter(None, (plot.when_empty for plot in plots)), "")
+                words = own or self._words[name][self._control.state.running]
                 self._say(name, words, _best([one for one in plots if _needed(one, words)] or plots))
             elif (label := self.labels.pop(name, None)) is not None and isValid(label):
                 label.deleteLater()

@@ -64,6 +64,8 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     ----------
     cursors
         The two; None while they are not shown.
+    when_empty
+        What to do while it shows nothing; empty: what its panel says.
     """
 
     def __init__(
@@ -82,6 +84,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._theme = theme
         self._paper: Colours | None = None
         self.cursors: Cursors | None = None
+        self.when_empty = ""
         self._labels = {"bottom": bottom, "left": left}
         self._inside: pg.LabelItem | None = None
         self._inside_text = ""

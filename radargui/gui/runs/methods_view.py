@@ -72,13 +72,16 @@ class MethodsView(QWidget):
             box.setChecked(method == self._own)
             box.setEnabled(bool(self._own) and method != self._own)
         self._since = f"time after {result.zero[1]} [s]"
-        self.words.setText(f"Tick what is to be laid over {self._own}." if self._own else "Nothing was corrected.")
+        said = f"Tick what is to be laid over {self._own}." if self._own else "Nothing was corrected."
+        self.words.setText(said)
+        self.curves.when_empty = said
 
     def clear(self) -> None:
         """Forget the run."""
         self._all, self._own = [], ""
         self.show_busy(busy=False)
         self.words.setText("")
+        self.curves.when_empty = ""
         self._refresh()
 
     def show_busy(self, *, busy: bool) -> None:

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Sequence
-from multiprocessing import get_context
+from concurrent.futures import ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import active_children, get_context
 from typing import TypeVar
+
+from radargui.model.errors import ProcessingError
 
 Progress = Callable[[float], None]
 T = TypeVar("T")
@@ -51,14 +55,26 @@ def each(work: Callable[..., T], tasks: Sequence[tuple[object, ...]], workers: i
             out.append(work(*one))
             shares.one_done()
         return out
-    # leaving the pool ends its processes: who cancels does not wait for an estimate of a minute
-    pool = get_context("spawn").Pool(min(workers, len(tasks)), signal.signal, (signal.SIGINT, signal.SIG_IGN))
-    with pool:
-        running = [pool.apply_async(work, one) for one in tasks]
-        for answer in running:
-            while not answer.ready():
+    others = active_children()
+    # who began it hears Ctrl-C and ends it
+    pool = ProcessPoolExecutor(
+        min(workers, len(tasks)), get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN)
+    )
+    try:
+        for answer in [pool.submit(work, *one) for one in tasks]:
+            while not wait([answer], LOOK_S).done:
                 shares.look()
-                answer.wait(LOOK_S)
-            out.append(answer.get())
+            out.append(answer.result())
             shares.one_done()
+    except BrokenProcessPool as error:
+        raise ProcessingError(
+            "a process that estimated one of the recordings ended without an answer.",
+            reasons=("the memory does not suffice", "somebody killed it"),
+            remedy="Close other programs and calibrate again, or take fewer recordings.",
+        ) from error
+    finally:
+        # who cancels does not wait for an estimate of a minute
+        for process in set(active_children()).difference(others) if len(out) < len(tasks) else ():
+            process.terminate()
+        pool.shutdown(cancel_futures=True)
     return out

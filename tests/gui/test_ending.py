@@ -26,9 +26,13 @@ def test_what_ends_the_program_closes_the_run_and_the_window(
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as child:
         assert child.stdout is not None
         assert child.stderr is not None
-        run = Path(child.stdout.readline().strip())
-        child.send_signal(number)
-        errors = child.stderr.read()
+        try:
+            run = Path(child.stdout.readline().strip())
+            child.send_signal(number)
+            errors = child.stderr.read()
+            child.wait()
+        finally:
+            child.kill()
     assert child.returncode == 0, errors
     assert "Traceback" not in errors
     assert run.is_relative_to(tmp_path)

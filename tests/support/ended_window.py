@@ -1,4 +1,4 @@
-"""The window that the system ends: it records a simulated drop by itself and says when, and where.
+"""The window that the system ends: it records a simulated circle by itself and says when, and where.
 
 python -m support.ended_window SETUP
 """
@@ -24,7 +24,9 @@ class RecordingWindow(MainWindow):
 
     def show(self) -> None:
         super().show()
-        self.setup_model.assign("simulation.settle_s", 30.0)
+        # moves on until it is ended: of a drop a busy computer may see the end only
+        self.setup_model.assign("simulation.scene", "circle")
+        self.setup_model.assign("recording.maximum_s", 60.0)
         timer = QTimer(self)
         timer.timeout.connect(self._watch)
         QTimer.singleShot(0, self.actions_.record.trigger)

@@ -98,11 +98,8 @@ def test_a_hum_is_found_in_the_spectrum(live: MainWindow, source: ControlledSour
     assert view.plot.cursors.marks[0].pos().y() == pytest.approx(level, abs=1.5)
 
 
-@pytest.mark.parametrize("mains_hz", [50.0, 60.0])
-def test_the_hum_of_a_simulated_laboratory_is_found(
-    make_window: Any, tmp_path: Path, wait_for: Any, mains_hz: float
-) -> None:
-    hum = {"mains": 0.02, "mains_frequency_hz": mains_hz, "scene": "rest", "rest_s": 8.0}
+def test_the_hum_of_a_simulated_laboratory_is_found(make_window: Any, tmp_path: Path, wait_for: Any) -> None:
+    hum = {"mains": 0.02, "mains_frequency_hz": 60.0, "scene": "rest", "rest_s": 8.0}
     path = tmp_path / "lab.toml"
     write_setup(changed(quick_setup(), daq={"rate_hz": 6000.0, "channel_skew_s": 0.0}, simulation=hum), path)
     window = make_window(path)
@@ -112,8 +109,8 @@ def test_the_hum_of_a_simulated_laboratory_is_found(
     wait_for(lambda: view.spectrum is not None and view.spectrum.span_s > 2.9)
     for receiver in range(3):
         first = view.spectrum.mains(receiver)[0]
-        assert first.frequency_hz == pytest.approx(mains_hz, abs=0.5 * view.spectrum.resolution_hz)
-    assert f"mains ▼ {mains_hz:.1f} Hz" in view.words.text()
+        assert first.frequency_hz == pytest.approx(60.0, abs=0.5 * view.spectrum.resolution_hz)
+    assert "mains ▼ 60.0 Hz" in view.words.text()
 
 
 def test_the_waterfall_shows_when_something_moved(live: MainWindow, source: ControlledSource, wait_for: Any) -> None:

@@ -64,7 +64,13 @@ class FocusMark(QtWidgets.QFocusFrame):
         painter.end()
 
     def _follow(self, _old: QtWidgets.QWidget | None, now: QtWidgets.QWidget | None) -> None:
-        self.setWidget(now if now is not None and belongs(now, self._window) else None)  # type: ignore[arg-type]
+        mine = now is not None and belongs(now, self._window)
+        self.setWidget(now if mine else None)  # type: ignore[arg-type]
+        if now is not None and mine and now.visibleRegion().isEmpty():
+            # whoever comes from outside into what was scrolled: Qt scrolls only for steps inside
+            for room in self._window.findChildren(Scroll):
+                if room.isAncestorOf(now):
+                    room.ensureWidgetVisible(now)
 
 
 class Room(Scroll):

@@ -12,7 +12,8 @@ from support.estimates import joint_of, rounds_of
 
 from radargui.conditioning.condition import NoMotion, condition
 from radargui.estimation.adaptive.estimate import estimate_adaptive
-from radargui.estimation.joint import estimate_joint
+from radargui.estimation.adaptive.found import AdaptiveRounds
+from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.model.errors import CancelledError, ProcessingError
 from radargui.restitution.joint_bounces import joint_bounces
 
@@ -37,8 +38,20 @@ def drop() -> SceneRecord:
     return make_record(draw_scene(9, "generic", "drop", rate_hz=5000.0, snr_db=35.0, skew_s=2e-5, e=0.7, height_m=0.2))
 
 
-def test_joint_track_is_below_the_noise_bound_and_inside_its_uncertainty(drop: SceneRecord) -> None:
-    estimate = joint_of(drop.recording, drop.setup)
+@pytest.fixture(scope="module")
+def rounds(drop: SceneRecord) -> AdaptiveRounds:
+    return rounds_of(drop.recording, drop.setup)
+
+
+@pytest.fixture(scope="module")
+def joint(drop: SceneRecord, rounds: AdaptiveRounds) -> JointEstimate:
+    return estimate_joint(rounds, drop.setup)
+
+
+def test_joint_track_is_below_the_noise_bound_and_inside_its_uncertainty(
+    drop: SceneRecord, joint: JointEstimate
+) -> None:
+    estimate = joint
     now = moving(drop, estimate.time_s)
     error = (estimate.change_m - (drop.truth.path_m - drop.truth.path_m[:, :1]))[:, now]
     assert np.sqrt((error**2).mean()) < 0.5 * noise_bound_m(drop)
@@ -57,8 +70,10 @@ def test_joint_track_is_below_the_noise_bound_and_inside_its_uncertainty(drop: S
     assert bounces.free_fall.g_m_s2 == pytest.approx(9.81, rel=5e-4)
 
 
-def test_corrected_iq_lies_on_the_unit_circle_and_hardware_is_found(drop: SceneRecord) -> None:
-    for estimate in (joint_of(drop.recording, drop.setup), estimate_adaptive(rounds_of(drop.recording, drop.setup))):
+def test_corrected_iq_lies_on_the_unit_circle_and_hardware_is_found(
+    drop: SceneRecord, joint: JointEstimate, rounds: AdaptiveRounds
+) -> None:
+    for estimate in (joint, estimate_adaptive(rounds)):
         for n, (own, true) in enumerate(zip(estimate.constants, drop.scene.receiving, strict=True)):
             assert own.gain_ratio == pytest.approx(true.gain, rel=0.005)
             assert own.quadrature_error_deg == pytest.approx(np.degrees(true.quadrature_rad), abs=0.3)
@@ -69,7 +84,18 @@ def test_corrected_iq_lies_on_the_unit_circle_and_hardware_is_found(drop: SceneR
 
 def test_a_floor_that_reflects_is_kept_by_the_evidence() -> None:
     record = make_record(
-        draw_scene(3, "physical", "drop", rate_hz=5000.0, snr_db=35.0, wall=0.0, flicker=0.0, drag=0.03, floor=0.2)
+        draw_scene(
+            3,
+            "physical",
+            "drop",
+            rate_hz=2000.0,
+            snr_db=35.0,
+            wall=0.0,
+            flicker=0.0,
+            drag=0.03,
+            floor=0.2,
+            moving_s=0.5,
+        )
     )
     estimate = joint_of(record.recording, record.setup)
     assert "floor that reflects is kept" in estimate.choices[0]
@@ -79,9 +105,10 @@ def test_a_floor_that_reflects_is_kept_by_the_evidence() -> None:
     assert fit.drag_1_m == pytest.approx(0.03, abs=0.005)
 
 
-@pytest.mark.parametrize("motion", ["circle", "bed"])
-def test_no_impact_is_invented(motion: str) -> None:
-    record = make_record(draw_scene(8, "generic", motion, rate_hz=5000.0, snr_db=35.0, n_receivers=3))
+@pytest.mark.parametrize(("motion", "moving_s"), [("circle", 1.2), ("bed", 0.4)])
+def test_no_impact_is_invented(motion: str, moving_s: float) -> None:
+    scene = draw_scene(8, "generic", motion, rate_hz=2000.0, snr_db=35.0, n_receivers=3, moving_s=moving_s)
+    record = make_record(scene)
     estimate = joint_of(record.recording, record.setup)
     assert estimate.impact_s.size == 0
     assert rms_3d_m(record, estimate) < 1e-4
@@ -100,7 +127,7 @@ def test_adaptive_reaches_the_noise_bound_with_any_number_of_receivers(n_receive
     assert (estimate.position_m is None) == (n_receivers < 3)
 
 
-def test_joint_refuses_two_receivers_no_motion_and_stops_when_asked(drop: SceneRecord) -> None:
+def test_joint_refuses_two_receivers_no_motion_and_stops_when_asked(drop: SceneRecord, rounds: AdaptiveRounds) -> None:
     two = make_record(draw_scene(6, "generic", "drop", n_receivers=2, rate_hz=2000.0, skew_s=0.0))
     with pytest.raises(ProcessingError, match="three receivers"):
         joint_of(two.recording, two.setup)
@@ -115,5 +142,5 @@ def test_joint_refuses_two_receivers_no_motion_and_stops_when_asked(drop: SceneR
             raise CancelledError
 
     with pytest.raises(CancelledError):
-        estimate_joint(rounds_of(drop.recording, drop.setup), drop.setup, progress=enough)
+        estimate_joint(rounds, drop.setup, progress=enough)
     assert 0.0 < told[0] < told[1] < told[2] < 1.0

@@ -20,7 +20,16 @@ def test_position_e_and_g_of_six_drops_lie_within_two_of_their_uncertainties_as_
     inside, pulls = [], []
     for seed in SEEDS:
         scene = draw_scene(
-            seed, "generic", "drop", rate_hz=2000.0, snr_db=35.0, skew_s=2e-5, e=0.6, height_m=0.2, n_receivers=3
+            seed,
+            "generic",
+            "drop",
+            rate_hz=2000.0,
+            snr_db=35.0,
+            skew_s=2e-5,
+            e=0.6,
+            height_m=0.2,
+            n_receivers=3,
+            moving_s=0.4,
         )
         record = make_record(scene)
         estimate = joint_of(record.recording, record.setup)

@@ -11,6 +11,7 @@ from support.small_problem import (
     CONSTANTS,
     FLOOR_PLANE,
     START_S,
+    WALL_PLANE,
     SmallProblem,
     no_drift,
     positions,
@@ -57,9 +58,19 @@ def chosen(made: SmallProblem, drift: Drift | None = None, **settings: float) ->
     return choose_model(rounds(made), drift or no_drift(), UP, nothing, None, ChoiceSettings(**settings))
 
 
-def test_a_search_that_runs_out_of_its_budget_keeps_what_it_has_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005)
-    whole = chosen(made)
+MIRRORS = {"reflection": 0.06, "shown": (FLOOR_PLANE, WALL_PLANE), "sigma": 0.005}
+
+
+@pytest.fixture(scope="module")
+def whole() -> ChosenModel:
+    """The data have a floor and a wall 14 cm along +x; what is searched for is all that there is."""
+    return chosen(small_problem(**MIRRORS))
+
+
+def test_a_search_that_runs_out_of_its_budget_keeps_what_it_has_and_says_so(
+    whole: ChosenModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = small_problem(**MIRRORS)
     assert not whole.ended_early
     spent: list[int] = []
     monkeypatch.setattr(budget, "ROUNDS", (1, 30))
@@ -85,12 +96,14 @@ def test_where_no_body_describes_the_signals_the_search_ends_and_says_how_far_of
     assert (caught.value.misfit < 2.0).all()
 
 
-def test_a_floor_that_reflects_is_kept() -> None:
-    model = chosen(small_problem(reflection=0.15, shown=(FLOOR_PLANE,), sigma=0.005))
-    assert "floor that reflects is kept" in model.choices[0]
-    assert [plane.name for plane in model.solution.problem.inputs.planes] == ["floor"]
-    (t,) = model.solution.state.theta[model.solution.problem.layout.transmitter_reflection][0::2]
-    assert t == pytest.approx(0.15, abs=0.05)
+def test_a_floor_and_a_wall_that_reflect_are_kept_and_the_wall_is_where_it_stands(whole: ChosenModel) -> None:
+    assert "floor that reflects is kept" in whole.choices[0]
+    assert any("wall that reflects is kept" in choice for choice in whole.choices)
+    problem, theta = whole.solution.problem, whole.solution.state.theta
+    assert [plane.name for plane in problem.inputs.planes] == ["floor", "wall"]
+    assert theta[problem.layout.transmitter_reflection][0::2] == pytest.approx(0.06, abs=0.01)
+    image = problem.inputs.planes[1].image(np.zeros(3), problem.layout.plane_unknowns(theta)[1])
+    assert image / 2.0 == pytest.approx([0.14, 0.0, 0.0], abs=0.01)
 
 
 def test_a_floor_that_does_not_reflect_is_left_out_and_no_wall_is_asked_for() -> None:

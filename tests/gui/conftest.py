@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +50,8 @@ def nothing_of_the_user_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("radargui.session.map_memory.default_memory_path", lambda: tmp_path / "channel-maps.json")
 
 
-@pytest.fixture
-def setup_path(tmp_path: Path) -> Path:
-    """A user's setup file with a comment in it; low rates, so that the tests are quick."""
+def write_lab(folder: Path) -> Path:
+    """Write a user's setup file with a comment in it; low rates, so that the tests are quick."""
     setup = quick_setup()
     setup = changed(
         setup,
@@ -59,10 +59,15 @@ def setup_path(tmp_path: Path) -> Path:
         simulation={"rest_s": 0.8, "settle_s": 0.7, "restitution": 0.6},
         recording={"pretrigger_s": 0.3, "quiet_s": 0.3},
     )
-    path = tmp_path / "lab.toml"
+    path = folder / "lab.toml"
     text = dump_setup(setup, default_setup_path().read_text(encoding="utf-8"))
     path.write_text("# measured by the operator in May\n" + text, encoding="utf-8")
     return path
+
+
+@pytest.fixture
+def setup_path(tmp_path: Path) -> Path:
+    return write_lab(tmp_path)
 
 
 @pytest.fixture
@@ -85,15 +90,11 @@ def settings_path(tmp_path: Path) -> Path:
 MakeWindow = Callable[..., MainWindow]
 
 
-@pytest.fixture
-def make_window(
-    qtbot: QtBot,
-    theme: Theme,
-    board: NoticeBoard,
-    tmp_path: Path,
-    settings_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+@contextmanager
+def windows(
+    qtbot: QtBot, theme: Theme, board: NoticeBoard, settings_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[MakeWindow]:
+    """Make windows that share a settings file, beside which their data go; close them in the end."""
     # the live track may be late here: time runs faster than for an operator, on a machine that does other things
     monkeypatch.setattr("radargui.acquisition.stream.LONGEST_LAG_S", 4.0)
     monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingHere)
@@ -102,7 +103,7 @@ def make_window(
     def make(setup_path: Path | None = None, **options: Any) -> MainWindow:
         settings = Settings(settings_path)
         if settings.path("data_folder") is None:
-            settings.put("data_folder", tmp_path / "data")
+            settings.put("data_folder", settings_path.with_name("data"))
         options.setdefault("source_maker", fast_sources(options.pop("speed", 8.0)))
         if IN_SPACE:
             options.setdefault("probe", OpenGLProbe())
@@ -130,8 +131,68 @@ def make_window(
 
 
 @pytest.fixture
+def make_window(
+    qtbot: QtBot, theme: Theme, board: NoticeBoard, settings_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[MakeWindow]:
+    with windows(qtbot, theme, board, settings_path, monkeypatch) as make:
+        yield make
+
+
+@pytest.fixture
 def window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
     return make_window(setup_path)
+
+
+@pytest.fixture(scope="module")
+def module_window(
+    request: pytest.FixtureRequest, qapp: QApplication, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[MainWindow]:
+    folder, theme = tmp_path_factory.mktemp("window"), Theme(qapp, "light")
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        windows(QtBot(request), theme, NoticeBoard(), folder / "settings.ini", patch) as make,
+    ):
+        yield make(write_lab(folder))
+    theme.apply("system")
+
+
+@pytest.fixture
+def idle_window(module_window: MainWindow) -> MainWindow:
+    """One window for the tests of a module that record nothing, as it is at its start: half a second to make."""
+    window, path = module_window, module_window.settings.path("data_folder")
+    assert path is not None
+    window.theme.apply("light")
+    window.board.clear()
+    window.hardware.choose("simulated")
+    window.setup_model.load(path.with_name("lab.toml"))
+    window.resize(1400, 900)
+    return window
+
+
+def with_keys(window: MainWindow, wait_for: Callable[..., None], panel: str) -> MainWindow:
+    window.activateWindow()
+    wait_for(window.isActiveWindow)
+    window.panels.go_to(panel)
+    QApplication.processEvents()
+    return window
+
+
+@pytest.fixture
+def active(idle_window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
+    """The same, with the keys."""
+    return with_keys(idle_window, wait_for, "hardware")
+
+
+@pytest.fixture
+def antennas(idle_window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
+    """The same, whose panel of the antennas is shown."""
+    return with_keys(idle_window, wait_for, "antennas")
+
+
+@pytest.fixture
+def own(window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
+    """The test's own window with the keys, whose panel of the antennas is shown."""
+    return with_keys(window, wait_for, "antennas")
 
 
 @pytest.fixture

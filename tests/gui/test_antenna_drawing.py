@@ -3,38 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, Qt
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLineEdit
+from PySide6.QtCore import QPointF
+from PySide6.QtWidgets import QApplication
+from support.typing_keys import line, typed
 
 from radargui.gui.main_window import MainWindow
 from radargui.processing.expected_uncertainty import expected_uncertainty
-
-
-@pytest.fixture
-def antennas(window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
-    window.activateWindow()
-    wait_for(window.isActiveWindow)
-    window.panels.go_to("antennas")
-    QApplication.processEvents()
-    return window
-
-
-def line(window: MainWindow, key: str) -> QLineEdit:
-    found = window.findChild(QLineEdit, key)
-    assert found is not None
-    return found
-
-
-def typed(window: MainWindow, key: str, text: str) -> None:
-    line(window, key).setFocus()
-    QTest.keyClick(line(window, key), Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
-    QTest.keyClicks(line(window, key), text)
 
 
 def has(window: MainWindow, where: QPointF, colour: str) -> bool:
@@ -112,13 +90,13 @@ def test_a_setup_that_is_wrong_leaves_the_last_drawing(antennas: MainWindow) -> 
     assert sketch.places[1].words == "Rx 1: x 0, y 450, z 536 mm"
 
 
-def test_the_map_is_the_uncertainty_of_its_places_and_follows_the_setup(antennas: MainWindow, wait_for: Any) -> None:
-    view = antennas.antennas.map
-    antennas.antennas._form.ensureWidgetVisible(view)
+def test_the_map_is_the_uncertainty_of_its_places_and_follows_the_setup(own: MainWindow, wait_for: Any) -> None:
+    view = own.antennas.map
+    own.antennas._form.ensureWidgetVisible(view)
     wait_for(lambda: view.shown is not None)
     first = view.shown
     assert first is not None
-    setup = antennas.setup_model.setup
+    setup = own.setup_model.setup
     # the corner below on the left, from the side; the middle of the edge to the right, from above
     for plane, column, row, place_m in ((0, 0, 0, (-0.15, 0.0, -0.15)), (1, 24, 12, (0.15, 0.0, 0.0))):
         found = expected_uncertainty(np.array([place_m, place_m]).T, setup, setup.simulation.snr_db)
@@ -129,7 +107,7 @@ def test_the_map_is_the_uncertainty_of_its_places_and_follows_the_setup(antennas
     # what is drawn is what was computed, x to the right and z upwards
     (image, _) = view._images
     assert image.image[0, 24] == first.planes_mm[0, 24, 0]
-    antennas.setup_model.assign("receiver[1].u_tilt_deg", 5.0)
+    own.setup_model.assign("receiver[1].u_tilt_deg", 5.0)
     wait_for(lambda: view.shown is not first)
     worse = view.shown
     assert worse is not None
@@ -143,7 +121,7 @@ def test_the_map_is_the_uncertainty_of_its_places_and_follows_the_setup(antennas
     where = view.plots[0].getPlotItem().vb.mapViewToScene(QPointF(0.0, 0.0))
     view.plots[0].scene().sigMouseMoved.emit(where)
     assert view.here.text() == f"x 0 mm, z 0 mm: ±{noisy.planes_mm[0, 12, 12]:.2f} mm a coordinate"
-    antennas.setup_model.remove_receiver(3)
+    own.setup_model.remove_receiver(3)
     wait_for(lambda: view.shown is None)
     assert "three receivers" in view.words.text()
     assert not view.plots[0].isVisible()

@@ -54,13 +54,6 @@ def raised(window: MainWindow, name: str) -> None:
     QApplication.processEvents()
 
 
-@pytest.fixture
-def active(window: MainWindow, wait_for: Any) -> MainWindow:
-    window.activateWindow()
-    wait_for(window.isActiveWindow)
-    return window
-
-
 @pytest.mark.parametrize("panel", TITLES, ids=TITLES.values())
 def test_typing_by_tab_only_changes_nothing_that_is_not_seen(active: MainWindow, panel: str) -> None:
     window = active
@@ -129,6 +122,10 @@ def test_the_order_of_tab_follows_the_layout(active: MainWindow) -> None:
             QTest.keyClick(has_keys(), Qt.Key.Key_Tab)
         assert len(rows) > 4
         assert rows == sorted(rows)
+        # and whoever comes in again from outside sees where, though it was scrolled
+        raised(active, panel)
+        assert dock.isAncestorOf(has_keys())
+        assert not has_keys().visibleRegion().isEmpty()
 
 
 def test_the_wheel_over_a_form_changes_no_choice(active: MainWindow) -> None:
@@ -161,40 +158,40 @@ def tabbed(widget: QWidget) -> bool:
 
 
 def test_space_and_r_act_wherever_the_keys_go_but_are_typed_into_words(
-    active: MainWindow, monkeypatch: pytest.MonkeyPatch
+    own: MainWindow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[str] = []
     for name in ("start", "record"):
-        action = getattr(active.actions_, name)
+        action = getattr(own.actions_, name)
         action.triggered.disconnect()
         action.triggered.connect(lambda _checked=False, name=name: asked.append(name))
     words = 0
     for panel in TITLES:
-        raised(active, panel)
-        for widget in everything_that_takes_keys(active):
+        raised(own, panel)
+        for widget in everything_that_takes_keys(own):
             for key, name in ((Qt.Key.Key_Space, "start"), (Qt.Key.Key_R, "record")):
                 asked.clear()
                 widget.setFocus()
-                before = values(active.setup_model)
+                before = values(own.setup_model)
                 text = typed(widget)
                 QTest.keyClick(widget, key)
                 takes_words = isinstance(widget, QPlainTextEdit) or widget.objectName() in WORDS
                 assert asked == ([] if takes_words else [name]), widget
                 assert takes_words == (typed(widget) != text), widget
-                assert takes_words or values(active.setup_model) == before
+                assert takes_words or values(own.setup_model) == before
                 words += takes_words
             assert QApplication.activePopupWidget() is None
     assert words >= 10
-    for action in (active.actions_.start, active.actions_.record):
+    for action in (own.actions_.start, own.actions_.record):
         action.setEnabled(False)
-    raised(active, "antennas")
+    raised(own, "antennas")
     asked.clear()
-    button = active.antennas.table.add
+    button = own.antennas.table.add
     button.setFocus()
     QTest.keyClick(button, Qt.Key.Key_Space)
-    assert active.setup_model.n_receivers == 3
+    assert own.setup_model.n_receivers == 3
     QTest.keyClick(button, Qt.Key.Key_Return)
-    assert active.setup_model.n_receivers == 4
+    assert own.setup_model.n_receivers == 4
     assert not asked
 
 
@@ -207,22 +204,22 @@ def typed(widget: QWidget) -> str:
     return widget.text() if isinstance(widget, QLineEdit) else ""
 
 
-def test_space_starts_r_records_and_esc_stops_at_once(active: MainWindow, wait_for: Any) -> None:
+def test_space_starts_r_records_and_esc_stops_at_once(own: MainWindow, wait_for: Any) -> None:
     # armed for as long as it takes to see that
-    active.setup_model.assign("simulation.scene", "rest")
-    active.setup_model.assign("simulation.rest_s", 60.0)
-    raised(active, "hardware")
+    own.setup_model.assign("simulation.scene", "rest")
+    own.setup_model.assign("simulation.rest_s", 60.0)
+    raised(own, "hardware")
     QTest.keyClick(has_keys(), Qt.Key.Key_Space)
-    wait_for(lambda: active.control.state is AppState.LIVE)
-    QTest.keyClick(active.focusWidget() or active, Qt.Key.Key_Escape)
-    assert active.control.state is AppState.STOPPING
-    wait_for(lambda: not active.control.state.running)
-    QTest.keyClick(active.focusWidget() or active, Qt.Key.Key_R)
-    wait_for(lambda: active.control.state is AppState.ARMED)
-    raised(active, "runs")
-    QTest.keyClick(active.focusWidget() or active, Qt.Key.Key_Escape)
-    assert active.control.state is AppState.STOPPING
-    wait_for(lambda: not active.control.state.running)
+    wait_for(lambda: own.control.state is AppState.LIVE)
+    QTest.keyClick(own.focusWidget() or own, Qt.Key.Key_Escape)
+    assert own.control.state is AppState.STOPPING
+    wait_for(lambda: not own.control.state.running)
+    QTest.keyClick(own.focusWidget() or own, Qt.Key.Key_R)
+    wait_for(lambda: own.control.state is AppState.ARMED)
+    raised(own, "runs")
+    QTest.keyClick(own.focusWidget() or own, Qt.Key.Key_Escape)
+    assert own.control.state is AppState.STOPPING
+    wait_for(lambda: not own.control.state.running)
 
 
 def test_the_keys_stand_on_their_buttons(active: MainWindow) -> None:

@@ -3,40 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
+from support.typing_keys import line, typed
 
 from radargui.gui.main_window import MainWindow
 from radargui.gui.setup.antenna_panel import PolarizationSketch
 from radargui.gui.setup.fields import Changed
 from radargui.gui.theme import ThemeChoice
 from radargui.model.setup import Setup
-
-
-@pytest.fixture
-def antennas(window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
-    window.activateWindow()
-    wait_for(window.isActiveWindow)
-    window.panels.go_to("antennas")
-    QApplication.processEvents()
-    return window
-
-
-def line(window: MainWindow, key: str) -> QLineEdit:
-    found = window.findChild(QLineEdit, key)
-    assert found is not None
-    return found
-
-
-def typed(window: MainWindow, key: str, text: str) -> None:
-    line(window, key).setFocus()
-    QTest.keyClick(line(window, key), Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
-    QTest.keyClick(line(window, key), Qt.Key.Key_Delete)
-    QTest.keyClicks(line(window, key), text)
 
 
 def sketch_of(window: MainWindow) -> PolarizationSketch:

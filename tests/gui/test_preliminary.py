@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.changed import changed
 from support.gui_sessions import make_session
 from support.run_contents import read_summary
-from support.stored_runs import results_digest
+from support.stored_runs import SETUP, results_digest
 
 from radargui.acquisition.run_plan import Ending
 from radargui.experiment.event import RecordedRun
@@ -24,9 +25,7 @@ from radargui.processing.offline import STOPPED, process
 
 @pytest.fixture
 def joint_window(window: MainWindow) -> MainWindow:
-    window.setup_model.assign("processing.correction", "joint")
-    window.setup_model.assign("daq.rate_hz", 4000.0)
-    window.setup_model.assign("recording.maximum_s", 0.7)
+    window.setup_model.replace(changed(SETUP, processing={"correction": "joint"}, recording={"maximum_s": 0.6}))
     return window
 
 

@@ -170,22 +170,17 @@ def test_a_data_folder_that_cannot_be_made_fails_before_recording(
 
 
 def test_a_session_recorded_before_can_be_opened(
-    make_window: Any, setup_path: Path, wait_for: Any, record_one: Any
+    window: MainWindow, setup_path: Path, wait_for: Any, tmp_path: Path
 ) -> None:
-    first = make_window(setup_path)
-    record_one(first)
-    path = first.control.session.path
-    first.close()
-    second = make_window(setup_path)
-    second.sessions.open(path)
-    wait_for(lambda: second.runs.model.entries and second.runs.model.entries[0].summary)
-    wait_for(lambda: not second.jobs.running)
-    assert second.runs.model.entries[0].verdict == "good, simulated"
-    second.runs.table.selectRow(0)
-    wait_for(lambda: second.run.result is not None)
-    second.sessions.open(setup_path.parent)
-    wait_for(lambda: second.strip.texts())
-    assert "is not a session" in second.strip.texts()[0]
+    window.sessions.open(make_session(tmp_path / "data", 4))
+    wait_for(lambda: window.runs.model.entries and window.runs.model.entries[0].summary)
+    wait_for(lambda: not window.jobs.running)
+    assert window.runs.model.entries[0].verdict == "good, simulated"
+    window.runs.table.selectRow(0)
+    wait_for(lambda: window.run.result is not None)
+    window.sessions.open(setup_path.parent)
+    wait_for(lambda: window.strip.texts())
+    assert "is not a session" in window.strip.texts()[0]
 
 
 def test_notes_written_after_the_first_run_reach_the_session(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
+from support.typing_keys import typed
 
 from radargui.gui.main_window import MainWindow
 from radargui.gui.setup.fields import Changed, FormPanel
@@ -31,13 +31,6 @@ def mark(window: MainWindow, key: str) -> Changed:
     return found
 
 
-def entered(window: MainWindow, key: str, text: str) -> None:
-    line = field(window, key)
-    line.setFocus()
-    QTest.keyClick(line, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
-    QTest.keyClicks(line, text)
-
-
 def shown_changes(window: MainWindow) -> str:
     (text,) = {panel.changes.text() for panel in window.findChildren(FormPanel) if not panel.changes.isHidden()} or {""}
     return text
@@ -56,15 +49,6 @@ def answers(monkeypatch: pytest.MonkeyPatch) -> tuple[list[Answer], list[str]]:
     return given, asked
 
 
-@pytest.fixture
-def antennas(window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
-    window.activateWindow()
-    wait_for(window.isActiveWindow)
-    window.panels.go_to("antennas")
-    QApplication.processEvents()
-    return window
-
-
 VALUES = (
     ("receiver[2].tilt_deg", "55", "40 °"),
     ("receiver[1].distance_m", "-3", "700 mm"),
@@ -78,9 +62,7 @@ def test_a_wrong_entry_is_marked_and_taken_back_from_its_field(antennas: MainWin
     before = plain(antennas.setup_model.setup)
     for key, text, was in VALUES:
         assert mark(antennas, key).isHidden()
-        entered(antennas, key, text)
-        if not text:
-            QTest.keyClick(field(antennas, key), Qt.Key.Key_Delete)
+        typed(antennas, key, text)
         assert not mark(antennas, key).isHidden(), key
         assert f"The file says {was}:" in mark(antennas, key).toolTip()
         others = [one for one in antennas.findChildren(Changed) if not one.isHidden()]
@@ -94,8 +76,8 @@ def test_a_wrong_entry_is_marked_and_taken_back_from_its_field(antennas: MainWin
 
 
 def test_a_mark_is_clicked_and_all_changes_are_taken_back_together(antennas: MainWindow) -> None:
-    entered(antennas, "receiver[2].tilt_deg", "55")
-    entered(antennas, "transmitter.distance_m", "800")
+    typed(antennas, "receiver[2].tilt_deg", "55")
+    typed(antennas, "transmitter.distance_m", "800")
     antennas.setup_model.assign("processing.geometry", "plane")
     antennas.setup_model.assign("recording.restart_after_error", False)
     marked = {"receiver[2].tilt_deg", "transmitter.distance_m", "processing.geometry"}
@@ -109,84 +91,84 @@ def test_a_mark_is_clicked_and_all_changes_are_taken_back_together(antennas: Mai
     assert not antennas.setup_model.modified
 
 
-def test_what_changed_since_the_last_run_is_told(antennas: MainWindow, record_one: Any) -> None:
-    antennas.setup_model.assign("processing.correction", "adaptive")
-    entered(antennas, "receiver[2].tilt_deg", "41")
-    assert shown_changes(antennas) == ""
-    record_one(antennas)
-    assert shown_changes(antennas) == ""
-    entered(antennas, "receiver[2].tilt_deg", "42")
-    assert shown_changes(antennas) == "Changed since the last run: Receiver 2: Tilt (was 41 °)"
-    antennas.actions_.save_setup.trigger()
-    assert shown_changes(antennas), "saved is not the same as recorded"
-    entered(antennas, "receiver[2].tilt_deg", "41")
-    assert shown_changes(antennas) == ""
+def test_what_changed_since_the_last_run_is_told(own: MainWindow, record_one: Any) -> None:
+    own.setup_model.assign("processing.correction", "adaptive")
+    typed(own, "receiver[2].tilt_deg", "41")
+    assert shown_changes(own) == ""
+    record_one(own)
+    assert shown_changes(own) == ""
+    typed(own, "receiver[2].tilt_deg", "42")
+    assert shown_changes(own) == "Changed since the last run: Receiver 2: Tilt (was 41 °)"
+    own.actions_.save_setup.trigger()
+    assert shown_changes(own), "saved is not the same as recorded"
+    typed(own, "receiver[2].tilt_deg", "41")
+    assert shown_changes(own) == ""
 
 
 def test_opening_a_setup_asks_before_edits_are_lost(
-    antennas: MainWindow, answers: Any, tmp_path: Path, setup_path: Path, monkeypatch: pytest.MonkeyPatch
+    own: MainWindow, answers: Any, tmp_path: Path, setup_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     given, asked = answers
     other = tmp_path / "other.toml"
     other.write_text(setup_path.read_text(encoding="utf-8"), encoding="utf-8")
     chooser = "radargui.gui.setup.setup_model.QFileDialog.getOpenFileName"
     monkeypatch.setattr(chooser, lambda *_args: (str(other), ""))
-    entered(antennas, "receiver[2].tilt_deg", "55")
+    typed(own, "receiver[2].tilt_deg", "55")
     given[:] = [Answer.Cancel]
-    antennas.actions_.open_setup.trigger()
+    own.actions_.open_setup.trigger()
     assert "Receiver 2: Tilt" in asked[-1]
-    assert antennas.setup_model.path == setup_path
-    assert antennas.setup_model.setup.receiver[1].tilt_deg == 55.0
+    assert own.setup_model.path == setup_path
+    assert own.setup_model.setup.receiver[1].tilt_deg == 55.0
     given[:] = [Answer.Save]
-    antennas.actions_.open_setup.trigger()
+    own.actions_.open_setup.trigger()
     assert read_setup(setup_path).receiver[1].tilt_deg == 55.0
-    assert antennas.setup_model.path == other
-    entered(antennas, "receiver[2].tilt_deg", "-")
+    assert own.setup_model.path == other
+    typed(own, "receiver[2].tilt_deg", "-")
     given[:] = [Answer.Discard]
-    antennas.actions_.open_setup.trigger()
-    assert antennas.setup_model.setup.receiver[1].tilt_deg == 40.0
-    antennas.actions_.open_setup.trigger()
+    own.actions_.open_setup.trigger()
+    assert own.setup_model.setup.receiver[1].tilt_deg == 40.0
+    own.actions_.open_setup.trigger()
     assert len(asked) == 3, "asked although nothing was edited"
 
 
 def test_the_setup_of_a_session_asks_before_edits_are_lost(
-    antennas: MainWindow, answers: Any, record_one: Any, wait_for: Any
+    own: MainWindow, answers: Any, record_one: Any, wait_for: Any
 ) -> None:
     given, asked = answers
-    antennas.setup_model.assign("processing.correction", "adaptive")
-    record_one(antennas)
-    antennas.actions_.save_setup.trigger()
-    entered(antennas, "receiver[2].tilt_deg", "55")
-    session = antennas.control.session
+    own.setup_model.assign("processing.correction", "adaptive")
+    record_one(own)
+    own.actions_.save_setup.trigger()
+    typed(own, "receiver[2].tilt_deg", "55")
+    session = own.control.session
     assert session is not None
     given[:] = [Answer.Cancel]
-    antennas.sessions._take(read_info(session.path))
+    own.sessions._take(read_info(session.path))
     assert len(asked) == 1
-    assert antennas.setup_model.setup.receiver[1].tilt_deg == 55.0
-    assert antennas.control.session is session
+    assert own.setup_model.setup.receiver[1].tilt_deg == 55.0
+    assert own.control.session is session
     given[:] = [Answer.Discard]
-    antennas.sessions._take(read_info(session.path))
-    assert antennas.setup_model.setup.receiver[1].tilt_deg == 40.0
-    assert all(one.isHidden() for one in antennas.findChildren(Changed))
-    assert antennas.control.session is None
+    own.sessions._take(read_info(session.path))
+    assert own.setup_model.setup.receiver[1].tilt_deg == 40.0
+    assert all(one.isHidden() for one in own.findChildren(Changed))
+    assert own.control.session is None
 
 
-def test_closing_asks_only_where_an_edit_would_be_lost(antennas: MainWindow, answers: Any, wait_for: Any) -> None:
+def test_closing_asks_only_where_an_edit_would_be_lost(own: MainWindow, answers: Any, wait_for: Any) -> None:
     given, asked = answers
-    del antennas.may_leave
-    entered(antennas, "receiver[2].tilt_deg", "abc")
+    del own.may_leave
+    typed(own, "receiver[2].tilt_deg", "abc")
     given[:] = [Answer.No]
-    antennas.close()
-    assert antennas.isVisible()
+    own.close()
+    assert own.isVisible()
     assert "Receiver 2: Tilt: abc is not allowed" in asked[0]
-    entered(antennas, "receiver[2].tilt_deg", "55")
-    antennas.close()
-    wait_for(antennas.isHidden)
+    typed(own, "receiver[2].tilt_deg", "55")
+    own.close()
+    wait_for(own.isHidden)
     assert len(asked) == 1
 
 
 def test_a_mark_stands_within_its_field(antennas: MainWindow) -> None:
-    entered(antennas, "receiver[2].distance_m", "701.25")
+    typed(antennas, "receiver[2].distance_m", "701.25")
     assert within(antennas, "receiver[2].distance_m")
     antennas.panels.go_to("hardware")
     antennas.setup_model.assign("simulation.scene", "circle")

@@ -228,10 +228,10 @@ def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
     assert [one.called for one in model.entries] == ["drop 1", "run-0002", "drop 2", "drop 3"]
 
 
-N_DROPS = 20
+N_DROPS = 8
 
 
-def test_twenty_drops_with_a_backlog_closed_in_the_middle_are_found_again(
+def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     make_window: Any, setup_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     go = threading.Event()
@@ -301,7 +301,7 @@ def test_what_was_left_for_later_is_computed_in_a_process_of_its_own(
     monkeypatch.setattr("radargui.experiment.series.ProcessingApart", ProcessingApart)
     model = window.setup_model
     # the joint fit takes seconds: there is time to leave it
-    model.replace(changed(SETUP, processing={"correction": "joint"}))
+    model.replace(changed(SETUP, processing={"correction": "joint"}, recording={"maximum_s": 0.5}))
     window.actions_.record.trigger()
     wait_for(lambda: window.stopping.isVisibleTo(window))
     window.stopping.later.click()

@@ -24,9 +24,10 @@ RUNS = ("run-0001", "run-0002", "run-0003")
 
 @pytest.fixture(scope="module")
 def short() -> SceneRecord:
-    """A drop of 2 cm over a floor that reflects: about two fringes."""
-    fixed = {"rate_hz": 5000.0, "snr_db": 35.0, "skew_s": 0.0, "wall": 0.0, "flicker": 0.0, "drag": 0.0}
-    return make_record(draw_scene(2, "physical", "drop", height_m=0.02, e=0.7, drift_m_s=0.01, n_receivers=3, **fixed))
+    """A drop of 2 cm: about two fringes."""
+    fixed = {"rate_hz": 5000.0, "snr_db": 35.0, "skew_s": 0.0, "floor": 0.0, "wall": 0.0, "flicker": 0.0, "drag": 0.0}
+    fixed["moving_s"] = 0.3
+    return make_record(draw_scene(4, "physical", "drop", height_m=0.02, e=0.7, drift_m_s=0.01, n_receivers=3, **fixed))
 
 
 @pytest.fixture(scope="module")

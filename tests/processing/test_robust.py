@@ -52,18 +52,18 @@ def test_a_scene_is_right_or_refused_as_was_fixed_beforehand(number: int) -> Non
 @pytest.mark.parametrize(("kind", "seed", "n_receivers"), BROKEN)
 def test_a_broken_channel_is_named_and_gives_no_track(kind: str, seed: int, n_receivers: int) -> None:
     drop = make_drop(seed, kind, n_receivers)
-    # three sound receivers of four go on as any three do: the joint estimate says no more of the fourth
-    setup = changed(drop.setup, processing={"correction": "adaptive"}) if n_receivers == 4 else drop.setup
+    # sound receivers go on as any do, see `test_by_estimate`: the joint estimate says no more of the fourth
+    sound = n_receivers == 4 or kind == "whole"
+    setup = changed(drop.setup, processing={"correction": "adaptive"}) if sound else drop.setup
     judgement = judge_drop(drop, process(drop.recording, setup), 0.0)
     assert not judgement.called_good, f"{drop.name}: receivers {judgement.called_good} called good"
     assert not judgement.false_track
     assert judgement.right, f"{drop.name}: {judgement.status}, {judgement.reason}"
 
 
-@pytest.mark.parametrize("seed", [SEED, 5])
 @pytest.mark.parametrize("kind", list(GARBAGE))
-def test_garbage_is_refused(kind: str, seed: int) -> None:
-    assert process(make_garbage(seed, kind), drop_setup(3)).status != "ok"
+def test_garbage_is_refused(kind: str) -> None:
+    assert process(make_garbage(SEED, kind), drop_setup(3)).status != "ok"
 
 
 def said(scene: Scene, path_m: FloatArray, valid: FloatArray | None = None) -> RunResult:

@@ -26,7 +26,7 @@ from radargui.session.recovery import NOTHING, recover, unfinished_runs
 from radargui.session.session import Session
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
-KILLS = 5
+KILLS = 3
 
 
 def crashed(session: Session, count: int = 1700, *, gap: bool = True) -> tuple[Path, np.ndarray]:

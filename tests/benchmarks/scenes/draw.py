@@ -27,7 +27,7 @@ def draw_scene(seed: int, kind: str, motion: str | None = None, **fixed: float) 
         drop, circle, pendulum or bed; drawn where left out.
     fixed
         Values to hold instead of drawing: snr_db, rate_hz, skew_s, floor, wall, flicker, drag, height_m, e,
-        drift_m_s, n_receivers, amplitude_v, bias.
+        drift_m_s, n_receivers, amplitude_v, bias, moving_s (what is recorded from the release on).
     """
     rng = np.random.default_rng([seed, 1 if kind == "physical" else 0])
 
@@ -53,6 +53,7 @@ def draw_scene(seed: int, kind: str, motion: str | None = None, **fixed: float) 
         value("e", rng.uniform(0.4, 0.92)),
         drag,
         value("drift_m_s", rng.uniform(0.0, 0.08)),
+        fixed.get("moving_s"),
     )
     time = np.linspace(0.0, moving.duration_s, 2000)
     lowest = float(moving.position(time)[2].min())
@@ -96,8 +97,9 @@ def _draw_setup(rng: np.random.Generator, n_receivers: int) -> Setup:
     )
 
 
-def _draw_motion(rng, chosen, release, height, e, drag, drift) -> motions.Motion:
+def _draw_motion(rng, chosen, release, height, e, drag, drift, moving_s) -> motions.Motion:
     rest = float(rng.uniform(0.2, 0.4))
+    end_s = rest + (moving_s or {"drop": 0.9, "bed": 0.6}.get(chosen, 2.0))
     if chosen == "drop":
         return motions.drop(
             rng,
@@ -107,7 +109,7 @@ def _draw_motion(rng, chosen, release, height, e, drag, drift) -> motions.Motion
             drag_1_m=drag,
             drift_m_s=drift,
             rest_s=rest,
-            duration_s=rest + 0.9,
+            duration_s=end_s,
         )
     if chosen == "bed":
         return motions.bed(
@@ -115,14 +117,14 @@ def _draw_motion(rng, chosen, release, height, e, drag, drift) -> motions.Motion
             height_m=height,
             depth_m=float(rng.uniform(0.01, 0.03)),
             rest_s=rest,
-            duration_s=rest + 0.6,
+            duration_s=end_s,
         )
     if chosen == "circle":
         return motions.circle(
             release_m=release,
             radius_m=float(rng.uniform(0.04, 0.1)),
             rest_s=rest,
-            duration_s=rest + 2.0,
+            duration_s=end_s,
             period_s=float(rng.uniform(0.8, 2.0)),
             slope=float(rng.uniform(-0.4, 0.4)),
         )
@@ -130,7 +132,7 @@ def _draw_motion(rng, chosen, release, height, e, drag, drift) -> motions.Motion
         release_m=release,
         length_m=float(rng.uniform(0.4, 0.8)),
         rest_s=rest,
-        duration_s=rest + 2.0,
+        duration_s=end_s,
         amplitude_rad=float(rng.uniform(0.05, 0.12)),
         azimuth_rad=float(rng.uniform(0, 6.28)),
     )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel
+from support.processing_here import ProcessingHere
 
 from radargui.gui.control.state import AppState
 from radargui.gui.guide.empty_plots import is_empty
@@ -22,7 +24,11 @@ def upcoming(window: MainWindow) -> list[str]:
     return [name for name, step in window.guide.steps.items() if step.words.isVisible()]
 
 
-def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wait_for: Any) -> None:
+def test_each_step_ticks_itself_off_when_it_has_happened(
+    window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go, process = threading.Event(), ProcessingHere.process
+    monkeypatch.setattr(ProcessingHere, "process", lambda *job: go.wait(60.0) and process(*job))
     guide = window.guide
     window.actions_.guide.trigger()
     assert guide.isVisible()
@@ -44,6 +50,7 @@ def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wai
     wait_for(lambda: "drop" in done(window))
     assert "read" not in done(window)
     assert not guide.end.isVisible()
+    go.set()
     wait_for(lambda: window.control.state is AppState.DONE)
     assert done(window) == list(guide.steps)
     assert upcoming(window) == []

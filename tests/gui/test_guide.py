@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLabel
+from support.processing_here import ProcessingHere
 
 from radargui.gui.control.state import AppState
 from radargui.gui.guide.empty_plots import is_empty
@@ -22,7 +24,11 @@ def upcoming(window: MainWindow) -> list[str]:
     return [name for name, step in window.guide.steps.items() if step.words.isVisible()]
 
 
-def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wait_for: Any) -> None:
+def test_each_step_ticks_itself_off_when_it_has_happened(
+    window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go, process = threading.Event(), ProcessingHere.process
+    monkeypatch.setattr(ProcessingHere, "process", lambda *job: go.wait(60.0) and process(*job))
     guide = window.guide
     window.actions_.guide.trigger()
     assert guide.isVisible()
@@ -44,6 +50,7 @@ def test_each_step_ticks_itself_off_when_it_has_happened(window: MainWindow, wai
     wait_for(lambda: "drop" in done(window))
     assert "read" not in done(window)
     assert not guide.end.isVisible()
+    go.set()
     wait_for(lambda: window.control.state is AppState.DONE)
     assert done(window) == list(guide.steps)
     assert upcoming(window) == []
@@ -97,19 +104,19 @@ def said(window: MainWindow, name: str) -> str:
 
 
 @pytest.mark.parametrize("size", [(1366, 720), (944, 500)])
-def test_an_empty_plot_says_what_to_do_within_its_axes(window: MainWindow, size: tuple[int, int]) -> None:
-    window.resize(*size)
-    window.actions_.reset_layout.trigger()
+def test_an_empty_plot_says_what_to_do_within_its_axes(idle_window: MainWindow, size: tuple[int, int]) -> None:
+    idle_window.resize(*size)
+    idle_window.actions_.reset_layout.trigger()
     QApplication.processEvents()
     for name, words in (("scopes", "Press Start"), ("planes", "Press Start"), ("track", "click a run")):
-        assert words in said(window, name), name
-        label = window.empty.labels[name]
+        assert words in said(idle_window, name), name
+        label = idle_window.empty.labels[name]
         plot = label.parentWidget()
         assert isinstance(plot, Plot)
         assert plot.getPlotItem().vb.sceneBoundingRect().toRect().contains(label.geometry()), (name, label.geometry())
         needed = QLabel().fontMetrics().boundingRect(label.rect(), Qt.TextFlag.TextWordWrap, label.text())
         assert needed.height() <= label.height(), name
-    assert all(is_empty(plot) for plot in window.scopes.scopes)
+    assert all(is_empty(plot) for plot in idle_window.scopes.scopes)
 
 
 def test_a_plot_with_data_says_nothing(window: MainWindow, wait_for: Any) -> None:

@@ -31,10 +31,10 @@ def test_every_panel_can_be_closed_and_comes_back_by_reset(window: MainWindow) -
     assert not any(dock.isHidden() for dock in window.panels.docks.values())
 
 
-def test_every_action_has_a_key_and_stands_in_a_menu(window: MainWindow) -> None:
-    in_menus = {action for menu in window.menuBar().findChildren(QMenu) for action in menu.actions()}
-    assert len(window.actions_._made) >= 28
-    for action in window.actions_._made.values():
+def test_every_action_has_a_key_and_stands_in_a_menu(idle_window: MainWindow) -> None:
+    in_menus = {action for menu in idle_window.menuBar().findChildren(QMenu) for action in menu.actions()}
+    assert len(idle_window.actions_._made) >= 28
+    for action in idle_window.actions_._made.values():
         assert action in in_menus, action.text()
         assert action.shortcuts(), action.text()
     keys: dict[str, str] = {}
@@ -114,15 +114,15 @@ def test_a_setup_named_at_the_start_that_is_bad_is_told_and_replaced(
     assert window.setup_model.valid
 
 
-def test_messages_are_whole_selectable_and_not_repeated(window: MainWindow, wait_for: Any) -> None:
+def test_messages_are_whole_selectable_and_not_repeated(idle_window: MainWindow, wait_for: Any) -> None:
     error = SourceError("Cable <out>", reasons=["it was pulled"], remedy="Plug it in.")
     for _ in range(3):
-        window.board.post_error(error)
-    wait_for(lambda: window.board.notices)
-    assert window.strip.texts() == (str(error),)
-    assert window.board.notices[0].count == 3
-    window.board.dismiss(window.board.notices[0])
-    assert window.strip.isHidden()
+        idle_window.board.post_error(error)
+    wait_for(lambda: idle_window.board.notices)
+    assert idle_window.strip.texts() == (str(error),)
+    assert idle_window.board.notices[0].count == 3
+    idle_window.board.dismiss(idle_window.board.notices[0])
+    assert idle_window.strip.isHidden()
 
 
 def test_exceptions_of_any_thread_reach_the_strip(window: MainWindow, board: NoticeBoard, wait_for: Any) -> None:

@@ -117,7 +117,8 @@ class FirstSteps(Dialog):
             self.tick("monitor")
         if state is AppState.ARMED:
             self.tick("arm")
-        if state is AppState.RECORDING:
+        if state.holds_a_run:
+            # a short one is seen only while it is processed
             self.tick("drop")
 
     def _recorded(self, recorded: RecordedRun) -> None:

@@ -73,7 +73,7 @@ def test_the_slope_of_the_circles_cost_equals_finite_differences() -> None:
     theta = np.concatenate([theta, np.zeros(data.layout.size - theta.size)])
     theta += 0.01 * rng.standard_normal(theta.size)
     mean, precision = np.zeros(theta.size), np.full(theta.size, 4.0)
-    _, _, slope = _evaluate(theta, data, settings).with_priors(mean, precision)
+    _, slope = _evaluate(theta, data, settings).with_priors(mean, precision)
     for k in range(theta.size):
         step = 1e-6 * np.eye(theta.size)[k]
         up, down = (_evaluate(theta + s * step, data, settings).cost(mean, precision) for s in (1, -1))

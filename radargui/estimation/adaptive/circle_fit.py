@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dposv, dpotrf, dpotri
 
 from radargui.estimation.adaptive.circle_layout import CIRCLE, CircleLayout, CircleSettings
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
@@ -197,7 +197,7 @@ def _minimise(
     sd = sd.copy()
     layout, precision = at.data.layout, 1.0 / sd**2
     damping = settings.first_damping
-    cost, normal, slope = at.with_priors(mean, precision)
+    cost, (normal, slope) = at.cost(mean, precision), at.with_priors(mean, precision)
     for _ in range(settings.steps):
         damped = normal.copy()
         damped.flat[:: sd.size + 1] *= 1.0 + damping
@@ -211,18 +211,23 @@ def _minimise(
         # tan eps has a pole: a step across it never comes back
         trial[layout.front_end] = np.clip(trial[layout.front_end], -settings.furthest, settings.furthest)
         trial_at = _evaluate(trial, at.data, settings)
-        gained = cost - trial_at.cost(mean, precision)
+        trial_cost = trial_at.cost(mean, precision)
+        gained = cost - trial_cost
         if gained > 0.0:
-            at = trial_at
-            cost, normal, slope = at.with_priors(mean, precision)
+            at, cost = trial_at, trial_cost
+        # after a last step so small the normal matrix is still that before it
+        if abs(gained) < settings.close or damping > settings.most_damping:
+            break
+        if gained > 0.0:
+            normal, slope = at.with_priors(mean, precision)
             # undamped near the minimum: what is held by priors alone would creep there
             damping = damping / settings.damping_factor if damping > settings.first_damping else 0.0
         else:
             damping = max(damping * settings.damping_factor, settings.first_damping)
-        if abs(gained) < settings.close or damping > settings.most_damping:
-            break
-    covariance: FloatArray = np.asarray(np.linalg.inv(normal))
-    evidence = -cost - 0.5 * np.linalg.slogdet(normal)[1] + 0.5 * float(np.log(precision).sum())
+    factor, _ = dpotrf(normal)
+    upper, _ = dpotri(factor)
+    covariance: FloatArray = np.triu(upper) + np.triu(upper, 1).T
+    evidence = -cost - float(np.log(np.diagonal(factor)).sum()) + 0.5 * float(np.log(precision).sum())
     chi_square = float((at.weight * at.residual**2).mean())
     return CircleFit(layout, at.theta, covariance, evidence, chi_square, sd), at
 
@@ -253,10 +258,10 @@ class _Evaluated:
         """Return the loss with that of the priors."""
         return self.loss + 0.5 * float(precision @ (self.theta - mean) ** 2)
 
-    def with_priors(self, mean: FloatArray, precision: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return the cost, its normal matrix and its slope."""
+    def with_priors(self, mean: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the normal matrix and the slope of the cost."""
         normal, slope = self.of_bins
-        return self.cost(mean, precision), normal + np.diag(precision), slope + precision * (self.theta - mean)
+        return normal + np.diag(precision), slope + precision * (self.theta - mean)
 
 
 def _evaluate(theta: FloatArray, data: CircleData, settings: CircleSettings) -> _Evaluated:

@@ -372,7 +372,7 @@ def _phases(
             phase = np.unwrap(angle)
         else:
             near = counted_rad[number] - (counted_rad[number, rest].mean() if rest.any() else counted_rad[number, 0])
-            phase = near + np.angle(np.exp(1j * (angle - near)))
+            phase = angle - 2.0 * np.pi * np.rint((angle - near) / (2.0 * np.pi))
         phases.append(phase - 2.0 * np.pi * np.round((phase[rest].mean() if rest.any() else phase[0]) / (2.0 * np.pi)))
         at_rest.append(float(np.angle(reference)))
     return np.array(phases), np.array(at_rest)

@@ -218,14 +218,15 @@ def _frames(
     n = pair_v.shape[1]
     size = max(16, min(even_transform_size(length_s * sample_rate_hz), 2 * (n // 2)))
     starts = np.arange(0, n - size + 1, max(1, size // 2))
-    frames = np.lib.stride_tricks.sliding_window_view(pair_v, size, axis=1)[:, starts]
+    # single precision, to 1e-7 of the largest swing: twice as fast
+    centred = (pair_v - pair_v.mean(axis=1, keepdims=True)).astype(np.float32)
+    frames = np.lib.stride_tricks.sliding_window_view(centred, size, axis=1)[:, starts]
     # drift and offset would leak from bin 0 over the slow lines
-    trend = np.stack([np.ones(size), np.linspace(-1.0, 1.0, size)])
-    frames = frames - (frames @ (trend / np.square(trend).sum(axis=1, keepdims=True)).T) @ trend
+    trend = np.stack([np.ones(size), np.linspace(-1.0, 1.0, size)]).astype(np.float32)
+    frames -= (frames @ (trend / np.square(trend).sum(axis=1, keepdims=True)).T) @ trend
     # sidelobes of a rectangle, 13 dB down, would be taken for a second line
     window = np.hanning(size)
-    # single precision, to 1e-7 of the strongest line: twice as fast
-    spectrum = np.fft.rfft((frames * window).astype(np.float32), axis=2)
+    spectrum = np.fft.rfft(frames * window.astype(np.float32), axis=2)
     # |I|^2 + |Q|^2: the sum of the powers at +f and -f, whatever the mixer
     squares = spectrum.real**2 + spectrum.imag**2
     power = squares[0] + squares[1]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.conditioning.noise import block_means
-from radargui.model.arrays import FloatArray, pieces
+from radargui.model.arrays import FloatArray, even_transform_size, pieces
 
 MAINS_HZ = (50.0, 60.0)
 HARMONICS = 5
@@ -257,7 +257,7 @@ class _Rests:
         if longest * spacing_s < LEAST_SHOWING_S:
             return False
         # padded: a line between two bins leaves the nearer one 0.8 of what it brings
-        size = 1 << (2 * longest - 1).bit_length()
+        size = even_transform_size(2.2 * longest)
         brought = np.zeros(size // 2 + 1)
         for time_s, means in self.rests:
             along = time_s - time_s.mean()

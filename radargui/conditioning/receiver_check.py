@@ -109,7 +109,8 @@ def check_receiver(
         return f"{100 * clipped:.0f} % of its samples in the motion are clipped: the range is too small"
     # less noise: a dead input still has its own
     spread = np.sqrt(np.maximum(pair_v.var(axis=1) - noise_v**2, 0.0))
-    if (spread < settings.nothing * noise_v).all() and doppler.clear.mean() < settings.least_seen:
+    unseen = doppler.clear.mean() < settings.least_seen
+    if unseen and (spread < settings.nothing * noise_v).all():
         return "I and Q show white noise and nothing else: a cable is off, or the receiver has no supply"
     weak, strong = ("I", "Q") if spread[0] < spread[1] else ("Q", "I")
     if spread.min() <= 0.02 * spread.max():
@@ -119,8 +120,8 @@ def check_receiver(
     apart = min(float(np.mean((moved[0] + sign * moved[1]) ** 2)) for sign in (-1.0, 1.0))
     if apart < min(settings.same**2 * spread.min() ** 2 + 1.2 * float((noise_v**2).sum()), 0.05 * spread.min() ** 2):
         return "Q shows what I shows: one signal on both inputs"
-    white = (sixth_differences(pair_v) ** 2).sum(axis=1) / (SIXTH_DIFFERENCE_GAIN * pair_v.shape[1])
-    if (white > settings.most_white * pair_v.var(axis=1)).all() and doppler.clear.mean() < settings.least_seen:
+    white = settings.most_white * SIXTH_DIFFERENCE_GAIN * pair_v.shape[1] * pair_v.var(axis=1)
+    if unseen and ((sixth_differences(pair_v) ** 2).sum(axis=1) > white).all():
         return "white noise that comes and goes moves I and Q, and no echo: a cable is loose, or a source disturbs them"
     # slower than some bins of the spectrum, a turn round and the bias that turns with it fill the same frame
     clear = doppler.clear & (doppler.frequency_hz >= settings.least_bins * doppler.resolution_hz)
@@ -182,12 +183,11 @@ def same_channels(
         How alike is one.
     """
     n_receivers = volts.shape[0] // 2
-    apart = np.array([[np.mean((a - b) ** 2) for b in volts] for a in volts])
+    apart = _mean_squares_apart(volts)
     unlike = apart
     if rest_v.shape[1] > LEAST_SAMPLES:
         # differences: a hum is shared by all cables, white noise by one alone
-        steps = np.diff(rest_v, axis=1)
-        unlike = np.array([[np.mean((a - b) ** 2) / 2.0 for b in steps] for a in steps])
+        unlike = 0.5 * _mean_squares_apart(np.diff(rest_v, axis=1))
     noise = np.add.outer(noise_v**2, noise_v**2)
     shown = np.minimum.outer(volts.var(axis=1), volts.var(axis=1))
     alike = (shown > 0.0) & (apart < np.minimum(settings.same**2 * shown + 2.0 * noise, 0.05 * shown))
@@ -200,3 +200,10 @@ def same_channels(
             same = same & audible & (unlike[block] < settings.shared_noise * noise[block])
         found.extend((2 * one + int(a), 2 * other + int(b)) for a, b in np.argwhere(same))
     return tuple(found)
+
+
+def _mean_squares_apart(volts: FloatArray) -> FloatArray:
+    """Return the mean square of each channel's difference from each other, by the products of all with all."""
+    products = volts @ volts.T / volts.shape[1]
+    own = np.diagonal(products)
+    return np.asarray(np.maximum(own[:, None] + own - 2.0 * products, 0.0))

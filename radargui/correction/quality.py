@@ -68,7 +68,7 @@ def circularity(iq: FloatArray, phase_rad: FloatArray | None = None) -> float:
     phase_rad
         Their unwrapped phase, shape (n_samples,).
     """
-    radius = np.hypot(iq[0], iq[1])
+    radius = np.sqrt(iq[0] ** 2 + iq[1] ** 2)
     if phase_rad is None:
         return float(np.sqrt(np.mean((radius - 1.0) ** 2)))
     turned = np.abs(phase_rad - phase_rad[0]) / (2.0 * np.pi)

@@ -77,7 +77,8 @@ def _intersected(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) 
             away = distance(place - start_m)
             # of two places the nearer to the guess; neither way may be shorter than nothing
             better = (root >= 0.0) & (root <= shortest) & (away < nearest)
-            best[:, better], nearest[better] = place[:, better], away[better]
+            np.copyto(best, place, where=better)
+            np.copyto(nearest, away, where=better)
     return best
 
 

@@ -164,7 +164,12 @@ class Digitisation:
         out = np.empty(samples.shape, dtype=np.float64)
         # each input of a board is calibrated by itself
         for channel, coefficients in enumerate(self.scaling):
-            out[channel] = np.polynomial.polynomial.polyval(samples[channel].astype(np.float64), coefficients)
+            # by Horner's rule, in place
+            row, codes = out[channel], samples[channel].astype(np.float64)
+            row[...] = coefficients[-1]
+            for coefficient in coefficients[-2::-1]:
+                row *= codes
+                row += coefficient
         return out
 
     def full_scale_v(self) -> FloatArray | None:

@@ -256,8 +256,8 @@ class _Height:
     def waves_m_s(self) -> float:
         """Return the size of the jumps that a mismatch left in the track makes everywhere, not only at impacts."""
         side = IMPACT_LIMITS.side_s
-        # nearer instants share most of their samples
-        before, after, _ = self.speeds(np.arange(self.time_s[0] + side, self.time_s[-1] - side, 0.5 * side))
+        # nearer instants share their samples
+        before, after, _ = self.speeds(np.arange(self.time_s[0] + side, self.time_s[-1] - side, side))
         jump = (after - before)[np.isfinite(after - before)]
         return _MEDIAN_TO_SD * float(np.median(np.abs(jump - np.median(jump)))) if jump.size else 0.0
 

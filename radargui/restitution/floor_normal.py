@@ -173,22 +173,17 @@ def _slopes(
         mean = np.concatenate([mean, (reflecting.normal[:2] / reflecting.normal[2])[:, None]], axis=1)
         precision = np.append(precision, 1.0 / apart)
         belief = np.append((1.0 - NORMALS.same) * belief, NORMALS.same)
-    stiffness = a[..., None] + precision
+    softness = 1.0 / (a[..., None] + precision)
     pull = b[..., None] + (precision * mean)[:, None, None, :]
-    log_evidence = (
-        level[..., None]
-        + 0.5 * (pull**2).sum(axis=-4) / stiffness
-        - 0.5 * (precision * mean**2).sum(axis=0)
-        - np.log(stiffness / precision)
-        + np.log(belief)
-    )
+    square = pull**2
+    exponent = level[..., None] + 0.5 * square.sum(axis=-4) * softness - 0.5 * (precision * mean**2).sum(axis=0)
     # less the largest, whose exponential would overflow
-    share = np.exp(log_evidence - log_evidence.max(axis=(-3, -2, -1), keepdims=True))
+    share = np.exp(exponent - exponent.max(axis=(-3, -2, -1), keepdims=True)) * softness * (precision * belief)
     share /= share.sum(axis=(-3, -2, -1), keepdims=True)
-    lever, variance = share / stiffness, (share / stiffness).sum(axis=(-3, -2, -1))
+    lever = share * softness
     tilt = np.einsum("...arqs,...rqs->...a", pull, lever)
-    square = np.einsum("...arqs,...rqs->...a", pull**2, lever / stiffness)
-    return tilt, square + variance[..., None]
+    mean_square = np.einsum("...arqs,...rqs->...a", square, lever * softness)
+    return tilt, mean_square + lever.sum(axis=(-3, -2, -1))[..., None]
 
 
 def e_by_tilt(before_m_s: FloatArray, after_m_s: FloatArray, normal: FloatArray, u_deg: float) -> list[FloatArray]:

@@ -15,7 +15,6 @@ from radargui.estimation.adaptive.circle_fit import (
     CircleLayout,
     CircleSettings,
     _evaluate,
-    _normal,
     _rows,
     fit_circle,
 )
@@ -74,11 +73,10 @@ def test_the_slope_of_the_circles_cost_equals_finite_differences() -> None:
     theta = np.concatenate([theta, np.zeros(data.layout.size - theta.size)])
     theta += 0.01 * rng.standard_normal(theta.size)
     mean, precision = np.zeros(theta.size), np.full(theta.size, 4.0)
-    at = _evaluate(theta, data, mean, precision, settings)
-    _, slope = _normal(at, data, mean, precision)
+    _, slope = _evaluate(theta, data, settings).with_priors(mean, precision)
     for k in range(theta.size):
         step = 1e-6 * np.eye(theta.size)[k]
-        up, down = (_evaluate(theta + s * step, data, mean, precision, settings).cost for s in (1, -1))
+        up, down = (_evaluate(theta + s * step, data, settings).cost(mean, precision) for s in (1, -1))
         # sigma of the radius is held while the slope is taken
         assert slope[k] == pytest.approx((up - down) / 2e-6, rel=0.05, abs=0.02 * np.abs(slope).max())
 

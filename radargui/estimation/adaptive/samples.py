@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.estimation.adaptive.circle_data import averaging_loss, circle_data
+from radargui.estimation.adaptive.circle_data import averaging_loss, circle_data, unit_phasor
 from radargui.estimation.adaptive.circle_fit import CircleData
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.signals import ScaledSignals
@@ -87,7 +87,7 @@ class _CircleBetweenBins:
         """Return phases, amplitudes and points near the unit circle at some samples."""
         time, pair = self.signals.time_s[part], slice(2 * self.receiver, 2 * self.receiver + 2)
         amplitude, base = np.interp(time, self.bin_s, self.amplitude), np.interp(time, self.bin_s, self.phase)
-        unit = _unit(base + self.rest_phase)
+        unit = unit_phasor(base + self.rest_phase)
         gain, error = self.ellipse.gain_ratio, self.ellipse.quadrature_error_rad
         turned_i, turned_q = (self._turned_back(time, unit, delay) for delay in self.signals.delay_s[pair])
         i, q = self.signals.value[pair, part] + amplitude * channels_of(turned_i, turned_q, gain, error)
@@ -100,8 +100,4 @@ class _CircleBetweenBins:
         """Return what the unit circle turns back from the channel's own time to that of channel 0."""
         if delay_s == 0.0:
             return np.zeros_like(unit)
-        return np.asarray(unit - _unit(np.interp(time_s + delay_s, self.bin_s, self.phase) + self.rest_phase))
-
-
-def _unit(angle_rad: FloatArray) -> ComplexArray:
-    return np.asarray(np.cos(angle_rad) + 1j * np.sin(angle_rad))
+        return np.asarray(unit - unit_phasor(np.interp(time_s + delay_s, self.bin_s, self.phase) + self.rest_phase))

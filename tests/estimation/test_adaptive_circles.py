@@ -18,8 +18,10 @@ from radargui.estimation.adaptive.circle_fit import (
     _rows,
     fit_circle,
 )
+from radargui.estimation.adaptive.found import _recounted
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
 from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
+from radargui.estimation.forward.bins import BinnedData
 from radargui.geometry.path_length import Antennas, path_lengths
 
 TRUE = StillEllipse(0.2, -0.1, np.log(1.15), 0.12, 0.9)
@@ -163,16 +165,36 @@ def test_channels_of_a_multiplexer_are_brought_to_the_time_of_the_first() -> Non
     assert np.abs(later.bins.value - at(np.zeros(6))).max() > 5e-3
 
 
-def test_rounds_find_phases_and_places_from_rough_ellipses() -> None:
-    made = small_problem(sigma=0.005)
-    binned, true = made.data, positions(made.data.bins.time_s)
+ROUGH = tuple(
+    StillEllipse(c.offset_i + 0.03, c.offset_q - 0.02, c.log_gain, c.quadrature_error_rad, np.exp(c.log_amplitude))
+    for c in CONSTANTS
+)
+
+
+def seen() -> tuple[BinnedData, np.ndarray, np.ndarray]:
+    """Return bins, true places and true phases of a small problem."""
+    binned = small_problem(sigma=0.005).data
+    true = positions(binned.bins.time_s)
     change = path_lengths(true, ANTENNAS) - path_lengths(RELEASE_M[:, None], ANTENNAS)
-    phase = 2.0 * np.pi * change / binned.wavelength_m
-    rough = tuple(
-        StillEllipse(c.offset_i + 0.03, c.offset_q - 0.02, c.log_gain, c.quadrature_error_rad, np.exp(c.log_amplitude))
-        for c in CONSTANTS
+    return binned, true, 2.0 * np.pi * change / binned.wavelength_m
+
+
+def test_a_fringe_that_the_first_count_lost_is_found_by_the_circles_with_maps() -> None:
+    binned, _, phase = seen()
+    late = phase.copy()
+    late[0, phase.shape[1] // 2 :] -= 2.0 * np.pi
+    right, lost = (
+        best_round(binned, next_round(binned, first_round(binned, still_round(binned, ROUGH, count)), 0.15))
+        for count in (phase, late)
     )
-    still = still_round(binned, rough, phase)
+    assert np.abs(lost.phase_rad - late).max() < 0.5
+    assert np.abs(_recounted(binned, lost).phase_rad - phase).max() < 0.1
+    assert _recounted(binned, right) is right
+
+
+def test_rounds_find_phases_and_places_from_rough_ellipses() -> None:
+    binned, true, phase = seen()
+    still = still_round(binned, ROUGH, phase)
     assert still.prior_mean[:, CircleLayout.front_end].tolist() == [[0.0, 0.0]] * 3
     first = first_round(binned, still)
     mapped = next_round(binned, first, 0.15)

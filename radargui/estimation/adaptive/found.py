@@ -15,6 +15,7 @@ from radargui.estimation.adaptive.rounds import (
     moved_round,
     next_round,
     quick_round,
+    recounted_round,
     refined,
     still_round,
     stride_of,
@@ -108,15 +109,20 @@ def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     impacts, sphere = np.zeros(0), polarised_sphere(setup)
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
     found: tuple[Round, FloatArray] | None = None
-    for _ in range(2):
+    for number in range(3):
         bins = bin_by_fringe(signals, rough.time_s, rough.turns_hz, start, impacts)
         rest = bins.last_s < start
         data = BinnedData(
             bins, antennas, release, setup.radar.wavelength_m, rest, signals.delay_s, onset, sphere, multiplexer
         )
         if found is not None:
-            last = best_round(data, moved_round(data, *found), stride_of(data))
-            break
+            counted = best_round(data, moved_round(data, *found), stride_of(data))
+            last = _recounted(data, counted) if number == 1 else counted
+            if last is counted:
+                break
+            # other fringes, other impacts
+            impacts, found = _impacts(data, last, np.asarray(setup.floor.normal)), (last, data.bins.time_s)
+            continue
         # which start is right, and where the impacts are, one length shows
         if not rough.seen and antennas.n_receivers >= 3:
             last = _from_count(data, rough, quick=True)
@@ -162,6 +168,22 @@ def _from_count(data: BinnedData, rough: RoughPhases, *, quick: bool = False) ->
         if min(float(np.abs(one.phase_rad - other.phase_rad).max()) for one in tried) > START.other_count_rad:
             tried.append(chosen(data, next_round(data, other, START.first_length_m, stride), stride))
     return max(tried, key=lambda one: one.log_evidence)
+
+
+def _recounted(data: BinnedData, last: Round) -> Round:
+    """Return a round, or what its circles make of it where they count other fringes and the tracer then jumps less.
+
+    Evidence does not tell: places that a lost fringe has torn apart have maps of their own.
+    """
+    other = recounted_round(data, last)
+    if float(np.abs(other.phase_rad - last.phase_rad).max()) < START.other_count_rad:
+        return last
+    return min(last, best_round(data, other, stride_of(data)), key=lambda one: _fastest_m_s(data, one))
+
+
+def _fastest_m_s(data: BinnedData, one: Round) -> float:
+    steps_m = np.linalg.norm(np.diff(one.place, axis=1), axis=0)
+    return float((steps_m / np.diff(data.bins.time_s)).max())
 
 
 def _turns(data: BinnedData, last: Round, normal: FloatArray, impact_s: FloatArray) -> FloatArray:

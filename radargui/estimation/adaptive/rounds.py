@@ -80,6 +80,8 @@ class Round:
         Whether further rounds keep this one's count of the fringes, however near the signal comes to the centre.
     made_from, stride
         The round before it, with maps; and of how many bins one was fitted.
+    fitted_m
+        Places where its maps are right, as `place`, where another count of the fringes has moved that; else None.
     """
 
     phase_rad: FloatArray
@@ -95,6 +97,7 @@ class Round:
     holds_count: bool = False
     made_from: Round | None = None
     stride: int = 1
+    fitted_m: FloatArray | None = None
 
     def mean_centre(self, receiver: int) -> FloatArray:
         """Return the offsets of I and Q with the mean of the bias over the bins, shape (2,)."""
@@ -243,6 +246,13 @@ def best_round(binned: BinnedData, before: Round, stride: int = 1, settings: Map
     return _round_of_maps(binned, before, best, stride)
 
 
+def recounted_round(binned: BinnedData, one: Round) -> Round:
+    """Return a round whose fringes are counted anew in time: by its circles, not by those that counted first."""
+    phase = np.unwrap(one.phase_rad, axis=1)
+    fitted = one if one.made_from is None else one.made_from
+    return replace(one, phase_rad=phase, place=_places(binned, phase), fitted_m=fitted.place)
+
+
 def _shortest_m(before: Round, settings: MapRoundSettings) -> float:
     extent = float(np.linalg.norm(np.ptp(before.place, axis=1)))
     fringes = float(np.ptp(before.phase_rad, axis=1).max()) / (2.0 * np.pi)
@@ -272,7 +282,8 @@ def _maps(binned: BinnedData, before: Round, length_m: float, stride: int, setti
     visited = before.place[:, ~binned.rest]
     bias, amplitude_map = make_basis(visited, length_m), make_basis(visited, settings.amplitude_longer * length_m)
     data = circle_data(binned, before.value, before.phase_rad, before.place, bias, amplitude_map, stride)
-    starts = _carried(before, data, before.place[:, ::stride], settings.least_normal)
+    fitted_m = before.place if before.fitted_m is None else before.fitted_m
+    starts = _carried(before, data, fitted_m[:, ::stride], settings.least_normal)
     if before.bias is None:
         fits = tuple(fit_circle(*own) for own in zip(data, starts, before.prior_mean, strict=True))
     else:

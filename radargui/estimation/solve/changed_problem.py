@@ -139,15 +139,17 @@ def problem_with_mirrors(
     """
     before = solution.problem
     problem, theta = mirrors_changed(before, solution.state.theta, planes, bias)
-    problem = replace(
-        problem,
-        spline=solution.at.spline,
-        law_sd=np.where(solution.at.law.rows.is_flight, np.minimum(before.law_sd, _STIFF_M_S2), before.law_sd),
-    )
+    problem = replace(problem, spline=solution.at.spline, law_sd=stiff_law_sd(solution))
     # other functions of position, or other images of the antennas
     if bias is not None or problem.sphere is not None:
         problem = problem.at_places(positions_at_bins(solution), theta)
     return Start(problem, State(solution.state.coefficients, theta))
+
+
+def stiff_law_sd(solution: Solution) -> FloatArray:
+    """Return the deviations of the law's rows where a mirror is sought: flights do not bend for it, shape (n_rows,)."""
+    sd = solution.problem.law_sd
+    return np.where(solution.at.law.rows.is_flight, np.minimum(sd, _STIFF_M_S2), sd)
 
 
 def mirrors_changed(

@@ -291,12 +291,13 @@ class _Height:
         index = begin[:, None] + np.arange(max(int((end - begin).max(initial=0)), 1))
         inside = index < end[:, None]
         index = np.minimum(index, self.time_s.size - 1)
-        known = (end - begin >= IMPACT_LIMITS.least_points) & (np.isfinite(self.height_m[index]) | ~inside).all(axis=1)
+        height = self.height_m[index]
+        known = (end - begin >= IMPACT_LIMITS.least_points) & (np.isfinite(height) | ~inside).all(axis=1)
         inside &= known[:, None]
         unit = IMPACT_LIMITS.side_s  # in which the columns are of one size
         t = (self.time_s[index] - at_s[:, None]) / unit
-        weight = np.where(inside, self.u_m[index] ** -2.0, 0.0)
-        height = np.where(inside, self.height_m[index], 0.0)
+        weight = np.where(inside, (1.0 / self.u_m**2)[index], 0.0)
+        height = np.where(inside, height, 0.0)
         # weighed sums of t^0 ... t^4 and of height t^0 ... t^2
         moments, pulls, powers = np.empty((5, at_s.size)), np.empty((3, at_s.size)), weight
         for degree in range(5):

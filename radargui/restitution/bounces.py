@@ -64,7 +64,6 @@ def find_bounces(
         # again: heights, speeds and what counts as a flight are along the normal found
         impact_s = np.array([impact.time_s for impact in found.bounces.impacts])
         found = _along(track, segment, (x, y, z), sample_rate_hz, drag_1_m, impact_s, final=True)
-        at = _velocities(track, segment, found.bounces)
         impacts = tuple(_with_normal(impact, at, k, floor) for k, impact in enumerate(found.bounces.impacts))
         leaning = replace(found.bounces, impacts=impacts, u_tilt_deg=floor.u_tilt_deg if impacts else None)
         found = replace(found, bounces=leaning)

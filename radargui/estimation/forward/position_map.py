@@ -102,6 +102,8 @@ def farthest_points(place: FloatArray, spacing_m: float, most: int) -> FloatArra
 
 
 def _kernel(a: FloatArray, b: FloatArray, length_m: float) -> FloatArray:
-    # |a - b|^2 by a product of matrices; rounding may make it negative
-    square = (a**2).sum(axis=0)[:, None] + (b**2).sum(axis=0)[None] - 2.0 * (a.T @ b)
-    return np.asarray(np.exp(-np.maximum(square, 0.0) / (2.0 * length_m**2)))
+    # exponent a.b - |a|^2 / 2 - |b|^2 / 2 in units of l, by one product; rounding may make it positive
+    a, b = a / length_m, b / length_m
+    of_a, of_b = -0.5 * np.square(a).sum(axis=0), -0.5 * np.square(b).sum(axis=0)
+    out = np.vstack([a, of_a, np.ones_like(of_a)]).T @ np.vstack([b, np.ones_like(of_b), of_b])
+    return np.asarray(np.exp(np.minimum(out, 0.0, out=out), out=out))

@@ -112,6 +112,22 @@ def test_a_fit_finds_the_constants_within_their_uncertainty_and_switches_needles
     assert fit.log_evidence != fixed.log_evidence
 
 
+def test_a_fit_ends_in_its_minimum_where_functions_hardly_differ() -> None:
+    data = circle(5, n_bias=20, n_map=12)
+    slow_i, slow_q = 0.05 * np.random.default_rng(5).standard_normal((2, 20)) @ data.bias.T
+    data = replace(data, i=data.i + slow_i, q=data.q + slow_q)
+    start = np.zeros(data.layout.size)
+    start[CircleLayout.constants] = CircleFit.still(replace(TRUE, offset_i=0.25, amplitude=0.8)).theta
+    ended, thorough = (
+        fit_circle(data, start, start[CircleLayout.constants], updates=0, settings=settings)
+        for settings in (CircleSettings(), CircleSettings(close=1e-7, steps=200))
+    )
+    off = ended.point(data.i, data.q, data.bias) - thorough.point(data.i, data.q, data.bias)
+    # a thousandth of what the noise leaves open: a fit that stays damped creeps, and ends before
+    assert np.sqrt(np.mean(off**2)) < 1e-3 * np.sqrt(thorough.phase_variance(data).mean() - 0.01**2)
+    assert ended.log_evidence == pytest.approx(thorough.log_evidence, abs=2e-4)
+
+
 def test_the_variance_of_a_phase_is_that_of_repeated_noise() -> None:
     fits = [circle(seed, n_bias=0, n_map=0) for seed in range(60)]
     phases, variance = [], None

@@ -264,7 +264,7 @@ def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     wait_for(lambda: " recorded; drop 1: e = " in window.bar.state.text)
     wait_for(lambda: len(window.control.backlog) == N_DROPS - 1)
     wait_for(lambda: "Waiting for the result of drop 2 (40 % computed" in window.stopping.words.text())
-    assert f"{N_DROPS - 2} more after it" in window.stopping.words.text()
+    wait_for(lambda: f"{N_DROPS - 2} more after it" in window.stopping.words.text())
     assert window.stopping.isVisibleTo(window)
     assert [entry.label for entry in window.runs.model.entries] == [str(n + 1) for n in range(N_DROPS)]
     window.may_leave = lambda: pytest.fail("nothing is being recorded")

@@ -55,7 +55,7 @@ def test_a_cable_pulled_in_a_series_loses_nothing_and_the_series_goes_on(
     window.bar.runs.setValue(4)
     window.actions_.record.trigger()
     # the first drop is through, another one is being recorded
-    wait_for(lambda: window.runs.model.entries and window.control.state is AppState.RECORDING)
+    wait_for(lambda: window.control.kept and window.control.state is AppState.RECORDING)
     cable.pulled = True
     wait_for(lambda: window.control.state is AppState.FAILED)
     given = np.concatenate([block.samples for block in cable.blocks], axis=1)

@@ -76,7 +76,9 @@ class RunController(QObject):
         if session is None:
             self._runs.show_session(None, [])
             return
-        paths, rejected = session.run_paths(with_rejected=True), session.rejected
+        # what is being recorded comes into the list once it is on the disk
+        paths = [path for path in session.run_paths(with_rejected=True) if path != session.recording]
+        rejected = session.rejected
         noted = session.info.notes_of
         self._runs.show_session(
             session.path,

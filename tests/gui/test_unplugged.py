@@ -52,10 +52,10 @@ def test_a_cable_pulled_in_a_series_loses_nothing_and_the_series_goes_on(
     cable = Cable()
     window = make_window(setup_path, source_maker=cable)
     window.setup_model.assign("processing.correction", "published")
-    window.bar.runs.setValue(4)
+    window.bar.runs.setValue(9)
     window.actions_.record.trigger()
     # the first drop is through, another one is being recorded
-    wait_for(lambda: window.control.kept and window.control.state is AppState.RECORDING)
+    wait_for(lambda: window.runs.model.entries and window.control.state is AppState.RECORDING)
     cable.pulled = True
     wait_for(lambda: window.control.state is AppState.FAILED)
     given = np.concatenate([block.samples for block in cable.blocks], axis=1)
@@ -72,9 +72,8 @@ def test_a_cable_pulled_in_a_series_loses_nothing_and_the_series_goes_on(
         assert any(np.array_equal(given[:, at : at + kept.shape[1]], kept) for at in begins), (
             "samples of a run are lost"
         )
-    first = window.runs.model.entries[0]
-    assert first.summary is not None
-    assert first.summary["e"] is not None
+    wait_for(lambda: window.runs.model.entries[0].summary is not None)
+    assert window.runs.model.entries[0].summary["e"] is not None
     before = {path: raw_of(path) for path in paths}
 
     cable.pulled = False

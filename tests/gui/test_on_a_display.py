@@ -1,4 +1,7 @@
-"""Stories once more, as an operator's screen shows them: on a display, the track in space by OpenGL."""
+"""Stories once more, as an operator's screen shows them: on a display, the track in space by OpenGL.
+
+By name: RADARGUI_TEST_DISPLAY=1 python3 packaging/dev.py test tests/gui/test_on_a_display.py
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ STORIES = (
 
 
 @pytest.mark.timeout(200)
-@pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="needs xvfb-run")
+@pytest.mark.skipif(
+    shutil.which("xvfb-run") is None or not os.environ.get("RADARGUI_TEST_DISPLAY"),
+    reason="needs xvfb-run, and takes its time where OpenGL is software",
+)
 def test_stories_end_the_same_on_a_display_with_opengl(tmp_path: Path) -> None:
     screen = ["xvfb-run", "-a", "-s", "-screen 0 1920x1080x24"]
     pytest_ = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--basetemp={tmp_path / 'stories'}"]

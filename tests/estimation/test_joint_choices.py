@@ -31,7 +31,7 @@ def test_a_bounce_between_two_short_flights_is_not_missed() -> None:
         assert np.abs(estimate.impact_s - impact.time_s).min() < 1e-3
 
 
-def test_a_slow_circle_keeps_its_count_of_fringes_where_the_range_factor_loses_some() -> None:
+def test_a_slow_circle_is_followed_where_the_range_factor_alone_goes_astray() -> None:
     record = made(4091, "generic")
     found = rounds_of(record.recording, record.setup)
     true = (record.truth.path_m - record.truth.path_m[:, :1]) * 2.0 * np.pi / record.setup.radar.wavelength_m
@@ -42,7 +42,8 @@ def test_a_slow_circle_keeps_its_count_of_fringes_where_the_range_factor_loses_s
         return float(np.abs(phase - here).max())
 
     by_range_factor_alone = best_round(found.data, next_round(found.data, found.first, 0.15))
-    assert worst(by_range_factor_alone.phase_rad) > np.pi
+    # a third of a turn
+    assert worst(by_range_factor_alone.phase_rad) > 2.0
     assert worst(found.last.phase_rad) < 0.1
 
 
@@ -97,7 +98,7 @@ def test_the_slow_beginning_of_a_pendulum_is_not_taken_for_a_hum() -> None:
 
 
 def test_a_wall_that_cannot_be_told_from_noise_counts_in_the_uncertainty() -> None:
-    record = made(4036, "physical", moving_s=0.6)
+    record = made(4036, "physical")
     assert len(record.scene.planes) == 2
     estimate = joint_of(record.recording, record.setup)
     assert [plane.name for plane in estimate.chosen.solution.problem.inputs.planes] == ["floor"]

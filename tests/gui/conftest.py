@@ -6,6 +6,7 @@ import gc
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,13 @@ def nothing_of_the_user_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def write_lab(folder: Path) -> Path:
     """Write a user's setup file with a comment in it; low rates, so that the tests are quick."""
+    path = folder / "lab.toml"
+    path.write_text(_lab_text(), encoding="utf-8")
+    return path
+
+
+@cache
+def _lab_text() -> str:
     setup = quick_setup()
     setup = changed(
         setup,
@@ -59,10 +67,8 @@ def write_lab(folder: Path) -> Path:
         simulation={"rest_s": 0.8, "settle_s": 0.7, "restitution": 0.6},
         recording={"pretrigger_s": 0.3, "quiet_s": 0.3},
     )
-    path = folder / "lab.toml"
     text = dump_setup(setup, default_setup_path().read_text(encoding="utf-8"))
-    path.write_text("# measured by the operator in May\n" + text, encoding="utf-8")
-    return path
+    return "# measured by the operator in May\n" + text
 
 
 @pytest.fixture

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from PySide6.QtWidgets import QApplication
+
 from radargui.gui.plots.envelope import Envelope, thin
 from radargui.gui.plots.ranges import SteadyRange, round_up
+from radargui.gui.scopes.iq_plane_panel import IQPlane
+from radargui.gui.theme import Theme
 from radargui.gui.track.space_view import _segments, _spaced
 
 
@@ -87,3 +91,20 @@ def test_the_line_in_space_does_not_run_across_what_is_unknown() -> None:
     pairs = spaced[_segments(spaced)].reshape(-1, 2, 3)
     assert np.isfinite(pairs).all()
     assert not any(pair[0, 0] < 20.0 < pair[1, 0] for pair in pairs)
+
+
+@pytest.mark.parametrize("size", [(104, 145), (111, 132), (111, 158)])
+def test_a_small_plane_comes_to_rest(theme: Theme, size: tuple[int, int]) -> None:
+    plane, turn = IQPlane(theme, 1, corrected=False), np.linspace(0.0, 6.0, 200)
+    plane.resize(*size)
+    plane.show()
+    plane.draw(0.9 * np.cos(turn), 0.9 * np.sin(turn))
+    for _ in range(4):
+        QApplication.processEvents()
+    resized: list[object] = []
+    plane.view.sigResized.connect(resized.append)
+    # words that needed more room made equal units show another range, and that other words: for ever
+    for _ in range(4):
+        QApplication.processEvents()
+    plane.close()
+    assert not resized

@@ -20,11 +20,15 @@ _EVERY = 2
 """Frames: six small plots cost as much as all scopes, and fifteen pictures a second are smooth enough here."""
 
 
+_LEFT = 36
+"""Room for "-0.05", the same always: where words that come and go made it, equal units turned it into other words."""
+
+
 class IQPlane(Plot):
     """Q upwards against I, equal units on both axes."""
 
     def __init__(self, theme: Theme, number: int, *, corrected: bool) -> None:
-        super().__init__(theme, equal=True, live=True)
+        super().__init__(theme, left_px=_LEFT, equal=True, live=True)
         # axis words or a title would take half of so small a plot
         self.write_inside(f"Rx {number} / A" if corrected else f"Rx {number} [V]")
         self._corrected = corrected

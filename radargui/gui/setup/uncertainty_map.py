@@ -25,6 +25,7 @@ _CALM_MS = 150
 """After the last key: longer than from key to key, shorter than a look from the field to the map."""
 _COLOURS = "cividis"
 """Made for colour-blind eyes: lightness alone tells the order."""
+_LEFT = 48
 _PLANES = (("x [mm]", "z [mm]", (0, 2), "y = 0"), ("x [mm]", "y [mm]", (0, 1), "z = 0"))
 _SNR_TIP = (
     "Signal-to-noise ratio of one sample at the release [dB], 10 log10(A² / (2 σ²)), as in the tables of a run; until "
@@ -120,7 +121,7 @@ class UncertaintyMapView(Group):
         self.plots: list[Plot] = []
         self._images: list[pg.ImageItem] = []
         for bottom, left, _, plane in _PLANES:
-            plot = Plot(theme, bottom, left, equal=True)
+            plot = Plot(theme, bottom, left, left_px=_LEFT, equal=True)
             plot.write_inside(plane)
             plot.setFixedHeight(176)
             plot.setToolTip(_ABOUT)

@@ -1,6 +1,9 @@
 """Paints of the window while 6 x 200 kS/s are recorded, alone and beside the joint fit: ticks drawn, longest stall.
 
-python3 packaging/dev.py bench paints [--opengl] [--seconds 20] [--rate-hz 200000]
+python3 packaging/dev.py bench paints [--opengl] [--seconds 20] [--rate-hz 200000] [--simulated]
+
+The samples are those of a simulated scene, computed before and given out block by block as a driver's buffer would:
+what a device does, no laboratory's processor pays for. `--simulated` computes them, and their truth, while it records.
 
 Columns: time of the phase, 33 ms ticks drawn, longest and 99 % of the times between two paints, longest refresh and
 paint, the drawing thread's own processor time for a tick, share of the time in which it was ready and others had the
@@ -17,6 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +39,14 @@ from radargui.gui.notices import NoticeBoard
 from radargui.gui.opengl_probe import OpenGLProbe
 from radargui.gui.settings import Settings
 from radargui.gui.theme import Theme
+from radargui.model.recording import Block, Digitisation
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import dump_setup, read_setup
+from radargui.model.setup import Setup, dump_setup, read_setup
+from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
+from radargui.sources.factory import make_source
+from radargui.sources.paced import PacedSource
+from radargui.sources.simulated.model import SimulatedRadar
+from radargui.sources.simulated.scene import RETURN_S
 
 SIZE = (1920, 1080)
 LEAST_DRAWN = 0.99
@@ -49,6 +59,35 @@ def queued_s() -> float:
     with contextlib.suppress(OSError):
         return int(Path("/proc/thread-self/schedstat").read_text(encoding="ascii").split()[1]) * 1e-9
     return 0.0
+
+
+class FromMemory(PacedSource):
+    """A scene's samples over and over, each period followed by the next: a device, as far as the program sees it."""
+
+    def __init__(self, setup: Setup, clock: Clock) -> None:
+        scene = SimulatedRadar(setup, repeat=True)
+        self._digitisation, daq = replace(scene.digitisation, device="memory"), setup.daq
+        super().__init__("The memory", clock, daq.rate_hz, daq.read_interval_s, None, realtime=True)
+        once = SimulatedRadar(setup).n_samples or 1
+        self._samples = scene.samples(0, once + round(RETURN_S * daq.rate_hz))
+
+    def open(self) -> Digitisation:
+        self._opened = True
+        return self._digitisation
+
+    def _read(self) -> Block | None:
+        first, end = self._next, self._end_of_block()
+        if not self._wait_for(end):
+            return None
+        self._next = end
+        places = np.arange(first, end) % self._samples.shape[1]
+        return Block(self._samples[:, places], first)
+
+
+def from_memory(kind: Any, setup: Setup, *, clock: Clock = SYSTEM_CLOCK, **_: Any) -> Source:
+    """Make the source for the window."""
+    del kind
+    return FromMemory(setup, clock)
 
 
 class Watch:
@@ -144,6 +183,7 @@ def wait(condition: Callable[[], bool]) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--opengl", action="store_true", help="the track in 3D")
+    parser.add_argument("--simulated", action="store_true", help="samples computed while they are recorded")
     parser.add_argument("--seconds", type=float, default=20.0, help="of each phase")
     parser.add_argument("--rate-hz", type=float, default=200_000.0)
     chosen = parser.parse_args()
@@ -159,7 +199,14 @@ def main() -> int:
         path.write_text(dump_setup(setup), encoding="utf-8")
         settings = Settings(Path(folder) / "settings.ini")
         settings.put("data_folder", Path(folder) / "data")
-        window = MainWindow(Theme(application, "light"), settings, NoticeBoard(), setup_path=path, probe=OpenGLProbe())
+        window = MainWindow(
+            Theme(application, "light"),
+            settings,
+            NoticeBoard(),
+            setup_path=path,
+            source_maker=make_source if chosen.simulated else from_memory,
+            probe=OpenGLProbe(),
+        )
         window.resize(*SIZE)
         window.show()
         window.panels.resize(*SIZE)
@@ -181,7 +228,7 @@ def main() -> int:
         lost = health.samples_lost + health.samples_not_written if health else -1
         print(
             f"{application.platformName()}, {'OpenGL' if chosen.opengl else 'no OpenGL'},"
-            f" {window.width()} x {window.height()},"
+            f" {window.width()} x {window.height()}, samples {'simulated' if chosen.simulated else 'from memory'},"
         )
         print(f"{share:.0%} of a core by the window's process, load {load}, {lost} samples lost of each channel")
         titles = ("s", "drawn", "stall ms", "99 % ms", "refresh", "paint", "own ms", "queued", "without")

@@ -178,15 +178,28 @@ class SamplesView(QWidget):
         super().__init__()
         self._theme = theme
         self.plots: list[Plot] = []
+        self._overview: Overview | None = None
         self._column = fill(QVBoxLayout(self), Key(theme, *IQ_KEY), spacing=1)
 
     def clear(self) -> None:
         """Forget the samples."""
         take_out(self._column, *self.plots)
-        self.plots = []
+        self.plots, self._overview = [], None
 
     def show_overview(self, overview: Overview) -> None:
-        """Draw an overview."""
+        """Draw an overview, as soon as it is looked at: a run that was just recorded comes while the next one is."""
+        self._overview = overview
+        if self.isVisible():
+            self._draw(overview)
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw what came while the page was hidden."""
+        super().showEvent(event)
+        if self._overview is not None:
+            self._draw(self._overview)
+
+    def _draw(self, overview: Overview) -> None:
+        self._overview = None
         count = len(overview.channel_names) // 2
         if len(self.plots) != count:
             self.clear()

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QSize, Qt, SignalInstance
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, SignalInstance
 from PySide6.QtGui import QWheelEvent
 
 from radargui.model.resources import resource_table
@@ -25,6 +25,7 @@ TIPS: dict[str, dict[str, str]] = resource_table("window/tips")
 Edge = Literal["bright-text", "link-visited", "link"]
 """Of a strip: an alarm, something to look at, something that is being done."""
 _Box = TypeVar("_Box", bound=QtWidgets.QBoxLayout)
+_Page = TypeVar("_Page", bound=QtWidgets.QWidget)
 
 
 def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int = 2) -> _Box:
@@ -46,6 +47,16 @@ def fill(box: _Box, *parts: Part, margins: Margins = (0, 0, 0, 0), spacing: int 
         what, share = part if isinstance(part, tuple) else (part, 0)
         box.addLayout(what, share) if isinstance(what, QtWidgets.QLayout) else box.addWidget(what, share)
     return box
+
+
+def put_page(tabs: QtWidgets.QTabWidget, place: int, page: _Page) -> _Page:
+    """Put a page where an empty one was, and return it."""
+    shown, words = tabs.currentIndex(), tabs.tabText(place)
+    with QSignalBlocker(tabs):
+        tabs.removeTab(place)
+        tabs.insertTab(place, page, words)
+        tabs.setCurrentIndex(shown)
+    return page
 
 
 def take_out(layout: QtWidgets.QLayout, *widgets: QtWidgets.QWidget) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-
 from PySide6.QtWidgets import QApplication
 
 from radargui.gui.plots.envelope import Envelope, thin

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
-from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QLabel, QTabWidget, QVBoxLayout, QWidget
 
 from radargui.files.overview import Overview
 from radargui.gui.background import Start, at_once
-from radargui.gui.layout import fill, take_out
+from radargui.gui.layout import fill, put_page, take_out
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.runs.correction_view import CorrectionView
@@ -28,14 +27,11 @@ _LEFT = 58
 """Pixels of all vertical axes beneath one another, so that one instant stands above the other."""
 SCREEN_COLUMNS = 20_000
 """Of curves, each with its lowest and highest sample: what is left when a motion is magnified ten times."""
-
-
 LONG_S = 60.0
 """From here on processing takes minutes: who chose such a run sees its samples at once instead of an empty page."""
 _TURN = 2.0 * np.pi
 _PAGES = ("figures", "steps", "phase", "methods")
 """Of a result, in the order of their tabs; that of the samples comes after them."""
-_View = TypeVar("_View", bound=QWidget)
 
 
 class RunPanel(QWidget):
@@ -80,27 +76,19 @@ class RunPanel(QWidget):
     @cached_property
     def steps(self) -> CorrectionView:
         """The page of the correction; made when it is first looked at, for the window starts sooner without it."""
-        return self._put(CorrectionView(self._theme), _PAGES.index("steps"))
+        return put_page(self.tabs, _PAGES.index("steps"), CorrectionView(self._theme))
 
     @cached_property
     def phase(self) -> PhaseView:
         """The page of phase and path; the same holds."""
-        return self._put(PhaseView(self._theme), _PAGES.index("phase"))
+        return put_page(self.tabs, _PAGES.index("phase"), PhaseView(self._theme))
 
     @cached_property
     def methods(self) -> MethodsView:
         """The page of several methods; the same holds."""
         made = MethodsView(self._theme)
         made.asked.connect(self.methods_asked)
-        return self._put(made, _PAGES.index("methods"))
-
-    def _put(self, view: _View, place: int) -> _View:
-        shown, words = self.tabs.currentIndex(), self.tabs.tabText(place)
-        with QSignalBlocker(self.tabs):
-            self.tabs.removeTab(place)
-            self.tabs.insertTab(place, view, words)
-            self.tabs.setCurrentIndex(shown)
-        return view
+        return put_page(self.tabs, _PAGES.index("methods"), made)
 
     def clear(self) -> None:
         """Forget the run that was shown."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import pyqtgraph as pg
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from radargui.acquisition.baseband import Line, Spectrum
@@ -88,11 +91,11 @@ class SpectrumView(QWidget):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
-        self.plot = SpectrumPlot(theme)
+        self._theme = theme
         self.words = QLabel()
         self.words.setContentsMargins(6, 0, 6, 2)
         self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        fill(QVBoxLayout(self), (self.plot, 1), self.words)
+        self._column = fill(QVBoxLayout(self), self.words)
         self.half_band_hz = BANDS_HZ[1]
         self._follower = Follower()
         self._frame = 0
@@ -100,9 +103,22 @@ class SpectrumView(QWidget):
         self.spectrum: Spectrum | None = None
         self.show_nothing()
 
+    @cached_property
+    def plot(self) -> SpectrumPlot:
+        """Made when it is first looked at: plots are what a new window waits for."""
+        made = SpectrumPlot(self._theme)
+        self._column.insertWidget(0, made, 1)
+        return made
+
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
+        """Make the plot."""
+        super().showEvent(event)
+        self.plot  # noqa: B018 - makes it
+
     def show_nothing(self) -> None:
         """Forget what was shown."""
-        self.plot.show_nothing()
+        if "plot" in vars(self):
+            self.plot.show_nothing()
         self.spectrum, self._drawn = None, ()
         self.words.setText("Start shows the spectrum of what comes in")
 

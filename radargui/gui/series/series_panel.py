@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from PySide6.QtCore import Signal
@@ -16,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from radargui.gui.layout import Choice, button, fill
+from radargui.gui.layout import Choice, button, fill, put_page
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.table import RowModel, RowTable
@@ -31,6 +32,8 @@ from radargui.restitution.statistics import Statistics
 _LEFT = 62
 _LONGEST_NAME, _DATE = 24, len("2026-01-31T")
 _BEST = "best"
+_PAGES = ("", "speeds", "falls", "")
+"""What draws a series, in the order of the tabs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,10 +220,10 @@ class SeriesPanel(QWidget):
         self.table = RowTable(self.rows, "series", many=True)
         self.words = QPlainTextEdit(readOnly=True)
         self.words.setPlaceholderText("What the series found is said here once runs have results.")
-        self.speeds, self.falls = SpeedView(theme), FallsView(theme)
+        self._theme, self._stale = theme, set[str]()
         self.pages = QTabWidget()
         self.pages.setDocumentMode(True)
-        drawn = {"e against speed": self.speeds, "Falls": self.falls}
+        drawn = {"e against speed": QWidget(), "Falls": QWidget()}
         for title, page in {"Statistics": self.table, **drawn, "In words": self.words}.items():
             self.pages.addTab(page, title)
         self._title = QLabel("No session")
@@ -233,16 +236,27 @@ class SeriesPanel(QWidget):
         self.pages.currentChanged.connect(self._draw)
         self.show_facts(None)
 
+    @cached_property
+    def speeds(self) -> SpeedView:
+        """The page of e against speed; made when it is first looked at, for the window starts sooner without it."""
+        return put_page(self.pages, _PAGES.index("speeds"), SpeedView(self._theme))
+
+    @cached_property
+    def falls(self) -> FallsView:
+        """The page of the falls; the same holds."""
+        return put_page(self.pages, _PAGES.index("falls"), FallsView(self._theme))
+
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Ask for what is new."""
         super().showEvent(event)
         self.seen.emit()
 
     def _draw(self, _index: int = 0) -> None:
-        page = self.pages.currentWidget()
-        if isinstance(page, SpeedView | FallsView) and page in self._stale:
-            self._stale.discard(page)
-            page.show_facts(self.facts)
+        name = _PAGES[self.pages.currentIndex()]
+        if name in self._stale:
+            self._stale.discard(name)
+            view: SpeedView | FallsView = getattr(self, name)
+            view.show_facts(self.facts)
 
     def show_facts(self, facts: ReportFacts | None) -> None:
         """Show what one session or several found; None: there is none."""
@@ -257,7 +271,7 @@ class SeriesPanel(QWidget):
         named = ", ".join(one.name for one in found)
         self._title.setText(f"{named}: {kind}{n_runs} runs" if found else "No session")
         self._title.setToolTip(self._title.text())
-        self._stale = {self.speeds, self.falls}
+        self._stale = {"speeds", "falls"}
         self._draw()
         self.words.setPlainText("\n\n".join(_said(facts)) if facts and n_runs else "")
 

@@ -1,7 +1,7 @@
 """The map of the position uncertainty to expect over the field of view, computed beside the drawing thread."""
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 import pyqtgraph as pg
@@ -118,10 +118,23 @@ class UncertaintyMapView(Group):
         self._own_snr = False
         self.snr.setValue(model.setup.simulation.snr_db)
         self.row("SNR", self.snr, _SNR_TIP)
-        self.plots: list[Plot] = []
-        self._images: list[pg.ImageItem] = []
-        for bottom, left, _, plane in _PLANES:
-            plot = Plot(theme, bottom, left, left_px=_LEFT, equal=True)
+        self._theme, self._images = theme, list[pg.ImageItem]()
+        self.scale, self.words, self.here = Scale(), PlainLabel(), PlainLabel()
+        both = QWidget()
+        self._row = fill(QHBoxLayout(both))
+        for part in (both, self.scale, self.words, self.here):
+            self.whole(part)
+        self._soon = QTimer(self, singleShot=True, interval=_CALM_MS)
+        self._soon.timeout.connect(self._begin)
+        model.changed.connect(self._changed)
+        self.snr.valueChanged.connect(self._snr_changed)
+
+    @cached_property
+    def plots(self) -> list[Plot]:
+        """One a plane; made when they are first looked at: plots are what a new window waits for."""
+        made = []
+        for number, (bottom, left, _, plane) in enumerate(_PLANES):
+            plot = Plot(self._theme, bottom, left, left_px=_LEFT, equal=True)
             plot.write_inside(plane)
             plot.setFixedHeight(176)
             plot.setToolTip(_ABOUT)
@@ -130,22 +143,16 @@ class UncertaintyMapView(Group):
             image.setRect(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])))
             image.setZValue(-10)
             plot.addItem(image)
-            plot.scene().sigMouseMoved.connect(partial(self._read, plot, len(self.plots)))
-            self.plots.append(plot)
+            plot.scene().sigMouseMoved.connect(partial(self._read, plot, number))
+            self._row.addWidget(plot, 1)
+            made.append(plot)
             self._images.append(image)
-        self.scale, self.words, self.here = Scale(), PlainLabel(), PlainLabel()
-        both = QWidget()
-        fill(QHBoxLayout(both), *((plot, 1) for plot in self.plots))
-        for part in (both, self.scale, self.words, self.here):
-            self.whole(part)
-        self._soon = QTimer(self, singleShot=True, interval=_CALM_MS)
-        self._soon.timeout.connect(self._begin)
-        model.changed.connect(self._changed)
-        self.snr.valueChanged.connect(self._snr_changed)
+        return made
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         """Compute what changed while nobody looked."""
         super().showEvent(event)
+        self.plots  # noqa: B018 - makes them
         self._changed()
 
     def _snr_changed(self) -> None:
@@ -204,4 +211,4 @@ class UncertaintyMapView(Group):
         if 0 <= column < POINTS and 0 <= row < POINTS:
             up = "zy"[number]
             u_mm = self.shown.planes_mm[number, column, row]
-            self.here.setText(f"x {at.x():.0f} mm, {up} {at.y():.0f} mm: ±{u_mm:.2f} mm a coordinate")
+            self.here.setText(f"x {round(at.x())} mm, {up} {round(at.y())} mm: ±{u_mm:.2f} mm a coordinate")

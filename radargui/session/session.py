@@ -70,6 +70,7 @@ class Session:
         self.info = info
         self._right = lock
         self._writer: weakref.ref[RunWriter] | None = None
+        self._begun: Path | None = None
 
     @classmethod
     def create(
@@ -212,7 +213,7 @@ class Session:
     def recording(self) -> Path | None:
         """The run that is being recorded through this session; None between runs."""
         writer = None if self._writer is None else self._writer()
-        return None if writer is None or writer.closed else writer.path
+        return self._begun if writer is None or writer.closed else writer.path
 
     @property
     def rejected(self) -> Mapping[str, str]:
@@ -260,12 +261,16 @@ class Session:
         number = max(numbers, default=0)
         while True:
             number += 1
+            # said before it is there: who lists the runs meanwhile would find an empty file
+            self._begun = self.path / f"run-{number:04d}{SUFFIX}"
             try:
-                writer = RunWriter(self.path / f"run-{number:04d}{SUFFIX}", digitisation, **header)
+                writer = RunWriter(self._begun, digitisation, **header)
+                self._writer = weakref.ref(writer)
             except RunExistsError:
                 # Taken between looking and making, by whoever does not heed the lock.
                 continue
-            self._writer = weakref.ref(writer)
+            finally:
+                self._begun = None
             return writer
 
     def run_paths(self, *, with_rejected: bool = False) -> tuple[Path, ...]:

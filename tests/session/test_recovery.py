@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -97,6 +98,24 @@ def test_what_is_being_recorded_is_not_offered(tmp_path: Path) -> None:
     with session.new_run(int16_digitisation(), started_at="") as writer:
         assert unfinished_runs(tmp_path / "data", tmp_path / "index.sqlite3") == ()
         assert session.recording == writer.path
+    assert session.recording is None
+
+
+def test_a_run_is_named_as_recorded_from_before_its_file_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = Session.create(tmp_path, default_setup(), now=NOW)
+    named: list[bool] = []
+
+    def make(path: Path, *given: Any, **header: Any) -> RunWriter:
+        named.append(session.recording == path and not path.exists())
+        return RunWriter(path, *given, **header)
+
+    monkeypatch.setattr("radargui.session.session.RunWriter", make)
+    writer = session.new_run(int16_digitisation(), started_at="")
+    assert named == [True]
+    assert session.recording == writer.path
+    writer.close()
     assert session.recording is None
 
 

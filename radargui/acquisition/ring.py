@@ -266,13 +266,18 @@ class LiveWorker:
         Where they go.
     longest_lag
         When more samples than this wait, all but the newest quarter of them are skipped.
+    together
+        So many at least are estimated at once: most of what a block takes does not depend on its length.
     """
 
-    def __init__(self, ring: Ring, processor: LiveProcessor, track: LiveTrack, longest_lag: int) -> None:
+    def __init__(
+        self, ring: Ring, processor: LiveProcessor, track: LiveTrack, longest_lag: int, together: int = 1
+    ) -> None:
         self._ring = ring
         self._processor = processor
         self._track = track
         self._longest_lag = max(1, min(longest_lag, ring.length // 2))
+        self._together = together
         self._next = 0
         self._new = threading.Event()
         self._ended = False
@@ -308,6 +313,8 @@ class LiveWorker:
         """Estimate what is new in the ring."""
         end = self._ring.latest
         begin = self._next
+        if end - begin < self._together and not self._ended:
+            return
         if end - begin > self._longest_lag:
             # far ahead at once: a worker that skips a little is late again with the next block
             begin = end - max(1, self._longest_lag // 4)

@@ -186,6 +186,8 @@ _LEVEL_S = 0.25
 """The level meter shows so much of the past: several periods of 50 Hz, and quick to the eye; chosen by hand."""
 LIVE_MARGIN_S = 4.0
 """The live track of a run is asked for once the run has ended, `LONGEST_LAG_S` late at most; chosen by hand."""
+LIVE_BLOCK_S = 0.04
+"""Of the live track: a third less work than in blocks of 20 ms, and sooner than the next picture but one."""
 LIVE_DENSITY = 1.5
 """Most estimates for one that the live track means to make: blocks are a whole number of samples."""
 
@@ -280,7 +282,8 @@ class Stream:
             density_hz = min(rate_hz, LIVE_DENSITY * LIVE_RATE_HZ)
             self.track = LiveTrack(digitisation.n_receivers, rate_hz, live_s, density_hz)
             longest_lag = math.ceil(max(LONGEST_LAG_S, 3.0 * setup.daq.read_interval_s) * rate_hz)
-            self.worker = LiveWorker(self.ring, make_processor(setup, digitisation), self.track, longest_lag)
+            together = min(round(LIVE_BLOCK_S * rate_hz), longest_lag)
+            self.worker = LiveWorker(self.ring, make_processor(setup, digitisation), self.track, longest_lag, together)
 
     def take(self, block: Block) -> None:
         """Hand a block on; the reader's thread only.

@@ -149,7 +149,7 @@ class MapFilter:
         if learn:
             self._covariance += min(FORGETTING * fringes, 1.0) * self._map.prior
             self._learn(pair_v, phase, self._state)
-        phase, corrected = self._demodulated(pair_v)
+        phase, corrected = self._demodulated(pair_v, phase)
         self._phase_rad = float(phase[-1])
         self._fringes += fringes
         if self._fringes > SETTLED_FRINGES and self._zero_rad is None:
@@ -171,25 +171,28 @@ class MapFilter:
         corrected, _ = self._apply(self._rest_v[:, None], np.zeros(1))
         return float(np.arctan2(corrected[1, 0], corrected[0, 0]))
 
-    def _demodulated(self, pair_v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the phase counted from the rest, unwrapped on from the samples before, and corrected I and Q."""
+    def _demodulated(self, pair_v: FloatArray, seen_rad: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return the phase counted from the rest, unwrapped on from the samples before, and corrected I and Q.
+
+        `seen_rad` is the phase of a look before.
+        """
         if self._rest_v is None:
             self._rest_v = pair_v[:, 0].copy()
         zero = self._zero()
         before = self._phase_rad or 0.0
-        length = np.full(pair_v.shape[1], before / self._rad_per_m)
+        phase = np.full(pair_v.shape[1], before) if seen_rad is None else seen_rad
         # twice: the map is asked where the samples are, and that is known well enough only after a first look
-        for _ in range(2):
-            corrected, _ = self._apply(pair_v, length)
-            wrapped = np.arctan2(corrected[1], corrected[0]) - zero
-            phase = np.unwrap(np.concatenate([[before], wrapped]))[1:]
-            length = phase / self._rad_per_m
+        for _ in range(2 if seen_rad is None else 1):
+            corrected, _ = self._apply(pair_v, phase / self._rad_per_m)
+            turned = np.diff(np.arctan2(corrected[1], corrected[0]) - zero, prepend=before)
+            # as numpy's unwrap does, in a third of its time: a block is short
+            phase = before + np.cumsum(turned - 2.0 * np.pi * np.rint(turned / (2.0 * np.pi)))
         return phase, corrected
 
     def _apply(self, pair_v: FloatArray, length_m: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return corrected I and Q in amplitudes at path lengths, and the basis there, shape (n_samples, n)."""
         basis = self._map.basis(length_m)
-        offset_i, offset_q, log_amplitude = (basis @ part for part in self._map.parts(self._state))
+        offset_i, offset_q, log_amplitude = (basis @ np.stack(self._map.parts(self._state), axis=1)).T
         gain, eps = self._state[-2:]
         x = (pair_v[0] - self._centre_v[0]) / self._scale_v - offset_i
         y = (pair_v[1] - self._centre_v[1]) / self._scale_v - offset_q

@@ -47,9 +47,9 @@ def test_a_stalled_live_track_holds_nobody_back_and_skips(monkeypatch: pytest.Mo
         source, SETUP, recorder=Recorder(run, LIMITS, seconds=2.0), make_processor=stalling, patient=True
     )
     acquisition.start()
-    source.push(codes(200))
+    source.push(codes(400))
     assert entered.wait(LONGEST_S)
-    source.push_all(codes(9800))
+    source.push_all(codes(9600))
     source.wait_until_taken()
     assert acquisition.health.live_lag_s == pytest.approx(1.0)
     go.set()
@@ -88,7 +88,7 @@ def test_a_live_track_that_fails_ends_a_mere_view() -> None:
     source = ControlledSource()
     acquisition = Acquisition(source, SETUP, make_processor=failing)
     acquisition.start()
-    source.push_all(codes(300))
+    source.push_all(codes(400))
     ended(acquisition)
     assert acquisition.state is AcquisitionState.FAILED
     assert "The live track failed" in str(acquisition.error)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import fft, fftfreq, fftshift
-from scipy.signal import firwin, upfirdn
+from numpy.fft import fft, fftfreq, fftshift
+from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.acquisition.ring import Ring
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ
@@ -115,6 +115,17 @@ class Spectrum:
         return Line(float(self.frequency_hz[at]) + side * shift * self.resolution_hz, height)
 
 
+def _low_pass(step: int) -> FloatArray:
+    """Return the taps, sum 1, by which one of `step` samples is kept: a sinc in Kaiser's window; one tap for step 1.
+
+    Not scipy's: it would be half of what the start of the window waits for.
+    """
+    half = _STEPS_OF_TAPS * step // 2 if step > 1 else 0
+    # in the middle between the band's edge and the lowest frequency that folds into the band
+    taps = np.sinc(np.arange(-half, half + 1) / step) * np.kaiser(2 * half + 1, _BETA)
+    return np.asarray(taps / taps.sum())
+
+
 class Baseband:
     """I + jQ of the last seconds within +-`half_band_hz`, low-passed and thinned out of a ring; pulled, never pushed.
 
@@ -146,10 +157,7 @@ class Baseband:
         self.half_band_hz = min(half_band_hz, 0.5 * self.rate_hz)
         self._capacity = max(_LEAST_POINTS, min(round(window_s * self.rate_hz), MOST_POINTS))
         self._most = max(1, round(_PULL_S * rate_hz))
-        n_taps = _STEPS_OF_TAPS * self._step + 1
-        # in the middle between the band's edge and the lowest frequency that folds into the band
-        cutoff = 1.0 / self._step
-        self._taps = firwin(n_taps, cutoff, window=("kaiser", _BETA)) if self._step > 1 else np.ones(1)
+        self._taps = _low_pass(self._step)
         self._tail: ComplexArray | None = None
         self._kept: ComplexArray | None = None
         self.end = 0
@@ -175,8 +183,7 @@ class Baseband:
         joined = new if self._tail is None else np.concatenate([self._tail, new], axis=1)
         count = max(0, (joined.shape[1] - self._taps.size) // self._step + 1)
         if count:
-            skipped = (self._taps.size - 1) // self._step
-            out = upfirdn(self._taps, joined, 1, self._step, axis=1)[:, skipped : skipped + count]
+            out = sliding_window_view(joined, self._taps.size, axis=1)[:, :: self._step] @ self._taps
             kept = out if self._kept is None else np.concatenate([self._kept, out], axis=1)
             self._kept = kept[:, -self._capacity :]
         self._tail = joined[:, count * self._step :]
@@ -202,7 +209,7 @@ class Baseband:
         samples = self.samples_v
         if samples.shape[1] < size:
             return np.empty((samples.shape[0], 0, 0))
-        frames = np.lib.stride_tricks.sliding_window_view(samples, size, axis=1)[:, ::-1][:, ::hop][:, ::-1]
+        frames = sliding_window_view(samples, size, axis=1)[:, ::-1][:, ::hop][:, ::-1]
         window = np.hanning(size + 1)[:-1]
         spectra = np.abs(fft((frames - frames.mean(axis=2, keepdims=True)) * window, axis=2)) / window.sum()
         inside = np.abs(fftshift(fftfreq(size, 1.0 / self.rate_hz))) <= self.half_band_hz

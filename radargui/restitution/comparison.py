@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtrc
 
 from radargui.restitution.statistics import CONFIDENCE, probability, student
 
@@ -132,6 +131,8 @@ def repeatability_of(groups: Sequence[Sequence[float]]) -> Repeatability | None:
     if k < 2 or n <= k:
         return None
     means = np.array([values.mean() for values in known])
+    from scipy.special import fdtrc
+
     within = sum(float(np.sum((values - values.mean()) ** 2)) for values in known) / (n - k)
     between = float(np.sum(sizes * (means - np.average(means, weights=sizes)) ** 2)) / (k - 1)
     size = (n - float(np.sum(sizes**2)) / n) / (k - 1)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.special import chdtrc, stdtr
 
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.rounding import quantity
@@ -272,6 +271,8 @@ def fit_speed_model(points: Sequence[ImpactPoint], name: ModelName) -> SpeedFit:
     residual = e - model.e(v, *at)
     chi2 = float(np.sum((residual / u) ** 2))
     k = p + 1
+    from scipy.special import chdtrc
+
     combined = own if shared is None else np.hypot(own, shared)
     found = zip(model.parameters, at.tolist(), own.tolist(), combined.tolist(), strict=True)
     return replace(
@@ -314,6 +315,8 @@ def _trend_p(
 
     def found(kept: BoolArray) -> float:
         return float(np.linalg.lstsq(design[kept], wanted[kept], rcond=None)[0][-1])
+
+    from scipy.special import stdtr
 
     u = math.sqrt(_jackknife(np.array([[found(of != run)] for run in runs]))[0, 0])
     return float(2.0 * stdtr(len(runs) - 1, -abs(found(np.ones(of.size, dtype=np.bool_))) / u)) if u else None

@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc, stdtrit
 
 from radargui.model.arrays import FloatArray
 from radargui.model.rounding import UNKNOWN, concise, quantity
@@ -19,6 +18,8 @@ OUTLIER_RULE = "generalised ESD test at 1 % (Rosner 1983; for one suspect Grubbs
 
 def student(dof: float) -> float:
     """Return the factor of a two-sided 95 % interval of Student's t; infinite without a degree of freedom."""
+    from scipy.special import stdtrit
+
     return float(stdtrit(dof, 0.5 + 0.5 * CONFIDENCE)) if dof > 0.0 else math.inf
 
 
@@ -181,6 +182,8 @@ def with_shared(found: Statistics, shared: float | None) -> Statistics:
 
 
 def _consistency(values: FloatArray, u: FloatArray) -> Consistency:
+    from scipy.special import chdtrc
+
     weights = u**-2.0
     mean = float(np.average(values, weights=weights))
     chi2, dof = float(np.sum(weights * (values - mean) ** 2)), values.size - 1
@@ -200,6 +203,8 @@ def outliers_of(values: FloatArray) -> tuple[int, ...]:
     values
         Shape (n,), finite; of fewer than three none stands out.
     """
+    from scipy.special import stdtrit
+
     left, removed, found = list(range(values.size)), [], 0
     for _ in range(max(1, values.size // 5)):
         m, x = len(left), values[left]

@@ -183,7 +183,8 @@ class Baseband:
         joined = new if self._tail is None else np.concatenate([self._tail, new], axis=1)
         count = max(0, (joined.shape[1] - self._taps.size) // self._step + 1)
         if count:
-            out = sliding_window_view(joined, self._taps.size, axis=1)[:, :: self._step] @ self._taps
+            windows = sliding_window_view(joined, self._taps.size, axis=1)
+            out: ComplexArray = windows[:, :: self._step] @ self._taps
             kept = out if self._kept is None else np.concatenate([self._kept, out], axis=1)
             self._kept = kept[:, -self._capacity :]
         self._tail = joined[:, count * self._step :]

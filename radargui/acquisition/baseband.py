@@ -184,7 +184,7 @@ class Baseband:
         count = max(0, (joined.shape[1] - self._taps.size) // self._step + 1)
         if count:
             windows = sliding_window_view(joined, self._taps.size, axis=1)
-            out: ComplexArray = windows[:, :: self._step] @ self._taps
+            out = np.asarray(windows[:, :: self._step] @ self._taps, np.complex128)
             kept = out if self._kept is None else np.concatenate([self._kept, out], axis=1)
             self._kept = kept[:, -self._capacity :]
         self._tail = joined[:, count * self._step :]

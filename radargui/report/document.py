@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 if TYPE_CHECKING:
+    from jinja2 import Environment
     from matplotlib.figure import Figure
 
     from radargui.report.sheet import Area, Paper
@@ -120,4 +119,7 @@ class Chapter:
 @lru_cache(maxsize=1)
 def templates() -> Environment:
     """Return the templates of HTML; every text is escaped."""
+    # the window shows chapters without them, and would wait for it at its start
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
     return Environment(loader=PackageLoader("radargui.report"), autoescape=True, undefined=StrictUndefined)

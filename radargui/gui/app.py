@@ -1,6 +1,7 @@
 """Starts the window: the one thing the command line calls."""
 
 import ctypes
+import gc
 import logging
 import multiprocessing
 import os
@@ -29,6 +30,9 @@ def run_window(setup_path: Path | None = None, *, session: Path | None = None, s
     """
     if os.environ.get(CHECK_VARIABLE) and getattr(sys, "frozen", False):
         return check_here()
+
+    # a sixth of the start: it would look a dozen times through what is only just loaded; the one below is the window's
+    gc.disable()
 
     import signal
 

@@ -208,6 +208,19 @@ def test_neighbouring_bins_together_are_the_bins_of_all_their_samples() -> None:
     assert first == pytest.approx(short.sigma[0, 0] * np.sqrt(4.0 + 1.0 + 1.0) / 3.0)
 
 
+def test_flicker_noise_on_longer_bins_leaves_the_residuals_that_are_expected_of_it() -> None:
+    level, rate, n = 3e-5, 5000.0, 20000
+    value = flicker(level, n, rate, 2) + 0.002 * np.random.default_rng(3).standard_normal((6, n))
+    signals = signals_of(value, rate, 0.002)
+    drift = measure_drift(signals, 3.2)
+    bins = drift.widen(pool(signals, 0.001))
+    for most in (1, 3):
+        longer = bins.together(bins.runs(np.ones(bins.n_bins, bool), most))
+        slow = drift.functions(longer.time_s) * drift.sd[0]
+        left = longer.value - longer.value @ slow @ np.linalg.solve(slow.T @ slow + np.eye(80) * 1e-9, slow.T)
+        assert (left**2 / longer.sigma**2 / longer.expected).mean() == pytest.approx(1.0, abs=0.2)
+
+
 def test_no_run_of_bins_is_too_long_or_reaches_over_a_gap_or_what_must_stay_apart() -> None:
     signals = signals_of(np.zeros((2, 600)), 10000.0)
     usable = np.ones(600, bool)

@@ -105,8 +105,9 @@ class Bins:
         spread = np.sqrt(weighted_means(self.node_s**2 + away**2, self.count, begin))
         # independent means of samples of equal weight
         square = weighted_means(self.count * self.sigma**2, self.count, begin) / count
-        expected = weighted_means(self.count * self.sigma**2 * self.expected, self.count, begin) / count / square
-        return Bins(time, spread, value, np.sqrt(square), count, self.first_s[begin], self.last_s[last], expected)
+        # what is not white is slower than a bin: its variance is no smaller in a longer one
+        seen = np.minimum(weighted_means(self.sigma**2 * self.expected, self.count, begin) / square, 1.0)
+        return Bins(time, spread, value, np.sqrt(square), count, self.first_s[begin], self.last_s[last], seen)
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,6 +43,11 @@ def test_a_bin_that_does_not_count_stays_apart_and_so_does_what_lies_behind_a_br
     assert ((bins.last_s < BOUNCE_S) | (bins.first_s > BOUNCE_S))[use].all()
 
 
+def test_bins_stay_as_they_are_where_the_noise_would_show_what_fewer_are_off_by() -> None:
+    quiet = small_problem(n_bins=600, sigma=1e-5)
+    assert with_fewer_bins(quiet.start, 3).problem.bins.n_bins == 600
+
+
 def test_what_a_change_costs_is_the_same_on_fewer_bins(made: SmallProblem) -> None:
     def cost(most: int) -> float:
         at_truth = made.start

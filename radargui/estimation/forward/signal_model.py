@@ -226,7 +226,7 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
         np.multiply(path[0, 0], detour[0], out=path[1:, 0])
         np.multiply(path[:, :1], detour[1], out=path[:, 1:])
         strength = reflections(theta, layout, own)[:, :, None] * strength
-    mean = path.mean(axis=-2)
+    mean = 0.5 * (path[..., 0, :] + path[..., 1, :])
     return Waves(antenna_m, length.reshape(2, -1, *shape), path, mean, sphere.mirrored, strength, lobes)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -34,6 +34,12 @@ def signals_of(value: np.ndarray, rate: float, sigma: float = 0.01) -> ScaledSig
     )
 
 
+def range_at_nodes(at_bins: np.ndarray, legs: list[np.ndarray]) -> np.ndarray:
+    """Return how the amplitude falls with both ways, around what it is at the bins."""
+    product = legs[0] * legs[1]
+    return at_bins * product.mean(axis=1, keepdims=True) / product
+
+
 def test_without_maps_and_mirrors_the_channels_show_the_closed_form() -> None:
     made = small_problem(delay_s=1e-4)
     at = linearise(made.problem, made.truth)
@@ -41,11 +47,10 @@ def test_without_maps_and_mirrors_the_channels_show_the_closed_form() -> None:
     antennas, release = inputs.antennas, inputs.release_m
     for n, own in enumerate(layout.receivers):
         node = at.node_m[:, 2 * n : 2 * n + 2]
-        path = sum(
-            np.linalg.norm(node - a[:, None, None, None], axis=0) - np.linalg.norm(release - a)
-            for a in (antennas.transmitter_m, antennas.receivers_m[n])
-        )
-        amplitude = np.exp(theta[own.log_amplitude]) * inputs.range_factor[n]
+        ends = antennas.transmitter_m, antennas.receivers_m[n]
+        legs = [np.linalg.norm(node - a[:, None, None, None], axis=0) for a in ends]
+        path = sum(leg - np.linalg.norm(release - a) for leg, a in zip(legs, ends, strict=True))
+        amplitude = np.exp(theta[own.log_amplitude]) * range_at_nodes(inputs.range_factor[n], legs)
         z = (amplitude * np.exp(1j * (inputs.wavenumber * path + theta[own.phase]))).mean(axis=1)
         gain, error = np.exp(theta[own.log_gain]), theta[own.quadrature_error]
         wanted_i = z[0].real + theta[own.offset][0]
@@ -101,9 +106,10 @@ def test_mirrors_multiply_the_field_by_image_theory() -> None:
         bare[places] = 0.0
     direct = receiver_signal(node, bare, layout, inputs, 1)
     with_mirrors = receiver_signal(node, theta, layout, inputs, 1)
-    amplitude = inputs.range_factor[1] * np.exp(theta[own.log_amplitude])
-    paths = [np.linalg.norm(node - a[:, None, None, None], axis=0) - np.linalg.norm(release - a) for a in (tx, rx)]
-    field = amplitude * np.exp(1j * (inputs.wavenumber * sum(paths) + theta[own.phase]))
+    legs = [np.linalg.norm(node - a[:, None, None, None], axis=0) for a in (tx, rx)]
+    amplitude = range_at_nodes(inputs.range_factor[1], legs) * np.exp(theta[own.log_amplitude])
+    path = sum(legs) - sum(np.linalg.norm(release - a) for a in (tx, rx))
+    field = amplitude * np.exp(1j * (inputs.wavenumber * path + theta[own.phase]))
     assert direct.field == pytest.approx(field.mean(axis=(0, 1)), abs=1e-9)
     assert with_mirrors.field == pytest.approx((field * factor).mean(axis=(0, 1)), abs=1e-9)
 
@@ -188,6 +194,46 @@ def test_bins_shorten_with_the_doppler_frequency_and_with_the_setting() -> None:
     assert finer.n_bins > 1.5 * usual.n_bins
     assert usual.count.sum() == 20000
     assert usual.sigma[0] == pytest.approx(0.01 / np.sqrt(usual.count))
+
+
+def test_neighbouring_bins_together_are_the_bins_of_all_their_samples() -> None:
+    signals = signals_of(np.random.default_rng(1).standard_normal((2, 1200)), 10000.0)
+    short, long = pool(signals, 0.001), pool(signals, 0.003)
+    together = short.together(short.runs(np.ones(short.n_bins, bool), 3))
+    for wanted, found in zip(astuple(long), astuple(together), strict=True):
+        assert found == pytest.approx(wanted)
+    # drift has widened the first: its own variance counts
+    wide = replace(short, sigma=short.sigma * np.array([2.0, *[1.0] * (short.n_bins - 1)]))
+    first = wide.together(np.array([0, 3])).sigma[0, 0]
+    assert first == pytest.approx(short.sigma[0, 0] * np.sqrt(4.0 + 1.0 + 1.0) / 3.0)
+
+
+def test_flicker_noise_on_longer_bins_leaves_the_residuals_that_are_expected_of_it() -> None:
+    level, rate, n = 3e-5, 5000.0, 20000
+    value = flicker(level, n, rate, 2) + 0.002 * np.random.default_rng(3).standard_normal((6, n))
+    signals = signals_of(value, rate, 0.002)
+    drift = measure_drift(signals, 3.2)
+    bins = drift.widen(pool(signals, 0.001))
+    for most in (1, 3):
+        longer = bins.together(bins.runs(np.ones(bins.n_bins, bool), most))
+        slow = drift.functions(longer.time_s) * drift.sd[0]
+        left = longer.value - longer.value @ slow @ np.linalg.solve(slow.T @ slow + np.eye(80) * 1e-9, slow.T)
+        assert (left**2 / longer.sigma**2 / longer.expected).mean() == pytest.approx(1.0, abs=0.2)
+
+
+def test_no_run_of_bins_is_too_long_or_reaches_over_a_gap_or_what_must_stay_apart() -> None:
+    signals = signals_of(np.zeros((2, 600)), 10000.0)
+    usable = np.ones(600, bool)
+    usable[205:235] = False
+    bins = pool(replace(signals, usable=usable), 0.001)
+    joins = np.ones(bins.n_bins, bool)
+    joins[7] = False
+    begin = bins.runs(joins, 3)
+    assert begin[:6].tolist() == [0, 3, 6, 7, 10, 13]
+    gap = int(np.searchsorted(bins.time_s, 0.022))
+    assert gap in begin
+    assert (np.diff(begin) <= 3).all()
+    assert bins.runs(joins, 9, BinSettings(longest_s=0.002))[:4].tolist() == [0, 2, 4, 6]
 
 
 def test_samples_that_cannot_be_used_are_in_no_bin() -> None:

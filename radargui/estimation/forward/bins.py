@@ -75,6 +75,40 @@ class Bins:
         """Number of bins."""
         return int(self.time_s.size)
 
+    def runs(self, joins: BoolArray, most: int, settings: BinSettings = BINS) -> IntArray:
+        """Return where runs of up to `most` neighbours begin, 4 ms at the longest, none across a gap.
+
+        Parameters
+        ----------
+        joins
+            Bins that may join the one before, shape (n_bins,).
+        most
+            How many.
+        settings
+            The longest.
+        """
+        # neighbours are a sample apart, all but those beside a gap
+        step = self.first_s[1:] - self.last_s[:-1]
+        apart = ~joins | np.append(True, step > 1.5 * step.min(initial=np.inf))
+        begin = [0]
+        for k in range(1, self.n_bins):
+            if apart[k] or k - begin[-1] == most or self.last_s[k] - self.first_s[begin[-1]] > settings.longest_s:
+                begin.append(k)
+        return np.array(begin)
+
+    def together(self, begin: IntArray) -> Bins:
+        """Return the means over runs that begin at some of the bins: mean and spread of all their samples."""
+        last = np.append(begin[1:], self.n_bins) - 1
+        count = np.add.reduceat(self.count, begin)
+        time, value = (weighted_means(one, self.count, begin) for one in (self.time_s, self.value))
+        away = self.time_s - np.repeat(time, last - begin + 1)
+        spread = np.sqrt(weighted_means(self.node_s**2 + away**2, self.count, begin))
+        # independent means of samples of equal weight
+        square = weighted_means(self.count * self.sigma**2, self.count, begin) / count
+        # what is not white is slower than a bin: its variance is no smaller in a longer one
+        seen = np.minimum(weighted_means(self.sigma**2 * self.expected, self.count, begin) / square, 1.0)
+        return Bins(time, spread, value, np.sqrt(square), count, self.first_s[begin], self.last_s[last], seen)
+
 
 @dataclass(frozen=True, slots=True)
 class Multiplexer:
@@ -133,6 +167,11 @@ class BinnedData:
     onset_s: float
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None
+
+
+def weighted_means(values: FloatArray, weight: IntArray, begin: IntArray) -> FloatArray:
+    """Return weighted means over runs of the last axis that begin at some places."""
+    return np.asarray(np.add.reduceat(values * weight, begin, axis=-1) / np.add.reduceat(weight, begin))
 
 
 def pool(signals: ScaledSignals, spacing_s: float) -> Bins:

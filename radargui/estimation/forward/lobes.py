@@ -47,39 +47,22 @@ class Lobes:
             exponents[:, 1:] -= self.factors[:, :1, 1:] @ self.direct
         return np.clip(exponents, -_MOST_LOBE, _MOST_LOBE)
 
-    def by_plane(
-        self, side: int, mirror: int, away_m: tuple[FloatArray, FloatArray], moved: FloatArray, turned: FloatArray
-    ) -> FloatArray:
-        """Return the slopes of an exponent by the plane's unknowns, shape (3, n).
-
-        Parameters
-        ----------
-        side, mirror
-            0 for the transmitter, 1 for the receiver; from 0.
-        away_m
-            From the image to the nodes, (3, n), and to the release, (3, 1).
-        moved, turned
-            Slopes of the image's place and axis by the unknowns, (3, 3) each.
-        """
-        axis, (_, a, b) = self.axis[side, 1 + mirror], self.factors[side, mirror] / LOBE_UNITS
-        both = self.q[side, 1 + mirror], self.q_rest[side, 1 + mirror]
-        by_q = [a + 2.0 * b * q for q in (both if self._is_floor(mirror) else [both[0] - both[1]] * 2)]
-        slopes = []
-        for away, q, weight in zip(away_m, both, by_q, strict=True):
-            length = np.linalg.norm(away, axis=0)
-            by_angle = ((moved @ axis)[:, None] - turned @ away - (1.0 - q) * (moved @ away) / length) / length
-            slopes.append(weight * by_angle)
-        return np.asarray(slopes[0] - slopes[1])
-
-    def by_factors(self, side: int, reflected: FloatArray) -> FloatArray:
-        """Return the slopes by the factors, (n_mirrors, N_LOBE, n), of what mirrors add, (n_mirrors, n)."""
-        out = reflected[:, None] * self.functions[side]
+    def by_angle(self) -> tuple[FloatArray, FloatArray]:
+        """Return the slopes of the exponents by each mirror's q and by minus q at release, (2, n_mirrors, n)."""
+        a, b = np.moveaxis((self.factors / LOBE_UNITS)[:, :, 1:, None], 2, 0)
+        # over a wall the difference counts, over a floor each by itself
+        now = self.q[:, 1:] - self.q_rest[:, 1:]
+        rest = now.copy()
         if self.direct is not None:
-            out[0, 1:] -= reflected[1:].sum(axis=0) * self.direct[side]
-        return np.asarray(out)
+            now[:, 0], rest[:, 0] = self.q[:, 1], self.q_rest[:, 1]
+        return a + 2.0 * b * now, a + 2.0 * b * rest
 
-    def _is_floor(self, mirror: int) -> bool:
-        return mirror == 0 and self.direct is not None
+    def by_factors(self, reflected: FloatArray) -> FloatArray:
+        """Return the slopes by the factors of what mirrors add, (2, n_mirrors, n): (2, n_mirrors, N_LOBE, n)."""
+        out = reflected[:, :, None] * self.functions
+        if self.direct is not None:
+            out[:, 0, 1:] -= reflected[:, 1:].sum(axis=1)[:, None] * self.direct
+        return np.asarray(out)
 
 
 def lobes_at(

@@ -57,20 +57,19 @@ class MirrorPlane:
 
     def turned_slope(self, direction: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return d turned / d unknown of a direction, shape (3 unknowns, 3): a shift turns nothing."""
-        return np.array([*self._mirrored_slope(direction, unknown), np.zeros(3)])
+        return np.vstack([self._mirrored_slope(direction, unknown), np.zeros(3)])
 
     def lean(self, unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (n_x, n_y) / n_z, shape (2,), and its derivatives by the two tilts, shape (2, 2)."""
-        tangents = np.array(_tangents(tuple(self.normal.tolist())))
+        tangents = _tangents(tuple(self.normal.tolist()))
         normal = self.normal + unknown[:2] @ tangents
         slope = normal[:2] / normal[2]
         return slope, np.asarray((tangents[:, :2] - np.outer(tangents[:, 2], slope)).T / normal[2])
 
     def _tilted(self, unknown: FloatArray) -> FloatArray:
-        first, second = _tangents(tuple(self.normal.tolist()))
         # small turns as sums; normalised, so that the image keeps its distance
-        normal = self.normal + unknown[0] * first + unknown[1] * second
-        return np.asarray(normal / np.linalg.norm(normal))
+        normal = self.normal + unknown[:2] @ _tangents(tuple(self.normal.tolist()))
+        return np.asarray(normal / np.sqrt(normal @ normal))
 
     def image_slope(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
         """Return d image / d unknown, shape (3 unknowns, 3).
@@ -79,16 +78,15 @@ class MirrorPlane:
         """
         normal = self._tilted(unknown)
         away = point_m - self.foot_m - unknown[2] * self.normal
-        return np.array([*self._mirrored_slope(away, unknown), 2.0 * (normal @ self.normal) * normal])
+        return np.vstack([self._mirrored_slope(away, unknown), 2.0 * (normal @ self.normal) * normal])
 
-    def _mirrored_slope(self, away: FloatArray, unknown: FloatArray) -> list[FloatArray]:
-        """Return d (w - 2 (n.w) n) / d tilts."""
-        tangents = _tangents(tuple(self.normal.tolist()))
-        normal = self.normal + unknown[:2] @ np.array(tangents)
-        length = np.linalg.norm(normal)
-        normal = normal / length
-        turned = [(tangent - normal * (normal @ tangent)) / length for tangent in tangents]
-        return [-2.0 * ((turn @ away) * normal + (normal @ away) * turn) for turn in turned]
+    def _mirrored_slope(self, away: FloatArray, unknown: FloatArray) -> FloatArray:
+        """Return d (w - 2 (n.w) n) / d tilts, shape (2, 3)."""
+        tangents, normal = _tangents(tuple(self.normal.tolist())), self._tilted(unknown)
+        along = tangents @ normal
+        # n (n0 + tilts) is the length of what was normalised
+        turn = (tangents - along[:, None] * normal) / (normal @ self.normal + along @ unknown[:2])
+        return np.asarray(-2.0 * ((turn @ away)[:, None] * normal + (normal @ away) * turn))
 
 
 def distances(place_m: FloatArray, points_m: FloatArray) -> FloatArray:
@@ -116,10 +114,11 @@ def turned(phase: FloatArray) -> ComplexArray:
 
 
 @lru_cache(maxsize=512)
-def _tangents(direction: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+def _tangents(direction: tuple[float, ...]) -> FloatArray:
+    """Return two directions across a unit vector, shape (2, 3)."""
     normal = np.array(direction)
     # the axis farthest from the normal, so that the cross product is never small
     least = np.eye(3)[int(np.argmin(np.abs(normal)))]
     first = np.cross(normal, least)
     first /= np.linalg.norm(first)
-    return first, np.cross(normal, first)
+    return np.array([first, np.cross(normal, first)])

@@ -210,6 +210,9 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
     n_ways = antenna_m.shape[1]
     path: ComplexArray = np.empty((n_ways, n_ways, *shape), complex)
     path[0, 0] = amplitude[:, None] * turned(k * (change[0, 0] + change[1, 0]) + theta[own.phase]).reshape(shape)
+    # amplitude and phase change together over a bin: the range factor's mean would shift the phase's
+    ways = (length[0, 0] * length[1, 0]).reshape(shape)
+    path[0, 0] *= ways.mean(axis=1, keepdims=True) / ways
     lobes, strength = None, sphere.mirrored
     if n_ways > 1:
         # the longer way arrives weaker; a lobe changes it with the place
@@ -223,7 +226,7 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
         np.multiply(path[0, 0], detour[0], out=path[1:, 0])
         np.multiply(path[:, :1], detour[1], out=path[:, 1:])
         strength = reflections(theta, layout, own)[:, :, None] * strength
-    mean = path.mean(axis=-2)
+    mean = 0.5 * (path[..., 0, :] + path[..., 1, :])
     return Waves(antenna_m, length.reshape(2, -1, *shape), path, mean, sphere.mirrored, strength, lobes)
 
 

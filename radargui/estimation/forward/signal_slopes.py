@@ -105,11 +105,16 @@ def receiver_slopes(
     pull = _pull(waves, over, inputs.wavenumber)
     if waves.lobes is not None:
         _put_mirrors(put, waves, theta, layout, own)
-        # against the images alone
-        along = (
-            _mean(pull[:, 1:, None] * node_m) - _mean(pull[:, 1:])[:, :, None] * waves.antenna_m[:, 1:, :, None, None]
-        )
-        _put_planes(put, waves, theta, layout, own, inputs, receiver, over[:, 1:], along, node_m, waves.lobes)
+        by_factors = waves.lobes.by_factors(over.real[:, 1:].reshape(2, len(inputs.planes), -1))
+        for places, slopes in zip((layout.transmitter_lobe, own.receiver_lobe), by_factors, strict=True):
+            put(places, np.moveaxis(_mean(slopes.reshape(-1, *node_m.shape[1:])), 0, 2))
+        planes = list(zip(inputs.planes, layout.plane_unknowns(theta), strict=True))
+        antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
+        moved = np.array([[plane.image_slope(one, unknown) for plane, unknown in planes] for one in antennas])
+        axes = waves.lobes.axis[:, 0]
+        turned = np.array([[plane.turned_slope(one, unknown) for plane, unknown in planes] for one in axes])
+        by_planes = _by_planes(node_m, waves, waves.lobes, inputs, moved, turned, over[:, 1:], pull[:, 1:])
+        put(layout.planes, np.moveaxis(by_planes, 0, 2))
     if layout.sizes.polarization and inputs.sphere is not None:
         angles = float(theta[layout.polarization.start]), float(theta[own.polarization.start])
         by_direct, by_mirrored = inputs.sphere.angle_slopes(receiver, *angles)
@@ -127,6 +132,11 @@ def receiver_slopes(
 def _mean(nodes: FloatArray) -> FloatArray:
     """Return the mean over the two nodes, the last axis but one."""
     return np.asarray(0.5 * (nodes[..., 0, :] + nodes[..., 1, :]))
+
+
+def _half(nodes: FloatArray) -> FloatArray:
+    """Return half the difference of the two nodes, the last axis but one."""
+    return np.asarray(0.5 * (nodes[..., 1, :] - nodes[..., 0, :]))
 
 
 def _over_points(waves: Waves) -> ComplexArray:
@@ -178,36 +188,49 @@ def _complex_columns(slopes: ComplexArray) -> FloatArray:
     return np.moveaxis(pairs.reshape(-1, *slopes.shape[1:]), 0, 2)
 
 
-def _put_planes(
-    put: Callable[[slice, FloatArray], None],
-    waves: Waves,
-    theta: FloatArray,
-    layout: Layout,
-    own: ReceiverLayout,
-    inputs: ModelInputs,
-    receiver: int,
-    over: ComplexArray,
-    along: FloatArray,
+def _by_planes(
     node_m: FloatArray,
+    waves: Waves,
     lobes: Lobes,
-) -> None:
-    """Put the columns of planes and lobes: where a plane moves an image, the tracer moves against it."""
-    antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
-    by_planes = []
-    for m, (plane, unknown) in enumerate(zip(inputs.planes, layout.plane_unknowns(theta), strict=True)):
-        total = np.zeros((3, *along.shape[3:]))
-        for side, antenna in enumerate(antennas):
-            moved = plane.image_slope(antenna, unknown)
-            rest = inputs.release_m - waves.antenna_m[side, 1 + m]
-            # the phase counts from the release, from which an image moves away too
-            at_rest = inputs.wavenumber * (moved @ rest) / np.linalg.norm(rest)
-            total -= np.tensordot(moved, along[side, m], axes=1)
-            total -= at_rest[:, None, None] * _mean(over[side, m].imag)
-            away = (node_m - waves.antenna_m[side, 1 + m][:, None, None, None]).reshape(3, -1), rest[:, None]
-            by_lobe = lobes.by_plane(side, m, away, moved, plane.turned_slope(lobes.axis[side, 0], unknown))
-            total += _mean(over[side, m].real * by_lobe.reshape(3, *over.shape[2:]))
-        by_planes.append(total)
-    put(layout.planes, np.moveaxis(np.concatenate(by_planes), 0, 2))
-    for side, places in enumerate((layout.transmitter_lobe, own.receiver_lobe)):
-        by_factors = lobes.by_factors(side, over[side].real.reshape(len(by_planes), -1))
-        put(places, np.moveaxis(_mean(by_factors.reshape(-1, *over.shape[2:])), 0, 2))
+    inputs: ModelInputs,
+    moved: FloatArray,
+    turned: FloatArray,
+    over: ComplexArray,
+    pull: FloatArray,
+) -> FloatArray:
+    """Return the slopes by the planes' unknowns, shape (3 n_mirrors, 2, n_bins).
+
+    Where a plane moves an image by da and turns its axis by du, a tracer at w from it moves against it, dr = -da.w / r,
+    and is seen at another angle, dq = (da.u - du.w - (1 - q) da.w / r) / r.
+
+    Parameters
+    ----------
+    node_m, waves, lobes, inputs
+        See `receiver_slopes`.
+    moved, turned
+        da and du of each antenna, mirror and unknown, shape (2, n_mirrors, 3, 3).
+    over, pull
+        What comes from each image, and its slope by the distance over that distance, (2, n_mirrors, 2, 2, n_bins).
+    """
+    shape, image_m, length_m = over.shape, waves.antenna_m[:, 1:], waves.length_m[:, 1:]
+    rest_m, q_rest = inputs.release_m - image_m, lobes.q_rest[:, 1:]
+    rest_length = np.linalg.norm(rest_m, axis=2, keepdims=True)
+    along, moved_rest, turned_rest = (
+        (one @ way[..., None])[..., 0] for one, way in ((moved, lobes.axis[:, 1:]), (moved, rest_m), (turned, rest_m))
+    )
+    rest_angle = (along - turned_rest - (1.0 - q_rest) * moved_rest / rest_length) / rest_length
+    # the phase counts from the release, from which an image moves away too
+    rest_phase = inputs.wavenumber * moved_rest / rest_length
+    by_angle, by_rest_angle = (over.real * one.reshape(shape) for one in lobes.by_angle())
+    by_angle /= length_m
+    moving = pull + by_angle * (1.0 - lobes.q[:, 1:].reshape(shape)) / length_m
+    # summed over a bin's nodes first: what planes do to images is the same at all of them
+    away_m, half_m = _mean(node_m) - image_m[..., None, None], _half(node_m)
+    terms = np.empty((*shape[:2], 9, shape[2], shape[4]))
+    for first, weight in ((0, moving), (3, by_angle)):
+        terms[:, :, first : first + 3] = _mean(weight)[:, :, None] * away_m + _half(weight)[:, :, None] * half_m
+    for place, weight in ((6, by_angle), (7, over.imag), (8, by_rest_angle)):
+        terms[:, :, place] = _mean(weight)
+    factors = np.concatenate([moved, turned, np.stack([-along, rest_phase, rest_angle], axis=3)], axis=3)
+    slopes = (factors @ terms.reshape(*shape[:2], 9, -1)).sum(axis=0)
+    return np.asarray(-slopes.reshape(-1, shape[2], shape[4]))

@@ -16,6 +16,7 @@ from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.converge import converge, race, settle_breaks
+from radargui.estimation.select.fewer_bins import with_bins_of
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.walls import search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_flights, problem_with_mirrors
@@ -315,11 +316,16 @@ class _Selection:
             best = search.gain if kept else 0.0
             # other places of the wall say how well the motion is known: evidence alone does not tell them apart
             left = search.tried[1 if kept else 0 :]
-            undecided = [Alternative(trial.solution, self._weight(trial.gain - best)) for trial in left]
+            undecided = [
+                Alternative(with_bins_of(trial.solution, solution.problem), weight)
+                for trial in left
+                if (weight := self._weight(trial.gain - best)) > self.settings.least_weight
+            ]
             if not kept:
                 break
-            solution = settle_breaks(self.data, search.tried[0].solution, self.normal, self.round_done)
-        return solution, [other for other in undecided if other.weight > self.settings.least_weight], sentences
+            found = with_bins_of(search.tried[0].solution, solution.problem)
+            solution = settle_breaks(self.data, found, self.normal, self.round_done)
+        return solution, undecided, sentences
 
     def _asks_for_walls(self, solution: Solution) -> bool:
         """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""

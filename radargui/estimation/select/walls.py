@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.select.converge import race
+from radargui.estimation.select.fewer_bins import with_fewer_bins
 from radargui.estimation.select.wall_grid import (
     WALLS,
     WallSettings,
@@ -16,10 +17,9 @@ from radargui.estimation.select.wall_grid import (
     upright_planes,
     wall_grid,
 )
-from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.changed_problem import carried_places, positions_at_bins, problem_with_mirrors
-from radargui.estimation.solve.minimise import Solution, log_evidence
-from radargui.estimation.solve.problem import JointProblem, Start, State, linearise
+from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
+from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import FloatArray
 
 
@@ -38,7 +38,7 @@ class WallSearch:
     Attributes
     ----------
     tried
-        Converged solutions with one more wall, the best first.
+        Converged solutions with one more wall, on fewer bins, the best first.
     """
 
     tried: tuple[WallTrial, ...]
@@ -76,6 +76,7 @@ def search_wall(
     settings
         Grid and limits.
     """
+    solution = solved_at(with_fewer_bins(Start(solution.problem, solution.state), settings.most_bins))
     # distances count from the middle of the motion: there a wall's detour turns as the search believes
     mirrors, middle = solution.problem.inputs.planes, positions_at_bins(solution).mean(axis=1)
     azimuth, distance = wall_grid(settings)
@@ -127,15 +128,13 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
 
 
 def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
-    """Return a solution's state in the problem that lacks its last mirror: not a minimum, a place to search from."""
+    """Return a solution's state in the problem that lacks its last mirror."""
     place, there = carried_places(problem.layout, solution.problem.layout)
     # with the bias maps of a problem without the wall: those of the other have shrunk
     theta = np.zeros(problem.layout.size)
     theta[place] = solution.state.theta[there]
-    state = State(solution.state.coefficients, theta)
     bare = replace(problem, spline=solution.problem.spline)
-    at = linearise(bare, state)
-    return Solution(bare, state, at, assemble(bare, state, at).factor(), False)
+    return solved_at(Start(bare, State(solution.state.coefficients, theta)))
 
 
 def _place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:

@@ -93,7 +93,9 @@ class _Sums:
         """Add some of the bins."""
         problem, at, theta = self.problem, self.at, self.state.theta
         layout, inputs, n_receivers = problem.layout, problem.inputs.of_bins(part), problem.n_receivers
-        touched = _Touched(at.series.first[part], self.number[part], layout.sizes.breaks)
+        touched = _Touched(
+            at.series.first[part], self.number[part], layout.sizes.breaks, 1 if layout.sizes.drift else 2
+        )
         shared, n_bins = layout.shared, part.stop - part.start
         by_motion = np.empty((n_receivers, 2, n_bins, touched.per_bin))
         for receiver, (signal, own) in enumerate(zip(at.signals, layout.receivers, strict=True)):
@@ -178,11 +180,11 @@ class _Touched:
         See `BandedRows`, shape (n_bins,).
     number
         The breaks beside each bin, shape (n_bins, 2).
-    n_breaks
-        How many there are.
+    n_breaks, n_channels
+        How many there are, and how many channels are looked at together.
     """
 
-    def __init__(self, first: IntArray, number: IntArray, n_breaks: int) -> None:
+    def __init__(self, first: IntArray, number: IntArray, n_breaks: int, n_channels: int) -> None:
         self.first, self.number = first, number
         low = int(first[0])
         self.width = int(first[-1]) - low + 4
@@ -190,15 +192,15 @@ class _Touched:
         columns = 3 * (first - low)[:, None] + np.arange(12)
         if n_breaks:
             columns = np.concatenate([columns, 3 * self.width + number], axis=1)
-        self.per_bin, self._columns = columns.shape[1], columns.ravel()
-        self._n_columns = 3 * self.width + n_breaks
+        self.per_bin, n_rows = columns.shape[1], n_channels * len(columns)
+        index, pointer = np.tile(columns.ravel(), n_channels), self.per_bin * np.arange(n_rows + 1)
+        # the same places for every receiver: only the values are new
+        self._rows = csr_matrix((np.zeros(index.size), index, pointer), shape=(n_rows, 3 * self.width + n_breaks))
 
     def transposed(self, by_motion: FloatArray, columns: FloatArray) -> FloatArray:
         """Return (motion, breaks)^T applied to columns, (n_channels n_bins, k), for slopes (n_channels, n_bins, n)."""
-        index = np.tile(self._columns, len(by_motion))
-        pointer = np.arange(0, index.size + 1, self.per_bin)
-        rows = csr_matrix((by_motion.ravel(), index, pointer), shape=(len(columns), self._n_columns))
-        return np.asarray(rows.T @ columns)
+        self._rows.data = by_motion.ravel()
+        return np.asarray(self._rows.T @ columns)
 
 
 def _symmetric(band: FloatArray) -> csr_matrix:

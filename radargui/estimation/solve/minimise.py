@@ -53,6 +53,13 @@ class Solution:
     settled: bool
 
 
+def solved_at(start: Start) -> Solution:
+    """Return a start as a solution, no step taken: not a minimum, a place to search from."""
+    at = linearise(start.problem, start.state)
+    normal = assemble(start.problem, start.state, at).factor()
+    return Solution(start.problem, start.state, replace(at, waves=()), normal, False)
+
+
 def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) -> Solution:
     """Take up to `steps` damped Gauss-Newton steps; stop where a step gains less than 0.05 in cost.
 

@@ -48,6 +48,11 @@ class WallSearch:
         """What the best wall gains, -inf where none was tried."""
         return self.tried[0].gain if self.tried else -np.inf
 
+    def joined(self, solution: Solution) -> WallSearch:
+        """Return it with another solution whose evidence is comparable."""
+        gain = self.gain + log_evidence(solution) - log_evidence(self.tried[0].solution)
+        return WallSearch(tuple(sorted([*self.tried, WallTrial(solution, gain)], key=lambda one: -one.gain)))
+
 
 def search_wall(
     solution: Solution,
@@ -85,7 +90,7 @@ def search_wall(
         gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
         most = settings.carried if thorough and number == 0 else settings.carried_again
         # maxima, not the best places: neighbours of one maximum converge to the same wall
-        numbers = peaks(gains, around=number == 0)[:most]
+        numbers = peaks(gains, around=True)[:most]
         starts = [problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers]
         if number == 0:
             # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
@@ -108,9 +113,6 @@ def search_wall(
         best = tried.tried[0].solution
         # what the wall has straightened stays straight: from there its place shows better than from the bent motion
         base = _without_last_mirror(best, solution.problem)
-        found = _place_of_last(best, middle, normal)
-        azimuth = found[0] + np.radians(settings.fine_deg)
-        distance = np.maximum(found[1] * np.array(settings.fine_share), settings.nearest_m)
     return _run_off(tried, round_done, settings)
 
 
@@ -138,7 +140,7 @@ def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
     return Solution(bare, state, at, assemble(bare, state, at).factor(), False)
 
 
-def _place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
+def place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
     """Return azimuth and distance of a solution's last mirror."""
     problem = solution.problem
     unknown = problem.layout.plane_unknowns(solution.state.theta)[-1]

@@ -322,29 +322,15 @@ class _Selection:
             if not kept:
                 undecided += [Alternative(trial.solution, self._weight(trial.gain)) for trial in search.tried]
                 break
-            solution, undecided = self.moved_on(*self.settled(search))
+            solution, undecided = self.moved_on(search)
         return solution, [other for other in undecided if other.weight > self.settings.least_weight], sentences
 
-    def settled(self, search: WallSearch) -> tuple[Solution, WallSearch]:
-        """Return the best of a search with its breaks settled, and the search, made again where these have changed.
-
-        What was compared with a break that is none, or without one that is, has bent for it: a false wall was 88 ahead
-        in ln E of one that was 220 better once a ninth break had gone (laboratory seed 5555111).
-        """
-        found = search.tried[0].solution
-        solution = settle_breaks(self.data, found, self.normal, self.round_done)
-        if solution.problem.layout.sizes == found.problem.layout.sizes:
-            return solution, search
-        bare = problem_with_mirrors(solution, solution.problem.inputs.planes[:-1])
-        bare_solution = self.converged(bare, self.settings.first_rounds)
-        search = search_wall(bare_solution, self.normal, self.round_done, thorough=True).joined(solution)
-        return search.tried[0].solution, search
-
-    def moved_on(self, solution: Solution, search: WallSearch) -> tuple[Solution, list[Alternative]]:
-        """Return the solution with its last wall moved to where the evidence is largest, and what stays possible."""
-        best, *moved = walked(solution, self.normal, self.round_done)
+    def moved_on(self, search: WallSearch) -> tuple[Solution, list[Alternative]]:
+        """Return the best of a search with its breaks settled and its wall moved, and what stays possible."""
+        settled = settle_breaks(self.data, search.tried[0].solution, self.normal, self.round_done)
+        best, *moved = walked(settled, self.normal, self.round_done)
         # other places of the wall say how well the motion is known: evidence alone does not tell them apart
-        ahead = search.gain + log_evidence(best) - log_evidence(solution)
+        ahead = search.gain + log_evidence(best) - log_evidence(settled)
         left = [Alternative(trial.solution, self._weight(trial.gain - ahead)) for trial in search.tried[1:]]
         return best, [*left, *self._alternatives(best, moved)]
 

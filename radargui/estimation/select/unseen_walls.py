@@ -64,7 +64,7 @@ def unseen_walls(
     weight = np.exp(np.minimum(gains, 0.0) / temper) / len(planes)
     if weight.sum() < settings.least_weight:
         return [], 0.0
-    likeliest = np.argsort(-weight)[: settings.places]
+    likeliest = np.argsort(-weight)[: min(settings.places, np.count_nonzero(weight))]
     share = weight[likeliest] / weight[likeliest].sum()
     moved = np.hstack([np.sqrt(own) * _moved(search, planes[k]) for own, k in zip(share, likeliest, strict=True)])
     n_motion = search.n_motion

@@ -76,7 +76,7 @@ class WallSettings:
     reflection: float = 0.03
     u_azimuth_rad: float = 0.15
     rounds: int = 3
-    searches: int = 3
+    searches: int = 2
     worthwhile: float = 2.0
     promising: float = 3.0
     most_behind: tuple[float, float] = (1000.0, 60.0)

@@ -48,11 +48,6 @@ class WallSearch:
         """What the best wall gains, -inf where none was tried."""
         return self.tried[0].gain if self.tried else -np.inf
 
-    def joined(self, solution: Solution) -> WallSearch:
-        """Return it with another solution whose evidence is comparable."""
-        gain = self.gain + log_evidence(solution) - log_evidence(self.tried[0].solution)
-        return WallSearch(tuple(sorted([*self.tried, WallTrial(solution, gain)], key=lambda one: -one.gain)))
-
 
 def search_wall(
     solution: Solution,
@@ -112,7 +107,7 @@ def search_wall(
             break
         best = tried.tried[0].solution
         # what the wall has straightened stays straight: from there its place shows better than from the bent motion
-        base = _without_last_mirror(best, solution.problem)
+        base = without_last_mirror(best, solution.problem)
     return _run_off(tried, round_done, settings)
 
 
@@ -128,7 +123,7 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
     return WallSearch(tuple(sorted([*more, *search.tried[len(level) :]], key=lambda one: -one.gain)))
 
 
-def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
+def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
     """Return a solution's state in the problem that lacks its last mirror: not a minimum, a place to search from."""
     place, there = carried_places(problem.layout, solution.problem.layout)
     # with the bias maps of a problem without the wall: those of the other have shrunk

@@ -92,10 +92,11 @@ def disagreements(bounces: Bounces) -> list[str]:
                 f"the floor is tilted by {tilt:.2f} ± {bounces.u_tilt_deg:.2f} degrees, as the impacts say (the setup "
                 f"gives no floor.normal): speeds are along ({x:.3f}, {y:.3f}, {z:.3f})"
             )
-    for number, (impact, following) in enumerate(itertools.pairwise(bounces.impacts), 1):
+    for number, impact in enumerate(bounces.impacts, 1):
         # what is not valid is warned of already; below this speed an impact can hide in the noise; and where several
         # stand for the next one, it is not the instant at which this flight ends
-        if not (impact.valid and following.valid) or impact.speed_after_m_s < CHECKS.least_speed_m_s:
+        known = all(one.valid for one in bounces.impacts[number - 1 : number + 1])
+        if not known or impact.speed_after_m_s < CHECKS.least_speed_m_s:
             continue
         # not u alone: a rigid floor without air is a model, and a good one to about a percent
         within = CHECKS.coverage * float(np.hypot(impact.u_e, CHECKS.model_share * impact.e))

@@ -35,7 +35,7 @@ class WallSettings:
         the field of view to 1 m. Where the grid ends before the wall a false one is taken: 0.5 mm for a wall at 35 cm
         on a grid to 20 cm.
     fine_deg, fine_share, nearest_m
-        Grid around a wall that was found, distances as shares of its own; no wall is nearer than the last.
+        A calibration's grid around a wall that was found, distances as shares of its own; no wall is nearer.
     u_shift_share, least_u_shift_m
         Deviation of a wall's shift as a share of its distance, half a step of the grid, and its least: a wavelength.
     carried, carried_again

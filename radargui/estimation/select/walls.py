@@ -60,8 +60,8 @@ def search_wall(
     """Search one more wall over azimuth and distance.
 
     Every wall of a grid gets its linearised evidence with everything else marginalised; the best few are converged,
-    because the linearised ranking is not reliable. The search is repeated, finer, around what was found, as long as
-    that gains: a motion bent by a wall that is not in the model hides where the wall stands.
+    because the linearised ranking is not reliable. The search is repeated with the best wall taken out again, as long
+    as that gains: a motion bent by a wall that is not in the model hides where the wall stands.
 
     Parameters
     ----------

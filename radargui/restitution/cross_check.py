@@ -93,8 +93,10 @@ def disagreements(bounces: Bounces) -> list[str]:
                 f"gives no floor.normal): speeds are along ({x:.3f}, {y:.3f}, {z:.3f})"
             )
     for number, impact in enumerate(bounces.impacts, 1):
-        # what is not valid is warned of already; below this speed an impact can hide in the noise
-        if not impact.valid or impact.speed_after_m_s < CHECKS.least_speed_m_s:
+        # what is not valid is warned of already; below this speed an impact can hide in the noise; and where several
+        # stand for the next one, it is not the instant at which this flight ends
+        known = all(one.valid for one in bounces.impacts[number - 1 : number + 1])
+        if not known or impact.speed_after_m_s < CHECKS.least_speed_m_s:
             continue
         # not u alone: a rigid floor without air is a model, and a good one to about a percent
         within = CHECKS.coverage * float(np.hypot(impact.u_e, CHECKS.model_share * impact.e))

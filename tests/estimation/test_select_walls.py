@@ -7,10 +7,12 @@ import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
 from radargui.estimation.select.converge import converge
+from radargui.estimation.select.unseen_walls import unseen_walls
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
-from radargui.estimation.select.walls import peaks, search_wall
-from radargui.estimation.solve.changed_problem import positions_at_bins
-from radargui.estimation.solve.minimise import Solution
+from radargui.estimation.select.wall_walk import WalkSettings, walked
+from radargui.estimation.select.walls import peaks, place_of_last, search_wall
+from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
+from radargui.estimation.solve.minimise import Solution, log_evidence
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -79,3 +81,22 @@ def test_peaks_of_a_circle_of_azimuths_go_round() -> None:
     table[0, 1], table[5, 1], table[3, 2] = 5.0, 4.0, 3.0
     assert [divmod(k, 3) for k in peaks(table, around=True)[:2]] == [(0, 1), (3, 2)]
     assert [divmod(k, 3) for k in peaks(table, around=False)[:3]] == [(0, 1), (5, 1), (3, 2)]
+
+
+def test_a_wall_that_stopped_short_of_its_place_walks_there(hidden: Solution) -> None:
+    middle = positions_at_bins(hidden).mean(axis=1)
+    aside = upright_planes(middle, UP, np.radians([220.0]), np.array([0.14]))
+    stopped = converge(problem_with_mirrors(hidden, tuple(aside)), 3, nothing)
+    assert abs(np.degrees(place_of_last(stopped, middle, UP)[0]) % 360.0 - 180.0) > 20.0
+    best, *_ = walked(stopped, UP, nothing, WalkSettings(steps=2))
+    assert abs(np.degrees(place_of_last(best, middle, UP)[0]) % 360.0 - 180.0) < 3.0
+    assert log_evidence(best) > log_evidence(stopped) + 100.0
+
+
+def test_walls_that_nothing_excludes_move_the_solution_and_those_that_the_samples_exclude_do_not() -> None:
+    assert unseen_walls(converged(small_problem(sigma=0.001)), UP, 5.0) == ([], 0.0)
+    noisy = converged(small_problem(sigma=0.1))
+    moved, weight = unseen_walls(noisy, UP, 5.0)
+    assert 0.1 < len(moved) * weight < 1.0
+    away_m = [np.sqrt(((positions_at_bins(one) - positions_at_bins(noisy)) ** 2).mean()) for one in moved]
+    assert all(2e-5 < one < 3e-4 for one in away_m)

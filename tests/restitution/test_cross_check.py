@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from radargui.model.result import Bounce, Bounces
-from radargui.restitution.cross_check import cross_check
+from radargui.restitution.cross_check import cross_check, disagreements
 
 G, BEFORE, AFTER = 9.81, 2.0, 1.6
 
@@ -33,3 +33,10 @@ def test_duration_and_height_of_a_flight_give_the_speed_it_began_with(drag_1_m: 
     if drag_1_m:
         blind = cross_check(Bounces(impacts), time, flight.sol(time)[0], G).impacts[0]
         assert abs(blind.e_flight_time - e) > 5.0 * abs(first.e_flight_time - e)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_flight_is_compared_by_its_duration_where_the_impact_that_ends_it_is_known(*, known: bool) -> None:
+    first = Bounce(0.0, BEFORE, AFTER, AFTER / BEFORE, 1e-4, "made", valid=True, e_flight_time=0.9)
+    last = Bounce(0.3, AFTER, 1.3, 1.3 / AFTER, 0.2, "made", valid=known)
+    assert len(disagreements(Bounces((first, last)))) == known

@@ -6,7 +6,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 
 BIN_ROUNDS = 1.0e6
-"""Rounds times bins that may be spent: a drop of 500 bins beside a floor takes 75 rounds, each wall some 50 more."""
+"""Rounds times bins that may be spent: a drop of 500 bins beside a floor takes 75 rounds, a wall 50 before it walks."""
 ROUNDS = (200, 800)
 """Fewest and most rounds whatever the number of bins: the fewest are enough for a long record without walls."""
 

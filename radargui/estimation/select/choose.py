@@ -16,13 +16,15 @@ from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.converge import converge, race, settle_breaks
-from radargui.estimation.select.fewer_bins import with_bins_of
+from radargui.estimation.select.fewer_bins import with_bins_of, with_fewer_bins
+from radargui.estimation.select.unseen_walls import unseen_walls
 from radargui.estimation.select.wall_grid import WALLS
-from radargui.estimation.select.walls import search_wall
+from radargui.estimation.select.wall_walk import walked
+from radargui.estimation.select.walls import WallSearch, WallTrial, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_flights, problem_with_mirrors
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
-from radargui.estimation.solve.minimise import Solution, chi_square, local_chi_square, log_evidence
-from radargui.estimation.solve.problem import Start
+from radargui.estimation.solve.minimise import Solution, chi_square, local_chi_square, log_evidence, solved_at
+from radargui.estimation.solve.problem import JointProblem, Start
 from radargui.model.arrays import FloatArray
 
 
@@ -183,6 +185,11 @@ def choose_model(
     entered("last")
     solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
+    if solution.problem.inputs.planes and not ended_early:
+        moved, weight = unseen_walls(solution, normal, settings.temper)
+        # a question of its own: it counts against all other answers together
+        weight *= 1.0 + sum(other.weight for other in (*alternatives, *undecided))
+        undecided += [Alternative(one, weight) for one in moved]
     return ChosenModel(solution, (*alternatives, *undecided), tuple(choices), ended_early)
 
 
@@ -313,19 +320,38 @@ class _Selection:
             kept = search.gain > WALLS.convincing
             outcome = "kept" if kept else "left out"
             sentences.append(f"A wall that reflects is {outcome}: {_gained(search.gain)}.")
-            best = search.gain if kept else 0.0
-            # other places of the wall say how well the motion is known: evidence alone does not tell them apart
-            left = search.tried[1 if kept else 0 :]
-            undecided = [
-                Alternative(with_bins_of(trial.solution, solution.problem), weight)
-                for trial in left
-                if (weight := self._weight(trial.gain - best)) > self.settings.least_weight
-            ]
             if not kept:
+                undecided += self._with_bins_of(solution.problem, search.tried)
                 break
-            found = with_bins_of(search.tried[0].solution, solution.problem)
-            solution = settle_breaks(self.data, found, self.normal, self.round_done)
+            solution, undecided = self.moved_on(search, solution.problem)
         return solution, undecided, sentences
+
+    def moved_on(self, search: WallSearch, whole: JointProblem) -> tuple[Solution, list[Alternative]]:
+        """Return the best of a search with its breaks settled and its wall moved, and what stays possible.
+
+        Parameters
+        ----------
+        search
+            On fewer bins.
+        whole
+            With all of them.
+        """
+        found = with_bins_of(search.tried[0].solution, whole)
+        settled = settle_breaks(self.data, found, self.normal, self.round_done)
+        start = solved_at(with_fewer_bins(Start(settled.problem, settled.state), WALLS.most_bins))
+        best, *moved = walked(start, self.normal, self.round_done)
+        # other places of the wall say how well the motion is known: evidence alone does not tell them apart
+        ahead, behind = log_evidence(best), log_evidence(start) - search.gain
+        left = [replace(trial, gain=trial.gain + behind - ahead) for trial in search.tried[1:]]
+        others = [WallTrial(one, log_evidence(one) - ahead) for one in moved]
+        undecided = [*self._with_bins_of(whole, left), *self._with_bins_of(settled.problem, others)]
+        return settled if best is start else with_bins_of(best, settled.problem), undecided
+
+    def _with_bins_of(self, whole: JointProblem, trials: Sequence[WallTrial]) -> list[Alternative]:
+        """Return the trials that have weight, their gains counted from the best, on all bins."""
+        weighed = [(trial.solution, self._weight(trial.gain)) for trial in trials]
+        least = self.settings.least_weight
+        return [Alternative(with_bins_of(one, whole), weight) for one, weight in weighed if weight > least]
 
     def _asks_for_walls(self, solution: Solution) -> bool:
         """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""

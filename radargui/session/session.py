@@ -213,7 +213,11 @@ class Session:
     def recording(self) -> Path | None:
         """The run that is being recorded through this session; None between runs."""
         writer = None if self._writer is None else self._writer()
-        return self._begun if writer is None or writer.closed else writer.path
+        return None if writer is None or writer.closed else writer.path
+
+    def records(self, run: Path) -> bool:
+        """Return whether a run is being recorded through this session; true from before its file is there."""
+        return run in (self._begun, self.recording)
 
     @property
     def rejected(self) -> Mapping[str, str]:

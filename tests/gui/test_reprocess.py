@@ -55,6 +55,8 @@ def test_old_and_new_are_compared_and_nothing_changes_until_kept(
     window.runs.table.selectRow(1)
     wait_for(lambda: window.run.result is not None)
     assert window.run.result.corrected.method == "ellipse", "the kept result is shown, not the one of the recording"
+    window.panels.go_to("run")
+    window.run.tabs.setCurrentWidget(window.run.samples)
     wait_for(lambda: len(window.run.samples.plots) == 3)
 
 

@@ -133,6 +133,9 @@ def test_a_new_session_is_empty(window: MainWindow, wait_for: Any, record_one: A
     shown(window, wait_for)
     assert "drop 1: e = " in window.bar.state.text
     assert all(points_of(scope) > 0 for scope in window.scopes.scopes)
+    window.panels.go_to("run")
+    window.run.tabs.setCurrentWidget(window.run.samples)
+    wait_for(lambda: window.run.samples.plots)
     window.actions_.new_session.trigger()
     assert window.bar.state.text == "IDLE"
     assert window.run.result is None

@@ -108,15 +108,15 @@ def test_a_run_is_named_as_recorded_from_before_its_file_is_there(
     named: list[bool] = []
 
     def make(path: Path, *given: Any, **header: Any) -> RunWriter:
-        named.append(session.recording == path and not path.exists())
+        named.append(session.records(path) and not path.exists())
         return RunWriter(path, *given, **header)
 
     monkeypatch.setattr("radargui.session.session.RunWriter", make)
     writer = session.new_run(int16_digitisation(), started_at="")
     assert named == [True]
-    assert session.recording == writer.path
+    assert session.records(writer.path)
     writer.close()
-    assert session.recording is None
+    assert not session.records(writer.path)
 
 
 def test_results_are_not_stored_in_a_run_that_is_being_recorded(tmp_path: Path) -> None:

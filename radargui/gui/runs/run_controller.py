@@ -77,7 +77,7 @@ class RunController(QObject):
             self._runs.show_session(None, [])
             return
         # what is being recorded comes into the list once it is on the disk
-        paths = [path for path in session.run_paths(with_rejected=True) if path != session.recording]
+        paths = [path for path in session.run_paths(with_rejected=True) if not session.records(path)]
         rejected = session.rejected
         noted = session.info.notes_of
         self._runs.show_session(

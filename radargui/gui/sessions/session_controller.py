@@ -94,8 +94,7 @@ class RecoveryOffer(_Offer):
 
     def _offer(self, runs: tuple[RunLine, ...]) -> None:
         recording = self._control.session
-        own = None if recording is None else recording.recording
-        self.runs = tuple(run for run in runs if run.path != own)
+        self.runs = tuple(run for run in runs if recording is None or not recording.records(run.path))
         names = [f"{run.path.parent.name}/{run.path.name} ({run.duration_s:.1f} s)" for run in self.runs[:_NAMED]]
         more = len(self.runs) - len(names)
         self.words.setText(

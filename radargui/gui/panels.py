@@ -113,7 +113,6 @@ class Panels(QtWidgets.QMainWindow):
                 dock.setMaximumWidth(_WIDEST_FORM)
             self.docks[name] = dock
             self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
-        self.reset()
 
     def reset(self) -> None:
         """Put every panel where it stood at first."""
@@ -205,7 +204,7 @@ class Actions:
 
     def __init__(self, window: QtWidgets.QMainWindow) -> None:
         table = resource_table("window/actions")["actions"]
-        self._calls = {name: one.pop("calls") for name, one in table.items() if "calls" in one}
+        self._calls = {name: one["calls"] for name, one in table.items() if "calls" in one}
         self._made = {name: _action(window, **one) for name, one in table.items()}
         for action in (self.start, self.record, self.stop):
             action.setIconText(f"{action.text()}\n{action.shortcut().toString()}")
@@ -243,7 +242,9 @@ def _action(
     *,
     checkable: bool = False,
     in_window: bool = False,
+    calls: str = "",
 ) -> QAction:
+    del calls  # once all parts of the window are there
     action = QAction(words, window, checkable=checkable)
     action.setShortcuts([QKeySequence(key) for key in keys])
     action.setToolTip(f"{tip or words.rstrip('…')} ({', '.join(keys)})")

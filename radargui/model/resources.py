@@ -2,6 +2,7 @@
 
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,7 @@ def help_page() -> Path:
     return next((page for page in built if page.is_file()), checkout / "docs" / "tutorial.md")
 
 
+@cache
 def resource_table(name: str) -> dict[str, Any]:
-    """Return a shipped table: of the window its words, colours or actions, of NI-DAQmx its errors."""
+    """Return a shipped table, not to be changed: of the window its words, colours or actions, of NI-DAQmx its errors."""
     return tomllib.loads((resources_folder() / f"{name}.toml").read_text(encoding="utf-8"))

@@ -12,14 +12,14 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDialog
 from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.processing_here import ProcessingHere
 from support.small_setups import quick_setup
 from support.window_clocks import FastClock
 
-from radargui.gui.control.state import AppState
+from radargui.gui.control.state import AppState, Asked
 from radargui.gui.main_window import MainWindow
 from radargui.gui.notices import NoticeBoard
 from radargui.gui.opengl_probe import OpenGLProbe
@@ -163,16 +163,33 @@ def module_window(
 
 
 @pytest.fixture
-def idle_window(module_window: MainWindow) -> MainWindow:
-    """One window for the tests of a module that record nothing, as it is at its start: half a second to make."""
-    window, path = module_window, module_window.settings.path("data_folder")
-    assert path is not None
+def idle_window(
+    module_window: MainWindow, tmp_path: Path, wait_for: Callable[[Callable[[], object]], None]
+) -> Iterator[MainWindow]:
+    """One window for the tests of a module, as it is at its start: more than half a second to make and delete.
+
+    What a test has left under way ends, its session is closed, its dialogs too; what it has said of the window's
+    layout stays.
+    """
+    window = module_window
     window.theme.apply("light")
     window.board.clear()
     window.hardware.choose("simulated")
-    window.setup_model.load(path.with_name("lab.toml"))
+    window.hardware.replay._file.line.clear()
+    window.setup_model.load(write_lab(tmp_path))
+    window.session_panel._folder.line.setText(str(tmp_path / "data"))
+    window.bar.runs.setValue(1)
     window.resize(1400, 900)
-    return window
+    yield window
+    for dialog in window.findChildren(QDialog):
+        dialog.reject()
+    window.work.cancel()
+    window.control.end(Asked.LEAVE)
+    wait_for(lambda: not window.control.state.running)
+    window.sessions.flush()
+    wait_for(lambda: not window.jobs.running)
+    window.control.use_session(None)
+    window.session_panel.set_details("", "")
 
 
 def with_keys(window: MainWindow, wait_for: Callable[..., None], panel: str) -> MainWindow:

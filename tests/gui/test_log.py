@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,13 @@ LOG = logging.getLogger("radargui.test")
 
 
 @pytest.fixture
-def log(window: MainWindow) -> LogWindow:
-    window.actions_.log.trigger()
-    return window.log
+def log(idle_window: MainWindow) -> Iterator[LogWindow]:
+    log = idle_window.log
+    idle_window.actions_.log.trigger()
+    log.level.setCurrentIndex(0)
+    log.follows.setChecked(True)
+    yield log
+    log.keeper.entries.clear()
 
 
 def test_entries_of_any_thread_are_shown_filtered_and_followed(log: LogWindow, wait_for: Any) -> None:

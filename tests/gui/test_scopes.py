@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from support.controlled_source import VOLTS_PER_CODE, ControlledSource, digitisa
 from support.small_setups import quick_setup
 
 from radargui.gui.main_window import MainWindow
+from radargui.gui.plots.plot import Plot
 from radargui.gui.scopes.scope import GainDialog
 from radargui.gui.scopes.shown import ago
 from radargui.model.arrays import RawArray
@@ -50,11 +52,24 @@ def source() -> ControlledSource:
 
 
 @pytest.fixture
-def live(make_window: Any, setup_path: Any, source: ControlledSource) -> MainWindow:
-    window: MainWindow = make_window(setup_path, source_maker=lambda *_args, **_options: source)
+def live(
+    idle_window: MainWindow, source: ControlledSource, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[MainWindow]:
+    """The module's window while it shows what the source gives."""
+    window = idle_window
+    monkeypatch.setattr(window.control, "_make", lambda *_args, **_options: source)
     window.actions_.reset_layout.trigger()
     window.actions_.start.trigger()
-    return window
+    yield window
+    window.actions_.stop.trigger()
+    wait_for(lambda: not window.control.state.running)
+    if window.actions_.pause.isChecked():
+        window.actions_.pause.trigger()
+    window.scopes.show_view("time")
+    window.scopes.let_go.click()
+    for plot in window.scopes.findChildren(Plot):
+        plot.show_cursors(False)
+        plot.view.show_all()
 
 
 def give(source: ControlledSource, window: MainWindow, wait_for: Any, samples: RawArray) -> None:

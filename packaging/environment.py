@@ -45,7 +45,8 @@ def ensure(kind: str) -> Path:
     quiet = [] if sys.stdout.isatty() else ["--quiet"]
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--no-input", "install", *quiet]
     locked = ["--require-hashes", "--only-binary", ":all:", "-r"]
-    if not _by_uv([*pip, *locked], ["pip", "install", "--compile-bytecode", *quiet, "--python", str(python), *locked, str(LOCKS[kind])]):
+    by_uv = ["pip", "install", "--compile-bytecode", *quiet, "--python", str(python)]
+    if not _by_uv([*pip, *locked], [*by_uv, *locked, str(LOCKS[kind])]):
         _run([*pip, *locked, str(LOCKS[kind])])
     _run([*pip, "--no-deps", "--no-build-isolation", "-e", str(ROOT)])
     # the locks hold the same versions: what was installed by another one is still there

@@ -47,5 +47,5 @@ def help_page() -> Path:
 
 @cache
 def resource_table(name: str) -> dict[str, Any]:
-    """Return a shipped table, not to be changed: of the window its words, colours or actions, of NI-DAQmx its errors."""
+    """Return a shipped table, never changed: of the window its words, colours or actions, of NI-DAQmx its errors."""
     return tomllib.loads((resources_folder() / f"{name}.toml").read_text(encoding="utf-8"))

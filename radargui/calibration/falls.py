@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from radargui.calibration import unknowns as named
 from radargui.calibration.unknowns import Unknown
@@ -78,56 +77,95 @@ class Falls:
 
         The latter in standard deviations, shape (n_impacts,).
         """
-        place = np.array([shared[f"{self.place}.{axis}"] for axis in "xyz"])
-        begin_s = np.array([own[0], *own[4::4]])
-        duration_s = np.diff(begin_s, append=self.end_s + 0.01)
-        curve = self._flights(duration_s, own[1:], shared)
-        # each flight starts where the one before it ended
-        end = np.cumsum(curve(1.0)[:, :3], axis=0) + place
-        start = np.vstack([place, end[:-1]])
-        # after its last flight it counts as at rest: what it does there is not asked, and must not be far away
-        number = np.where(time_s > self.end_s, -1, np.searchsorted(begin_s, time_s, side="right") - 1)
-        out = np.zeros((3, 3, time_s.size))
-        out[0] = np.where(time_s > self.end_s, end[-1][:, None], place[:, None])
-        for n, (begin, lasts) in enumerate(zip(begin_s, duration_s, strict=True)):
-            here = number == n
-            for order in range(3):
-                out[order][:, here] = curve((time_s[here] - begin) / lasts, nu=order)[:, n, :3].T / lasts**order
-            out[0][:, here] += start[n][:, None]
-        slope = np.radians([shared[named.FLOOR_X], shared[named.FLOOR_Y]])
-        hit = end[: self.impact_s.size]
-        # a floor whose normal leans to x falls off towards x
-        return out, (hit[:, 2] + hit[:, :2] @ slope - shared[named.HEIGHT]) / U_CONTACT_M
+        series, off = self._series(time_s, shared, own[None], orders=3)
+        return series[:, 0], off[0]
 
-    def _flights(self, duration_s: FloatArray, own: FloatArray, shared: Mapping[str, float]) -> CubicHermiteSpline:
-        """Return displacements and velocities of all flights over their shares of time, (n_flights, 6).
+    def places(
+        self, time_s: FloatArray, shared: Mapping[str, float | FloatArray], own: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return places and what the impacts are off the floor for some values at once, (n_values, ...) as in `at`."""
+        series, off = self._series(time_s, shared, own, orders=1)
+        return series[0], off
 
-        a = g - k |v| v by Runge and Kutta's fourth order; it does not depend on the place, so that all go together.
+    def _series(
+        self, time_s: FloatArray, shared: Mapping[str, float | FloatArray], own: FloatArray, orders: int
+    ) -> tuple[FloatArray, FloatArray]:
+        def of(name: str) -> FloatArray:
+            return np.broadcast_to(shared[name], len(own))
 
-        Raises
-        ------
-        SolveError
-            The unknowns are those of no fall.
-        """
-        lean = np.radians([shared[named.GRAVITY_X], shared[named.GRAVITY_Y]])
-        down = np.array([np.sin(lean[0]), np.sin(lean[1]), -np.cos(np.hypot(*lean))]) * shared[named.GRAVITY]
-        k, h = shared[named.DRAG], duration_s[:, None] / _STEPS
-
-        def slope(state: FloatArray) -> FloatArray:
-            v = state[:, 3:]
-            return np.concatenate([v, down - k * np.linalg.norm(v, axis=1, keepdims=True) * v], axis=1)
-
+        place = np.stack([of(f"{self.place}.{axis}") for axis in "xyz"], axis=1)
+        begin_s = np.concatenate([own[:, :1], own[:, 4::4]], axis=1)
+        duration_s = np.diff(begin_s, axis=1, append=self.end_s + 0.01)
+        lean = np.radians([of(named.GRAVITY_X), of(named.GRAVITY_Y)])
+        down = np.array([*np.sin(lean), -np.cos(np.hypot(*lean))]).T * of(named.GRAVITY)[:, None]
         # onset, velocity, impact, velocity, impact, ...
-        velocity = np.append(own, 0.0).reshape(-1, 4)[:, :3]
-        states = [np.concatenate([np.zeros_like(velocity), velocity], axis=1)]
-        with np.errstate(over="ignore", invalid="ignore"):  # a step that goes astray is told below
-            for _ in range(_STEPS):
-                state = states[-1]
-                s1 = slope(state)
-                s2 = slope(state + 0.5 * h * s1)
-                s3 = slope(state + 0.5 * h * s2)
-                states.append(state + h / 6.0 * (s1 + 2.0 * (s2 + s3) + slope(state + h * s3)))
-            slopes = [slope(one) * duration_s[:, None] for one in states]
-        if not (duration_s > 0.0).all() or not np.isfinite(states[-1]).all():
-            raise SolveError("Impacts out of their order are no fall.")
-        return CubicHermiteSpline(np.linspace(0.0, 1.0, _STEPS + 1), states, slopes)
+        velocity = np.pad(own[:, 1:], ((0, 0), (0, 1))).reshape(len(own), -1, 4)[:, :, :3]
+        states, slopes = _flights(duration_s, velocity, down, of(named.DRAG))
+        # each flight starts where the one before it ended
+        end = np.cumsum(states[-1, :, :, :3], axis=1) + place[:, None]
+        start = np.concatenate([place[:, None], end[:, :-1]], axis=1)
+        # after its last flight it counts as at rest: what it does there is not asked, and must not be far away
+        number, over = (time_s[:, None] >= begin_s[:, None]).sum(axis=2) - 1, time_s > self.end_s
+        here = np.arange(len(own))[:, None], np.maximum(number, 0)
+        still = ((number < 0) | over)[:, :, None]
+        share = _STEPS * (time_s - begin_s[here]) / duration_s[here]
+        step = np.clip(share.astype(np.intp), 0, _STEPS - 1)
+        # cubic between steps: y1 + s r + s (1 - s) w, w = (1 - s) (k1 - r) + s (r - k2), r = y2 - y1 (Hermite)
+        first, last, k1, k2 = (one[(step + k, *here)][..., :3] for one in (states, slopes / _STEPS) for k in (0, 1))
+        s, rise = (share - step)[:, :, None], last - first
+        bend, turn = (1.0 - s) * (k1 - rise) + s * (rise - k2), 2.0 * rise - k1 - k2
+        rest = np.where(over[:, None], end[:, -1:], place[:, None])
+        out = [np.where(still, rest, start[here] + first + s * rise + s * (1.0 - s) * bend)]
+        if orders > 1:
+            per_s = (_STEPS / duration_s[here])[:, :, None]
+            out.append(np.where(still, 0.0, per_s * (rise + (1.0 - 2.0 * s) * bend + s * (1.0 - s) * turn)))
+            out.append(np.where(still, 0.0, 2.0 * per_s**2 * ((1.0 - 2.0 * s) * turn - bend)))
+        hit = end[:, : self.impact_s.size].transpose(2, 1, 0)
+        # a floor whose normal leans to x falls off towards x
+        below = hit[0] * np.radians(of(named.FLOOR_X)) + hit[1] * np.radians(of(named.FLOOR_Y)) - of(named.HEIGHT)
+        return np.array(out).transpose(0, 1, 3, 2), (hit[2] + below).T / U_CONTACT_M
+
+
+def _flights(
+    duration_s: FloatArray, velocity: FloatArray, down: FloatArray, drag: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return displacements and velocities at the steps of all flights, and what they change by in a flight's time.
+
+    a = g - k |v| v by Runge and Kutta's fourth order; it does not depend on the place, so that all go together.
+
+    Parameters
+    ----------
+    duration_s, velocity
+        Of each flight, shapes (n_values, n_flights) and (n_values, n_flights, 3).
+    down, drag
+        g and k, shapes (n_values, 3) and (n_values,).
+
+    Returns
+    -------
+    states, slopes
+        Shape (n_steps + 1, n_values, n_flights, 6).
+
+    Raises
+    ------
+    SolveError
+        The unknowns are those of no fall.
+    """
+    g, k, h = down[:, None], drag[:, None, None], duration_s[:, :, None] / _STEPS
+
+    def slope(state: FloatArray) -> FloatArray:
+        v = state[..., 3:]
+        return np.concatenate([v, g - k * np.sqrt((v * v).sum(axis=-1, keepdims=True)) * v], axis=-1)
+
+    states = [np.concatenate([np.zeros_like(velocity), velocity], axis=-1)]
+    with np.errstate(over="ignore", invalid="ignore"):  # a step that goes astray is told below
+        for _ in range(_STEPS):
+            state = states[-1]
+            s1 = slope(state)
+            s2 = slope(state + 0.5 * h * s1)
+            s3 = slope(state + 0.5 * h * s2)
+            states.append(state + h / 6.0 * (s1 + 2.0 * (s2 + s3) + slope(state + h * s3)))
+        all_states = np.array(states)
+        slopes = slope(all_states) * duration_s[:, :, None]
+    if not (duration_s > 0.0).all() or not np.isfinite(all_states[-1]).all():
+        raise SolveError("Impacts out of their order are no fall.")
+    return all_states, slopes

@@ -272,14 +272,19 @@ class KnownMotion:
 
     def at(self, time_s: FloatArray, _shared: Mapping[str, float], own: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return place, velocity and acceleration at times, shape (3, 3, n); nothing else is known."""
-        offset, scale, *moved = own
-
-        def place(time: FloatArray) -> FloatArray:
-            return np.asarray(self.trajectory.place((time - offset) * scale, *moved[3:]) + np.array([moved[:3]]).T)
-
         h = DIFFERENCE_S
-        before, here, after = place(time_s - h), place(time_s), place(time_s + h)
+        before, here, after = (self._place(time, own) for time in (time_s - h, time_s, time_s + h))
         return np.stack([here, (after - before) / (2.0 * h), (after - 2.0 * here + before) / h**2]), np.empty(0)
+
+    def places(
+        self, time_s: FloatArray, _shared: Mapping[str, float | FloatArray], own: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return places for some values of its own at once, shape (n_values, 3, n); nothing else is known."""
+        return np.array([self._place(time_s, one) for one in own]), np.empty((len(own), 0))
+
+    def _place(self, time_s: FloatArray, own: FloatArray) -> FloatArray:
+        offset, scale, *moved = own
+        return np.asarray(self.trajectory.place((time_s - offset) * scale, *moved[3:]) + np.array([moved[:3]]).T)
 
 
 def _made_again(path: Any, folder: Path) -> Trajectory:

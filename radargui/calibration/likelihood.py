@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -38,8 +39,13 @@ class Motion(Protocol):
         The latter as what it is off, in standard deviations, shape (n_ties,).
         """
 
+    def places(
+        self, time_s: FloatArray, shared: Mapping[str, float | FloatArray], own: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return places, (n_values, 3, n), and ties for some values at once: shared ones one or (n_values,), own."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class World:
     """The shared unknowns, and the setup they belong to.
 
@@ -60,7 +66,13 @@ class World:
 
     def antennas(self, z: FloatArray) -> Antennas:
         """Return where the antennas stand."""
-        return place_antennas(setup_with(self.setup, self.unknowns, self.values(z)))
+        return _antennas(self, tuple(z.tolist()))
+
+
+@lru_cache(maxsize=64)
+def _antennas(world: World, z: tuple[float, ...]) -> Antennas:
+    # all recordings ask for the same places and the same steps from there
+    return place_antennas(setup_with(world.setup, world.unknowns, world.values(np.array(z))))
 
 
 @dataclass(frozen=True)
@@ -138,25 +150,22 @@ def motion_slopes(
     All by differences, in prior deviations; the shared unknowns come first.
     """
     values, ranges = world.values(z), np.array([one.u for one in motion.own])
-    base = np.array([one.value for one in motion.own])
-    here, tied = motion.at(time_s, values, base + ranges * own)
-    n_shared = len(world.unknowns)
+    base = np.array([one.value for one in motion.own]) + ranges * own
+    here, tied = motion.at(time_s, values, base)
+    n_shared, uses = len(world.unknowns), set(motion.uses)
+    steps = [n for n, one in enumerate(world.unknowns) if one.name in uses] + [*(n_shared + np.flatnonzero(ranges))]
     slopes, ties = np.zeros((3, time_s.size, n_shared + own.size)), np.zeros((tied.size, n_shared + own.size))
-    uses = set(motion.uses)
-    for k in range(n_shared + own.size):
-        other, moved = values, own
-        if k < n_shared:
-            one = world.unknowns[k]
-            if one.name not in uses:
-                continue
-            other = values | {one.name: values[one.name] + STEP * one.u}
+    # one value differs in each
+    other: dict[str, float | FloatArray] = dict(values)
+    states = np.tile(base, (len(steps), 1))
+    for row, k in enumerate(steps):
+        if k >= n_shared:
+            states[row, k - n_shared] += STEP * ranges[k - n_shared]
         else:
-            if ranges[k - n_shared] == 0.0:
-                continue
-            moved = own.copy()
-            moved[k - n_shared] += STEP
-        there, off = motion.at(time_s, other, base + ranges * moved)
-        slopes[:, :, k], ties[:, k] = (there[0] - here[0]) / STEP, (off - tied) / STEP
+            one = world.unknowns[k]
+            other[one.name] = values[one.name] + STEP * one.u * (np.arange(len(steps)) == row)
+    there, off = motion.places(time_s, other, states)
+    slopes[:, :, steps], ties[:, steps] = np.moveaxis(there - here[0], 0, 2) / STEP, (off - tied).T / STEP
     return here, slopes, tied, ties
 
 

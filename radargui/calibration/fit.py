@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -131,7 +131,7 @@ def fit(
                 tried = _step(now, likelihoods, damping)
             except (np.linalg.LinAlgError, SolveError):
                 tried = None
-            if tried is not None and np.isfinite(tried.cost) and tried.cost < now.cost:
+            if tried is not None:
                 better, gain = tried, now.cost - tried.cost
                 damping = max(damping / DOWN, 1e-9)
             else:
@@ -153,8 +153,11 @@ def _at(
     return Fit(world, z, tuple(own), parts, held)
 
 
-def _step(now: Fit, likelihoods: Sequence[Likelihood], damping: float) -> Fit:
-    """Return the state after a Gauss-Newton step: each recording's own eliminated, the shared solved, and back."""
+def _step(now: Fit, likelihoods: Sequence[Likelihood], damping: float) -> Fit | None:
+    """Return the state after a Gauss-Newton step: each recording's own eliminated, the shared solved, and back.
+
+    None where it costs more: then its slopes are not asked for.
+    """
     reduced = [one.reduced(damping) for one in now.locals_]
     normal = sum(one[0] for one in reduced) + np.eye(now.z.size)
     slope = sum(one[1] for one in reduced) + now.z
@@ -163,4 +166,8 @@ def _step(now: Fit, likelihoods: Sequence[Likelihood], damping: float) -> Fit:
     moved = np.zeros_like(now.z)
     moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
     own = [state - back[:, -1] - back[:, :-1] @ moved for state, (_, _, back) in zip(now.own, reduced, strict=True)]
-    return _at(now.world, likelihoods, now.z + moved, own, now.held)
+    z = now.z + moved
+    begun = [one.begun(now.world, z, state) for one, state in zip(likelihoods, own, strict=True)]
+    if not sum(one.cost for one in begun) + 0.5 * float(z @ z) < now.cost:
+        return None
+    return replace(now, z=z, own=tuple(own), locals_=tuple(one.local() for one in begun))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Protocol
@@ -122,6 +122,17 @@ class Likelihood(Protocol):
     def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
         """Return it at a state."""
 
+    def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
+        """Return its cost at a state, and the way to the rest."""
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A recording at a state that may be none to stay at: its cost, as in `Local`, which is what costs time."""
+
+    cost: float
+    local: Callable[[], Local]
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -212,6 +223,11 @@ class PathLikelihood:
         """First guess: everything at its prior mean, no slow error."""
         return np.zeros(len(self.motion.own) + 5 * len(self.measured.change_m))
 
+    def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
+        """Return its cost at a state, and all that is known there."""
+        local = self.at(world, z, own)
+        return Begun(local.cost, lambda: local)
+
     def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
         """Return it at a state; the constants are in metres, slow errors in their deviations."""
         data, n_own, n_shared = self.measured, len(self.motion.own), len(z)
@@ -262,6 +278,11 @@ def misfit_of(scaled: FloatArray) -> float:
     return float(np.median(scaled**2)) / 0.4549 if scaled.size else 1.0
 
 
+def cost_of(loss: float, tied: FloatArray, pull: FloatArray) -> float:
+    """Return half the squares of samples, ties and priors."""
+    return loss + 0.5 * float(tied @ tied) + 0.5 * float(pull @ pull)
+
+
 def local_at(
     loss: float,
     normal: FloatArray,
@@ -277,7 +298,7 @@ def local_at(
     k = by_ties.shape[1]
     normal[:k, :k] += by_ties.T @ by_ties
     slope[:k] += by_ties.T @ tied
-    cost = loss + 0.5 * float(tied @ tied) + 0.5 * float(pull @ pull)
+    cost = cost_of(loss, tied, pull)
     inner = normal[n_shared:, n_shared:] + np.eye(pull.size)
     return Local(
         cost, normal[:n_shared, :n_shared], slope[:n_shared], normal[n_shared:, :n_shared], inner,

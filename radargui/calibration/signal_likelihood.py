@@ -7,7 +7,18 @@ from functools import cached_property
 
 import numpy as np
 
-from radargui.calibration.likelihood import STEP, Local, Motion, World, local_at, misfit_of, motion_slopes, robust
+from radargui.calibration.likelihood import (
+    STEP,
+    Begun,
+    Local,
+    Motion,
+    World,
+    cost_of,
+    local_at,
+    misfit_of,
+    motion_slopes,
+    robust,
+)
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.signal_model import Waves, receiver_signal, signal_of
 from radargui.estimation.forward.signal_slopes import receiver_slopes
@@ -146,12 +157,25 @@ class SignalLikelihood:
 
     def at(self, world: World, z: FloatArray, own: FloatArray) -> Local:
         """Return it at a state."""
+        return self.begun(world, z, own).local()
+
+    def begun(self, world: World, z: FloatArray, own: FloatArray) -> Begun:
+        """Return its cost at a state, and the way to the rest, which takes three times as long."""
         at = self.sampled(world, z, own)
-        return self.local(at, [self.rows(world, z, at, n) for n in range(at.problem.n_receivers)], z.size, own)
+
+        def local() -> Local:
+            return self.local(at, [self.rows(world, z, at, n) for n in range(at.problem.n_receivers)], z.size, own)
+
+        return Begun(cost_of(at.loss, at.ties[0], self._pull(at.theta, own)), local)
+
+    def _pull(self, theta: FloatArray, own: FloatArray) -> FloatArray:
+        # the breaks of its spline are not asked: they stay
+        prior = self.problem.prior
+        return np.concatenate([own[: len(self.motion.own)], (theta - prior.mean) / prior.sd])
 
     def local(self, at: SampledState, parts: list[ReceiverRows], n_shared: int, own: FloatArray) -> Local:
         """Return the normal equations of what the channels change with."""
-        problem, n_all, n_own = at.problem, n_shared + own.size, len(self.motion.own)
+        problem, n_all = at.problem, n_shared + own.size
         normal, slope = np.zeros((n_all, n_all)), np.zeros(n_all)
         residual_m = np.full((problem.n_receivers, problem.bins.n_bins), np.nan)
         for n, one in enumerate(parts):
@@ -163,8 +187,7 @@ class SignalLikelihood:
             along = one.along * problem.inputs.wavenumber
             power = np.maximum((along**2).sum(axis=0), 1e-12)
             residual_m[n] = np.where(at.use, -(along * at.residual[pair]).sum(axis=0) / power, np.nan)
-        # the breaks of its spline are not asked: they stay
-        pull = np.concatenate([own[:n_own], (at.theta - problem.prior.mean) / problem.prior.sd])
+        pull = self._pull(at.theta, own)
         scaled = at.residual / at.sigma
         misfit = np.array([misfit_of(scaled[2 * n : 2 * n + 2, at.use]) for n in range(problem.n_receivers)])
         return local_at(at.loss, normal, slope, n_shared, at.ties, pull, residual_m, misfit)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -48,6 +50,9 @@ AGREEING = 1.1
 ones from 1.25 to 2.5 and 4.6."""
 MOST_COMPARED = 3
 """Recordings in which walls are sought."""
+MOST_BEHIND, LATE = (3000.0, 300.0, 50.0, np.inf), 1000.0
+"""In ln E, behind the best of the places after each renewal: in two rooms those that won were the best after the first,
+and led by 400 to 10 000 after the second. Later than that, a wall without which ln E is higher is none."""
 CLEAR_M = 0.02
 """No wall is nearer to the sphere's centre."""
 TOGETHER = 20
@@ -86,12 +91,25 @@ def settle(
     ProcessingError, SolveError
         There is no solution.
     """
+    *_, last = _settling(world, likelihoods, start, own, round_done, renewals)
+    return last
+
+
+def _settling(
+    world: World,
+    likelihoods: Sequence[Likelihood],
+    start: Fit,
+    own: Sequence[FloatArray],
+    round_done: Callable[[], None],
+    renewals: int = RENEWALS,
+) -> Iterator[Settled]:
+    """Yield the fit after each renewal, the first before any."""
     found = start
-    for _ in range(renewals):
+    for number in range(renewals + 1):
+        if number:
+            likelihoods, own = _renewed(likelihoods, found)
         found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
-        likelihoods, own = _renewed(likelihoods, found)
-    found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
-    return Settled(found, tuple(likelihoods))
+        yield Settled(found, tuple(likelihoods))
 
 
 def approach(
@@ -227,7 +245,8 @@ def _without_last(settled: Settled, base: Settled) -> Settled:
 
 
 def _trials(base: Settled, walls: Sequence[tuple[MirrorPlane, ...]], round_done: Callable[[], None]) -> list[Settled]:
-    found, out = base.found, []
+    """Return the fits with walls, less those that are left behind on the way there (`MOST_BEHIND`)."""
+    found, going = base.found, []
     for planes in walls:
         pairs = [
             one.with_mirrors((*one.problem.inputs.planes, *planes), state)
@@ -235,11 +254,21 @@ def _trials(base: Settled, walls: Sequence[tuple[MirrorPlane, ...]], round_done:
             else (one, state)
             for one, state in zip(base.likelihoods, found.own, strict=True)
         ]
-        try:
-            out.append(settle(found.world, [one for one, _ in pairs], found, [own for _, own in pairs], round_done))
-        except (ProcessingError, SolveError):
-            continue
-    return out
+        going.append(_settling(found.world, [one for one, _ in pairs], found, [own for _, own in pairs], round_done))
+    there: list[Settled] = []
+    for behind in MOST_BEHIND:
+        there, left = [], going
+        going = []
+        for one in left:
+            with suppress(ProcessingError, SolveError):
+                there.append(next(one))
+                going.append(one)
+        best = max((one.log_evidence for one in there), default=-np.inf)
+        if behind < LATE and best < base.log_evidence:
+            return []
+        kept = [one.log_evidence > best - behind for one in there]
+        there, going = list(compress(there, kept)), list(compress(going, kept))
+    return there
 
 
 def _sampled(base: Settled) -> list[tuple[SignalLikelihood, FloatArray, int]]:

@@ -50,9 +50,9 @@ AGREEING = 1.1
 ones from 1.25 to 2.5 and 4.6."""
 MOST_COMPARED = 3
 """Recordings in which walls are sought."""
-MOST_BEHIND, LATE = (3000.0, 300.0, 50.0, np.inf), 1000.0
-"""In ln E, behind the best of the places after each renewal: in two rooms those that won were the best after the first,
-and led by 400 to 10 000 after the second. Later than that, a wall without which ln E is higher is none."""
+MOST_BEHIND, LATE = (1000.0, 300.0, 50.0, np.inf), 500.0
+"""In ln E, behind the best of the places after each renewal: in three rooms those that won were the best after the
+first, and led by 1200 to 10 000 after the second. From then on a wall without which ln E is higher is none."""
 CLEAR_M = 0.02
 """No wall is nearer to the sphere's centre."""
 TOGETHER = 20

@@ -65,8 +65,9 @@ class ModelInputs:
             return self.body[receiver]
         if self.sphere is None:
             return point_factors(len(self.planes))
-        angles = theta[layout.polarization.start], theta[layout.receivers[receiver].polarization.start]
-        return self.sphere.factors(receiver, *(float(angle) for angle in angles))
+        sent, got = float(theta[layout.polarization.start]), float(theta[layout.receivers[receiver].polarization.start])
+        walls = theta[layout.planes.stop - self.sphere.unknown.size : layout.planes.stop]
+        return self.sphere.factors(receiver, sent, got, walls)
 
 
 @dataclass(frozen=True, slots=True)

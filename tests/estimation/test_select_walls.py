@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
@@ -98,5 +100,6 @@ def test_walls_that_nothing_excludes_move_the_solution_and_those_that_the_sample
     noisy = converged(small_problem(sigma=0.1))
     moved, weight = unseen_walls(noisy, UP, 5.0)
     assert 0.1 < len(moved) * weight < 1.0
-    away_m = [np.sqrt(((positions_at_bins(one) - positions_at_bins(noisy)) ** 2).mean()) for one in moved]
+    solutions = [replace(noisy, state=one) for one in moved]
+    away_m = [np.sqrt(((positions_at_bins(one) - positions_at_bins(noisy)) ** 2).mean()) for one in solutions]
     assert all(2e-5 < one < 3e-4 for one in away_m)

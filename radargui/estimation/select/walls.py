@@ -39,17 +39,14 @@ class WallSearch:
     ----------
     tried
         Converged solutions with one more wall, on fewer bins, the best first.
-    likeliest
-        Linearised gain of the likeliest place.
     """
 
     tried: tuple[WallTrial, ...]
-    likeliest: float
 
     @property
     def gain(self) -> float:
-        """What the best wall gains, linearised where none was tried."""
-        return self.tried[0].gain if self.tried else self.likeliest
+        """What the best wall gains, -inf where none was tried."""
+        return self.tried[0].gain if self.tried else -np.inf
 
 
 def search_wall(
@@ -83,13 +80,11 @@ def search_wall(
     # distances count from the middle of the motion: there a wall's detour turns as the search believes
     mirrors, middle = solution.problem.inputs.planes, positions_at_bins(solution).mean(axis=1)
     azimuth, distance = wall_grid(settings)
-    base, tried, without, likeliest = solution, WallSearch((), -np.inf), -np.inf, -np.inf
+    base, tried, without, likeliest = solution, WallSearch(()), -np.inf, -np.inf
     for number in range(settings.searches):
         planes = upright_planes(middle, normal, azimuth, distance, settings)
         gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
         likeliest = max(likeliest, float(gains.max()))
-        if likeliest < -settings.convincing:
-            return WallSearch((), likeliest)
         most = settings.carried if thorough and number == 0 else settings.carried_again
         # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = peaks(gains, around=True)[:most]
@@ -108,10 +103,10 @@ def search_wall(
             )
         before = tried.gain
         more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
-        tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one.gain)), likeliest)
+        tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one.gain)))
         promising = -settings.convincing if thorough else settings.promising
         # what is kept looks around again as it walks; what no place of the grid shows hides behind no motion
-        if tried.gain > settings.beyond_doubt or max(likeliest, tried.gain) < settings.convincing:
+        if tried.gain > settings.beyond_doubt or max(likeliest, tried.gain) < 0.0:
             return tried
         if tried.gain < max(before + settings.worthwhile, promising):
             break
@@ -130,7 +125,7 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
     starts = [Start(one.solution.problem, one.solution.state) for one in level]
     trials = race(starts, settings.last_rounds, round_done, settings.most_behind, COARSE, same_place)
     more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
-    return replace(search, tried=tuple(sorted([*more, *search.tried[len(level) :]], key=lambda one: -one.gain)))
+    return WallSearch(tuple(sorted([*more, *search.tried[len(level) :]], key=lambda one: -one.gain)))
 
 
 def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:

@@ -337,14 +337,20 @@ class _Selection:
         whole
             With all of them.
         """
-        start = search.tried[0].solution
+        found = with_bins_of(search.tried[0].solution, whole)
+        settled = settle_breaks(self.data, found, self.normal, self.round_done)
+        start = solved_at(with_fewer_bins(Start(settled.problem, settled.state), WALLS.most_bins))
         best, *moved = walked(start, self.normal, self.round_done)
         # other places of the wall say how well the motion is known: evidence alone does not tell them apart
         ahead, behind = log_evidence(best), log_evidence(start) - search.gain
         left = [replace(trial, gain=trial.gain + behind - ahead) for trial in search.tried[1:]]
         others = [WallTrial(one, log_evidence(one) - ahead) for one in moved]
-        undecided = self._with_bins_of(whole, [*left, *others])
-        return settle_breaks(self.data, with_bins_of(best, whole), self.normal, self.round_done), undecided
+        undecided = [*self._with_bins_of(whole, left), *self._with_bins_of(settled.problem, others)]
+        if best is start:
+            return settled, undecided
+        # bounces that a wall out of place hid
+        moved_wall = with_bins_of(best, settled.problem)
+        return settle_breaks(self.data, moved_wall, self.normal, self.round_done), undecided
 
     def _with_bins_of(self, whole: JointProblem, trials: Sequence[WallTrial]) -> list[Alternative]:
         """Return the trials that have weight, their gains counted from the best, on all bins."""

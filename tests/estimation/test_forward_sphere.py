@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.mirrors import FLOOR, WALL, MirrorPlane
 from radargui.estimation.forward.sphere import PolarisedSphere, polarised_sphere
 from radargui.geometry.path_length import place_antennas
 from radargui.model.setup import Setup
@@ -64,3 +66,14 @@ def test_polarisations_that_the_setup_calls_exact_are_held() -> None:
     assert np.degrees(body.angle_rad[0]) == pytest.approx(30.0)
     assert body.u_angle_rad[0] < 1e-5
     assert np.degrees(body.u_angle_rad[1]) == pytest.approx(5.0)
+
+
+def test_what_the_sphere_scatters_over_a_wall_follows_the_wall() -> None:
+    body, given = worked_example()
+    antennas, planes = place_antennas(given), (PLANE, replace(PLANE, foot_m=np.array([0.2, 0.0, 0.0]), name=WALL))
+    here, moved = np.zeros((2, 3)), np.array([[0.0, 0.0, 0.0], [0.01, -0.01, 0.002]])
+    at_first, there = (body.fields(PLACE_M, antennas, RELEASE_M, planes, one) for one in (here, moved))
+    still, wanted = (one.factors(0, *body.angle_rad).mirrored for one in (at_first, there))
+    found = at_first.factors(0, *body.angle_rad, moved[1]).mirrored
+    assert np.abs(wanted - still).max() > 0.01
+    assert np.abs(found - wanted).max() < 0.05 * np.abs(wanted - still).max()

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
-from radargui.estimation.select.converge import converge
+from radargui.estimation.select.converge import converge, race
 from radargui.estimation.select.unseen_walls import unseen_walls
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.wall_walk import WalkSettings, walked
-from radargui.estimation.select.walls import peaks, place_of_last, search_wall
+from radargui.estimation.select.walls import peaks, place_of_last, same_place, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
 
@@ -83,6 +85,17 @@ def test_peaks_of_a_circle_of_azimuths_go_round() -> None:
     assert [divmod(k, 3) for k in peaks(table, around=False)[:3]] == [(0, 1), (5, 1), (3, 2)]
 
 
+def test_of_trials_that_meet_the_first_goes_on(hidden: Solution) -> None:
+    middle = positions_at_bins(hidden).mean(axis=1)
+    planes = upright_planes(middle, UP, np.radians([180.0, 182.0, 0.0]), np.array([0.14]))
+    starts = [problem_with_mirrors(hidden, (plane,)) for plane in planes]
+    first, met, other = race(starts, 1, nothing, (1e9,), met=same_place)
+    assert first is not None
+    assert met is None
+    assert other is not None
+    assert not same_place(first, other)
+
+
 def test_a_wall_that_stopped_short_of_its_place_walks_there(hidden: Solution) -> None:
     middle = positions_at_bins(hidden).mean(axis=1)
     aside = upright_planes(middle, UP, np.radians([220.0]), np.array([0.14]))
@@ -98,5 +111,6 @@ def test_walls_that_nothing_excludes_move_the_solution_and_those_that_the_sample
     noisy = converged(small_problem(sigma=0.1))
     moved, weight = unseen_walls(noisy, UP, 5.0)
     assert 0.1 < len(moved) * weight < 1.0
-    away_m = [np.sqrt(((positions_at_bins(one) - positions_at_bins(noisy)) ** 2).mean()) for one in moved]
+    solutions = [replace(noisy, state=one) for one in moved]
+    away_m = [np.sqrt(((positions_at_bins(one) - positions_at_bins(noisy)) ** 2).mean()) for one in solutions]
     assert all(2e-5 < one < 3e-4 for one in away_m)

@@ -34,7 +34,7 @@ from radargui.estimation.solve.initial_problem import (
     release_times,
     usable_bins,
 )
-from radargui.estimation.solve.minimise import minimise
+from radargui.estimation.solve.minimise import minimise, solved_at
 from radargui.estimation.solve.problem import Start, State, linearise
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
@@ -151,3 +151,15 @@ def test_the_acceleration_does_not_ring_after_a_release_between_two_knots() -> N
 
     assert off_gravity(release_times(onset_s)) < 0.02
     assert off_gravity(np.zeros(0)) > 0.1
+
+
+def test_a_mirror_that_is_put_elsewhere_counts_from_there_and_one_that_stays_keeps_its_place() -> None:
+    made = small_problem((FLOOR_PLANE, WALL_PLANE), reflection=0.1)
+    theta, places = made.truth.theta.copy(), made.problem.layout.planes
+    theta[places] = [0.01, 0.02, 0.003, 0.1, -0.01, 0.004]
+    solution = solved_at(Start(made.problem, State(made.truth.coefficients, theta)))
+    elsewhere = replace(WALL_PLANE, foot_m=np.array([0.16, 0.0, 0.0]))
+    moved = problem_with_mirrors(solution, (FLOOR_PLANE, elsewhere)).state.theta[places]
+    assert moved == pytest.approx([0.01, 0.02, 0.003, 0.0, 0.0, 0.0])
+    stays = problem_with_mirrors(solution, (FLOOR_PLANE, WALL_PLANE)).state.theta[places]
+    assert stays == pytest.approx(theta[places])

@@ -18,7 +18,7 @@ from radargui.estimation.solve.minimise import (
     log_evidence,
     minimise,
 )
-from radargui.estimation.solve.problem import linearise
+from radargui.estimation.solve.problem import Start, linearise
 
 
 def test_the_truth_is_found_within_its_standard_uncertainties() -> None:
@@ -93,3 +93,10 @@ def test_a_lobe_of_a_mirror_that_hardly_reflects_goes_anywhere_and_overflows_not
         with np.errstate(over="raise", invalid="raise"):
             at = linearise(made.problem, replace(made.truth, theta=theta))
         assert np.abs(at.residual).max() < 100.0
+
+
+def test_a_minimum_is_left_as_it_is() -> None:
+    there = minimise(small_problem(delay_s=5e-5).away(1.0), 15)
+    again = minimise(Start(there.problem, there.state), 6)
+    assert again.settled
+    assert again.state is there.state

@@ -46,7 +46,7 @@ class MirrorPlane:
         return self.u_turn_rad, self.u_tilt_rad, self.u_shift_m
 
     def image(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
-        """Return the mirror image of a point for two tilts (rad) and a shift along the normal (m)."""
+        """Return the mirror image of points (..., 3) for two tilts (rad) and a shift along the normal (m)."""
         normal = self._tilted(unknown)
         return mirror(point_m, normal, float(normal @ (self.foot_m + unknown[2] * self.normal)))
 

@@ -65,8 +65,9 @@ class ModelInputs:
             return self.body[receiver]
         if self.sphere is None:
             return point_factors(len(self.planes))
-        angles = theta[layout.polarization.start], theta[layout.receivers[receiver].polarization.start]
-        return self.sphere.factors(receiver, *(float(angle) for angle in angles))
+        sent, got = float(theta[layout.polarization.start]), float(theta[layout.receivers[receiver].polarization.start])
+        walls = theta[layout.planes.stop - self.sphere.unknown.size : layout.planes.stop]
+        return self.sphere.factors(receiver, sent, got, walls)
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,12 +195,9 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
     """Return the waves of all ways from the transmitter to a receiver; parameters as for `receiver_signal`."""
     own, shape, k = layout.receivers[receiver], node_m.shape[1:], inputs.wavenumber
     unknown = layout.plane_unknowns(theta)
-    antenna_m = np.array(
-        [
-            [antenna, *(plane.image(antenna, one) for plane, one in zip(inputs.planes, unknown, strict=True))]
-            for antenna in (inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver])
-        ]
-    )
+    ends = np.stack([inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]])
+    images = [plane.image(ends, one) for plane, one in zip(inputs.planes, unknown, strict=True)]
+    antenna_m = np.stack([ends, *images], axis=1)
     node = np.ascontiguousarray(node_m.reshape(3, -1))
     length = distances(node, antenna_m.reshape(-1, 3)).reshape(2, -1, node.shape[1])
     # against the release: phi_0 is then the phase there, whatever the antennas' places, and no shift of a plane turns

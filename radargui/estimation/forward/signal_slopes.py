@@ -119,6 +119,10 @@ def receiver_slopes(
         angles = float(theta[layout.polarization.start]), float(theta[own.polarization.start])
         by_direct, by_mirrored = inputs.sphere.angle_slopes(receiver, *angles)
         reflected = reflections(theta, layout, own)[:, :, None, None] * waves.mean
+        # the planes' own columns end with the walls': what the sphere scatters over them changes too
+        by_walls = inputs.sphere.wall_slopes(receiver, *angles)
+        for number, slope in enumerate(by_walls, start=place(layout.planes.stop) - len(by_walls)):
+            out[:, :, number] += (slope[:, :, None] * reflected).sum(axis=(0, 1)).real
         for side, places in enumerate((layout.polarization, own.polarization)):
             changed = z * by_direct[side] + (by_mirrored[side, :, :, None] * reflected).sum(axis=(0, 1))
             put(places, changed.real[:, :, None])

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.forward.mirrors import WALL, MirrorPlane
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.assumed import uncertain_inputs
@@ -20,6 +20,7 @@ from radargui.model.scattering import (
 )
 from radargui.model.setup import Setup
 
+_STEP = 1e-4  # rad and m, of a wall: differences are off by as much of what M is curved by
 LEAST_U_ANGLE_RAD = 1e-6  # of a polarisation that is known exactly: the unknown stays, its prior holds it
 
 
@@ -57,22 +58,29 @@ class PolarisedSphere:
 
         A mirror turns a field's direction as it turns a vector; the change of sign stays in T and R.
         """
-        sent_m = np.array([antennas.transmitter_m, *self._images(antennas.transmitter_m, planes, unknown)])
-        sent = np.array([self.transmitted, *self._turned(self.transmitted, planes, unknown)])
-        got_m = np.array([[rx, *self._images(rx, planes, unknown)] for rx in antennas.receivers_m])
-        got = np.array([[axes, *self._turned(axes, planes, unknown)] for axes in self.received])
 
-        def signals(at: FloatArray, n: int) -> ComplexArray:
+        def signals(at: FloatArray, n: int, unknown: FloatArray) -> ComplexArray:
+            sent_m = np.array([antennas.transmitter_m, *self._images(antennas.transmitter_m, planes[:n], unknown)])
+            sent = np.array([self.transmitted, *self._turned(self.transmitted, planes[:n], unknown)])
+            got_m = np.array([[rx, *self._images(rx, planes[:n], unknown)] for rx in antennas.receivers_m])
+            got = np.array([[axes, *self._turned(axes, planes[:n], unknown)] for axes in self.received])
             # two basis directions a side: angles of polarisation then cost no new sum over multipoles
-            incident = unit_vectors(at - sent_m[:n, :, None])[:, None]
-            leaving = unit_vectors(got_m[:, :n, :, None] - at)[:, None]
-            return scattered_signals(self.sphere, incident, sent[:n, None], leaving, got[:, None, :n])
+            incident = unit_vectors(at - sent_m[:, :, None])[:, None]
+            leaving = unit_vectors(got_m[..., None] - at)[:, None]
+            return scattered_signals(self.sphere, incident, sent[:, None], leaving, got[:, None])
 
-        return SphereFields(signals(place, len(sent_m)), signals(release_m[:, None], 1)[:, 0, 0, :, :, 0])
+        basis = signals(place, len(planes), unknown)
+        first = sum(plane.name != WALL for plane in planes)
+        steps = _STEP * np.eye(unknown.size)[3 * first :]
+        by_walls = np.empty((len(steps), *basis.shape), complex)
+        for number, step in enumerate(steps):
+            by_walls[number] = (signals(place, len(planes), unknown + step.reshape(unknown.shape)) - basis) / _STEP
+        at_rest = signals(release_m[:, None], 0, unknown[:0])[:, 0, 0, :, :, 0]
+        return SphereFields(basis, at_rest, by_walls, unknown[first:].ravel())
 
     @staticmethod
     def _images(point_m: FloatArray, planes: Sequence[MirrorPlane], unknown: FloatArray) -> list[FloatArray]:
-        return [plane.image(point_m, own) for plane, own in zip(planes, unknown, strict=True)]
+        return [plane.image(point_m, own) for plane, own in zip(planes, unknown, strict=False)]
 
     @staticmethod
     def _turned(axes: FloatArray, planes: Sequence[MirrorPlane], unknown: FloatArray) -> list[FloatArray]:
@@ -127,19 +135,38 @@ class SphereFields:
         n_mirrors, 2, 2, n_bins).
     at_rest
         F of the direct path at the release position, shape (n_receivers, 2, 2).
+    by_walls, unknown
+        Slopes of `basis` by the walls' unknowns, shape (3 n_walls, *basis.shape), and the unknowns that it was made at.
     """
 
     basis: ComplexArray
     at_rest: ComplexArray
+    by_walls: ComplexArray
+    unknown: FloatArray
 
     def of_bins(self, part: slice) -> SphereFields:
         """Return the fields at some of the bins."""
-        return SphereFields(self.basis[..., part], self.at_rest)
+        return replace(self, basis=self.basis[..., part], by_walls=self.by_walls[..., part])
 
-    def factors(self, receiver: int, transmitter_rad: float, receiver_rad: float) -> SphereFactors:
-        """Return what the sphere multiplies the paths to a receiver with, for the angles of both antennas."""
+    def _at_walls(self, receiver: int, unknown: FloatArray | None) -> ComplexArray:
+        """Return F to a receiver with the walls moved to some unknowns, linearised; None: as they are."""
+        basis: ComplexArray = self.basis[receiver]
+        if unknown is None or not unknown.size:
+            return basis
+        return np.asarray(basis + np.tensordot(unknown - self.unknown, self.by_walls[:, receiver], axes=1))
+
+    def wall_slopes(self, receiver: int, transmitter_rad: float, receiver_rad: float) -> ComplexArray:
+        """Return d M / d unknown of the walls, (3 n_walls, 1 + n_mirrors, 1 + n_mirrors, n_bins)."""
         c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
-        field = _signal(self.basis[receiver], c_tx, c_rx)
+        direct = _signal(self.basis[receiver, 0, 0], c_tx, c_rx)
+        return _signal(self.by_walls[:, receiver], c_tx, c_rx) / direct
+
+    def factors(
+        self, receiver: int, transmitter_rad: float, receiver_rad: float, walls: FloatArray | None = None
+    ) -> SphereFactors:
+        """Return what the sphere multiplies the paths to a receiver with, for angles of both antennas and the walls."""
+        c_tx, c_rx = _weights(transmitter_rad)[0], _weights(receiver_rad)[0]
+        field = _signal(self._at_walls(receiver, walls), c_tx, c_rx)
         direct = field[0, 0]
         # M has no bound near a null of the direct path: the setup refuses receivers below 5 % of the strongest signal
         return SphereFactors(direct / complex(c_tx @ self.at_rest[receiver] @ c_rx), field / direct)

@@ -71,7 +71,7 @@ class ChoiceSettings:
     floor_below_m: float = 0.010
     beyond_doubt: float = 100.0
     good_misfit: float = 1.15
-    most_behind: tuple[float, float] = (10.0, 1.0)
+    most_behind: tuple[float, float] = (0.5, 0.05)
     bad_misfit: float = 2.0
     lost_misfit: float = 4.0
     hopeless_misfit: float = 100.0
@@ -186,10 +186,11 @@ def choose_model(
     solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     if solution.problem.inputs.planes and not ended_early:
-        moved, weight = unseen_walls(solution, normal, settings.temper)
+        fewer = solved_at(with_fewer_bins(Start(solution.problem, solution.state), WALLS.most_bins))
+        moved, weight = unseen_walls(fewer, normal, settings.temper)
         # a question of its own: it counts against all other answers together
         weight *= 1.0 + sum(other.weight for other in (*alternatives, *undecided))
-        undecided += [Alternative(one, weight) for one in moved]
+        undecided += [Alternative(replace(solution, state=one), weight) for one in moved]
     return ChosenModel(solution, (*alternatives, *undecided), tuple(choices), ended_early)
 
 
@@ -216,7 +217,7 @@ class _Selection:
 
     def gain_of(self, bare: Solution | None, floored: Solution | None) -> float:
         """Return what a floor gains in ln E, the least it does where one of the two was given up."""
-        least = self.settings.most_behind[1] * self.data.bins.value.size
+        least = self.settings.most_behind[-1] * self.data.bins.value.size
         if bare is None or floored is None:
             return least if bare is None else -least
         return log_evidence(floored) - log_evidence(bare)
@@ -345,7 +346,11 @@ class _Selection:
         left = [replace(trial, gain=trial.gain + behind - ahead) for trial in search.tried[1:]]
         others = [WallTrial(one, log_evidence(one) - ahead) for one in moved]
         undecided = [*self._with_bins_of(whole, left), *self._with_bins_of(settled.problem, others)]
-        return settled if best is start else with_bins_of(best, settled.problem), undecided
+        if best is start:
+            return settled, undecided
+        # bounces that a wall out of place hid
+        moved_wall = with_bins_of(best, settled.problem)
+        return settle_breaks(self.data, moved_wall, self.normal, self.round_done), undecided
 
     def _with_bins_of(self, whole: JointProblem, trials: Sequence[WallTrial]) -> list[Alternative]:
         """Return the trials that have weight, their gains counted from the best, on all bins."""
@@ -379,7 +384,7 @@ class _Selection:
 
 def _gained(gain: float) -> str:
     """Return a sentence's end on a gain; one beyond doubt is not found out in full."""
-    most = WALLS.most_behind[1]
+    most = WALLS.most_behind[-1]
     return f"log evidence {gain:+.0f}" if abs(gain) < most else f"log evidence beyond {np.copysign(most, gain):+.0f}"
 
 

@@ -12,7 +12,14 @@ from radargui.estimation.select.breaks import misfit_times, respline, sharp_turn
 from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_breaks
 from radargui.estimation.solve.initial_problem import release_times
-from radargui.estimation.solve.minimise import Solution, local_chi_square, log_evidence, minimise
+from radargui.estimation.solve.minimise import (
+    MINIMISE,
+    MinimiseSettings,
+    Solution,
+    local_chi_square,
+    log_evidence,
+    minimise,
+)
 from radargui.estimation.solve.prior_deviations import update_priors, updated_noise_scale
 from radargui.estimation.solve.problem import Start
 from radargui.model.arrays import FloatArray
@@ -24,8 +31,8 @@ class RoundSettings:
 
     Attributes
     ----------
-    steps
-        Gauss-Newton steps a round.
+    steps, minimise
+        Gauss-Newton steps a round, and when they end before.
     noise_from_round
         The noise scale follows the misfit from this round on: before it the maps have not grown.
     settled_ln_evidence
@@ -43,6 +50,7 @@ class RoundSettings:
     """
 
     steps: int = 6
+    minimise: MinimiseSettings = MINIMISE
     noise_from_round: int = 2
     settled_ln_evidence: float = 0.2
     after_breaks: int = 4
@@ -53,6 +61,8 @@ class RoundSettings:
 
 
 ROUNDS = RoundSettings()
+COARSE = RoundSettings(minimise=MinimiseSettings(close=0.5))
+"""For trials of which one will go on: evidences are told apart by units."""
 
 
 def converge(start: Start, rounds: int, round_done: Callable[[], None], settings: RoundSettings = ROUNDS) -> Solution:
@@ -82,10 +92,11 @@ def race(
     starts: Sequence[Start],
     rounds: int,
     round_done: Callable[[], None],
-    most_behind: tuple[float, float],
+    most_behind: tuple[float, ...],
     settings: RoundSettings = ROUNDS,
+    met: Callable[[Solution, Solution], bool] = lambda one, other: False,
 ) -> list[Solution | None]:
-    """Return the solutions of some starts as `converge` would, None for those that fell hopelessly behind.
+    """Return the solutions of some starts as `converge` would, None for those that fell hopelessly behind, or met.
 
     Parameters
     ----------
@@ -94,14 +105,17 @@ def race(
     rounds, round_done, settings
         As of `converge`.
     most_behind
-        By how much in ln E one may stay behind the best, after the first minimum and after each round.
+        By how much in ln E one may stay behind the best, after the first minimum and after each round; the last stays.
+    met
+        Whether two have come to the same maximum: the later in the list is given up.
     """
     running = [_rounds(start, rounds, round_done, settings) for start in starts]
     now = [next(one) for one in running]
     alive = list(range(len(starts)))
     for number in range(rounds):
         best = max(now[k][1] for k in alive)
-        alive = [k for k in alive if now[k][1] >= best - most_behind[min(number, 1)]]
+        near = [k for k in alive if now[k][1] >= best - most_behind[min(number, len(most_behind) - 1)]]
+        alive = [k for k in near if not any(met(now[j][0], now[k][0]) for j in near if j < k)]
         for k in alive:
             now[k] = next(running[k], now[k])
     return [now[k][0] if k in alive else None for k in range(len(starts))]
@@ -113,7 +127,7 @@ def _rounds(
     """Yield the solution and its log evidence after the first minimum and after each round, until they settle."""
     # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
     evidence = -np.inf
-    solution = minimise(start, settings.steps)
+    solution = minimise(start, settings.steps, settings.minimise)
     yield solution, log_evidence(solution)
     for number in range(rounds):
         round_done()
@@ -123,7 +137,8 @@ def _rounds(
             problem = replace(problem, noise_scale=updated_noise_scale(solution))
         # maps, range and scattering follow the motion without derivatives of theirs
         problem = problem.at_places(positions_at_bins(solution), solution.state.theta)
-        solution = minimise(Start(problem, solution.state), settings.steps)
+        # the same valley: what was too far there is too far here
+        solution = minimise(Start(problem, solution.state), settings.steps, settings.minimise, solution.damping)
         now = log_evidence(solution)
         yield solution, now
         # the first rounds can stand still while deviations go down by their largest step

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -39,13 +39,13 @@ UNSEEN = UnseenSettings()
 
 def unseen_walls(
     solution: Solution, normal: FloatArray, temper: float, settings: UnseenSettings = UNSEEN
-) -> tuple[list[Solution], float]:
-    """Return the solution moved as walls that may be there would move it, and the weight of each against it.
+) -> tuple[list[State], float]:
+    """Return the state moved as walls that may be there would move it, and the weight of each against the solution.
 
     The evidence of one more wall, its reflections T and R marginalised, is near one where the motion can make what it
     would: nothing speaks for such a wall, nothing against it. It is as likely beforehand as none, each place of the
     grid alike, and its T and R have the posterior N(-A^-1 g, A^-1). Second moments of what they move, largest
-    directions first, are given as that many solutions.
+    directions first, are given as that many states.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def unseen_walls(
     states = [
         State(state.coefficients + one[:n_motion].reshape(-1, 3), state.theta + one[n_motion:]) for one in directions.T
     ]
-    return [replace(solution, state=one) for one in states], float(weight.sum()) / settings.directions
+    return states, float(weight.sum()) / settings.directions
 
 
 def _moved(search: LinearisedSearch, plane: MirrorPlane) -> FloatArray:

@@ -59,6 +59,10 @@ class WallSettings:
         it was further; what ends 23 behind has no weight.
     level, last_rounds
         Trials less than this behind the best in ln E go on for so many rounds more before one is taken.
+    beyond_doubt
+        A wall that gains so much is not sought again before it walks.
+    same_m
+        Walls that image the release this close are one: half as far away themselves.
     convincing
         A wall is kept at this gain in ln E, since many are tried; what the prior of its reflection costs is in it.
     """
@@ -81,9 +85,11 @@ class WallSettings:
     searches: int = 2
     worthwhile: float = 2.0
     promising: float = 3.0
-    most_behind: tuple[float, float] = (1000.0, 60.0)
+    most_behind: tuple[float, float, float] = (1000.0, 200.0, 60.0)
     level: float = 15.0
     last_rounds: int = 4
+    beyond_doubt: float = 50.0
+    same_m: float = 0.01
     convincing: float = 10.0
 
 
@@ -331,10 +337,10 @@ class DirectWave:
         return np.asarray(0.5 * (nodes[:, :, 0] + nodes[:, :, 1]))
 
 
-def images_of(antennas: Antennas, planes: list[MirrorPlane]) -> list[FloatArray]:
-    """Return the images of the transmitter and of each receiver, (n_planes, 3) each."""
-    points, still = (antennas.transmitter_m, *antennas.receivers_m), np.zeros(3)
-    return [np.array([plane.image(antenna, still) for plane in planes]) for antenna in points]
+def images_of(antennas: Antennas, planes: list[MirrorPlane]) -> FloatArray:
+    """Return the images of the transmitter and of each receiver, shape (1 + n_receivers, n_planes, 3)."""
+    points, still = np.array([antennas.transmitter_m, *antennas.receivers_m]), np.zeros(3)
+    return np.stack([plane.image(points, still) for plane in planes], axis=1)
 
 
 @dataclass(frozen=True)

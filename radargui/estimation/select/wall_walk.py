@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.select.converge import race
+from radargui.estimation.select.converge import COARSE, race
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
-from radargui.estimation.select.walls import peaks, place_of_last, without_last_mirror
+from radargui.estimation.select.walls import last_image, peaks, place_of_last, same_place, without_last_mirror
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
 from radargui.estimation.solve.problem import Start
@@ -26,13 +26,16 @@ class WalkSettings:
         By so much in azimuth: half of them within what the prior of an azimuth allows, half beyond it.
     steps
         At most so many, as long as ln E grows by `WallSettings.worthwhile`.
+    least_move
+        A wall that a step moves less, as a share of its distance, 7 degrees, has only converged.
     most_behind
         As in `WallSettings`. In eight steps of four drops the best in the end was 229 behind after the first minimum at
         the most, and led after the first round; what ends 23 behind has no weight.
     """
 
-    turns_deg: tuple[float, ...] = (0.0, -12.0, 12.0, -24.0, 24.0)
+    turns_deg: tuple[float, ...] = (-12.0, 12.0, -24.0, 24.0)
     steps: int = 4
+    least_move: float = 0.12
     most_behind: tuple[float, float] = (500.0, 30.0)
 
 
@@ -57,13 +60,16 @@ def walked(
         azimuth, distance = place_of_last(best, middle, normal)
         turned = azimuth + np.radians(settings.turns_deg)
         planes = upright_planes(middle, normal, turned, np.array([max(distance, WALLS.nearest_m)]))
-        others = best.problem.inputs.planes[:-1]
-        starts = [problem_with_mirrors(best, (*others, plane)) for plane in planes]
+        here = best.problem.inputs.planes
+        starts = [problem_with_mirrors(best, here), *(problem_with_mirrors(best, (*here[:-1], one)) for one in planes)]
         if step == 0:
             starts += _elsewhere(best, normal, round_done)
-        more = filter(None, race(starts, WALLS.rounds, round_done, settings.most_behind))
+        more = filter(None, race(starts, WALLS.rounds, round_done, settings.most_behind, COARSE, same_place))
         found = sorted([*found, *more], key=log_evidence, reverse=True)
-        if log_evidence(found[0]) < log_evidence(best) + WALLS.worthwhile:
+        # where it stays it only converges, which needs no turns
+        moved = last_image(found[0], middle) - last_image(best, middle)
+        stays = float(np.linalg.norm(moved)) < 2.0 * distance * settings.least_move
+        if stays or log_evidence(found[0]) < log_evidence(best) + WALLS.worthwhile:
             break
     return found
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.select.converge import race
+from radargui.estimation.select.converge import COARSE, race
 from radargui.estimation.select.fewer_bins import with_fewer_bins
 from radargui.estimation.select.wall_grid import (
     WALLS,
@@ -80,10 +80,11 @@ def search_wall(
     # distances count from the middle of the motion: there a wall's detour turns as the search believes
     mirrors, middle = solution.problem.inputs.planes, positions_at_bins(solution).mean(axis=1)
     azimuth, distance = wall_grid(settings)
-    base, tried, without = solution, WallSearch(()), -np.inf
+    base, tried, without, likeliest = solution, WallSearch(()), -np.inf, -np.inf
     for number in range(settings.searches):
         planes = upright_planes(middle, normal, azimuth, distance, settings)
         gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
+        likeliest = max(likeliest, float(gains.max()))
         most = settings.carried if thorough and number == 0 else settings.carried_again
         # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = peaks(gains, around=True)[:most]
@@ -91,12 +92,12 @@ def search_wall(
         if number == 0:
             # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
             starts.append(problem_with_mirrors(solution, mirrors))
-        trials = race(starts, settings.rounds, round_done, settings.most_behind)
+        trials = race(starts, settings.rounds, round_done, settings.most_behind, COARSE, same_place)
         if number == 0:
             bare = trials.pop()
             # hopelessly behind, it was not converged: what walls gain is then the least they do
             without = (
-                max(map(log_evidence, filter(None, trials))) - settings.most_behind[1]
+                max(map(log_evidence, filter(None, trials))) - settings.most_behind[-1]
                 if bare is None
                 else log_evidence(bare)
             )
@@ -104,6 +105,9 @@ def search_wall(
         more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
         tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one.gain)))
         promising = -settings.convincing if thorough else settings.promising
+        # what is kept looks around again as it walks; what no place of the grid shows hides behind no motion
+        if tried.gain > settings.beyond_doubt or max(likeliest, tried.gain) < 0.0:
+            return tried
         if tried.gain < max(before + settings.worthwhile, promising):
             break
         best = tried.tried[0].solution
@@ -119,7 +123,7 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
         return search
     without = log_evidence(level[0].solution) - level[0].gain
     starts = [Start(one.solution.problem, one.solution.state) for one in level]
-    trials = race(starts, settings.last_rounds, round_done, settings.most_behind)
+    trials = race(starts, settings.last_rounds, round_done, settings.most_behind, COARSE, same_place)
     more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
     return WallSearch(tuple(sorted([*more, *search.tried[len(level) :]], key=lambda one: -one.gain)))
 
@@ -136,11 +140,25 @@ def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
 
 def place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
     """Return azimuth and distance of a solution's last mirror."""
-    problem = solution.problem
-    unknown = problem.layout.plane_unknowns(solution.state.theta)[-1]
-    outward = problem.inputs.planes[-1].image(middle_m, unknown) - middle_m
+    outward = last_image(solution, middle_m) - middle_m
     first, second = tangents(normal)
     return float(np.arctan2(outward @ second, outward @ first)), 0.5 * float(np.linalg.norm(outward))
+
+
+def same_place(one: Solution, other: Solution) -> bool:
+    """Return whether the last mirrors of two solutions are the same, at nearly the same ln E."""
+    # as many mirrors, or there is nothing to compare
+    if len({len(solution.problem.inputs.planes) for solution in (one, other)}) > 1:
+        return False
+    images = [last_image(solution, solution.problem.inputs.release_m) for solution in (one, other)]
+    near = float(np.linalg.norm(images[0] - images[1])) < WALLS.same_m
+    return near and abs(log_evidence(one) - log_evidence(other)) < WALLS.level
+
+
+def last_image(solution: Solution, point_m: FloatArray) -> FloatArray:
+    """Return the image of a point in a solution's last mirror, shape (3,)."""
+    unknown = solution.problem.layout.plane_unknowns(solution.state.theta)[-1]
+    return solution.problem.inputs.planes[-1].image(point_m, unknown)
 
 
 def peaks(table: FloatArray, *, around: bool) -> list[int]:

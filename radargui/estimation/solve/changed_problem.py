@@ -170,6 +170,9 @@ def mirrors_changed(
     new_theta = np.zeros(layout.size)
     lobes = lobe_places(layout)
     new_theta[target] = theta[source]
+    # a plane that was put elsewhere counts from there
+    moved = [new is not was for new, was in zip(planes, before.inputs.planes, strict=False)]
+    new_theta[layout.planes].reshape(-1, 3)[: len(moved)][moved] = 0.0
     middle = before.bias_basis.centre.mean(axis=1)
     prior = with_lobes_of_walls(prior, layout, new_theta, planes, before.inputs.antennas, middle)
     fresh = np.setdiff1d(lobes, target)

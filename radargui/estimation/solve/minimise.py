@@ -24,17 +24,20 @@ class MinimiseSettings:
         A step that gains less in cost (ln likelihood) is the last: an unknown 0.3 of its deviation off costs as much.
     first_damping, most_damping
         Shares of the diagonal; where the largest does not lower the cost, none does.
+    nothing
+        Foretold to gain less than this, no step is taken.
     damping_up, damping_down
-        Factors after a step that did not, or did, lower the cost (Marquardt 1963 has 10 and 10).
+        Factors after a step that did not, or did at once, lower the cost (Marquardt 1963 has 10 and 10).
     least_flight_s
         Two breaks never come closer: no bin would lie between them.
     """
 
     close: float = 0.05
+    nothing: float = 0.005
     first_damping: float = 1e-4
     most_damping: float = 1e3
     damping_up: float = 10.0
-    damping_down: float = 30.0
+    damping_down: float = 10.0
     least_flight_s: float = 1e-3
 
 
@@ -44,13 +47,14 @@ _LOCAL_BINS = 41  # of the local chi-square: 82 residuals of a receiver, whose m
 
 @dataclass(frozen=True)
 class Solution:
-    """A state, the problem linearised there, and the factored normal matrix."""
+    """A state, the problem linearised there, and the factored normal matrix; the damping that the last step needed."""
 
     problem: JointProblem
     state: State
     at: Linearised
     normal: NormalMatrix
     settled: bool
+    damping: float = 0.0
 
 
 def solved_at(start: Start) -> Solution:
@@ -60,8 +64,8 @@ def solved_at(start: Start) -> Solution:
     return Solution(start.problem, start.state, replace(at, waves=()), normal, False)
 
 
-def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) -> Solution:
-    """Take up to `steps` damped Gauss-Newton steps; stop where a step gains less than 0.05 in cost.
+def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE, damping: float = 0.0) -> Solution:
+    """Take up to `steps` Gauss-Newton steps, the first so damped; stop where a step gains less than `close` in cost.
 
     Raises
     ------
@@ -70,12 +74,12 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) ->
     """
     problem, state = start.problem, start.state
     at = linearise(problem, state)
-    # undamped first: near the minimum full steps are right, and each trial costs a factorisation
-    damping, settled = 0.0, False
+    settled = False
     assembled = assemble(problem, state, at)
     for _ in range(steps):
         improved, damping = _improve(problem, state, at, assembled, damping, settings)
         if improved is None:
+            settled = damping <= settings.most_damping
             break
         # in ln likelihood: less than what any unknown could be told apart by
         settled = at.cost - improved[1].cost < settings.close
@@ -84,7 +88,7 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) ->
         if settled:
             break
     # the waves have served: kept with every alternative they would be most of its memory
-    return Solution(problem, state, replace(at, waves=()), assembled.factor(), settled)
+    return Solution(problem, state, replace(at, waves=()), assembled.factor(), settled, damping)
 
 
 def _improve(
@@ -96,14 +100,21 @@ def _improve(
     settings: MinimiseSettings,
 ) -> tuple[tuple[State, Linearised] | None, float]:
     """Return the first of ever more damped steps that lowers the cost, None where none does, and the next damping."""
+    first = damping
     while damping <= settings.most_damping:
-        trial = _step(problem, state, assembled, damping, settings)
+        trial, foretold = _step(problem, state, assembled, damping, settings)
         if trial is not None:
+            if foretold < settings.nothing:
+                break
             trial_at = linearise(problem, trial)
-            if trial_at.cost <= at.cost:
-                return (trial, trial_at), 0.0 if damping <= settings.first_damping else damping / settings.damping_down
+            gained = at.cost - trial_at.cost
+            if gained >= 0.0:
+                # what was just refused would be refused again
+                if damping == first:
+                    damping = 0.0 if damping <= settings.first_damping else damping / settings.damping_down
+                return (trial, trial_at), damping
             # rounding, not curvature: more damping would only shorten the step
-            if trial_at.cost - at.cost < settings.close / 5.0:
+            if foretold < settings.close or -gained < settings.close / 5.0:
                 break
         damping = max(settings.damping_up * damping, settings.first_damping)
     return None, damping
@@ -111,17 +122,21 @@ def _improve(
 
 def _step(
     problem: JointProblem, state: State, assembled: Assembled, damping: float, settings: MinimiseSettings
-) -> State | None:
-    """Return the state after a damped step, None where the matrix cannot be factored or no body moves so."""
+) -> tuple[State | None, float]:
+    """Return the state after a damped step, None where the matrix cannot be factored or no body moves so, and its gain.
+
+    What it should gain in cost at the least: half its way down the slope.
+    """
     try:
         motion, by_global = assembled.factor(damping).solve(-assembled.slope_motion, -assembled.slope_global)
     except SolveError:
-        return None
+        return None, 0.0
+    foretold = -0.5 * float(assembled.slope_motion @ motion + assembled.slope_global @ by_global)
     # x, y, z are interleaved in the matrix, so that its band stays narrow
     coefficients = state.coefficients + motion.reshape(-1, 3)
     if not _is_possible(problem, coefficients, state.theta + by_global, settings):
-        return None
-    return State(coefficients, state.theta + by_global)
+        return None, foretold
+    return State(coefficients, state.theta + by_global), foretold
 
 
 def _is_possible(

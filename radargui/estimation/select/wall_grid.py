@@ -71,8 +71,8 @@ class WallSettings:
     u_shift_share: float = 0.2
     least_u_shift_m: float = 0.03
     nearest_m: float = 0.05
-    carried: int = 4
-    carried_again: int = 2
+    carried: int = 8
+    carried_again: int = 3
     stiff_bias: float = 0.003
     stiff_log_amplitude: float = 0.07
     reflection: float = 0.03
@@ -81,7 +81,7 @@ class WallSettings:
     searches: int = 2
     worthwhile: float = 2.0
     promising: float = 3.0
-    most_behind: tuple[float, float] = (1000.0, 60.0)
+    most_behind: tuple[float, float] = (1000.0, 30.0)
     level: float = 15.0
     last_rounds: int = 4
     convincing: float = 10.0

@@ -21,7 +21,7 @@ from radargui.estimation.forward.position_map import PositionBasis
 from radargui.estimation.solve.initial_problem import INITIAL, usable_bins
 from radargui.estimation.solve.lobe_prior import with_lobes_of_walls
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.priors import PRIORS, Prior, PriorGroup, flight_prior, make_prior
+from radargui.estimation.solve.priors import PRIORS, Prior, flight_prior, make_prior
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import FloatArray, IntArray
 
@@ -60,7 +60,7 @@ def problem_with_breaks(data: BinnedData, solution: Solution, motion: SplineMoti
     prior = Prior(
         np.concatenate([spline.break_s, problem.prior.mean[others]]),
         np.concatenate([np.full(spline.break_s.size, PRIORS.settled_break_s), problem.prior.sd[others]]),
-        [PriorGroup(group.index + shift, group.lowest, group.highest) for group in problem.prior.groups],
+        [replace(group, index=group.index + shift) for group in problem.prior.groups],
     )
     changed = replace(
         problem,
@@ -91,8 +91,7 @@ def problem_with_flights(solution: Solution) -> Start | None:
         new[target] = was[source]
     new_theta[layout.flight] = mean[layout.flight]
     groups = [
-        PriorGroup(group.index + shift * (group.index >= old.breaks.stop), group.lowest, group.highest)
-        for group in problem.prior.groups
+        replace(group, index=group.index + shift * (group.index >= old.breaks.stop)) for group in problem.prior.groups
     ]
     jerk_sd = np.exp(_log_jerk_sd(solution)[1])
     changed = replace(

@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.estimation.select.converge import race
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
-from radargui.estimation.select.walls import peaks, place_of_last, without_last_mirror
+from radargui.estimation.select.walls import best_started, peaks, place_of_last, without_last_mirror
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
 from radargui.estimation.solve.problem import Start
@@ -74,5 +74,5 @@ def _elsewhere(solution: Solution, normal: FloatArray, round_done: Callable[[], 
     base = without_last_mirror(solution, problem_with_mirrors(solution, others).problem)
     planes = upright_planes(positions_at_bins(base).mean(axis=1), normal, *wall_grid())
     gains = linearised_gains(base, planes, round_done).reshape(WALLS.azimuths, -1)
-    likeliest = peaks(gains, around=True)[: WALLS.carried_again]
-    return [problem_with_mirrors(base, (*others, planes[k])) for k in likeliest]
+    likeliest = [problem_with_mirrors(base, (*others, planes[k])) for k in peaks(gains, around=True)[: WALLS.tried]]
+    return best_started(likeliest, WALLS.carried_again, round_done)

@@ -28,12 +28,12 @@ class WalkSettings:
         At most so many, as long as ln E grows by `WallSettings.worthwhile`.
     most_behind
         As in `WallSettings`. In eight steps of four drops the best in the end was 229 behind after the first minimum at
-        the most, and led after the first round; what ends 23 behind has no weight.
+        the most, and led after the first round.
     """
 
     turns_deg: tuple[float, ...] = (0.0, -12.0, 12.0, -24.0, 24.0)
     steps: int = 4
-    most_behind: tuple[float, float] = (500.0, 30.0)
+    most_behind: tuple[float, float] = (500.0, 15.0)
 
 
 WALK = WalkSettings()

@@ -86,7 +86,7 @@ class WallSettings:
     searches: int = 2
     worthwhile: float = 2.0
     promising: float = 3.0
-    most_behind: tuple[float, float] = (1000.0, 20.0)
+    most_behind: tuple[float, float] = (1000.0, 30.0)
     level: float = 10.0
     last_rounds: int = 4
     convincing: float = 10.0

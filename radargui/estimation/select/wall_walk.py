@@ -33,7 +33,7 @@ class WalkSettings:
 
     turns_deg: tuple[float, ...] = (0.0, -12.0, 12.0, -24.0, 24.0)
     steps: int = 4
-    most_behind: tuple[float, float] = (500.0, 15.0)
+    most_behind: tuple[float, float] = (500.0, 30.0)
 
 
 WALK = WalkSettings()

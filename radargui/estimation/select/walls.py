@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.select.converge import race
+from radargui.estimation.select.converge import converge, race
 from radargui.estimation.select.fewer_bins import with_fewer_bins
 from radargui.estimation.select.wall_grid import (
     WALLS,
@@ -88,18 +88,12 @@ def search_wall(
         # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = peaks(gains, around=True)[: settings.tried]
         starts = best_started([problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers], most, round_done)
-        if number == 0:
-            # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
-            starts.append(problem_with_mirrors(solution, mirrors))
         trials = race(starts, settings.rounds, round_done, settings.most_behind)
         if number == 0:
-            bare = trials.pop()
-            # hopelessly behind, it was not converged: what walls gain is then the least they do
-            without = (
-                max(map(log_evidence, filter(None, trials))) - settings.most_behind[1]
-                if bare is None
-                else log_evidence(bare)
-            )
+            # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds, and
+            # not in the race, in which its bias maps would lead at first
+            bare = converge(problem_with_mirrors(solution, mirrors), settings.rounds, round_done)
+            without = log_evidence(bare)
         before = tried.gain
         more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
         tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one.gain)))

@@ -12,6 +12,7 @@ from radargui.estimation.forward.motion_law import LawRows
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
 from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.lobe_prior import with_lobes_of_walls
 from radargui.estimation.solve.minimise import minimise
 from radargui.estimation.solve.prior_deviations import (
@@ -127,6 +128,18 @@ def test_the_jerk_may_be_large_at_the_bounce_and_becomes_small_in_the_fall() -> 
     falling = (middle > 0.08) & (middle < 0.23)
     assert np.median(problem.law_sd[falling]) < 20.0
     assert problem.law_sd.min() >= 0.3
+
+
+def test_what_no_sample_says_of_a_deviation_from_the_law_of_flight_is_that_there_is_none() -> None:
+    start = problem_with_flights(minimise(small_problem().start, 2))
+    assert start is not None
+    problem, state = start.problem, start.state
+    for _ in range(4):
+        solution = minimise(replace(start, problem=problem, state=state), 4)
+        problem, state = update_priors(solution), solution.state
+    # 0.014 where every deviation is as likely as another
+    in_flight = solution.at.law.rows.is_flight
+    assert np.median(problem.law_sd[in_flight]) == pytest.approx(DeviationSettings().lowest_off_m_s2)
 
 
 def test_the_noise_scale_follows_the_typical_misfit_not_a_short_one() -> None:

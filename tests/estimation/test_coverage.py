@@ -17,7 +17,7 @@ SEEDS = range(1, 7)
 
 
 def test_position_e_and_g_of_six_drops_lie_within_two_of_their_uncertainties_as_often_as_promised() -> None:
-    inside, pulls = [], []
+    over_u, pulls = [], []
     for seed in SEEDS:
         scene = draw_scene(
             seed,
@@ -37,13 +37,16 @@ def test_position_e_and_g_of_six_drops_lie_within_two_of_their_uncertainties_as_
         assert estimate.u_position_m is not None
         moving = estimate.time_s > scene.motion.motion_start_s
         error = (estimate.position_m - record.truth.position_m)[:, moving]
-        inside.append(np.abs(error) < 2.0 * estimate.u_position_m[:, moving])
+        over_u.append(np.abs(error) / estimate.u_position_m[:, moving])
         bounces, _ = joint_bounces(estimate, record.setup)
         assert bounces.free_fall is not None
         first, true = bounces.impacts[0], scene.motion.impacts[0]
         pulls.append((first.e + true.after_m_s[2] / true.before_m_s[2]) / first.u_e)
         pulls.append((bounces.free_fall.g_m_s2 - 9.81) / bounces.free_fall.u_g_m_s2)
-    assert 0.95 < np.concatenate(inside, axis=1).mean() < 0.995
+    ratio = np.concatenate(over_u, axis=1)
+    assert (ratio < 2.0).mean() > 0.95
+    # 0.67 of Gaussian errors; flights that obey their law leave a drop few errors, all inside 2u or not
+    assert 0.4 < np.median(ratio) < 1.0
     assert np.mean(np.abs(pulls) < 2.0) > 0.9
     assert np.max(np.abs(pulls)) < 3.0
     # uncertainties far too large would hold the truth as well

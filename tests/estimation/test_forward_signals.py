@@ -72,23 +72,26 @@ def test_mirrors_multiply_the_field_by_image_theory() -> None:
         r = np.linalg.norm(point - antenna[:, None, None, None], axis=0)
         return np.exp(1j * inputs.wavenumber * r) / r
 
+    def seen(antenna: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        axis = (target - antenna) / np.linalg.norm(target - antenna)
+        away = [places - antenna[:, None, None, None] for places in (node, release[:, None, None, None])]
+        now, rest = (1.0 - np.einsum("k,k...->...", axis, one) / np.linalg.norm(one, axis=0) for one in away)
+        return now, rest
+
+    def main_lobe(antenna: np.ndarray, target: np.ndarray, lobes: np.ndarray) -> np.ndarray:
+        q, rest = seen(antenna, target)
+        return np.exp((lobes[1] * (q - rest) + lobes[2] * (q**2 - rest**2)) / 0.1)
+
     def lobe_of(antenna: np.ndarray, mirror: int, lobes: np.ndarray) -> np.ndarray:
         # the direct antenna looks to the origin, its image to the origin's image
-        plane = inputs.planes[mirror]
-        sights = [(antenna, np.zeros(3)), (plane.image(antenna, np.zeros(3)), plane.image(np.zeros(3), np.zeros(3)))]
-        q, rest = [], []
-        for at_m, target in sights:
-            axis = (target - at_m) / np.linalg.norm(target - at_m)
-            for places, out in ((node, q), (release[:, None, None, None], rest)):
-                away = places - at_m[:, None, None, None]
-                out.append(1.0 - np.einsum("k,k...->...", axis, away) / np.linalg.norm(away, axis=0))
-        main, own = lobes[:3], lobes[3 * mirror :][:3]
-        direct = (main[1] * (q[0] - rest[0]) + main[2] * (q[0] ** 2 - rest[0] ** 2)) / 0.1
+        image, target = (inputs.planes[mirror].image(point, np.zeros(3)) for point in (antenna, np.zeros(3)))
+        own = lobes[3 * mirror :][:3]
+        q, rest = seen(image, target)
+        mirrored = np.exp((own[1] * (q - rest) + own[2] * (q - rest) ** 2) / 0.1)
         if mirror == 0:
-            mirrored = (main[1] * (q[1] - rest[1]) + main[2] * (q[1] ** 2 - rest[1] ** 2)) / 0.1
-        else:
-            mirrored = (own[1] * (q[1] - rest[1]) + own[2] * (q[1] - rest[1]) ** 2) / 0.1
-        return np.exp(own[0] * (node[2] - release[2]) / 0.3 + mirrored - direct)
+            mirrored = main_lobe(image, target, lobes)
+        height = np.exp(own[0] * (node[2] - release[2]) / 0.3)
+        return height * mirrored / main_lobe(antenna, np.zeros(3), lobes)
 
     def over(antenna: np.ndarray, mirror: int, lobes: np.ndarray) -> np.ndarray:
         image = inputs.planes[mirror].image(antenna, np.zeros(3))
@@ -108,6 +111,8 @@ def test_mirrors_multiply_the_field_by_image_theory() -> None:
     with_mirrors = receiver_signal(node, theta, layout, inputs, 1)
     legs = [np.linalg.norm(node - a[:, None, None, None], axis=0) for a in (tx, rx)]
     amplitude = range_at_nodes(inputs.range_factor[1], legs) * np.exp(theta[own.log_amplitude])
+    for antenna, places in ((tx, layout.transmitter_lobe), (rx, own.receiver_lobe)):
+        amplitude = amplitude * main_lobe(antenna, np.zeros(3), theta[places])
     path = sum(legs) - sum(np.linalg.norm(release - a) for a in (tx, rx))
     field = amplitude * np.exp(1j * (inputs.wavenumber * path + theta[own.phase]))
     assert direct.field == pytest.approx(field.mean(axis=(0, 1)), abs=1e-9)

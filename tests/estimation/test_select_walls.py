@@ -12,7 +12,7 @@ from radargui.estimation.select.converge import converge, race
 from radargui.estimation.select.unseen_walls import unseen_walls
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.wall_walk import WalkSettings, walked
-from radargui.estimation.select.walls import peaks, place_of_last, same_place, search_wall
+from radargui.estimation.select.walls import best_started, peaks, place_of_last, same_place, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
 
@@ -64,6 +64,16 @@ def test_a_wall_is_found_where_it_stands_and_convinces(hidden: Solution) -> None
     image = best.problem.inputs.planes[-1].image(np.zeros(3), best.problem.layout.plane_unknowns(best.state.theta)[-1])
     assert image[0] / 2.0 == pytest.approx(0.14, abs=0.02)
     assert abs(np.arctan2(image[1], image[0])) < np.radians(8.0)
+
+
+def test_of_many_starts_those_go_on_that_are_best_after_some_steps(hidden: Solution) -> None:
+    aside, there = upright_planes(
+        positions_at_bins(hidden).mean(axis=1), UP, np.radians([120.0, 180.0]), np.array([0.14])
+    )
+    starts = [problem_with_mirrors(hidden, (plane,)) for plane in (aside, there)]
+    (best,) = best_started(starts, 1, nothing)
+    assert best.problem.inputs.planes == (there,)
+    assert np.abs(best.state.theta - starts[1].state.theta).max() > 0.0
 
 
 def test_no_wall_is_invented_where_none_reflects(clean: Solution) -> None:

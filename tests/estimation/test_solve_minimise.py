@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_problem import FLOOR_PLANE, small_problem
+from support.small_problem import FLOOR_PLANE, WALL_PLANE, small_problem
 
 from radargui.estimation.forward.parameters import lobe_places
 from radargui.estimation.solve.assemble import assemble
+from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.minimise import (
     MinimiseSettings,
     _is_possible,
@@ -18,6 +19,7 @@ from radargui.estimation.solve.minimise import (
     log_evidence,
     minimise,
 )
+from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import Start, linearise
 
 
@@ -49,8 +51,10 @@ def test_at_the_minimum_the_slope_is_nothing_against_its_curvature() -> None:
     assert abs(gain) < 0.1
 
 
-def test_evidence_is_laplaces_formula_of_the_dense_matrix() -> None:
-    solution = minimise(small_problem(n_bins=120).away(0.3), 6)
+def test_evidence_is_laplaces_formula_of_the_dense_matrix_and_what_deviations_are_likely() -> None:
+    flies = problem_with_flights(minimise(small_problem((FLOOR_PLANE,), n_bins=120).start, 2))
+    assert flies is not None
+    solution = minimise(flies, 6)
     problem = replace(solution.problem, noise_scale=np.array([1.0, 1.1, 1.3]))
     at = linearise(problem, solution.state)
     blocks = assemble(problem, solution.state, at)
@@ -61,7 +65,12 @@ def test_evidence_is_laplaces_formula_of_the_dense_matrix() -> None:
         - np.log(problem.prior.sd).sum()
         - 3.0 * np.log(problem.law_sd).sum()
         - 2.0 * problem.use.sum() * np.log(problem.noise_scale).sum()
+        - problem.law_sd[at.law.rows.is_flight].sum() / PRIORS.off_flight_m_s2
     )
+    for own in problem.layout.receivers:
+        wanted -= problem.prior.sd[own.bias_i.start] / PRIORS.bias_beside_floor.scale
+        wanted -= problem.prior.sd[own.amplitude_map.start] / PRIORS.log_amplitude_beside_floor.scale
+    assert at.law.rows.is_flight.any()
     found = log_evidence(replace(solution, problem=problem, at=at, normal=blocks.factor()))
     assert found == pytest.approx(wanted, rel=1e-8)
 
@@ -86,7 +95,7 @@ def test_steps_to_motions_that_no_body_makes_are_refused() -> None:
 
 
 def test_a_lobe_of_a_mirror_that_hardly_reflects_goes_anywhere_and_overflows_nothing() -> None:
-    made = small_problem((FLOOR_PLANE,), reflection=1e-6, n_bins=60)
+    made = small_problem((WALL_PLANE,), reflection=1e-6, n_bins=60)
     theta = made.truth.theta.copy()
     for factor in (-1e5, 1e5):
         theta[lobe_places(made.problem.layout)] = factor

@@ -12,6 +12,7 @@ from radargui.estimation.forward.motion_law import LawRows
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
 from radargui.estimation.hardware import LogFrontEnd
+from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.lobe_prior import with_lobes_of_walls
 from radargui.estimation.solve.minimise import minimise
 from radargui.estimation.solve.prior_deviations import (
@@ -80,7 +81,7 @@ def test_the_floor_lets_expect_the_lobes_over_a_wall() -> None:
 
 
 def test_a_setting_can_be_varied_alone() -> None:
-    usual, other = prior_of(), prior_of(PriorSettings(bias=Allowed(0.05, 1e-3, 0.2)))
+    usual, other = prior_of(), prior_of(PriorSettings(bias_beside_floor=Allowed(0.05, 1e-3, 0.2)))
     differs = np.flatnonzero(usual.sd != other.sd)
     wanted = [n for own in LAYOUT.receivers for n in range(own.bias_i.start, own.bias_q.stop)]
     assert differs.tolist() == wanted
@@ -96,17 +97,22 @@ def test_known_front_ends_take_the_place_of_the_wide_ones_alone() -> None:
     assert (after.sd != before.sd).sum() == 6
 
 
-def test_a_map_that_nobody_needs_shrinks_by_mackays_rule_within_its_limits() -> None:
-    made = small_problem()
+@pytest.mark.parametrize("planes", [(), (FLOOR_PLANE,)])
+def test_a_map_that_nobody_needs_shrinks_by_mackays_rule_within_its_limits(planes) -> None:
+    made = small_problem(planes)
     solution = minimise(made.start, 4)
     variance, old = solution.normal.global_variances(), solution.problem.prior
     new = update_priors(solution).prior
     for group in old.groups:
         w, sd = solution.state.theta[group.index], old.sd[group.index[0]]
         gamma = max(group.index.size - (variance[group.index] / sd**2).sum(), 1e-2)
-        wanted = np.clip(np.sqrt(w @ w / gamma), max(sd / 10.0, group.lowest), min(sd * 10.0, group.highest))
+        # beside a floor s itself has the prior exp(-s / scale)
+        wanted = np.sqrt(w @ w / (gamma + sd / group.scale))
+        wanted = np.clip(wanted, max(sd / 10.0, group.lowest), min(sd * 10.0, group.highest))
         assert new.sd[group.index] == pytest.approx(wanted)
     bias = made.problem.layout.receivers[0].bias_i.start
+    scales = {group.scale for group in old.groups if bias in group.index}
+    assert scales == {PriorSettings().bias_beside_floor.scale if planes else np.inf}
     assert new.sd[bias] < 0.5 * old.sd[bias]
     frozen = update_priors(solution, DeviationSettings(largest_change=1.0)).prior
     assert frozen.sd == pytest.approx(old.sd)
@@ -122,6 +128,18 @@ def test_the_jerk_may_be_large_at_the_bounce_and_becomes_small_in_the_fall() -> 
     falling = (middle > 0.08) & (middle < 0.23)
     assert np.median(problem.law_sd[falling]) < 20.0
     assert problem.law_sd.min() >= 0.3
+
+
+def test_what_no_sample_says_of_a_deviation_from_the_law_of_flight_is_that_there_is_none() -> None:
+    start = problem_with_flights(minimise(small_problem().start, 2))
+    assert start is not None
+    problem, state = start.problem, start.state
+    for _ in range(4):
+        solution = minimise(replace(start, problem=problem, state=state), 4)
+        problem, state = update_priors(solution), solution.state
+    # 0.014 where every deviation is as likely as another
+    in_flight = solution.at.law.rows.is_flight
+    assert np.median(problem.law_sd[in_flight]) == pytest.approx(DeviationSettings().lowest_off_m_s2)
 
 
 def test_the_noise_scale_follows_the_typical_misfit_not_a_short_one() -> None:

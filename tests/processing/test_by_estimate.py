@@ -16,7 +16,7 @@ from radargui.model.recording import Recording, Truth
 from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, read_setup
-from radargui.processing.by_estimate import _is_hopeless
+from radargui.processing.by_estimate import _hardly_known, _is_hopeless
 from radargui.processing.offline import process
 from radargui.report.tables import result_document
 from radargui.sources.simulated.model import simulate_recording
@@ -179,3 +179,14 @@ def test_circles_that_are_bent_are_no_reason_to_give_up_where_the_places_fall(
     assert _is_hopeless(one, one) is hopeless
     one.impact_s = np.zeros(0)
     assert _is_hopeless(one, one)
+
+
+def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty() -> None:
+    # the rest is known by the setup, however little the motion
+    u_m = np.append(np.zeros((3, 50)), np.full((3, 100), 1.2e-4), axis=1)
+    estimate: Any = SimpleNamespace(time_s=np.arange(150.0), onset_s=49.5, u_position_m=u_m)
+    assert _hardly_known(estimate).startswith("the position is only known to 0.2 mm")
+    estimate.u_position_m = 0.5 * u_m
+    assert _hardly_known(estimate) == ""
+    estimate.u_position_m = None
+    assert _hardly_known(estimate) == ""

@@ -28,7 +28,7 @@ class Lobes:
     functions
         What the factors multiply, shape (2, n_mirrors, N_LOBE, n).
     direct
-        What a floor's last two factors multiply over walls: of the direct way, shape (2, 2, n); None without a floor.
+        What a floor's last two factors multiply on the direct way, shape (2, 2, n); None without a floor.
     factors
         As theta has them, shape (2, n_mirrors, N_LOBE).
     """
@@ -47,6 +47,13 @@ class Lobes:
             exponents[:, 1:] -= self.factors[:, :1, 1:] @ self.direct
         return np.clip(exponents, -_MOST_LOBE, _MOST_LOBE)
 
+    def of_direct(self) -> FloatArray:
+        """Return what they multiply the direct wave with, (n,): one without a floor, which tells how wide they are."""
+        if self.direct is None:
+            return np.ones(self.functions.shape[-1])
+        exponent = (self.factors[:, :1, 1:] @ self.direct).sum(axis=(0, 1))
+        return np.asarray(np.exp(np.clip(exponent, -_MOST_LOBE, _MOST_LOBE)))
+
     def by_angle(self) -> tuple[FloatArray, FloatArray]:
         """Return the slopes of the exponents by each mirror's q and by minus q at release, (2, n_mirrors, n)."""
         a, b = np.moveaxis((self.factors / LOBE_UNITS)[:, :, 1:, None], 2, 0)
@@ -57,11 +64,18 @@ class Lobes:
             now[:, 0], rest[:, 0] = self.q[:, 1], self.q_rest[:, 1]
         return a + 2.0 * b * now, a + 2.0 * b * rest
 
-    def by_factors(self, reflected: FloatArray) -> FloatArray:
-        """Return the slopes by the factors of what mirrors add, (2, n_mirrors, n): (2, n_mirrors, N_LOBE, n)."""
-        out = reflected[:, :, None] * self.functions
+    def by_factors(self, over: FloatArray) -> FloatArray:
+        """Return the slopes by the factors, (2, n_mirrors, N_LOBE, n), of what comes directly and over each mirror.
+
+        Parameters
+        ----------
+        over
+            Shape (2, 1 + n_mirrors, n).
+        """
+        out = over[:, 1:, None] * self.functions
         if self.direct is not None:
-            out[:, 0, 1:] -= reflected[:, 1:].sum(axis=1)[:, None] * self.direct
+            # over a wall the direct lobe is taken off again
+            out[:, 0, 1:] += over[:, :2].sum(axis=1)[:, None] * self.direct
         return np.asarray(out)
 
 

@@ -218,6 +218,7 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
             [theta[places].reshape(-1, N_LOBE) for places in (layout.transmitter_lobe, own.receiver_lobe)]
         )
         lobes = lobes_at(node, length, antenna_m, (inputs.planes, unknown), inputs.release_m, factors)
+        path[0, 0] *= lobes.of_direct().reshape(shape)
         share = np.exp(lobes.exponents()) * length[:, :1] / length[:, 1:]
         detour = (share * turned(k * (change[:, 1:] - change[:, :1]))).reshape(2, -1, *shape)
         # over a mirror on the way in and on the way out: phases add, amplitudes multiply (image theory, Balanis 4.7)

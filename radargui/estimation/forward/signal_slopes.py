@@ -105,7 +105,7 @@ def receiver_slopes(
     pull = _pull(waves, over, inputs.wavenumber)
     if waves.lobes is not None:
         _put_mirrors(put, waves, theta, layout, own)
-        by_factors = waves.lobes.by_factors(over.real[:, 1:].reshape(2, len(inputs.planes), -1))
+        by_factors = waves.lobes.by_factors(over.real.reshape(*over.shape[:2], -1))
         for places, slopes in zip((layout.transmitter_lobe, own.receiver_lobe), by_factors, strict=True):
             put(places, np.moveaxis(_mean(slopes.reshape(-1, *node_m.shape[1:])), 0, 2))
         planes = list(zip(inputs.planes, layout.plane_unknowns(theta), strict=True))

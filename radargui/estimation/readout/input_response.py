@@ -11,7 +11,9 @@ from scipy.sparse import eye_array, kron
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere, SphereFactors, polarised_sphere
 from radargui.estimation.readout.floor_slope import floor_slope
+from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.break_velocities import one_sided_slopes
+from radargui.estimation.solve.changed_problem import stiff_law_sd
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import linearise
 from radargui.geometry.path_length import Antennas, place_antennas
@@ -120,9 +122,12 @@ def input_responses(solution: Solution, others: Sequence[OtherInputs], time_s: F
     bin_s, layout = solution.problem.bins.time_s, solution.problem.layout
     # a break that moves carries the knots of both flights along
     by_breaks = spline.break_slopes(bin_s, solution.state.coefficients)
+    # where an input is wrong flights bend, and their deviations would follow
+    loose = replace(solution.problem, law_sd=stiff_law_sd(solution))
+    normal = assemble(loose, solution.state, solution.at).factor()
     sides, floor, out = one_sided_slopes(spline), floor_slope(solution), []
     for number, other in enumerate(others):
-        motion, rest = solution.normal.solve(-by_motion[:, number], -by_global[:, number])
+        motion, rest = normal.solve(-by_motion[:, number], -by_global[:, number])
         coefficients = motion.reshape(-1, 3)
         along = solution.at.design @ coefficients + (by_breaks @ rest[layout.breaks]).reshape(-1, 3)
         along = along + (other.release_m - release) / STEP

@@ -36,6 +36,9 @@ class ChoiceSettings:
     ----------
     floor_below_m
         How far below the lowest place the floor is sought: about a sphere's radius.
+    direct_lobes
+        A floor has to gain more than this in ln E: it brings the lobes of the direct wave along, which explain what a
+        map of the amplitude does. Floors of some per cent gain hundreds.
     beyond_doubt
         Gain in ln E of a floor above which it is not compared again when the breaks are settled.
     good_misfit
@@ -69,6 +72,7 @@ class ChoiceSettings:
     """
 
     floor_below_m: float = 0.010
+    direct_lobes: float = 25.0
     beyond_doubt: float = 100.0
     good_misfit: float = 1.15
     most_behind: tuple[float, float] = (0.5, 0.05)
@@ -216,11 +220,16 @@ class _Selection:
         return converge(start, rounds, self.round_done)
 
     def gain_of(self, bare: Solution | None, floored: Solution | None) -> float:
-        """Return what a floor gains in ln E, the least it does where one of the two was given up."""
+        """Return what a floor gains in ln E beyond the lobes, the least it does where one of the two was given up."""
         least = self.settings.most_behind[-1] * self.data.bins.value.size
         if bare is None or floored is None:
             return least if bare is None else -least
-        return log_evidence(floored) - log_evidence(bare)
+        return log_evidence(floored) - log_evidence(bare) - self.settings.direct_lobes
+
+    def preferred(self, bare: Solution | None, floored: Solution | None) -> Solution:
+        """Return the one with the floor where that gains."""
+        in_order = (floored, bare) if self.gain_of(bare, floored) > 0.0 else (bare, floored)
+        return next(one for one in in_order if one is not None)
 
     def raced(self, starts: Sequence[Start]) -> list[Solution | None]:
         """Return the solutions of models with and without a floor, None for one that cannot be right."""
@@ -249,7 +258,7 @@ class _Selection:
             tried[1] = max(filter(None, (tried[1], other)), key=log_evidence)
         gain = self.gain_of(*tried)
         self.compared = [one for one in tried if one is not None]
-        best = max(self.compared, key=log_evidence)
+        best = self.preferred(*tried)
         alternatives = self._alternatives(best, self.compared)
         # at a misfit of hundreds a missing break looks like a floor: a dead stop invented one, and 0.8 mm
         blind = _typical_misfit(best) > settings.bad_misfit
@@ -288,7 +297,7 @@ class _Selection:
         """Return the solution with a floor or without, and what the floor gains now that the breaks are settled."""
         floor = solution.problem.inputs.planes or (self.floor_below(positions_at_bins(solution)),)
         tried = self.raced([problem_with_mirrors(solution, planes) for planes in ((), floor)])
-        return max(filter(None, tried), key=log_evidence), self.gain_of(*tried)
+        return self.preferred(*tried), self.gain_of(*tried)
 
     def other_lengths(self, solution: Solution) -> tuple[Solution, tuple[Alternative, ...]]:
         """Return the solution with the bias maps' correlation length that the evidence prefers, and the others.

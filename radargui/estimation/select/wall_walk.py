@@ -9,7 +9,14 @@ import numpy as np
 
 from radargui.estimation.select.converge import COARSE, race
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
-from radargui.estimation.select.walls import last_image, peaks, place_of_last, same_place, without_last_mirror
+from radargui.estimation.select.walls import (
+    best_started,
+    last_image,
+    peaks,
+    place_of_last,
+    same_place,
+    without_last_mirror,
+)
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import Solution, log_evidence
 from radargui.estimation.solve.problem import Start
@@ -30,7 +37,7 @@ class WalkSettings:
         A wall that a step moves less, as a share of its distance, 7 degrees, has only converged.
     most_behind
         As in `WallSettings`. In eight steps of four drops the best in the end was 229 behind after the first minimum at
-        the most, and led after the first round; what ends 23 behind has no weight.
+        the most, and led after the first round.
     """
 
     turns_deg: tuple[float, ...] = (-12.0, 12.0, -24.0, 24.0)
@@ -80,5 +87,5 @@ def _elsewhere(solution: Solution, normal: FloatArray, round_done: Callable[[], 
     base = without_last_mirror(solution, problem_with_mirrors(solution, others).problem)
     planes = upright_planes(positions_at_bins(base).mean(axis=1), normal, *wall_grid())
     gains = linearised_gains(base, planes, round_done).reshape(WALLS.azimuths, -1)
-    likeliest = peaks(gains, around=True)[: WALLS.carried_again]
-    return [problem_with_mirrors(base, (*others, planes[k])) for k in likeliest]
+    likeliest = [problem_with_mirrors(base, (*others, planes[k])) for k in peaks(gains, around=True)[: WALLS.tried]]
+    return best_started(likeliest, WALLS.carried_again, round_done)

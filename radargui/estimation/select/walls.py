@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radargui.estimation.select.converge import COARSE, race
+from radargui.estimation.select.converge import COARSE, converge, race
 from radargui.estimation.select.fewer_bins import with_fewer_bins
 from radargui.estimation.select.wall_grid import (
     WALLS,
@@ -18,7 +18,7 @@ from radargui.estimation.select.wall_grid import (
     wall_grid,
 )
 from radargui.estimation.solve.changed_problem import carried_places, positions_at_bins, problem_with_mirrors
-from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
+from radargui.estimation.solve.minimise import Solution, log_evidence, minimise, solved_at
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import FloatArray
 
@@ -87,20 +87,14 @@ def search_wall(
         likeliest = max(likeliest, float(gains.max()))
         most = settings.carried if thorough and number == 0 else settings.carried_again
         # maxima, not the best places: neighbours of one maximum converge to the same wall
-        numbers = peaks(gains, around=True)[:most]
-        starts = [problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers]
-        if number == 0:
-            # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds
-            starts.append(problem_with_mirrors(solution, mirrors))
+        numbers = peaks(gains, around=True)[: settings.tried]
+        starts = best_started([problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers], most, round_done)
         trials = race(starts, settings.rounds, round_done, settings.most_behind, COARSE, same_place)
         if number == 0:
-            bare = trials.pop()
-            # hopelessly behind, it was not converged: what walls gain is then the least they do
-            without = (
-                max(map(log_evidence, filter(None, trials))) - settings.most_behind[-1]
-                if bare is None
-                else log_evidence(bare)
-            )
+            # evidence moves while priors are re-estimated: the model without the wall goes through the same rounds, and
+            # not in the race, in which its bias maps would lead at first
+            bare = converge(problem_with_mirrors(solution, mirrors), settings.rounds, round_done, COARSE)
+            without = log_evidence(bare)
         before = tried.gain
         more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
         tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one.gain)))
@@ -114,6 +108,15 @@ def search_wall(
         # what the wall has straightened stays straight: from there its place shows better than from the bent motion
         base = without_last_mirror(best, solution.problem)
     return _run_off(tried, round_done, settings)
+
+
+def best_started(starts: Sequence[Start], most: int, round_done: Callable[[], None]) -> list[Start]:
+    """Return the starts that are best after some steps, there."""
+    found = []
+    for start in starts:
+        found.append(minimise(start, WALLS.first_steps))
+        round_done()
+    return [Start(one.problem, one.state) for one in sorted(found, key=log_evidence, reverse=True)[:most]]
 
 
 def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallSettings) -> WallSearch:

@@ -9,6 +9,7 @@ from scipy.ndimage import uniform_filter1d
 
 from radargui.estimation.solve.assemble import Assembled, assemble
 from radargui.estimation.solve.normal import NormalMatrix
+from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
@@ -159,7 +160,8 @@ def _is_possible(
 def log_evidence(solution: Solution) -> float:
     """Return the Laplace approximation of the log evidence, noise scale and the law's deviations included.
 
-    ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_law - sum over the channels' bins of ln noise scale.
+    ln E = -cost - ln det H / 2 - sum ln sd_prior - 3 sum ln sd_law - sum over the channels' bins of ln noise scale, and
+    what the deviations' own priors say.
     """
     problem = solution.problem
     # without the terms of the deviations a model could widen its priors until anything fits
@@ -170,6 +172,8 @@ def log_evidence(solution: Solution) -> float:
         - float(np.log(problem.prior.sd).sum())
         - 3.0 * float(np.log(problem.law_sd).sum())
         - 2.0 * n_used * float(np.log(problem.noise_scale).sum())
+        - sum(float(problem.prior.sd[one.index[0]]) / one.scale for one in problem.prior.groups)
+        - float(problem.law_sd[solution.at.law.rows.is_flight].sum()) / PRIORS.off_flight_m_s2
     )
 
 

@@ -12,7 +12,7 @@ from scipy.sparse import eye_array, kron
 from radargui.estimation.forward.motion_law import LawRows
 from radargui.estimation.forward.motion_spline import MotionSpline
 from radargui.estimation.solve.minimise import Solution, local_chi_square
-from radargui.estimation.solve.priors import Prior
+from radargui.estimation.solve.priors import PRIORS, Prior
 from radargui.estimation.solve.problem import JointProblem
 from radargui.model.arrays import FloatArray
 
@@ -74,7 +74,8 @@ def reestimated(old: Prior, theta: FloatArray, variance: FloatArray, settings: D
         # coefficients that the data leave alone count for nothing: they would make every deviation small
         determined = max(index.size - float((variance[index] / sd[index] ** 2).sum()), settings.least_determined)
         before = float(sd[index[0]])
-        wanted = float(np.sqrt((w @ w) / determined))
+        # the minimum of w^2 / 2 s^2 + gamma ln s + s / scale
+        wanted = float(np.sqrt((w @ w) / (determined + before / group.scale)))
         # the fixed point is reached in steps: far from it gamma is not the one that belongs to it
         limited = np.clip(wanted, before / settings.largest_change, before * settings.largest_change)
         sd[index] = float(np.clip(limited, group.lowest, group.highest))
@@ -94,6 +95,8 @@ def _law_deviation(solution: Solution, settings: DeviationSettings) -> FloatArra
     in_flight = law.rows.is_flight
     lowest = np.where(in_flight, settings.lowest_off_m_s2, settings.lowest_jerk_m_s3)
     highest = np.where(in_flight, settings.highest_off_m_s2, settings.highest_jerk_m_s3)
+    # as in `reestimated`, with the prior of a deviation from the law of flight
+    determined += np.where(in_flight, old / PRIORS.off_flight_m_s2, 0.0)
     out = np.empty_like(square)
     # an impact must not make the flights beside it bend, nor the hand that lets go the fall
     for part in rows_together(law.rows, solution.at.spline, problem.released_s):

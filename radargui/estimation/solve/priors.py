@@ -23,11 +23,15 @@ from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 
 @dataclass(frozen=True, slots=True)
 class Allowed:
-    """Where a common deviation starts and between which limits it is re-estimated, in units of its coefficients."""
+    """Where a common deviation starts, between which limits it is re-estimated, and the mean of its own prior.
+
+    In units of its coefficients.
+    """
 
     start: float
     lowest: float
     highest: float
+    scale: float = np.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +77,14 @@ class PriorSettings:
     crosstalk
         kappa: a multiplexer keeps parts in a thousand of the channel before. Where the samples do not ask for it, its
         deviation shrinks and switches it off.
+    off_flight_m_s2
+        Mean of the deviation from the law of flight, one a knot, exp(-s / mean): where the samples hardly determine it
+        nothing else holds it, and it wandered between 0.004 and 0.02 from round to round, ln E by 30.
     bias, log_amplitude_map
         Coefficients of the maps.
+    bias_beside_floor, log_amplitude_beside_floor
+        The same beside a floor in the model: to the first nothing is left but what no plane sends back, less than a
+        wall of a few per cent does, to the second antennas that do not point to the origin.
     """
 
     break_s: float = 0.003
@@ -94,7 +104,10 @@ class PriorSettings:
     drag_1_m: float = 0.04
     sideways_m_s2: Allowed = Allowed(0.01, 1e-4, 0.3)
     crosstalk: Allowed = Allowed(0.003, 1e-5, 0.03)
+    off_flight_m_s2: float = 0.02
     bias: Allowed = Allowed(0.02, 1e-4, 0.5)
+    bias_beside_floor: Allowed = Allowed(0.02, 1e-4, 0.5, 0.005)
+    log_amplitude_beside_floor: Allowed = Allowed(0.1, 1e-3, 0.5, 0.03)
     log_amplitude_map: Allowed = Allowed(0.1, 1e-3, 0.5)
 
 
@@ -111,11 +124,14 @@ class PriorGroup:
         Their places in theta.
     lowest, highest
         Limits of the deviation.
+    scale
+        Mean of the deviation's own prior, exp(-s / scale); infinite: all are alike.
     """
 
     index: IntArray
     lowest: float
     highest: float
+    scale: float = np.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +186,7 @@ def make_prior(
         index = np.concatenate([np.arange(s.start, s.stop) for s in places]).astype(np.intp)
         if index.size:
             sd[index] = allowed.start
-            prior.groups.append(PriorGroup(index, allowed.lowest, allowed.highest))
+            prior.groups.append(PriorGroup(index, allowed.lowest, allowed.highest, allowed.scale))
 
     # a group each: what one mirror or map needs is no reason to loosen another
     group([layout.crosstalk], settings.crosstalk)
@@ -186,6 +202,9 @@ def make_prior(
             settings.reflection if plane.name == FLOOR else settings.wall_reflection,
         )
         group([of_mirror(own.double_reflection, m) for own in receivers], settings.double_reflection)
+    bias, log_amplitude = settings.bias, settings.log_amplitude_map
+    if planes and planes[0].name == FLOOR:
+        bias, log_amplitude = settings.bias_beside_floor, settings.log_amplitude_beside_floor
     # slow noise keeps N(0, 1) of its own functions, measured on the rest: the motion would lend it everything slow
     for own, constants in zip(receivers, start, strict=True):
         mean[own.log_amplitude], mean[own.offset] = constants.log_amplitude, (constants.offset_i, constants.offset_q)
@@ -196,8 +215,8 @@ def make_prior(
         )
         sd[own.log_gain], sd[own.quadrature_error] = settings.log_gain, settings.quadrature_error_rad
         # I and Q together: a slow phasor has no direction; receivers apart: each sees another side of the room
-        group([own.bias_i, own.bias_q], settings.bias)
-        group([own.amplitude_map], settings.log_amplitude_map)
+        group([own.bias_i, own.bias_q], bias)
+        group([own.amplitude_map], log_amplitude)
     return prior
 
 

@@ -58,7 +58,7 @@ class WallSettings:
         A coarse look goes on where it gains this in ln E, a thorough one where it loses less than `convincing`.
     most_behind
         A trial that is so far behind the best in ln E, after its first minimum and after each round, is given up: from
-        the first round on those of seeds 8468655 and 8468661 caught up by 7 at the most; what ends 23 behind has no
+        the first round on those of seeds 8468655 and 8468661 caught up by 23 at the most; what ends 23 behind has no
         weight.
     level, last_rounds
         Trials less than this behind the best in ln E go on for so many rounds more before one is taken.

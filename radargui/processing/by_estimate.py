@@ -14,7 +14,7 @@ from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.select.budget import NoSingleBodyError
 from radargui.geometry.path_length import place_antennas
-from radargui.model.arrays import BoolArray
+from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
@@ -103,7 +103,10 @@ def measure_by_estimate(
                 return _without(adaptive, wrong)
             joint, why, tried = None, error.message.rstrip(".").replace("Its", "its", 1), None
         if joint is not None:
-            return _with_prior(_motion_of(joint, conditioned, setup), tried, why)
+            motion = _motion_of(joint, conditioned, setup)
+            if motion.track is not None and _is_unknown(motion.track, joint.onset_s, setup.radar.wavelength_m):
+                return _without(adaptive, np.ones(conditioned.n_receivers, dtype=bool))
+            return _with_prior(motion, tried, why)
     return _with_reason(adaptive, why)
 
 
@@ -193,12 +196,21 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     return checked(motion, conditioned, setup.radar.wavelength_m)
 
 
-def _hardly_known(estimate: JointEstimate) -> str:
+def _is_unknown(track: Track, onset_s: float, wavelength_m: float) -> bool:
+    """Whether flights bend so much that u was widened beyond a wavelength: then not even the fringes are counted."""
+    return _u_moving_m(track.u_position_m, track.time_s > onset_s) > wavelength_m
+
+
+def _u_moving_m(u_position_m: FloatArray, moving: BoolArray) -> float:
+    square = (u_position_m[:, moving] ** 2).sum(axis=0)
+    return float(np.sqrt(np.nanmean(square))) if np.isfinite(square).any() else 0.0
+
+
+def _hardly_known(estimate: MotionEstimate) -> str:
     """Return a sentence where the motion is known much worse than noise alone lets it be, else nothing."""
     if estimate.u_position_m is None:
         return ""
-    square = (estimate.u_position_m[:, estimate.time_s > estimate.onset_s] ** 2).sum(axis=0)
-    u_m = float(np.sqrt(square.mean())) if square.size else 0.0
+    u_m = _u_moving_m(estimate.u_position_m, estimate.time_s > estimate.onset_s)
     if u_m < _MOST_U_M:
         return ""
     return (

@@ -16,7 +16,7 @@ from radargui.model.recording import Recording, Truth
 from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, read_setup
-from radargui.processing.by_estimate import _hardly_known, _is_hopeless
+from radargui.processing.by_estimate import _hardly_known, _is_hopeless, _is_unknown
 from radargui.processing.offline import process
 from radargui.report.tables import result_document
 from radargui.sources.simulated.model import simulate_recording
@@ -190,3 +190,12 @@ def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty() -> None:
     assert _hardly_known(estimate) == ""
     estimate.u_position_m = None
     assert _hardly_known(estimate) == ""
+
+
+def test_a_motion_that_is_not_known_to_a_wavelength_counts_no_fringes() -> None:
+    # laboratory seed 3789260: a receiver beside a wall lost fringes, u was widened 972 times, 51 mm were "ok"
+    u_m = np.append(np.zeros((3, 50)), np.full((3, 100), 0.02), axis=1)
+    track: Any = SimpleNamespace(time_s=np.arange(150.0), u_position_m=u_m)
+    assert _is_unknown(track, 49.5, 0.03)
+    track.u_position_m = 0.8 * u_m
+    assert not _is_unknown(track, 49.5, 0.03)

@@ -190,7 +190,7 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     if isinstance(estimate, JointEstimate) and estimate.chosen.ended_early:
         warnings += (ENDED_EARLY,)
     elif isinstance(estimate, JointEstimate) and not warnings:
-        warnings = tuple(filter(None, [_hardly_known(estimate)]))
+        warnings = tuple(filter(None, [_hardly_known(estimate, setup)]))
     paths, track = _located(estimate, paths, setup)
     motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)
     return checked(motion, conditioned, setup.radar.wavelength_m)
@@ -206,16 +206,18 @@ def _u_moving_m(u_position_m: FloatArray, moving: BoolArray) -> float:
     return float(np.sqrt(np.nanmean(square))) if np.isfinite(square).any() else 0.0
 
 
-def _hardly_known(estimate: MotionEstimate) -> str:
+def _hardly_known(estimate: MotionEstimate, setup: Setup) -> str:
     """Return a sentence where the motion is known much worse than noise alone lets it be, else nothing."""
     if estimate.u_position_m is None:
         return ""
     u_m = _u_moving_m(estimate.u_position_m, estimate.time_s > estimate.onset_s)
     if u_m < _MOST_U_M:
         return ""
+    told = setup.transmitter.polarization_deg is not None
     return (
         f"the position is only known to {1e3 * u_m:.1g} mm: the signals do not tell what reflects beside the motion, "
         "or it is too short for that: cover what reflects within a metre, or let it go farther"
+        f"{'' if told else '; and a metal sphere counts as a point where no polarisation is given (polarization_deg)'}"
     )
 
 

@@ -181,15 +181,17 @@ def test_circles_that_are_bent_are_no_reason_to_give_up_where_the_places_fall(
     assert _is_hopeless(one, one)
 
 
-def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty() -> None:
+def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty(setup: Setup) -> None:
     # the rest is known by the setup, however little the motion
     u_m = np.append(np.zeros((3, 50)), np.full((3, 100), 1.2e-4), axis=1)
     estimate: Any = SimpleNamespace(time_s=np.arange(150.0), onset_s=49.5, u_position_m=u_m)
-    assert _hardly_known(estimate).startswith("the position is only known to 0.2 mm")
+    words = _hardly_known(estimate, setup)
+    assert words.startswith("the position is only known to 0.2 mm")
+    assert words.endswith("(polarization_deg)") == (setup.transmitter.polarization_deg is None)
     estimate.u_position_m = 0.5 * u_m
-    assert _hardly_known(estimate) == ""
+    assert _hardly_known(estimate, setup) == ""
     estimate.u_position_m = None
-    assert _hardly_known(estimate) == ""
+    assert _hardly_known(estimate, setup) == ""
 
 
 def test_a_motion_that_is_not_known_to_a_wavelength_counts_no_fringes() -> None:

@@ -1,6 +1,6 @@
 """The way of the estimates: adaptive, in the Doppler band where that knows more, and joint falling back on it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from radargui.model.front_end import FrontEnd, FrontEndPrior
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.result import CorrectedIQ, PathLengths, Track
 from radargui.model.setup import Setup
+from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.continuity import checked
 from radargui.processing.in_band import measure_in_band
 from radargui.processing.locate import LEAST_RECEIVERS, locate, locate_body
@@ -190,7 +191,7 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     if isinstance(estimate, JointEstimate) and estimate.chosen.ended_early:
         warnings += (ENDED_EARLY,)
     elif isinstance(estimate, JointEstimate) and not warnings:
-        warnings = tuple(filter(None, [_hardly_known(estimate, setup)]))
+        warnings = tuple(filter(None, [_hardly_known(estimate, setup, changes)]))
     paths, track = _located(estimate, paths, setup)
     motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)
     return checked(motion, conditioned, setup.radar.wavelength_m)
@@ -206,12 +207,14 @@ def _u_moving_m(u_position_m: FloatArray, moving: BoolArray) -> float:
     return float(np.sqrt(np.nanmean(square))) if np.isfinite(square).any() else 0.0
 
 
-def _hardly_known(estimate: MotionEstimate, setup: Setup) -> str:
-    """Return a sentence where the motion is known much worse than noise alone lets it be, else nothing."""
+def _hardly_known(estimate: MotionEstimate, setup: Setup, changes: Sequence[InputChange] | None) -> str:
+    """Return a sentence where the motion is known much worse than noise and the setup let it be, else nothing."""
     if estimate.u_position_m is None:
         return ""
     u_m = _u_moving_m(estimate.u_position_m, estimate.time_s > estimate.onset_s)
-    if u_m < _MOST_U_M:
+    # antennas known to a degree make millimetres, and their mirrors as much: the budget says so
+    square = sum(_u_moving_m(one.moved_m, one.time_s > estimate.onset_s) ** 2 for one in changes or ())
+    if u_m < max(_MOST_U_M, float(np.sqrt(square))):
         return ""
     told = setup.transmitter.polarization_deg is not None
     return (

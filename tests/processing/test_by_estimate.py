@@ -16,6 +16,7 @@ from radargui.model.recording import Recording, Truth
 from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, read_setup
+from radargui.model.uncertainty_budget import InputChange
 from radargui.processing.by_estimate import _hardly_known, _is_hopeless, _is_unknown
 from radargui.processing.offline import process
 from radargui.report.tables import result_document
@@ -185,13 +186,16 @@ def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty(setup: Set
     # the rest is known by the setup, however little the motion
     u_m = np.append(np.zeros((3, 50)), np.full((3, 100), 1.2e-4), axis=1)
     estimate: Any = SimpleNamespace(time_s=np.arange(150.0), onset_s=49.5, u_position_m=u_m)
-    words = _hardly_known(estimate, setup)
+    words = _hardly_known(estimate, setup, ())
     assert words.startswith("the position is only known to 0.2 mm")
     assert words.endswith("(polarization_deg)") == (setup.transmitter.polarization_deg is None)
+    # where antennas that are known to a degree leave more than that, the budget says so
+    antennas = InputChange("receiver[1].tilt_deg", "calibration", np.arange(150.0), 2.0 * u_m, np.empty(0), 0.0)
+    assert _hardly_known(estimate, setup, (antennas,)) == ""
     estimate.u_position_m = 0.5 * u_m
-    assert _hardly_known(estimate, setup) == ""
+    assert _hardly_known(estimate, setup, ()) == ""
     estimate.u_position_m = None
-    assert _hardly_known(estimate, setup) == ""
+    assert _hardly_known(estimate, setup, ()) == ""
 
 
 def test_a_motion_that_is_not_known_to_a_wavelength_counts_no_fringes() -> None:

@@ -45,7 +45,8 @@ def test_e_g_and_position_move_with_an_antenna_as_the_budget_says() -> None:
     assert certain is not None
     assert certain.g_m_s2.calibration == 0.0
     here = process(recording, setup)
-    there = process(recording, with_receiver(setup, tilt_deg=tilt + U_TILT_DEG))
+    # two deviations: minima are found to a tenth of u, and of one e moves by no more than its own u
+    there = process(recording, with_receiver(setup, tilt_deg=tilt + 2.0 * U_TILT_DEG))
     budget = here.uncertainty_budget
     assert budget is not None
     assert budget.assumed == {"tracer.u_diameter_m": 2e-5}
@@ -55,11 +56,11 @@ def test_e_g_and_position_move_with_an_antenna_as_the_budget_says() -> None:
     assert here.bounces.free_fall is not None
     assert there.bounces.free_fall is not None
     part = slice(here.segment.first, here.segment.last)
-    moved = (there.track.position_m - here.track.position_m)[:, part]
+    moved = (there.track.position_m - here.track.position_m)[:, part] / 2.0
     assert budget.position_m.calibration == pytest.approx(float(np.sqrt(np.nanmean(moved**2))), rel=0.05)
-    e = there.bounces.impacts[0].e - here.bounces.impacts[0].e
+    e = (there.bounces.impacts[0].e - here.bounces.impacts[0].e) / 2.0
     assert budget.e.calibration == pytest.approx(abs(e), rel=0.3)
-    g = there.bounces.free_fall.g_m_s2 - here.bounces.free_fall.g_m_s2
+    g = (there.bounces.free_fall.g_m_s2 - here.bounces.free_fall.g_m_s2) / 2.0
     assert budget.g_m_s2.calibration == pytest.approx(abs(g), rel=0.1)
     # else the test would compare noise with noise
     assert abs(e) > 5e-6

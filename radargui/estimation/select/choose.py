@@ -37,15 +37,13 @@ class ChoiceSettings:
     floor_below_m
         How far below the lowest place the floor is sought: about a sphere's radius.
     direct_lobes
-        A floor has to gain more than this in ln E: it brings the lobes of the direct wave along, which explain what a
-        map of the amplitude does. Floors of some per cent gain hundreds.
+        A floor has to gain more in ln E: it brings the direct wave's lobes along. One of some per cent gains hundreds.
     beyond_doubt
         Gain in ln E of a floor above which it is not compared again when the breaks are settled.
     good_misfit
         Median local chi-square above which something is missing in the model.
     most_behind
-        A model that is so far behind in ln E for each number in the data, after the first minimum and after each round,
-        is given up.
+        A model so far behind in ln E for each number in the data, after the first minimum and each round, is given up.
     bad_misfit
         The same above which models cannot be compared: they are compared again when it has gone.
     lost_misfit

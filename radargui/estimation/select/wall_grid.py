@@ -33,39 +33,31 @@ class WallSettings:
     most_bins
         Neighbours that count as one while walls are sought: 1/8 fringe, which two nodes tell to 1e-4; half the time.
     azimuths, distances_m
-        Grid around the middle of the motion: 9 degrees apart, within what one converges from, and geometric steps from
-        the field of view to 1 m: for a wall beyond the grid a false one is taken.
-    fine_deg, fine_share, nearest_m
-        A calibration's grid around a wall that was found, distances as shares of its own; no wall is nearer.
+        Grid around the middle of the motion: 9 degrees apart, within what one converges from, and geometric steps to
+        1 m: for a wall beyond the grid a false one is taken.
+    fine_deg, nearest_m
+        A calibration's grid around a wall that was found; no wall is nearer.
     u_shift_share, least_u_shift_m
         Deviation of a wall's shift as a share of its distance, half a step of the grid, and its least: a wavelength.
     tried, first_steps
-        Local maxima from which so many steps are taken: the linearised ranking is not reliable. In laboratory seed
-        8468661 the true wall is the ninth maximum, and 22 in ln E ahead after its first minimum.
+        Local maxima from which so many steps are taken: in seed 8468661 the true wall is the ninth (decision 35).
     carried, carried_again
         The best of these that are converged in the first and in later searches.
     stiff_bias, stiff_log_amplitude
         Most that the maps' deviations may be while the grid is looked at: what they are with nothing left to explain.
-    reflection
-        Deviation of T and R on the grid: walls of a few per cent are sought.
-    u_azimuth_rad
-        Of a wall's azimuth: a grid step is 0.16 rad.
-    rounds
-        Of convergence of each trial.
-    searches, worthwhile
-        At most so many, as long as ln E grows by so much.
+    reflection, u_azimuth_rad
+        Deviations of T and R on the grid, walls of a few per cent, and of a wall's azimuth: a grid step is 0.16 rad.
+    rounds, searches, worthwhile
+        Of convergence of each trial; at most so many searches, as long as ln E grows by so much.
     promising
         A coarse look goes on where it gains this in ln E, a thorough one where it loses less than `convincing`.
     most_behind
-        A trial that is so far behind the best in ln E, after its first minimum and after each round, is given up: from
-        the first round on no trial of twelve scenes caught up by more than 30 where it was 100 behind, by a half where
-        it was further, but the right wall of 5555111 was 156 behind; what ends 23 behind has no weight.
+        A trial so far behind the best in ln E, after its first minimum and after each round, is given up: no trial of
+        twelve scenes caught up more than 30 from the first round on, but the right wall of 5555111 was 156 behind.
     level, last_rounds
         Trials less than this behind the best in ln E go on for so many rounds more before one is taken.
-    beyond_doubt
-        A wall that gains so much is not sought again before it walks.
-    same_m
-        Walls that image the release this close are one: half as far away themselves.
+    beyond_doubt, same_m
+        A wall that gains so much is not sought again before it walks; walls whose images are this close are one.
     convincing
         A wall is kept at this gain in ln E, since many are tried; what the prior of its reflection costs is in it.
     """
@@ -74,7 +66,6 @@ class WallSettings:
     azimuths: int = 40
     distances_m: tuple[float, ...] = (0.08, 0.115, 0.165, 0.235, 0.34, 0.485, 0.695, 1.0)
     fine_deg: tuple[float, ...] = (-16.0, -12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 12.0, 16.0)
-    fine_share: tuple[float, ...] = (0.8, 0.865, 0.93, 1.0, 1.075, 1.16, 1.25)
     u_shift_share: float = 0.2
     least_u_shift_m: float = 0.03
     nearest_m: float = 0.05

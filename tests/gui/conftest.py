@@ -129,6 +129,8 @@ def windows(
         window.close()
         window.closing.leave_now()
         qtbot.waitUntil(window.isHidden, timeout=LONGEST_MS)
+        # what waits for it comes first: one that had never run its events crashed twice as it was deleted
+        QApplication.sendPostedEvents()
         window.deleteLater()
     # without a running event loop nothing else deletes them
     QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)

@@ -47,7 +47,7 @@ class Motion(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """The shared unknowns, and the setup they belong to.
+    """The shared unknowns, and the setup they belong to; one is the same as itself only (`_antennas` remembers it).
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ class Likelihood(Protocol):
 
 @dataclass(frozen=True)
 class Begun:
-    """A recording at a state that may be none to stay at: its cost, as in `Local`, which is what costs time."""
+    """A recording at a state that may be none to stay at: its cost, and how the rest, which takes longer, is made."""
 
     cost: float
     local: Callable[[], Local]

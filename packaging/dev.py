@@ -72,7 +72,8 @@ def test(arguments: list[str], *prefix: str) -> int:
     qt_libraries.ensure(qt_libraries.OFFSCREEN)
     python = environment.ensure("dev")
     alone = any(argument.startswith(("-n", "--pdb", "--numprocesses", "--collect-only")) for argument in arguments)
-    parallel = [] if alone else ["-n", "2"]
+    # a file stays together: its shared window or estimate is made once
+    parallel = [] if alone else ["-n", "2", "--dist", "loadfile"]
     return _call([str(python), "-m", *prefix, "pytest", *parallel, *arguments], cwd=ROOT)
 
 

@@ -147,7 +147,8 @@ def make_window(
 
 
 @pytest.fixture
-def window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
+def own_window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
+    """Return a new window: for a test that closes it, counts its threads or looks at what a first start shows."""
     return make_window(setup_path)
 
 
@@ -165,7 +166,7 @@ def module_window(
 
 
 @pytest.fixture
-def idle_window(
+def window(
     module_window: MainWindow, tmp_path: Path, wait_for: Callable[[Callable[[], object]], None]
 ) -> Iterator[MainWindow]:
     """One window for the tests of a module, as it is at its start: more than half a second to make and delete.
@@ -203,21 +204,21 @@ def with_keys(window: MainWindow, wait_for: Callable[..., None], panel: str) -> 
 
 
 @pytest.fixture
-def active(idle_window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
+def active(window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
     """The same, with the keys."""
-    return with_keys(idle_window, wait_for, "hardware")
+    return with_keys(window, wait_for, "hardware")
 
 
 @pytest.fixture
-def antennas(idle_window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
+def antennas(window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
     """The same, whose panel of the antennas is shown."""
-    return with_keys(idle_window, wait_for, "antennas")
+    return with_keys(window, wait_for, "antennas")
 
 
 @pytest.fixture
-def own(window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
+def own(own_window: MainWindow, wait_for: Callable[..., None]) -> MainWindow:
     """The test's own window with the keys, whose panel of the antennas is shown."""
-    return with_keys(window, wait_for, "antennas")
+    return with_keys(own_window, wait_for, "antennas")
 
 
 @pytest.fixture

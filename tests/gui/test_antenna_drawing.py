@@ -127,13 +127,13 @@ def test_the_map_is_the_uncertainty_of_its_places_and_follows_the_setup(own: Mai
     assert not view.plots[0].isVisible()
 
 
-def test_nothing_is_computed_while_nobody_looks(window: MainWindow) -> None:
-    window.setup_model.assign("receiver[1].tilt_deg", 41.0)
-    window.setup_model.assign("simulation.snr_db", 33.0)
-    assert not window.antennas.map._soon.isActive()
+def test_nothing_is_computed_while_nobody_looks(own_window: MainWindow) -> None:
+    own_window.setup_model.assign("receiver[1].tilt_deg", 41.0)
+    own_window.setup_model.assign("simulation.snr_db", 33.0)
+    assert not own_window.antennas.map._soon.isActive()
     # what the program knows is not asked for; what was typed stays
-    assert window.antennas.map.snr.value() == 33.0
-    window.antennas.map.snr.setValue(25.0)
-    window.setup_model.assign("simulation.snr_db", 50.0)
-    assert window.antennas.map.snr.value() == 25.0
-    assert window.antennas.map.shown is None
+    assert own_window.antennas.map.snr.value() == 33.0
+    own_window.antennas.map.snr.setValue(25.0)
+    own_window.setup_model.assign("simulation.snr_db", 50.0)
+    assert own_window.antennas.map.snr.value() == 25.0
+    assert own_window.antennas.map.shown is None

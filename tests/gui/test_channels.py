@@ -21,12 +21,6 @@ from radargui.sources.ni.discovery import NiDevice
 from radargui.sources.simulated import simulate_recording
 
 
-@pytest.fixture
-def window(idle_window: MainWindow) -> MainWindow:
-    """One window for all: each test leaves it as it is at its start."""
-    return idle_window
-
-
 def read(window: MainWindow, wait_for: Any) -> Any:
     words = window.hardware.channels.words
     window.actions_.moment.trigger()

@@ -50,21 +50,21 @@ def start_slow_job(window: MainWindow) -> Slow:
 
 
 def test_closing_says_what_it_waits_for_keeps_drawing_and_closes_when_that_has_ended(
-    window: MainWindow, wait_for: Any
+    own_window: MainWindow, wait_for: Any
 ) -> None:
-    job = start_slow_job(window)
+    job = start_slow_job(own_window)
     frames: list[int] = []
-    window._timer.timeout.connect(lambda: frames.append(1))
-    assert not window.close()
-    assert "waiting for the slow work" in window.closing.words.text()
-    assert not window.bar.isEnabled()
+    own_window._timer.timeout.connect(lambda: frames.append(1))
+    assert not own_window.close()
+    assert "waiting for the slow work" in own_window.closing.words.text()
+    assert not own_window.bar.isEnabled()
     wait_for(lambda: len(frames) >= 5)
-    assert window.isVisible()
-    window.actions_.record.trigger()
-    assert window.control.state is AppState.IDLE
+    assert own_window.isVisible()
+    own_window.actions_.record.trigger()
+    assert own_window.control.state is AppState.IDLE
     job.go.set()
-    wait_for(window.isHidden)
-    assert window.unfinished() == ()
+    wait_for(own_window.isHidden)
+    assert own_window.unfinished() == ()
 
 
 def test_a_source_that_does_not_answer_is_named_and_can_be_left_behind(
@@ -112,10 +112,10 @@ def test_a_run_that_is_being_computed_is_waited_for_and_left_for_later_when_the_
     assert len(session.run_paths()) == 1
 
 
-def test_nothing_to_wait_for_is_closed_at_once(window: MainWindow, wait_for: Any) -> None:
-    wait_for(lambda: not window.unfinished())
-    assert window.close()
-    assert not window.closing.active
+def test_nothing_to_wait_for_is_closed_at_once(own_window: MainWindow, wait_for: Any) -> None:
+    wait_for(lambda: not own_window.unfinished())
+    assert own_window.close()
+    assert not own_window.closing.active
 
 
 def test_the_words_count_the_seconds(wait_for: Any) -> None:

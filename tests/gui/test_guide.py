@@ -69,12 +69,14 @@ def test_who_has_the_panel_before_him_looks_at_it(window: MainWindow) -> None:
     assert (done(window), upcoming(window)) == (["source", "antennas"], ["monitor"])
 
 
-def test_nothing_counts_while_nobody_looks_and_esc_puts_it_away(window: MainWindow, wait_for: Any, qtbot: Any) -> None:
-    window.hardware.source.activated.emit(0)
-    assert done(window) == []
-    window.actions_.guide.trigger()
-    qtbot.keyClick(window.guide, Qt.Key.Key_Escape)
-    assert not window.guide.isVisible()
+def test_nothing_counts_while_nobody_looks_and_esc_puts_it_away(
+    own_window: MainWindow, wait_for: Any, qtbot: Any
+) -> None:
+    own_window.hardware.source.activated.emit(0)
+    assert done(own_window) == []
+    own_window.actions_.guide.trigger()
+    qtbot.keyClick(own_window.guide, Qt.Key.Key_Escape)
+    assert not own_window.guide.isVisible()
 
 
 def test_it_is_shown_at_the_very_first_start_only(make_window: Any, setup_path: Any, wait_for: Any) -> None:
@@ -104,19 +106,19 @@ def said(window: MainWindow, name: str) -> str:
 
 
 @pytest.mark.parametrize("size", [(1366, 720), (944, 500)])
-def test_an_empty_plot_says_what_to_do_within_its_axes(idle_window: MainWindow, size: tuple[int, int]) -> None:
-    idle_window.resize(*size)
-    idle_window.actions_.reset_layout.trigger()
+def test_an_empty_plot_says_what_to_do_within_its_axes(window: MainWindow, size: tuple[int, int]) -> None:
+    window.resize(*size)
+    window.actions_.reset_layout.trigger()
     QApplication.processEvents()
     for name, words in (("scopes", "Press Start"), ("planes", "Press Start"), ("track", "click a run")):
-        assert words in said(idle_window, name), name
-        label = idle_window.empty.labels[name]
+        assert words in said(window, name), name
+        label = window.empty.labels[name]
         plot = label.parentWidget()
         assert isinstance(plot, Plot)
         assert plot.getPlotItem().vb.sceneBoundingRect().toRect().contains(label.geometry()), (name, label.geometry())
         needed = QLabel().fontMetrics().boundingRect(label.rect(), Qt.TextFlag.TextWordWrap, label.text())
         assert needed.height() <= label.height(), name
-    assert all(is_empty(plot) for plot in idle_window.scopes.scopes)
+    assert all(is_empty(plot) for plot in window.scopes.scopes)
 
 
 def test_a_plot_with_data_says_nothing(window: MainWindow, wait_for: Any) -> None:

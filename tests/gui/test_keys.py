@@ -90,10 +90,10 @@ def test_typing_by_tab_only_changes_nothing_that_is_not_seen(active: MainWindow,
 
 
 def test_a_layout_that_was_remembered_hides_what_stands_behind(
-    make_window: Any, window: MainWindow, wait_for: Any
+    make_window: Any, own_window: MainWindow, wait_for: Any
 ) -> None:
-    raised(window, "session")
-    window.close()
+    raised(own_window, "session")
+    own_window.close()
     again = make_window(None)
     docks = again.panels.docks
     wait_for(lambda: docks["session"].widget().isVisible())

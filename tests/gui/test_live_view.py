@@ -50,13 +50,13 @@ def test_the_key_starts_and_stops(window: MainWindow, qtbot: Any, wait_for: Any)
     wait_for(lambda: window.control.state is AppState.IDLE)
 
 
-def test_closing_while_live_leaves_no_thread(window: MainWindow, wait_for: Any) -> None:
+def test_closing_while_live_leaves_no_thread(own_window: MainWindow, wait_for: Any) -> None:
     before = threading.active_count()
-    window.actions_.start.trigger()
-    wait_for(lambda: window.control.state is AppState.LIVE)
+    own_window.actions_.start.trigger()
+    wait_for(lambda: own_window.control.state is AppState.LIVE)
     assert threading.active_count() > before
-    window.close()
-    wait_for(window.isHidden)
+    own_window.close()
+    wait_for(own_window.isHidden)
     assert threading.active_count() == before
 
 
@@ -67,17 +67,17 @@ def test_stopping_at_once_after_starting_ends_in_idle(window: MainWindow, wait_f
     assert window.board.notices == ()
 
 
-def test_pausing_holds_the_picture_and_not_the_samples(window: MainWindow, wait_for: Any) -> None:
-    window.actions_.start.trigger()
-    wait_for(lambda: window.track.shown is not None)
-    window.scopes.pause.setChecked(True)
-    assert window.actions_.pause.isChecked()
-    held = window.track.shown
-    read = window.control.feed.ring.latest
-    wait_for(lambda: window.control.feed.ring.latest > read + 6000)
-    assert window.track.shown is held
-    window.actions_.pause.setChecked(False)
-    wait_for(lambda: window.track.shown is not held)
+def test_pausing_holds_the_picture_and_not_the_samples(own_window: MainWindow, wait_for: Any) -> None:
+    own_window.actions_.start.trigger()
+    wait_for(lambda: own_window.track.shown is not None)
+    own_window.scopes.pause.setChecked(True)
+    assert own_window.actions_.pause.isChecked()
+    held = own_window.track.shown
+    read = own_window.control.feed.ring.latest
+    wait_for(lambda: own_window.control.feed.ring.latest > read + 6000)
+    assert own_window.track.shown is held
+    own_window.actions_.pause.setChecked(False)
+    wait_for(lambda: own_window.track.shown is not held)
 
 
 def test_lost_samples_are_shaded_and_counted(make_window: Any, setup_path: Any, wait_for: Any) -> None:
@@ -137,24 +137,24 @@ def axis_words(plot: Any) -> str:
     return str(plot.getPlotItem().getAxis("bottom").labelText)
 
 
-def test_an_axis_says_now_only_while_its_edge_is_now(window: MainWindow, wait_for: Any) -> None:
-    plots = (window.scopes.scopes[-1], window.track.height_plot)
+def test_an_axis_says_now_only_while_its_edge_is_now(own_window: MainWindow, wait_for: Any) -> None:
+    plots = (own_window.scopes.scopes[-1], own_window.track.height_plot)
     held, now = "time before the last sample shown [s]", "time before now [s]"
     assert [axis_words(plot) for plot in plots] == [held, held]
-    window.actions_.start.trigger()
-    wait_for(lambda: window.track.shown is not None)
+    own_window.actions_.start.trigger()
+    wait_for(lambda: own_window.track.shown is not None)
     assert [axis_words(plot) for plot in plots] == [now, now]
-    window.scopes.pause.setChecked(True)
+    own_window.scopes.pause.setChecked(True)
     assert [axis_words(plot) for plot in plots] == [held, held]
-    window.scopes.pause.setChecked(False)
+    own_window.scopes.pause.setChecked(False)
     assert [axis_words(plot) for plot in plots] == [now, now]
-    window.actions_.stop.trigger()
-    wait_for(lambda: window.control.state is AppState.IDLE)
+    own_window.actions_.stop.trigger()
+    wait_for(lambda: own_window.control.state is AppState.IDLE)
     assert [axis_words(plot) for plot in plots] == [held, held]
 
 
 def test_while_results_are_computed_nothing_is_said_of_now(
-    window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+    own_window: MainWindow, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     go, process = threading.Event(), ProcessingHere.process
 
@@ -164,38 +164,38 @@ def test_while_results_are_computed_nothing_is_said_of_now(
         return process(self, job, progress, on_preliminary)
 
     monkeypatch.setattr(ProcessingHere, "process", held)
-    window.setup_model.assign("processing.correction", "none")
-    window.actions_.record.trigger()
-    wait_for(lambda: window.control.state is AppState.PROCESSING and window.control.reached.progress > 0.0)
-    wait_for(lambda: window.health.labels["rate"].text() == "Rate –")
-    plots, words = (window.scopes.scopes[-1], window.track.height_plot), "time before the last sample shown [s]"
+    own_window.setup_model.assign("processing.correction", "none")
+    own_window.actions_.record.trigger()
+    wait_for(lambda: own_window.control.state is AppState.PROCESSING and own_window.control.reached.progress > 0.0)
+    wait_for(lambda: own_window.health.labels["rate"].text() == "Rate –")
+    plots, words = (own_window.scopes.scopes[-1], own_window.track.height_plot), "time before the last sample shown [s]"
     wait_for(lambda: [axis_words(plot) for plot in plots] == [words, words])
-    wait_for(lambda: all(level._peak_v is None for level in window.scopes.levels))
-    assert points_of(window.scopes.scopes[0]) > 0, "the last picture stays"
+    wait_for(lambda: all(level._peak_v is None for level in own_window.scopes.levels))
+    assert points_of(own_window.scopes.scopes[0]) > 0, "the last picture stays"
     go.set()
-    wait_for(lambda: window.control.state is AppState.DONE)
+    wait_for(lambda: own_window.control.state is AppState.DONE)
 
 
-def test_keys_name_only_what_is_drawn(window: MainWindow, record_one: Any, wait_for: Any) -> None:
-    window.setup_model.assign("processing.correction", "adaptive")
-    record_one(window)
-    assert "samples lost" not in window.scopes.key.text()
-    key = window.track.curves.key
+def test_keys_name_only_what_is_drawn(own_window: MainWindow, record_one: Any, wait_for: Any) -> None:
+    own_window.setup_model.assign("processing.correction", "adaptive")
+    record_one(own_window)
+    assert "samples lost" not in own_window.scopes.key.text()
+    key = own_window.track.curves.key
     wait_for(lambda: all(words in key.text() for words in ("parabola", "impacts")))
-    window.panels.go_to("run")
-    window.run.tabs.setCurrentWidget(window.run.steps)
-    wait_for(lambda: window.run.steps.key.text())
-    assert "peaks" not in window.run.steps.key.text()
-    window.setup_model.assign("processing.correction", "published")
-    window.actions_.reprocess.trigger()
-    wait_for(lambda: "peaks" in window.run.steps.key.text())
+    own_window.panels.go_to("run")
+    own_window.run.tabs.setCurrentWidget(own_window.run.steps)
+    wait_for(lambda: own_window.run.steps.key.text())
+    assert "peaks" not in own_window.run.steps.key.text()
+    own_window.setup_model.assign("processing.correction", "published")
+    own_window.actions_.reprocess.trigger()
+    wait_for(lambda: "peaks" in own_window.run.steps.key.text())
     # a circle asks for more samples than a drop of the tests
-    window.setup_model.assign("daq.rate_hz", 12000.0)
-    window.setup_model.assign("simulation.scene", "circle")
-    window.setup_model.assign("processing.correction", "adaptive")
-    window.setup_model.assign("recording.maximum_s", 1.5)
-    window.actions_.new_session.trigger()
-    record_one(window)
+    own_window.setup_model.assign("daq.rate_hz", 12000.0)
+    own_window.setup_model.assign("simulation.scene", "circle")
+    own_window.setup_model.assign("processing.correction", "adaptive")
+    own_window.setup_model.assign("recording.maximum_s", 1.5)
+    own_window.actions_.new_session.trigger()
+    record_one(own_window)
     # a key that is empty belongs to the live trail
     wait_for(lambda: "± 2 u" in key.text() and "impacts" not in key.text())
     assert "parabola" not in key.text()

@@ -18,9 +18,9 @@ LOG = logging.getLogger("radargui.test")
 
 
 @pytest.fixture
-def log(idle_window: MainWindow) -> Iterator[LogWindow]:
-    log = idle_window.log
-    idle_window.actions_.log.trigger()
+def log(window: MainWindow) -> Iterator[LogWindow]:
+    log = window.log
+    window.actions_.log.trigger()
     log.level.setCurrentIndex(0)
     log.follows.setChecked(True)
     yield log
@@ -76,15 +76,15 @@ def test_memory_is_bounded(log: LogWindow) -> None:
     assert log.view.toPlainText().splitlines()[-1].endswith(f"n{MOST_ENTRIES + 49}")
 
 
-def test_a_closed_window_takes_no_entries(window: MainWindow, wait_for: Any) -> None:
-    assert window.log.keeper in logging.getLogger().handlers
-    window.close()
-    wait_for(window.isHidden)
-    assert window.log.keeper not in logging.getLogger().handlers
+def test_a_closed_window_takes_no_entries(own_window: MainWindow, wait_for: Any) -> None:
+    assert own_window.log.keeper in logging.getLogger().handlers
+    own_window.close()
+    wait_for(own_window.isHidden)
+    assert own_window.log.keeper not in logging.getLogger().handlers
 
 
 def test_a_bug_report_has_what_is_needed_and_no_folders(
-    window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    own_window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     home = tmp_path / "Ada Lovelace"
     monkeypatch.setattr(Path, "home", lambda: home)
@@ -92,7 +92,7 @@ def test_a_bug_report_has_what_is_needed_and_no_folders(
     for number in range(COPIED_ENTRIES + 5):
         LOG.warning("entry %d of %s", number, home / "secret" / "run-0001.h5")
     QGuiApplication.clipboard().clear()
-    window.actions_.bug_report.trigger()
+    own_window.actions_.bug_report.trigger()
     wait_for(lambda: bool(QGuiApplication.clipboard().text()))
     text = QGuiApplication.clipboard().text()
     lines = text.splitlines()
@@ -106,7 +106,7 @@ def test_a_bug_report_has_what_is_needed_and_no_folders(
     assert "frequency_hz = 10000000000.0" in text
     for private in ("Lovelace", "secret", str(tmp_path)):
         assert private not in text, private
-    said = window.board.notices[0].text
+    said = own_window.board.notices[0].text
     assert said.startswith(f"Copied for a bug report: versions and system, the last {COPIED_ENTRIES} entries")
     assert f"{len(lines)} lines" in said
 

@@ -107,24 +107,24 @@ def test_a_panel_says_its_title_once(window: MainWindow, wait_for: Any) -> None:
 
 
 @pytest.mark.parametrize("choice", ["light", "dark"])
-def test_the_buttons_of_a_title_are_seen_in_every_look(idle_window: MainWindow, choice: ThemeChoice) -> None:
-    idle_window.theme.apply(choice)
+def test_the_buttons_of_a_title_are_seen_in_every_look(window: MainWindow, choice: ThemeChoice) -> None:
+    window.theme.apply(choice)
     QApplication.processEvents()
     for name in ("float", "close"):
-        button = idle_window.panels.docks["track"].findChild(QAbstractButton, f"qt_dockwidget_{name}button")
+        button = window.panels.docks["track"].findChild(QAbstractButton, f"qt_dockwidget_{name}button")
         assert button is not None
         image = button.icon().pixmap(32).toImage()
         seen = [image.pixelColor(x, y) for x in range(image.width()) for y in range(image.height())]
         darkest = max(
             (one for one in seen if one.alpha() > 250),
-            key=lambda one: contrast(one, QColor(idle_window.theme.colours.window)),
+            key=lambda one: contrast(one, QColor(window.theme.colours.window)),
         )
-        assert contrast(darkest, QColor(idle_window.theme.colours.window)) > 7.0
+        assert contrast(darkest, QColor(window.theme.colours.window)) > 7.0
         assert button.toolTip()
 
 
-def test_the_letters_of_the_state_stay_as_large_as_they_are(idle_window: MainWindow) -> None:
-    view = idle_window.bar.state
+def test_the_letters_of_the_state_stay_as_large_as_they_are(window: MainWindow) -> None:
+    view = window.bar.state
     sizes = set()
     for state in AppState:
         for detail in ("", "drop 1: e = 0.8002 ± 0.0011", "words " * 60):

@@ -13,12 +13,6 @@ from radargui.model.errors import DeviceError
 
 
 @pytest.fixture
-def window(idle_window: MainWindow) -> MainWindow:
-    """One window for all: each test leaves it as it is at its start."""
-    return idle_window
-
-
-@pytest.fixture
 def ni(window: MainWindow) -> Any:
     window.hardware.choose("ni")
     return window.hardware.ni

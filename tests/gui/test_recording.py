@@ -111,36 +111,36 @@ def test_stop_while_armed_records_nothing_and_says_nothing(make_window: Any, set
     assert window.board.notices == ()
 
 
-def test_closing_while_recording_asks_and_keeps_the_run(window: MainWindow, wait_for: Any) -> None:
-    window.actions_.record.trigger()
-    wait_for(lambda: window.control.state is AppState.RECORDING)
+def test_closing_while_recording_asks_and_keeps_the_run(own_window: MainWindow, wait_for: Any) -> None:
+    own_window.actions_.record.trigger()
+    wait_for(lambda: own_window.control.state is AppState.RECORDING)
     asked: list[bool] = []
 
     def no() -> bool:
         asked.append(True)
         return False
 
-    window.may_leave = no
-    assert not window.close()
-    assert window.control.state.running
-    window.may_leave = lambda: True
-    window.close()
-    window.closing.leave_now()
-    wait_for(window.isHidden)
+    own_window.may_leave = no
+    assert not own_window.close()
+    assert own_window.control.state.running
+    own_window.may_leave = lambda: True
+    own_window.close()
+    own_window.closing.leave_now()
+    wait_for(own_window.isHidden)
     assert asked == [True]
-    session = window.control.session
+    session = own_window.control.session
     assert session is not None
     assert len(session.run_paths()) == 1
 
 
-def test_what_ends_the_program_is_not_asked_back_and_the_run_is_kept(window: MainWindow, wait_for: Any) -> None:
-    del window.may_leave
-    window.actions_.record.trigger()
-    wait_for(lambda: window.control.state is AppState.RECORDING)
-    window.leave()
-    wait_for(window.isHidden)
-    assert window.control.session is not None
-    assert len(window.control.session.run_paths()) == 1
+def test_what_ends_the_program_is_not_asked_back_and_the_run_is_kept(own_window: MainWindow, wait_for: Any) -> None:
+    del own_window.may_leave
+    own_window.actions_.record.trigger()
+    wait_for(lambda: own_window.control.state is AppState.RECORDING)
+    own_window.leave()
+    wait_for(own_window.isHidden)
+    assert own_window.control.session is not None
+    assert len(own_window.control.session.run_paths()) == 1
 
 
 def test_a_device_that_does_not_start_leaves_no_empty_session(
@@ -184,14 +184,14 @@ def test_a_session_recorded_before_can_be_opened(
 
 
 def test_notes_written_after_the_first_run_reach_the_session(
-    window: MainWindow, record_one: Any, wait_for: Any
+    own_window: MainWindow, record_one: Any, wait_for: Any
 ) -> None:
-    record_one(window)
-    session = window.control.session
+    record_one(own_window)
+    session = own_window.control.session
     assert session is not None
-    window.session_panel._notes.setPlainText("second floor plate")
-    window.close()
-    wait_for(window.isHidden)
+    own_window.session_panel._notes.setPlainText("second floor plate")
+    own_window.close()
+    wait_for(own_window.isHidden)
     assert Session.open(session.path).info.notes == "second floor plate"
 
 
@@ -216,14 +216,14 @@ def test_a_changed_setup_or_data_folder_makes_a_new_session(
     assert third.path.parent == tmp_path / "other"
 
 
-def test_the_making_of_a_report_can_be_cancelled(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
+def test_the_making_of_a_report_can_be_cancelled(own_window: MainWindow, wait_for: Any, tmp_path: Path) -> None:
     session = make_session(tmp_path / "data", 4)
-    window.sessions.open(session)
-    wait_for(lambda: window.runs.model.entries and not window.jobs.running)
-    window.actions_.report.trigger()
-    assert not window.runs.report.isEnabled()
-    window.work.cancel()
-    wait_for(lambda: not window.work.busy)
-    assert window.runs.report.isEnabled()
+    own_window.sessions.open(session)
+    wait_for(lambda: own_window.runs.model.entries and not own_window.jobs.running)
+    own_window.actions_.report.trigger()
+    assert not own_window.runs.report.isEnabled()
+    own_window.work.cancel()
+    wait_for(lambda: not own_window.work.busy)
+    assert own_window.runs.report.isEnabled()
     assert not list(session.glob("report/*.html"))
-    assert window.board.notices == ()
+    assert own_window.board.notices == ()

@@ -36,11 +36,11 @@ def test_an_unfinished_run_is_offered_and_recovered_when_asked(
     assert any("1 run is recovered" in notice.text for notice in window.board.notices)
 
 
-def test_not_now_leaves_a_run_as_it_is(crashed: Path, window: MainWindow, wait_for: Any) -> None:
+def test_not_now_leaves_a_run_as_it_is(crashed: Path, own_window: MainWindow, wait_for: Any) -> None:
     before = crashed.read_bytes()
-    wait_for(lambda: not window.recovery.isHidden())
-    window.recovery.refuse.click()
-    assert window.recovery.isHidden()
+    wait_for(lambda: not own_window.recovery.isHidden())
+    own_window.recovery.refuse.click()
+    assert own_window.recovery.isHidden()
     assert crashed.read_bytes() == before
 
 
@@ -51,9 +51,9 @@ def test_without_unfinished_runs_nothing_is_offered(tmp_path: Path, window: Main
     assert window.recovery.isHidden()
 
 
-def test_closing_ends_a_long_look_at_the_folders(window: MainWindow) -> None:
-    task = window.work.quiet()
+def test_closing_ends_a_long_look_at_the_folders(own_window: MainWindow) -> None:
+    task = own_window.work.quiet()
     task.report(0.1)
-    window.close()
+    own_window.close()
     with pytest.raises(CancelledError):
         task.report(0.2)

@@ -19,12 +19,6 @@ from radargui.model.errors import CancelledError
 
 
 @pytest.fixture
-def window(idle_window: MainWindow) -> MainWindow:
-    """One window for all: each test leaves it as it is at its start."""
-    return idle_window
-
-
-@pytest.fixture
 def dialog(window: MainWindow, wait_for: Any, tmp_path: Path) -> ReprocessDialog:
     window.sessions.open(make_session(tmp_path / "data", 4, n_runs=2))
     wait_for(lambda: not window.jobs.running)

@@ -53,10 +53,9 @@ def source() -> ControlledSource:
 
 @pytest.fixture
 def live(
-    idle_window: MainWindow, source: ControlledSource, wait_for: Any, monkeypatch: pytest.MonkeyPatch
+    window: MainWindow, source: ControlledSource, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[MainWindow]:
     """The module's window while it shows what the source gives."""
-    window = idle_window
     monkeypatch.setattr(window.control, "_make", lambda *_args, **_options: source)
     window.actions_.reset_layout.trigger()
     window.actions_.start.trigger()

@@ -125,23 +125,23 @@ def test_three_heights_are_compared(window: MainWindow, wait_for: Any, three: li
 
 
 def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
-    window: MainWindow, wait_for: Any, record_one: Any, monkeypatch: pytest.MonkeyPatch
+    own_window: MainWindow, wait_for: Any, record_one: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     read: list[str] = []
     from radargui.report import glances
 
     glance = glances.glance
     monkeypatch.setattr(glances, "glance", lambda path, normal: read.append(path.stem) or glance(path, normal))
-    record_one(window)
-    idle(window, wait_for)
+    record_one(own_window)
+    idle(own_window, wait_for)
     assert read == []
-    window.panels.go_to("series")
-    wait_for(lambda: window.series.facts is not None and window.series.rows.entries[0].found.n == 1)
-    assert window.series.rows.entries[0].found == window.runs.model.series.e
-    record_one(window)
-    wait_for(lambda: window.series.rows.entries[0].found.n == 2)
-    assert window.series.rows.entries[0].found == window.runs.model.series.e
-    assert cells(window.series.table, 0)[2] == "2"
+    own_window.panels.go_to("series")
+    wait_for(lambda: own_window.series.facts is not None and own_window.series.rows.entries[0].found.n == 1)
+    assert own_window.series.rows.entries[0].found == own_window.runs.model.series.e
+    record_one(own_window)
+    wait_for(lambda: own_window.series.rows.entries[0].found.n == 2)
+    assert own_window.series.rows.entries[0].found == own_window.runs.model.series.e
+    assert cells(own_window.series.table, 0)[2] == "2"
     assert read.count("run-0001") == 1, "what did not change is not read again"
 
 
@@ -256,24 +256,24 @@ def test_a_note_about_a_run_stands_in_the_list_and_in_the_report(
 
 
 def test_a_click_on_a_title_sorts_by_size_and_rows_stay_what_they_are(
-    window: MainWindow, wait_for: Any, tmp_path: Path
+    own_window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
-    opened(window, make_height(tmp_path / "data", 7, 0.18, n_runs=3), wait_for)
-    table = window.runs.table
+    opened(own_window, make_height(tmp_path / "data", 7, 0.18, n_runs=3), wait_for)
+    table = own_window.runs.table
     e = list(RUN_COLUMNS).index("e")
     table.sortByColumn(e, Qt.SortOrder.DescendingOrder)
     shown = [cells(table, row)[e] for row in range(3)]
     assert shown == sorted(shown, reverse=True)
     assert len(set(shown)) > 1
-    entries = sorted(window.runs.model.entries, key=lambda one: one.summary["e"], reverse=True)
+    entries = sorted(own_window.runs.model.entries, key=lambda one: one.summary["e"], reverse=True)
     for row, entry in enumerate(entries):
         table.selectRow(row)
         assert table.chosen.name == entry.name
-    window.runs.reject(entries[0].path, BY_OPERATOR)
+    own_window.runs.reject(entries[0].path, BY_OPERATOR)
     assert [table.isRowHidden(row) for row in range(3)] == [True, False, False]
     table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
     assert [cells(table, row)[0] for row in range(3)] == ["1", "2", "3"]
-    idle(window, wait_for)
+    idle(own_window, wait_for)
 
 
 def test_numbers_come_before_words_and_dashes_last() -> None:

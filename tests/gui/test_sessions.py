@@ -95,10 +95,10 @@ def test_a_session_is_opened_for_review_and_its_setup_taken(
 
 
 def test_sessions_chosen_together_are_reported_as_a_series(
-    data_folder: Path, window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    data_folder: Path, own_window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    window.actions_.sessions.trigger()
-    browser = window.sessions.browser
+    own_window.actions_.sessions.trigger()
+    browser = own_window.sessions.browser
     wait_for(lambda: not browser.looking)
     browser.table.selectRow(0)
     assert not browser.series.isEnabled()
@@ -108,7 +108,7 @@ def test_sessions_chosen_together_are_reported_as_a_series(
         "radargui.gui.sessions.session_controller.QFileDialog.getExistingDirectory", lambda *_: str(tmp_path / "series")
     )
     browser.series.click()
-    wait_for(lambda: not window.work.busy)
+    wait_for(lambda: not own_window.work.busy)
     document = json.loads((tmp_path / "series" / "report.json").read_text(encoding="utf-8"))
     assert [one["session"]["operator"] for one in document["sessions"]] == ["Grace", "Ada"]
     assert (tmp_path / "series" / "report.pdf").stat().st_size

@@ -34,21 +34,21 @@ def type_into(line: QLineEdit, text: str) -> None:
     line.textEdited.emit(text)
 
 
-def test_a_new_tilt_changes_the_matrix_at_once(idle_window: MainWindow) -> None:
-    before = idle_window.antennas.matrix.matrix.text()
-    type_into(field(idle_window, "receiver[2].tilt_deg"), "55")
-    after = idle_window.antennas.matrix.matrix.text()
+def test_a_new_tilt_changes_the_matrix_at_once(window: MainWindow) -> None:
+    before = window.antennas.matrix.matrix.text()
+    type_into(field(window, "receiver[2].tilt_deg"), "55")
+    after = window.antennas.matrix.matrix.text()
     assert after != before
     shown = np.array([[float(value) for value in row.split()] for row in after.splitlines()])
-    np.testing.assert_allclose(shown, t_matrix(place_antennas(idle_window.setup_model.setup)), atol=5e-5)
-    assert idle_window.setup_model.setup.receiver[1].tilt_deg == 55.0
+    np.testing.assert_allclose(shown, t_matrix(place_antennas(window.setup_model.setup)), atol=5e-5)
+    assert window.setup_model.setup.receiver[1].tilt_deg == 55.0
 
 
-def test_distances_are_typed_in_mm_and_kept_in_m(idle_window: MainWindow) -> None:
-    type_into(field(idle_window, "receiver[1].distance_m"), "702,5")
-    type_into(field(idle_window, "tracer.release_position_m[2]"), "118")
-    assert idle_window.setup_model.setup.receiver[0].distance_m == 0.7025
-    assert idle_window.setup_model.setup.tracer.release_position_m == (0.0, 0.0, 0.118)
+def test_distances_are_typed_in_mm_and_kept_in_m(window: MainWindow) -> None:
+    type_into(field(window, "receiver[1].distance_m"), "702,5")
+    type_into(field(window, "tracer.release_position_m[2]"), "118")
+    assert window.setup_model.setup.receiver[0].distance_m == 0.7025
+    assert window.setup_model.setup.tracer.release_position_m == (0.0, 0.0, 0.118)
 
 
 BAD_VALUES = (
@@ -74,17 +74,17 @@ def faults(panel: QWidget) -> list[FaultText]:
     return [one for one in panel.findChildren(FaultText) if one.isVisibleTo(panel)]
 
 
-def test_what_is_wrong_stands_at_its_field_in_its_words_and_unit_and_stops_start(idle_window: MainWindow) -> None:
+def test_what_is_wrong_stands_at_its_field_in_its_words_and_unit_and_stops_start(window: MainWindow) -> None:
     for name, key, text, said in BAD_VALUES:
-        idle_window.hardware.choose("ni" if key.startswith("daq.") else "simulated")
-        line, panel, other = field(idle_window, key), getattr(idle_window, name), OTHER[name]
+        window.hardware.choose("ni" if key.startswith("daq.") else "simulated")
+        line, panel, other = field(window, key), getattr(window, name), OTHER[name]
         good = line.text()
         type_into(line, text)
         if said is None:
             assert not faults(panel)
             type_into(line, good)
             continue
-        idle_window.panels.go_to(name)
+        window.panels.go_to(name)
         QApplication.processEvents()
         (fault,) = faults(panel)
         assert fault.text().startswith(said), fault.text()
@@ -92,61 +92,61 @@ def test_what_is_wrong_stands_at_its_field_in_its_words_and_unit_and_stops_start
         at, below = line.mapTo(panel, line.rect().bottomLeft()).y(), fault.mapTo(panel, fault.rect().topLeft()).y()
         assert 0 <= below - at <= 12, key
         assert "border" in line.styleSheet()
-        framed = [one for one in idle_window.findChildren(QLineEdit) if "border" in one.styleSheet()]
+        framed = [one for one in window.findChildren(QLineEdit) if "border" in one.styleSheet()]
         assert framed == [line]
         # who looks at the other panel is told where
-        (elsewhere,) = faults(getattr(idle_window, other))
+        (elsewhere,) = faults(getattr(window, other))
         assert elsewhere.text().startswith(f"{TITLES[name]}, "), elsewhere.text()
         assert "_" not in elsewhere.text()
-        assert not idle_window.actions_.start.isEnabled()
-        assert not idle_window.actions_.record.isEnabled()
+        assert not window.actions_.start.isEnabled()
+        assert not window.actions_.record.isEnabled()
         type_into(line, good)
-        assert not faults(idle_window.hardware)
-        assert not faults(idle_window.antennas)
-        assert idle_window.actions_.start.isEnabled()
+        assert not faults(window.hardware)
+        assert not faults(window.antennas)
+        assert window.actions_.start.isEnabled()
 
 
-def test_a_fault_in_a_form_that_is_hidden_is_told_beneath(idle_window: MainWindow) -> None:
-    idle_window.hardware.choose("ni")
-    type_into(field(idle_window, "daq.device"), "")
-    (fault,) = faults(idle_window.hardware)
+def test_a_fault_in_a_form_that_is_hidden_is_told_beneath(window: MainWindow) -> None:
+    window.hardware.choose("ni")
+    type_into(field(window, "daq.device"), "")
+    (fault,) = faults(window.hardware)
     assert fault.text().startswith("Device: a value is needed")
-    idle_window.hardware.choose("simulated")
-    (fault,) = faults(idle_window.hardware)
+    window.hardware.choose("simulated")
+    (fault,) = faults(window.hardware)
     assert fault.text().startswith("Hardware setup, Device: a value is needed")
 
 
-def test_a_replay_without_a_file_says_so_at_its_field(idle_window: MainWindow) -> None:
-    idle_window.hardware.choose("replay")
-    idle_window.actions_.record.trigger()
-    assert idle_window.hardware.replay.fault.text() == "No file to replay is chosen"
-    idle_window.hardware.replay.choose(Path("drop.h5"))
-    assert idle_window.hardware.replay.fault.isHidden()
+def test_a_replay_without_a_file_says_so_at_its_field(window: MainWindow) -> None:
+    window.hardware.choose("replay")
+    window.actions_.record.trigger()
+    assert window.hardware.replay.fault.text() == "No file to replay is chosen"
+    window.hardware.replay.choose(Path("drop.h5"))
+    assert window.hardware.replay.fault.isHidden()
 
 
-def test_receivers_are_added_and_removed_with_their_channels(idle_window: MainWindow) -> None:
-    table = idle_window.antennas.table
+def test_receivers_are_added_and_removed_with_their_channels(window: MainWindow) -> None:
+    table = window.antennas.table
     table.add.click()
-    assert idle_window.setup_model.setup.n_receivers == 4
-    assert len(idle_window.setup_model.setup.physical_channels) == 8
+    assert window.setup_model.setup.n_receivers == 4
+    assert len(window.setup_model.setup.physical_channels) == 8
     assert not table.add.isEnabled()
-    assert len(idle_window.scopes.scopes) == 4
-    assert field(idle_window, "receiver[4].tilt_deg").text() == "40"
+    assert len(window.scopes.scopes) == 4
+    assert field(window, "receiver[4].tilt_deg").text() == "40"
     for _ in range(3):
-        idle_window.setup_model.remove_receiver(1)
-    assert idle_window.setup_model.valid
-    assert idle_window.setup_model.setup.n_receivers == 1
-    assert len(idle_window.scopes.scopes) == 1
-    assert "needs three receivers" in idle_window.antennas.matrix.condition.text()
+        window.setup_model.remove_receiver(1)
+    assert window.setup_model.valid
+    assert window.setup_model.setup.n_receivers == 1
+    assert len(window.scopes.scopes) == 1
+    assert "needs three receivers" in window.antennas.matrix.condition.text()
 
 
-def test_antennas_that_cannot_tell_directions_apart_are_warned_of(idle_window: MainWindow) -> None:
-    warning = idle_window.antennas.matrix.warning
+def test_antennas_that_cannot_tell_directions_apart_are_warned_of(window: MainWindow) -> None:
+    warning = window.antennas.matrix.warning
     assert warning.isHidden()
-    type_into(field(idle_window, "receiver[2].azimuth_deg"), "90")
+    type_into(field(window, "receiver[2].azimuth_deg"), "90")
     assert not warning.isHidden()
     assert "singular" in warning.text()
-    type_into(field(idle_window, "receiver[2].azimuth_deg"), "95")
+    type_into(field(window, "receiver[2].azimuth_deg"), "95")
     assert "grows up to" in warning.text()
 
 
@@ -176,27 +176,25 @@ def test_a_shipped_setup_is_never_written_over(
     assert window.setup_model.path == target
 
 
-def test_a_setup_that_cannot_be_read_leaves_the_one_there_is(
-    idle_window: MainWindow, tmp_path: Path, wait_for: Any
-) -> None:
+def test_a_setup_that_cannot_be_read_leaves_the_one_there_is(window: MainWindow, tmp_path: Path, wait_for: Any) -> None:
     bad = tmp_path / "bad.toml"
     bad.write_text("schema = 2\n", encoding="utf-8")
-    setup = idle_window.setup_model.setup
-    assert not idle_window.setup_file.open(bad)
-    wait_for(lambda: idle_window.strip.texts())
-    assert "bad.toml" in idle_window.strip.texts()[0]
-    assert idle_window.setup_model.setup is setup
+    setup = window.setup_model.setup
+    assert not window.setup_file.open(bad)
+    wait_for(lambda: window.strip.texts())
+    assert "bad.toml" in window.strip.texts()[0]
+    assert window.setup_model.setup is setup
 
 
-def test_choosing_a_source_shows_its_form(idle_window: MainWindow) -> None:
-    idle_window.hardware.choose("ni")
-    assert idle_window.hardware.ni.isVisibleTo(idle_window.hardware)
-    assert not idle_window.hardware.replay.isVisibleTo(idle_window.hardware)
-    terminal = idle_window.findChild(QComboBox, "daq.terminal")
+def test_choosing_a_source_shows_its_form(window: MainWindow) -> None:
+    window.hardware.choose("ni")
+    assert window.hardware.ni.isVisibleTo(window.hardware)
+    assert not window.hardware.replay.isVisibleTo(window.hardware)
+    terminal = window.findChild(QComboBox, "daq.terminal")
     assert terminal is not None
     terminal.setCurrentIndex(terminal.findData("rse"))
     terminal.activated.emit(terminal.currentIndex())
-    assert idle_window.setup_model.setup.daq.terminal == "rse"
+    assert window.setup_model.setup.daq.terminal == "rse"
 
 
 def test_the_search_for_devices_fills_the_list_or_says_why_not(

@@ -44,14 +44,14 @@ def test_a_chosen_run_is_shown_and_exported_without_computing(
 
 
 def test_damaged_results_are_computed_again_and_the_operator_is_told(
-    window: MainWindow, wait_for: Any, tmp_path: Path
+    own_window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
     folder = make_session(tmp_path / "data", 4)
     with h5py.File(folder / "run-0001.h5", "r+") as file:
         file["results"].attrs["reason"] = np.bytes_("spoiled")
     before = results_digest(folder / "run-0001.h5")
-    choose(window, wait_for, folder)
-    assert window.run.result.warnings[0] == DAMAGED
-    assert window.run.result.status == "ok"
-    assert DAMAGED in window.run.figures.toPlainText()
+    choose(own_window, wait_for, folder)
+    assert own_window.run.result.warnings[0] == DAMAGED
+    assert own_window.run.result.status == "ok"
+    assert DAMAGED in own_window.run.figures.toPlainText()
     assert results_digest(folder / "run-0001.h5") == before

@@ -81,82 +81,82 @@ def test_from_the_first_start_to_the_report_by_keys_alone(make_window: Any, wait
     wait_for(lambda: not window.jobs.running)
 
 
-def test_the_samples_that_a_run_tells_are_its_own(window: MainWindow, record_one: Any) -> None:
-    window.bar.runs.setValue(2)
-    record_one(window)
-    for entry in window.runs.model.entries:
+def test_the_samples_that_a_run_tells_are_its_own(own_window: MainWindow, record_one: Any) -> None:
+    own_window.bar.runs.setValue(2)
+    record_one(own_window)
+    for entry in own_window.runs.model.entries:
         with h5py.File(entry.path) as file:
             own = file["raw"].shape[1]
         assert entry.health.startswith(f"{own} samples, "), entry.health
 
 
 def test_an_old_session_is_reviewed_then_a_new_one_recorded(
-    window: MainWindow, wait_for: Any, record_one: Any, tmp_path: Path
+    own_window: MainWindow, wait_for: Any, record_one: Any, tmp_path: Path
 ) -> None:
-    window.session_panel.set_details("Ada", "today", "steel", "glass")
-    window.setup_model.path = None
-    window.setup_model.replace(SETUP)
+    own_window.session_panel.set_details("Ada", "today", "steel", "glass")
+    own_window.setup_model.path = None
+    own_window.setup_model.replace(SETUP)
     old = make_session(tmp_path / "data", 4, operator="Grace", notes="of May")
-    opened(window, old, wait_for)
-    shown(window, wait_for)
-    assert window.track.result_shown
-    assert window.run._title.text() == "drop 1 (run-0001, simulated)"
-    assert window.session_panel.details[:2] == ("Grace", "of May")
+    opened(own_window, old, wait_for)
+    shown(own_window, wait_for)
+    assert own_window.track.result_shown
+    assert own_window.run._title.text() == "drop 1 (run-0001, simulated)"
+    assert own_window.session_panel.details[:2] == ("Grace", "of May")
     asked: list[str] = []
-    window.sessions.ask_where = lambda name: asked.append(name) or ""
-    window.actions_.record.trigger()
+    own_window.sessions.ask_where = lambda name: asked.append(name) or ""
+    own_window.actions_.record.trigger()
     assert asked == [old.name]
-    assert window.control.state is AppState.IDLE, "not answered: nothing is recorded"
+    assert own_window.control.state is AppState.IDLE, "not answered: nothing is recorded"
 
-    window.sessions.ask_where = lambda _name: "new"
-    record_one(window)
-    session = window.control.session
+    own_window.sessions.ask_where = lambda _name: "new"
+    record_one(own_window)
+    session = own_window.control.session
     assert session is not None
     assert session.path != old
     assert (session.info.operator, session.info.notes) == ("Ada", "today")
     assert len(Session.open(old, write=False).run_paths()) == 1
-    assert listed(window) == [("1", "run-0001")]
-    assert window.runs.model.entries[0].path.parent == session.path
+    assert listed(own_window) == [("1", "run-0001")]
+    assert own_window.runs.model.entries[0].path.parent == session.path
 
-    opened(window, old, wait_for)
-    window.sessions.ask_where = lambda _name: "add"
-    record_one(window)
-    assert listed(window) == [("1", "run-0001"), ("2", "run-0002")]
-    assert window.bar.state.text.startswith("DONE   drop 2: ")
-    window.sessions.ask_where = lambda _name: pytest.fail("asked once")
-    record_one(window)
+    opened(own_window, old, wait_for)
+    own_window.sessions.ask_where = lambda _name: "add"
+    record_one(own_window)
+    assert listed(own_window) == [("1", "run-0001"), ("2", "run-0002")]
+    assert own_window.bar.state.text.startswith("DONE   drop 2: ")
+    own_window.sessions.ask_where = lambda _name: pytest.fail("asked once")
+    record_one(own_window)
     assert len(Session.open(old, write=False).run_paths()) == 3
 
 
-def test_a_new_session_is_empty(window: MainWindow, wait_for: Any, record_one: Any) -> None:
-    record_one(window)
-    shown(window, wait_for)
-    assert "drop 1: e = " in window.bar.state.text
-    assert all(points_of(scope) > 0 for scope in window.scopes.scopes)
-    window.panels.go_to("run")
-    window.run.tabs.setCurrentWidget(window.run.samples)
-    wait_for(lambda: window.run.samples.plots)
-    window.actions_.new_session.trigger()
-    assert window.bar.state.text == "IDLE"
-    assert window.run.result is None
-    assert window.run._title.text() == "No run chosen"
-    assert window.run.figures.toPlainText() == ""
-    assert window.run.samples.plots == []
-    assert window.track.shown is None
-    assert not window.track.result_shown
-    assert window.track._title.text() == "Live track: nothing yet"
-    assert window.runs.model.entries == []
-    assert window.runs.series.isHidden()
-    assert window.health.run.text() == ""
-    assert all(points_of(scope) == 0 for scope in window.scopes.scopes)
-    assert all(points_of(plane) == 0 for plane in (*window.planes.raw, *window.planes.corrected))
+def test_a_new_session_is_empty(own_window: MainWindow, wait_for: Any, record_one: Any) -> None:
+    record_one(own_window)
+    shown(own_window, wait_for)
+    assert "drop 1: e = " in own_window.bar.state.text
+    assert all(points_of(scope) > 0 for scope in own_window.scopes.scopes)
+    own_window.panels.go_to("run")
+    own_window.run.tabs.setCurrentWidget(own_window.run.samples)
+    wait_for(lambda: own_window.run.samples.plots)
+    own_window.actions_.new_session.trigger()
+    assert own_window.bar.state.text == "IDLE"
+    assert own_window.run.result is None
+    assert own_window.run._title.text() == "No run chosen"
+    assert own_window.run.figures.toPlainText() == ""
+    assert own_window.run.samples.plots == []
+    assert own_window.track.shown is None
+    assert not own_window.track.result_shown
+    assert own_window.track._title.text() == "Live track: nothing yet"
+    assert own_window.runs.model.entries == []
+    assert own_window.runs.series.isHidden()
+    assert own_window.health.run.text() == ""
+    assert all(points_of(scope) == 0 for scope in own_window.scopes.scopes)
+    assert all(points_of(plane) == 0 for plane in (*own_window.planes.raw, *own_window.planes.corrected))
 
 
 def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistics(
-    window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    own_window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    window.setup_model.path = None
-    window.setup_model.replace(SETUP)
+    own_window.setup_model.path = None
+    own_window.setup_model.replace(SETUP)
     path = make_session(tmp_path / "data", 4)
     # as a device gave it
     measured = RunOrigin("measured", "the samples of the device")
@@ -166,33 +166,33 @@ def test_a_file_replayed_twice_in_a_session_of_measurements_changes_no_statistic
     origin_in = run_card._origin
     monkeypatch.setattr(real, lambda file: measured if file.filename.endswith("run-0001.h5") else origin_in(file))
     copy = Path(shutil.copy(path / "run-0001.h5", tmp_path / "drop.h5"))
-    opened(window, path, wait_for)
-    before = window.runs.model.series
+    opened(own_window, path, wait_for)
+    before = own_window.runs.model.series
     assert (before.kind, before.e.n) == ("measured", 1)
 
-    window.sessions.ask_where = lambda _name: "add"
-    window.hardware.choose("replay")
-    window.hardware.replay.choose(copy)
+    own_window.sessions.ask_where = lambda _name: "add"
+    own_window.hardware.choose("replay")
+    own_window.hardware.replay.choose(copy)
     for number in (1, 2):
-        window.actions_.record.trigger()
-        wait_for(lambda: window.control.state in (AppState.DONE, AppState.FAILED))
-        assert window.control.state is AppState.DONE, window.board.notices
-        assert window.bar.state.text.startswith(f"DONE   replay {number}: ")
-    assert listed(window) == [("1", "run-0001"), ("R1", "run-0002"), ("R2", "run-0003")]
-    assert [entry.verdict.split(", ")[-1] for entry in window.runs.model.entries][1:] == ["replay", "replay"]
-    after = window.runs.model.series
+        own_window.actions_.record.trigger()
+        wait_for(lambda: own_window.control.state in (AppState.DONE, AppState.FAILED))
+        assert own_window.control.state is AppState.DONE, own_window.board.notices
+        assert own_window.bar.state.text.startswith(f"DONE   replay {number}: ")
+    assert listed(own_window) == [("1", "run-0001"), ("R1", "run-0002"), ("R2", "run-0003")]
+    assert [entry.verdict.split(", ")[-1] for entry in own_window.runs.model.entries][1:] == ["replay", "replay"]
+    after = own_window.runs.model.series
     assert after.e == before.e
     assert set(after.left_out) == {"run-0002", "run-0003"}
-    assert window.runs.series.text().endswith("2 left out")
+    assert own_window.runs.series.text().endswith("2 left out")
 
-    session = window.control.session
+    session = own_window.control.session
     assert session is not None
     facts = [study(run, session.setup, _stored) for run in session.run_paths()]
     assert series_of([one.drop for one in facts]).e == before.e
     first, *_ = front_chapters(report_facts([SessionFacts(session.info, tuple(facts))], "now"))
     left_out = [block.rows for block in first.blocks if isinstance(block, Grid) and "Not in the mean" in block.title]
     assert left_out[0][0] == ("run-0002", "replay", "a replay is no drop of its own")
-    replays = [entry.drop for entry in window.runs.model.entries[1:]]
+    replays = [entry.drop for entry in own_window.runs.model.entries[1:]]
     assert series_of(replays).left_out == {"run-0003": "the same drop as run-0002"}
 
 
@@ -202,11 +202,13 @@ def _stored(path: Path, setup: Any, progress: Any) -> Any:
     return result_of_run(path, setup, progress)
 
 
-def test_a_simulated_session_says_so_in_window_and_report(window: MainWindow, wait_for: Any, record_one: Any) -> None:
-    record_one(window)
-    window._write_title()
-    assert "(simulated)" in window.windowTitle()
-    session = window.control.session
+def test_a_simulated_session_says_so_in_window_and_report(
+    own_window: MainWindow, wait_for: Any, record_one: Any
+) -> None:
+    record_one(own_window)
+    own_window._write_title()
+    assert "(simulated)" in own_window.windowTitle()
+    session = own_window.control.session
     assert session is not None
     facts = [study(run, session.setup, _stored) for run in session.run_paths()]
     found = report_facts([SessionFacts(session.info, tuple(facts))], "now")
@@ -217,11 +219,11 @@ def test_a_simulated_session_says_so_in_window_and_report(window: MainWindow, wa
 
 
 def test_the_list_keeps_the_order_of_the_drops_and_the_banner_never_mixes_two(
-    window: MainWindow, tmp_path: Path
+    own_window: MainWindow, tmp_path: Path
 ) -> None:
-    model = window.runs.model
+    model = own_window.runs.model
     for number in (9999, 1, 2, 10000):
-        window.runs.put(RunEntry(tmp_path / f"run-{number:04d}.h5", rejected="no fall" if number == 2 else None))
+        own_window.runs.put(RunEntry(tmp_path / f"run-{number:04d}.h5", rejected="no fall" if number == 2 else None))
     assert [(one.label, one.name) for one in model.entries] == [
         ("1", "run-0001"),
         ("–", "run-0002"),
@@ -327,50 +329,50 @@ def test_what_was_left_for_later_is_computed_in_a_process_of_its_own(
     wait_for(lambda: not multiprocessing.active_children())
 
 
-def test_a_full_disk_is_not_hidden_by_clipping_warnings(window: MainWindow, wait_for: Any) -> None:
+def test_a_full_disk_is_not_hidden_by_clipping_warnings(own_window: MainWindow, wait_for: Any) -> None:
     full = FileError("run-0007.h5 cannot be written: no space left on device.", remedy="Make room.")
-    window.control.failed.emit(full)
+    own_window.control.failed.emit(full)
     for number in range(1, 50):
-        window.control.warned.emit(f"I1 sat at the end of its range in {number} samples", "signal")
+        own_window.control.warned.emit(f"I1 sat at the end of its range in {number} samples", "signal")
     for number in range(60):
-        window.board.post("info", f"note {number}")
-    worst = window.strip.texts()[0]
+        own_window.board.post("info", f"note {number}")
+    worst = own_window.strip.texts()[0]
     assert "no space left" in worst
-    wait_for(lambda: window.strip.texts()[1] == "I1 sat at the end of its range in 49 samples")
-    assert window.board.notices[1].count == 49
-    window.control._enter(AppState.FAILED)
-    assert window.bar.state.text == "FAILED   see the message below"
-    window.board.dismiss(window.board.notices[0])
-    assert window.bar.state.text == f"FAILED   {full}"
+    wait_for(lambda: own_window.strip.texts()[1] == "I1 sat at the end of its range in 49 samples")
+    assert own_window.board.notices[1].count == 49
+    own_window.control._enter(AppState.FAILED)
+    assert own_window.bar.state.text == "FAILED   see the message below"
+    own_window.board.dismiss(own_window.board.notices[0])
+    assert own_window.bar.state.text == f"FAILED   {full}"
 
 
 def test_the_report_of_a_session_can_be_opened_where_it_is_there(
-    window: MainWindow, wait_for: Any, tmp_path: Path
+    own_window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
     path = make_session(tmp_path / "data", 4)
-    opened(window, path, wait_for)
-    assert not window.runs.open_report.isEnabled()
+    opened(own_window, path, wait_for)
+    assert not own_window.runs.open_report.isEnabled()
     (path / "report").mkdir()
     (path / "report" / "report.html").write_text("<p>", encoding="utf-8")
-    window.control.use_session(None)
-    opened(window, path, wait_for)
-    assert window.runs.open_report.isEnabled()
+    own_window.control.use_session(None)
+    opened(own_window, path, wait_for)
+    assert own_window.runs.open_report.isEnabled()
 
 
 def test_nobody_is_told_that_this_window_writes_to_its_own_session(
-    window: MainWindow, wait_for: Any, tmp_path: Path
+    own_window: MainWindow, wait_for: Any, tmp_path: Path
 ) -> None:
-    opened(window, make_session(tmp_path / "data", 4), wait_for)
-    window.actions_.sessions.trigger()
-    browser = window.sessions.browser
+    opened(own_window, make_session(tmp_path / "data", 4), wait_for)
+    own_window.actions_.sessions.trigger()
+    browser = own_window.sessions.browser
     wait_for(lambda: not browser.looking)
     browser.table.selectRow(0)
-    wait_for(lambda: not window.jobs.running)
+    wait_for(lambda: not own_window.jobs.running)
     assert "writes to it" not in browser.details.text()
 
 
 def test_the_preview_follows_the_runs_and_reads_nothing_before_it_is_opened(
-    window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    own_window: MainWindow, wait_for: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     read: list[str] = []
 
@@ -380,19 +382,19 @@ def test_the_preview_follows_the_runs_and_reads_nothing_before_it_is_opened(
 
     monkeypatch.setattr("radargui.report.glances.glance", noted)
     path = make_session(tmp_path / "data", 4, sample="<b>steel</b>")
-    opened(window, path, wait_for)
-    wait_for(lambda: not window.jobs.running)
+    opened(own_window, path, wait_for)
+    wait_for(lambda: not own_window.jobs.running)
     assert read == []
-    window.actions_.preview.trigger()
-    page = window.run_controller.report_preview.page
+    own_window.actions_.preview.trigger()
+    page = own_window.run_controller.report_preview.page
     wait_for(lambda: "run-0001" in page.toPlainText())
     assert "of <b>steel</b>: e = 0.50" in page.toPlainText()
     (second,) = make_session(tmp_path / "other", 5).glob("run-0001.h5")
     second.rename(path / "run-0002.h5")
-    window.runs.put(RunEntry(path / "run-0002.h5"))
+    own_window.runs.put(RunEntry(path / "run-0002.h5"))
     wait_for(lambda: "run-0002" in page.toPlainText())
     assert read == ["run-0001", "run-0002"], "a run is read once"
-    window.run_controller.report_preview.close()
-    window.runs.put(RunEntry(path / "run-0002.h5"))
-    wait_for(lambda: not window.jobs.running)
+    own_window.run_controller.report_preview.close()
+    own_window.runs.put(RunEntry(path / "run-0002.h5"))
+    wait_for(lambda: not own_window.jobs.running)
     assert len(read) == 2

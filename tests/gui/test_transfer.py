@@ -23,12 +23,6 @@ NAMES = ["ai0", "ai1", "ai2", "ai3", "ai4", "ai5"]
 
 
 @pytest.fixture
-def window(idle_window: MainWindow) -> MainWindow:
-    """One window for all: each test leaves it as it is at its start."""
-    return idle_window
-
-
-@pytest.fixture
 def volts() -> Any:
     return simulate_recording(SETUP)[0].volts()
 

@@ -16,7 +16,7 @@ from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication, QMenu
 
 from radargui.gui.main_window import MainWindow
-from radargui.gui.notices import Hooks, NoticeBoard
+from radargui.gui.notices import Hooks
 from radargui.gui.opengl_probe import FORCE_VARIABLE, SOFTWARE, UNUSABLE, USABLE, OpenGLProbe, check_command
 from radargui.gui.settings import Settings
 from radargui.gui.theme import DARK, LIGHT
@@ -31,10 +31,10 @@ def test_every_panel_can_be_closed_and_comes_back_by_reset(window: MainWindow) -
     assert not any(dock.isHidden() for dock in window.panels.docks.values())
 
 
-def test_every_action_has_a_key_and_stands_in_a_menu(idle_window: MainWindow) -> None:
-    in_menus = {action for menu in idle_window.menuBar().findChildren(QMenu) for action in menu.actions()}
-    assert len(idle_window.actions_._made) >= 28
-    for action in idle_window.actions_._made.values():
+def test_every_action_has_a_key_and_stands_in_a_menu(window: MainWindow) -> None:
+    in_menus = {action for menu in window.menuBar().findChildren(QMenu) for action in menu.actions()}
+    assert len(window.actions_._made) >= 28
+    for action in window.actions_._made.values():
         assert action in in_menus, action.text()
         assert action.shortcuts(), action.text()
     keys: dict[str, str] = {}
@@ -114,20 +114,20 @@ def test_a_setup_named_at_the_start_that_is_bad_is_told_and_replaced(
     assert window.setup_model.valid
 
 
-def test_messages_are_whole_selectable_and_not_repeated(idle_window: MainWindow, wait_for: Any) -> None:
+def test_messages_are_whole_selectable_and_not_repeated(window: MainWindow, wait_for: Any) -> None:
     error = SourceError("Cable <out>", reasons=["it was pulled"], remedy="Plug it in.")
     for _ in range(3):
-        idle_window.board.post_error(error)
-    wait_for(lambda: idle_window.board.notices)
-    assert idle_window.strip.texts() == (str(error),)
-    assert idle_window.board.notices[0].count == 3
-    idle_window.board.dismiss(idle_window.board.notices[0])
-    assert idle_window.strip.isHidden()
+        window.board.post_error(error)
+    wait_for(lambda: window.board.notices)
+    assert window.strip.texts() == (str(error),)
+    assert window.board.notices[0].count == 3
+    window.board.dismiss(window.board.notices[0])
+    assert window.strip.isHidden()
 
 
-def test_exceptions_of_any_thread_reach_the_strip(window: MainWindow, board: NoticeBoard, wait_for: Any) -> None:
+def test_exceptions_of_any_thread_reach_the_strip(window: MainWindow, wait_for: Any) -> None:
     old = sys.excepthook, threading.excepthook
-    hooks = Hooks(board)
+    hooks = Hooks(window.board)
     try:
         thread = threading.Thread(target=lambda: 1 / 0)
         thread.start()
@@ -143,9 +143,9 @@ def test_exceptions_of_any_thread_reach_the_strip(window: MainWindow, board: Not
 
 
 def test_warnings_of_libraries_are_logged_once_and_shown_where_the_operator_can_do_something(
-    window: MainWindow, board: NoticeBoard, caplog: pytest.LogCaptureFixture
+    window: MainWindow, caplog: pytest.LogCaptureFixture
 ) -> None:
-    hooks = Hooks(board)
+    hooks = Hooks(window.board)
     try:
         for _ in range(40):
             warnings.showwarning("overflow", RuntimeWarning, "library.py", 12)
@@ -158,9 +158,9 @@ def test_warnings_of_libraries_are_logged_once_and_shown_where_the_operator_can_
     assert sum("RuntimeWarning: overflow" in text for text in logged) == 1
     assert sum("a signal nobody heard" in text for text in logged) == 1
     assert sum("the clock was rounded" in text or "the display is gone" in text for text in logged) == 2
-    assert [(one.level, one.count) for one in board.notices] == [("error", 1), ("warning", 1)]
-    assert "the display is gone" in board.notices[0].text
-    assert "the clock was rounded" in board.notices[1].text
+    assert [(one.level, one.count) for one in window.board.notices] == [("error", 1), ("warning", 1)]
+    assert "the display is gone" in window.board.notices[0].text
+    assert "the clock was rounded" in window.board.notices[1].text
 
 
 def test_without_opengl_the_track_is_shown_in_projections(make_window: Any, setup_path: Path, wait_for: Any) -> None:

@@ -15,12 +15,13 @@ from threadpoolctl import threadpool_limits
 
 from radargui.estimation.joint import JointEstimate
 from radargui.estimation.readout.flight_information import MotionInformation
+from radargui.estimation.readout.motion_posterior import AlternativeMotion
 from radargui.estimation.solve.assemble import assemble
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.restitution.cross_check import disagreements
 from radargui.restitution.flight_fit import FlightFit, fit_flights
-from radargui.restitution.flight_plan import fit_free_flights
+from radargui.restitution.flight_plan import fit_free_flights, fit_with_alternatives
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns
 from radargui.restitution.joint_bounces import joint_bounces
 from radargui.sources.simulated.model import simulate_recording
@@ -97,6 +98,25 @@ def test_flights_that_the_samples_do_not_determine_are_never_the_best(
     assert without.is_good
     assert not replace(honest, misfit=(-21.0, 100)).is_good
     assert replace(honest, misfit=(-1e-3, 100)).is_good
+
+
+def test_motions_of_other_evidence_widen_what_the_flights_say_and_do_not_move_it(
+    drop: tuple[SceneRecord, JointEstimate], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    posterior, normal = drop[1].posterior, np.array([0.0, 0.0, 1.0])
+    best = fit_free_flights(posterior, normal)
+    assert best is not None
+    moved = replace(best, values=best.values + 0.01, covariance=2.0 * best.covariance)
+    elsewhere = replace(moved, layout=replace(best.layout, n_impacts=best.layout.n_impacts + 1))
+    others = [AlternativeMotion(replace(posterior), weight) for weight in (0.5, 0.9)]
+    fits = {id(posterior): best, id(others[0].posterior): moved, id(others[1].posterior): elsewhere}
+    monkeypatch.setattr("radargui.restitution.flight_plan.fit_free_flights", lambda one, _: fits[id(one)])
+    fit = fit_with_alternatives(posterior, others, normal)
+    assert fit is not None
+    assert fit.values is best.values
+    # the law of total variance, times what the maps cannot follow; other impacts are no other result
+    expected = 1.2**2 * (best.covariance + 0.5 * (2.0 * best.covariance + 1e-4)) / 1.5
+    np.testing.assert_allclose(fit.covariance, expected, rtol=1e-12)
 
 
 def test_each_flight_is_moved_by_the_unknowns_of_the_flights_before_it(drop: tuple[SceneRecord, JointEstimate]) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import OdeSolution, solve_ivp
+from scipy.interpolate import PPoly
 
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SetupError
@@ -194,7 +195,7 @@ class Fall:
             # flight, in air less than two thirds, for below its terminal velocity the sphere flies longer than pi / 2
             # times this.
             first_step_s = rebound / (simulation.gravity_m_s2 * upward)
-        self._flown = OdeSolution(times, pieces)
+        self._flown = _polynomials(OdeSolution(times, pieces))
         self._ends_m = release_m[:, None], state[:3, None]
         self._touch_s = time_s
         self.impact_time_s: FloatArray = np.array(impacts)
@@ -205,10 +206,27 @@ class Fall:
         position = np.where(time_s < self._touch_s, *self._ends_m)
         flying = (time_s > 0.0) & (time_s < self._touch_s)
         if flying.any():
-            position[:, flying] = self._flown(time_s[flying])[:3]
+            position[:, flying] = self._flown(time_s[flying]).T
         # an even stop within T: v t - v t^2 / (2 T)
         stopping = np.clip(time_s - self._touch_s, 0.0, self._stop_s)
         return np.asarray(position + self._last_m_s[:, None] * (stopping - 0.5 * stopping**2 / self._stop_s))
+
+
+_DEGREE = 7
+"""Of the polynomial between two steps of the integration."""
+
+
+def _polynomials(flown: OdeSolution) -> PPoly:
+    """Return the positions of a solution as the piecewise polynomial that they are: its own call is a loop of steps."""
+    steps_s = np.diff(flown.ts)
+    nodes = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _DEGREE + 1))
+    # from inside each step: at an impact the next one begins
+    inside = np.clip(nodes, 1e-9, 1.0 - 1e-9)
+    places_m = flown((flown.ts[:-1] + inside[:, None] * steps_s).T.ravel())[:3].reshape(3, steps_s.size, -1)
+    powers = np.arange(_DEGREE, -1, -1)
+    scaled = np.linalg.solve(inside[:, None] ** powers, np.moveaxis(places_m, 2, 0).reshape(_DEGREE + 1, -1))
+    scaled = scaled.reshape(_DEGREE + 1, 3, steps_s.size)
+    return PPoly(np.moveaxis(scaled / steps_s ** powers[:, None, None], 1, 2), flown.ts)
 
 
 def _rate(force_m_s2: FloatArray, drag_per_m: float) -> Callable[[float, FloatArray], FloatArray]:

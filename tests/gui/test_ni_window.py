@@ -52,8 +52,9 @@ def test_a_device_is_found_checked_looked_at_and_waits_for_its_edge(
         wait_for(lambda: not window.control.state.running)
 
         # to look at the signal nobody waits for the edge
+        pace.waiting.clear()
         window.actions_.start.trigger()
-        wait_for(lambda: window.control.state is AppState.LIVE)
+        wait_for(lambda: window.control.state is AppState.LIVE and pace.waiting.is_set())
         pace.advance(2000)
         wait_for(lambda: (feed := window.control.feed) is not None and feed.ring.latest >= 2000)
         window.actions_.stop.trigger()

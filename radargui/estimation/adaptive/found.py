@@ -92,13 +92,15 @@ class AdaptiveRounds:
     def other_counts(self, normal: FloatArray) -> list[AdaptiveRounds]:
         """Return the rounds that end otherwise where that counts other fringes, for three receivers or more.
 
-        Maps may have followed a wrong count: the first round, and what the others foretell of the worst receiver.
+        Maps may have followed a wrong count: the first round, and what the others foretell of a receiver in either.
         """
-        foretold = foretold_round(self.data, self.last, normal)
-        impacts = _impacts(self.data, foretold, normal)
-        turns = _turns(self.data, foretold, normal, impacts)
-        others = (replace(self, last=self.first), replace(self, last=foretold, impact_s=impacts, turn_s=turns))
-        return [one for one in others if _counts_otherwise(one.last, self.last)]
+        first, counts = self.first, [self]
+        for last in (first, foretold_round(self.data, self.last, normal), foretold_round(self.data, first, normal)):
+            if all(_counts_otherwise(last, one.last) for one in counts):
+                impacts = _impacts(self.data, last, normal)
+                turns = _turns(self.data, last, normal, impacts)
+                counts.append(replace(self, last=last, impact_s=impacts, turn_s=turns))
+        return counts[1:]
 
 
 def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:

@@ -10,6 +10,7 @@ from radargui.model.arrays import FloatArray, pieces
 _MAXIMUM_STEPS = 40
 _TOLERANCE_M = 1e-8  # the next step would be its square over the distance of the antennas
 _SINGULAR = 1e-9
+_SIDEWAYS, _FALLING_STEPS = 0.03, 8  # a metre aside against one of path: enough where no path tells; the steps converge
 _PIECE = 1 << 13
 """Samples at a time: some twenty rows of them stay in the processor's cache."""
 _MOST_CONDITION = 1e4
@@ -98,6 +99,37 @@ def _located(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) -> F
         keep = ~(settled | lost)
         active, current = active[keep], current[:, keep]
     return out
+
+
+def locate_falling(
+    change_m: FloatArray, antennas: Antennas, release_position_m: FloatArray, normal: FloatArray
+) -> FloatArray:
+    """Return places that have the path lengths of one or two receivers, as near to the line of fall as these allow.
+
+    Parameters
+    ----------
+    change_m
+        Change of path length from the rest, shape (n_receivers, n_samples).
+    antennas
+        These receivers; of three or more the paths decide.
+    release_position_m, normal
+        Where the fall begins, and its direction reversed, shape (3,).
+
+    Returns
+    -------
+    FloatArray
+        Metres, shape (3, n_samples).
+    """
+    release = release_position_m[:, None]
+    target = path_lengths(release, antennas) + change_m
+    sideways = _SIDEWAYS * (np.eye(3) - np.outer(normal, normal))
+    rows = np.broadcast_to(sideways[:, :, None], (3, 3, change_m.shape[1]))
+    place = np.repeat(release, change_m.shape[1], axis=1)
+    for _ in range(_FALLING_STEPS):
+        gradient = np.concatenate([path_gradient(place, antennas), rows])
+        residual = np.concatenate([target - path_lengths(place, antennas), sideways @ (release - place)])
+        place = place + solve_gradient(gradient, residual)
+    return place
 
 
 def solve_gradient(gradient: FloatArray, residual_m: FloatArray) -> FloatArray:

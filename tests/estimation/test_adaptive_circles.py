@@ -18,6 +18,7 @@ from radargui.estimation.adaptive.circle_fit import (
     _rows,
     fit_circle,
 )
+from radargui.estimation.adaptive.foretold import foretold_round
 from radargui.estimation.adaptive.found import _recounted
 from radargui.estimation.adaptive.rounds import best_round, first_round, next_round, still_round, timed_round
 from radargui.estimation.adaptive.still_ellipse import StillEllipse, fit_still_ellipse
@@ -206,6 +207,22 @@ def test_a_fringe_that_the_first_count_lost_is_found_by_the_circles_with_maps() 
     assert np.abs(lost.phase_rad - late).max() < 0.5
     assert np.abs(_recounted(binned, lost).phase_rad - phase).max() < 0.1
     assert _recounted(binned, right) is right
+
+
+def test_a_receiver_that_lost_fringes_is_foretold_by_the_others() -> None:
+    binned, _, phase = seen()
+    still = still_round(binned, ROUGH, phase)
+    lost = phase.copy()
+    lost[1] = np.clip(phase[1], -4.0, 4.0)
+    one = replace(next_round(binned, first_round(binned, still), 0.15), phase_rad=lost)
+    found = foretold_round(binned, one, np.array([0.0, 0.0, 1.0]))
+    assert np.abs(lost - phase).max() > 4.0 * np.pi
+    # it drifts by 20 mm, of which two receivers see one part
+    assert np.abs(found.phase_rad - phase).max() < np.pi
+    assert found.phase_rad[[0, 2]] == pytest.approx(lost[[0, 2]])
+    constants = found.receiver_constants()[1]
+    assert constants.offset_i == pytest.approx(CONSTANTS[1].offset_i, abs=0.2)
+    assert np.angle(np.exp(1j * (constants.phase_rad - CONSTANTS[1].phase_rad))) == pytest.approx(0.0, abs=1.0)
 
 
 def test_rounds_find_phases_and_places_from_rough_ellipses() -> None:

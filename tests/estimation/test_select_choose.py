@@ -51,6 +51,7 @@ def rounds(made: SmallProblem) -> SimpleNamespace:
         impact_s=np.array([BOUNCE_S]),
         turn_s=np.zeros(0),
         signals=SimpleNamespace(rest_end_s=START_S),
+        other_counts=lambda normal: [],
     )
 
 
@@ -127,7 +128,7 @@ def test_few_fringes_make_other_lengths_tried() -> None:
     made = small_problem(sigma=0.005)
     selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
     solution, others = selection.other_lengths(
-        selection.converged(selection.from_round(selection.found.last, 0.09, reflects=False), 4)
+        selection.converged(selection.from_rounds(selection.found, 0.09, reflects=False), 4)
     )
     lengths = {solution.problem.bias_basis.length_m, *(one.solution.problem.bias_basis.length_m for one in others)}
     assert lengths <= {0.09, 0.14, 0.22}

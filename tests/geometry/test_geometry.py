@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from radargui.geometry.bistatic import locate_exact, position_uncertainty, solve_gradient
+from radargui.geometry.bistatic import locate_exact, locate_falling, position_uncertainty, solve_gradient
 from radargui.geometry.path_length import (
     Antennas,
     condition_number,
@@ -61,6 +61,14 @@ def test_a_path_growing_in_all_receivers_is_a_tracer_going_down(antennas: Antenn
     position = locate_plane(np.full((3, 1), 0.01), antennas, RELEASE)
     assert position[2, 0] < RELEASE[2]
     assert position[:2, 0] == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_two_receivers_tell_a_fall_and_the_side_that_they_see(antennas: Antennas) -> None:
+    # those at 210 and 330 degrees see x by their difference
+    place = np.stack([np.linspace(0.0, 0.02, 50), np.zeros(50), np.linspace(0.12, -0.15, 50)])
+    two = Antennas(antennas.transmitter_m, antennas.receivers_m[1:])
+    change = path_lengths(place, two) - path_lengths(RELEASE[:, None], two)
+    assert locate_falling(change, two, RELEASE, np.array([0.0, 0.0, 1.0])) == pytest.approx(place, abs=2e-4)
 
 
 @settings(max_examples=50, deadline=None)

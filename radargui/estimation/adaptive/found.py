@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
+from radargui.estimation.adaptive.foretold import foretold_round
 from radargui.estimation.adaptive.rough import RoughPhases, rough_phases
 from radargui.estimation.adaptive.rounds import (
     Round,
@@ -88,6 +89,19 @@ class AdaptiveRounds:
         """The first round (range factor alone), made when it is asked for."""
         return first_round(self.data, _still(self.data, self.rough))
 
+    def other_counts(self, normal: FloatArray) -> list[AdaptiveRounds]:
+        """Return the rounds that end otherwise where that counts other fringes, for three receivers or more.
+
+        Maps may have followed a wrong count: the first round, and what the others foretell of a receiver in either.
+        """
+        first, counts = self.first, [self]
+        for last in (first, foretold_round(self.data, self.last, normal), foretold_round(self.data, first, normal)):
+            if all(_counts_otherwise(last, one.last) for one in counts):
+                impacts = _impacts(self.data, last, normal)
+                turns = _turns(self.data, last, normal, impacts)
+                counts.append(replace(self, last=last, impact_s=impacts, turn_s=turns))
+        return counts[1:]
+
 
 def adaptive_rounds(conditioned: Conditioned, setup: Setup) -> AdaptiveRounds:
     """Fit circles with maps of position; once more with the bins broken at the impacts.
@@ -165,7 +179,7 @@ def _from_count(data: BinnedData, rough: RoughPhases, *, quick: bool = False) ->
     timed = timed_round(data, still, stride)
     tried = [chosen(data, next_round(data, first, START.first_length_m, stride), stride)]
     for other in (timed, still):
-        if min(float(np.abs(one.phase_rad - other.phase_rad).max()) for one in tried) > START.other_count_rad:
+        if all(_counts_otherwise(one, other) for one in tried):
             tried.append(chosen(data, next_round(data, other, START.first_length_m, stride), stride))
     return max(tried, key=lambda one: one.log_evidence)
 
@@ -176,9 +190,13 @@ def _recounted(data: BinnedData, last: Round) -> Round:
     Evidence does not tell: places that a lost fringe has torn apart have maps of their own.
     """
     other = recounted_round(data, last)
-    if float(np.abs(other.phase_rad - last.phase_rad).max()) < START.other_count_rad:
+    if not _counts_otherwise(other, last):
         return last
     return min(last, best_round(data, other, stride_of(data)), key=lambda one: _fastest_m_s(data, one))
+
+
+def _counts_otherwise(one: Round, other: Round) -> bool:
+    return float(np.abs(one.phase_rad - other.phase_rad).max()) > START.other_count_rad
 
 
 def _fastest_m_s(data: BinnedData, one: Round) -> float:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.adaptive.found import AdaptiveRounds
-from radargui.estimation.adaptive.rounds import Round
 from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.position_map import make_basis
@@ -46,8 +45,6 @@ class ChoiceSettings:
         A model so far behind in ln E for each number in the data, after the first minimum and each round, is given up.
     bad_misfit
         The same above which models cannot be compared: they are compared again when it has gone.
-    lost_misfit
-        The same above which the start of the first adaptive round is tried too.
     hopeless_misfit
         The same above which no wall can explain it, and the search ends.
     grown_bias
@@ -75,7 +72,6 @@ class ChoiceSettings:
     good_misfit: float = 1.15
     most_behind: tuple[float, float] = (0.5, 0.05)
     bad_misfit: float = 2.0
-    lost_misfit: float = 4.0
     hopeless_misfit: float = 100.0
     grown_bias: float = 0.002
     most_walls: int = 2
@@ -234,9 +230,9 @@ class _Selection:
         first, later = (share * self.data.bins.value.size for share in self.settings.most_behind)
         return race(starts, self.settings.first_rounds, self.round_done, (first, later))
 
-    def from_round(self, start: Round, length_m: float, *, reflects: bool) -> Start:
-        """Return the model of an adaptive round with bias maps of a length, with or without a floor that reflects."""
-        breaks = np.sort(np.concatenate([self.found.impact_s, self.found.turn_s]))
+    def from_rounds(self, found: AdaptiveRounds, length_m: float, *, reflects: bool) -> Start:
+        """Return the model of the last adaptive round with bias maps of a length, with or without a floor."""
+        start, breaks = found.last, np.sort(np.concatenate([found.impact_s, found.turn_s]))
         motion = first_motion(self.data, start.place, self.found.signals.rest_end_s, breaks)
         planes = (self.floor_below(start.place),) if reflects else ()
         constants = start.receiver_constants()
@@ -249,11 +245,10 @@ class _Selection:
         length = found.last.bias.length_m if found.last.bias is not None else settings.shortest_length_m
         length = max(settings.shortest_length_m, length)
         # both converged: a floor and bias maps explain the same at first sight, and only the evidence tells them apart
-        tried = self.raced([self.from_round(found.last, length, reflects=reflects) for reflects in (False, True)])
         # later adaptive rounds may have followed a wrong count of fringes
-        if min(_typical_misfit(one) for one in tried if one is not None) > settings.lost_misfit:
-            other = self.converged(self.from_round(found.first, length, reflects=True), settings.first_rounds)
-            tried[1] = max(filter(None, (tried[1], other)), key=log_evidence)
+        starts = [self.from_rounds(one, length, reflects=True) for one in (found, *found.other_counts(self.normal))]
+        bare, *floors = self.raced([self.from_rounds(found, length, reflects=False), *starts])
+        tried = (bare, max(filter(None, floors), key=log_evidence, default=None))
         gain = self.gain_of(*tried)
         self.compared = [one for one in tried if one is not None]
         best = self.preferred(*tried)

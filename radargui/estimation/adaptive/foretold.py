@@ -1,0 +1,61 @@
+"""A receiver whose circle hardly winds, foretold by the others (method 2, adaptive)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from radargui.estimation.adaptive.circle_data import averaging_loss, unit_phasor
+from radargui.estimation.adaptive.circle_layout import CircleLayout
+from radargui.estimation.adaptive.rounds import Round
+from radargui.estimation.forward.bins import BinnedData
+from radargui.geometry.bistatic import locate_falling
+from radargui.geometry.path_length import path_lengths, range_factor
+from radargui.model.arrays import FloatArray
+
+
+def foretold_round(binned: BinnedData, one: Round, normal: FloatArray) -> Round:
+    """Return a round whose worst receiver has the phases that the others foretell, and a circle without maps.
+
+    The places are as near to the line of fall as the others' paths allow. Worst is the receiver without which they are
+    nearest to it: a count of fringes that is wrong draws them sideways by centimetres.
+
+    Parameters
+    ----------
+    binned
+        Data of three receivers or more.
+    one
+        The round, with maps.
+    normal
+        Upward normal of the floor, shape (3,).
+    """
+    antennas, release, per_m = binned.antennas, binned.release_m, 2.0 * np.pi / binned.wavelength_m
+    change = one.phase_rad / per_m
+
+    def without(receiver: int) -> FloatArray:
+        kept = np.arange(antennas.n_receivers) != receiver
+        others = replace(antennas, receivers_m=antennas.receivers_m[kept])
+        return locate_falling(change[kept], others, release, normal)
+
+    def sideways(place: FloatArray) -> float:
+        away = place - release[:, None]
+        return float(((away - np.outer(normal, normal @ away)) ** 2).sum())
+
+    places = [without(receiver) for receiver in range(antennas.n_receivers)]
+    worst = min(range(antennas.n_receivers), key=lambda receiver: sideways(places[receiver]))
+    place = places[worst]
+    phase, amplitude, at_rest, fits = one.phase_rad.copy(), one.amplitude.copy(), one.rest_phase_rad.copy(), [*one.fits]
+    phase[worst] = per_m * (path_lengths(place, antennas) - path_lengths(release[:, None], antennas))[worst]
+    shape = range_factor(place, antennas, release)[worst] * averaging_loss(phase, binned.bins)[worst]
+    moving, own = ~binned.rest, slice(2 * worst, 2 * worst + 2)
+    seen = np.array([1.0, 1.0j]) @ one.value[own]
+    wave = np.stack([shape * unit_phasor(phase[worst]), np.ones(shape.size)], axis=1)
+    turned, centre = np.linalg.lstsq(wave[moving], seen[moving], rcond=None)[0]
+    theta = np.zeros_like(fits[worst].theta)
+    theta[CircleLayout.constants] = centre.real, centre.imag, 0.0, 0.0, np.log(np.abs(turned))
+    fits[worst] = replace(fits[worst], theta=theta)
+    amplitude[worst], at_rest[worst] = np.abs(turned) * shape, np.angle(turned)
+    return replace(
+        one, phase_rad=phase, rest_phase_rad=at_rest, amplitude=amplitude, place=place, fits=tuple(fits), made_from=None
+    )

@@ -15,11 +15,13 @@ from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known
 from radargui.calibration.shares import Progress, Shares, each
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import (
+    POLARISATION,
     USUAL,
     antenna_unknowns,
     fall_unknowns,
     place_unknowns,
     setup_with,
+    with_polarisations,
 )
 from radargui.calibration.verdict import (
     FAR,
@@ -139,7 +141,9 @@ def calibrate(
         A recording does not fit what is known of it: swapped receivers, a mirror image, no overlap.
     """
     shares = Shares(progress, len(recordings))
-    world, places = _world(setup, recordings, place="transmitter" in groups)
+    polarised = "polarization" in groups
+    setup = with_polarisations(setup) if polarised else setup
+    world, places = _world(setup, recordings, place="transmitter" in groups, polarised=polarised)
     held = np.array([bool(one.group) and one.group not in groups for one in world.unknowns])
     tasks = [(one, _hung(setup, one.rest_m), place) for one, place in zip(recordings, places, strict=True)]
     prepared = each(_prepare, tasks, workers, shares)
@@ -213,9 +217,11 @@ def _sharpened(
     return out, starts
 
 
-def _world(setup: Setup, recordings: Sequence[KnownRecording], *, place: bool = False) -> tuple[World, list[str]]:
+def _world(
+    setup: Setup, recordings: Sequence[KnownRecording], *, place: bool = False, polarised: bool = False
+) -> tuple[World, list[str]]:
     """Return the shared unknowns, and the name of each recording's place (empty: a known motion)."""
-    unknowns = antenna_unknowns(setup, place=place)
+    unknowns = antenna_unknowns(setup, place=place, polarised=polarised)
     names: dict[tuple[float, float, float], str] = {}
     places = []
     for one in recordings:
@@ -353,12 +359,14 @@ def calibrated_setup(setup: Setup, found: Fit, calibration: Calibration) -> Setu
     u = dict(zip(calibration.names, np.sqrt(np.diag(calibration.covariance)).tolist(), strict=True))
     setup = setup_with(setup, found.world.unknowns, values)
     sender = setup.transmitter
-    apart = [u[name] for name in u if name.startswith("transmitter.")]
+    apart = [u[name] for name in u if name.startswith(("transmitter.distance", "transmitter.position"))]
     if apart:
         sender = sender.model_copy(update={"u_distance_m": max(apart)})
+    if f"transmitter.{POLARISATION}" in u:
+        sender = sender.model_copy(update={f"u_{POLARISATION}": u[f"transmitter.{POLARISATION}"]})
     receivers = []
     for n, one in enumerate(setup.receiver, 1):
-        own = {f"u_{key}": u[f"receiver.{n}.{key}"] for key in ("tilt_deg", "azimuth_deg", "distance_m")
+        own = {f"u_{key}": u[f"receiver.{n}.{key}"] for key in ("tilt_deg", "azimuth_deg", "distance_m", POLARISATION)
                if f"receiver.{n}.{key}" in u}  # fmt: skip
         receivers.append(one.model_copy(update=own))
     tracer = setup.tracer

@@ -68,6 +68,11 @@ class World:
         """Return where the antennas stand."""
         return _antennas(self, tuple(z.tolist()))
 
+    def polarisations(self, z: FloatArray) -> FloatArray:
+        """Return the antennas' angles (rad), the transmitter's first; none where they are each recording's own."""
+        shifts = zip(self.unknowns, z.tolist(), strict=True)
+        return np.radians([one.value + one.u * shift for one, shift in shifts if one.group == "polarization"])
+
 
 @lru_cache(maxsize=64)
 def _antennas(world: World, z: tuple[float, ...]) -> Antennas:

@@ -12,7 +12,7 @@ from radargui.calibration.fit import Fit, fit
 from radargui.calibration.known_path import Trajectory
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
 from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known, sample_problem
-from radargui.calibration.shares import Progress, Shares, each
+from radargui.calibration.shares import Progress, Shares, crew, working
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import (
     POLARISATION,
@@ -141,12 +141,21 @@ def calibrate(
         A recording does not fit what is known of it: swapped receivers, a mirror image, no overlap.
     """
     shares = Shares(progress, len(recordings))
+    with working(min(workers, len(recordings)), shares.look):
+        found = _calibrated(recordings, setup, groups, shares, (made_at, operator))
+    progress(1.0)
+    return found
+
+
+def _calibrated(
+    recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], shares: Shares, origin: tuple[str, str]
+) -> Calibrated:
     polarised = "polarization" in groups
     setup = with_polarisations(setup) if polarised else setup
     world, places = _world(setup, recordings, place="transmitter" in groups, polarised=polarised)
     held = np.array([bool(one.group) and one.group not in groups for one in world.unknowns])
     tasks = [(one, _hung(setup, one.rest_m), place) for one, place in zip(recordings, places, strict=True)]
-    prepared = each(_prepare, tasks, workers, shares)
+    prepared = crew().each(_prepare, tasks, shares.one_done)
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
     by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
     rough = fit_paths(world, by_paths, held, shares.round_done)
@@ -172,14 +181,13 @@ def calibrate(
             remedy="Give more recordings, from other places.",
         )
     _refuse_above(LEFT_M, found, recordings)
-    calibration = _calibration(found, before, settled.likelihoods, recordings, made_at, operator)
+    calibration = _calibration(found, before, settled.likelihoods, recordings, *origin)
     lost = tuple(
         f"{recordings[number].name}: receiver {receiver + 1} lost a fringe near {time_s:.3f} s, put right"
         for number, receiver, time_s in slips
     )
     alike = tuple(f"these motions cannot tell whether {words}" for words in undecidable(rough, by_paths))
     calibration = replace(calibration, notes=calibration.notes + lost + alike)
-    progress(1.0)
     return Calibrated(calibration, calibrated_setup(setup, found, calibration), found)
 
 

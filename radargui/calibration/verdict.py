@@ -12,6 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.calibration.fit import MOST_STEPS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
+from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import Unknown, setup_with
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
@@ -131,21 +132,25 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
     """
     if len(likelihoods) < 2:
         return [np.full(len(one.residual_m), np.nan) for one in found.locals_]
-    free, out = ~found.held, []
-    for n, (one, part) in enumerate(zip(likelihoods, found.locals_, strict=True)):
+    free, tasks = ~found.held, []
+    for n, one in enumerate(likelihoods):
         normal, slope = found.information(but=n)
         normal, slope = normal + np.eye(slope.size), slope + found.z
         moved = np.zeros_like(found.z)
         moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
-        z = found.z + moved
-        # its motion and mismatch follow, damped: a whole step may end outside of all sense
-        try:
-            start, held = replace(found, z=z), np.ones_like(found.held)
-            there = fit(found.world, [one], held=held, start=start, own=[found.own[n]], steps=LEFT_OUT_STEPS)
-            out.append(rms_m(there.locals_[0].residual_m))
-        except ProcessingError:
-            out.append(np.full(len(part.residual_m), np.nan))
-    return out
+        start = Fit(found.world, found.z + moved, (found.own[n],), (), np.ones_like(found.held))
+        tasks.append((one, start, len(found.locals_[n].residual_m)))
+    return crew().each(_followed, tasks)
+
+
+def _followed(one: Likelihood, start: Fit, n_receivers: int) -> FloatArray:
+    """Return what a recording leaves, by receiver, when its motion and mismatch follow shared values that are held."""
+    # damped: a whole step may end outside of all sense
+    try:
+        there = fit(start.world, [one], held=start.held, start=start, own=start.own, steps=LEFT_OUT_STEPS)
+    except ProcessingError:
+        return np.full(n_receivers, np.nan)
+    return rms_m(there.locals_[0].residual_m)
 
 
 def other_orders(setup: Setup) -> Iterator[tuple[str, Setup]]:

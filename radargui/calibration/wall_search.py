@@ -11,6 +11,7 @@ import numpy as np
 
 from radargui.calibration.fit import Fit, fit
 from radargui.calibration.likelihood import Likelihood, World
+from radargui.calibration.shares import crew
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select.wall_grid import (
@@ -310,14 +311,16 @@ def _clear(base: Settled, planes: Sequence[MirrorPlane]) -> BoolArray:
 
 def linearised_gains(base: Settled, planes: list[MirrorPlane], round_done: Callable[[], None]) -> FloatArray:
     """Return the linearised log evidence of each plane as one more wall, shape (n_planes,), summed over recordings."""
-    found = base.found
-    gains = np.zeros(len(planes))
-    for one, own, number in _sampled(base):
-        search = _LinearisedSearch(found, one, own, number)
-        for first in range(0, len(planes), TOGETHER):
-            round_done()
-            gains[first : first + TOGETHER] += search.gains(planes[first : first + TOGETHER])
-    return gains
+    tasks = [(base.found, *one, planes) for one in _sampled(base)]
+    return np.asarray(sum(crew().each(_gains_of_one, tasks, round_done)))
+
+
+def _gains_of_one(
+    found: Fit, likelihood: SignalLikelihood, own: FloatArray, number: int, planes: list[MirrorPlane]
+) -> FloatArray:
+    search = _LinearisedSearch(found, likelihood, own, number)
+    parts = [search.gains(planes[first : first + TOGETHER]) for first in range(0, len(planes), TOGETHER)]
+    return np.concatenate(parts)
 
 
 class _LinearisedSearch:

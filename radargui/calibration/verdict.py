@@ -38,8 +38,8 @@ MOST_COMPARED = 3
 """Recordings that other orders are tried on."""
 
 
-STEP_POINTS = 5
-"""Values of a path whose medians are compared where a step is looked for: 25 ms of a drop."""
+STEP_POINTS, RISE_POINTS = 5, 3
+"""Values of a path whose medians are compared where a step is looked for: 25 ms of a drop; and how long it may take."""
 
 
 class Slip(NamedTuple):
@@ -212,12 +212,13 @@ def put_right(found: Fit, recordings: Sequence[PathLikelihood]) -> tuple[list[Pa
             medians = np.median(sliding_window_view(residual[known], STEP_POINTS), axis=1)
             step = (medians[STEP_POINTS:] - medians[:-STEP_POINTS]) / one.wavelength_m
             k = int(np.argmax(np.abs(step)))
-            # medians say that it stays, the largest difference among their values when and how far it steps
-            near = np.diff(residual[known[k : k + 2 * STEP_POINTS]]) / one.wavelength_m
-            first = int(np.argmax(np.abs(near)))
-            fringes = round(near[first])
-            if fringes and abs(near[first] - fringes) < 0.3 and abs(step[k]) > 0.5:
-                begin = known[k + 1 + first]
+            # medians say that it stays, the largest difference of values a few apart how far, of neighbours when
+            near = residual[known[k : k + 2 * STEP_POINTS]] / one.wavelength_m
+            rises = [near[lag:] - near[:-lag] for lag in (1, RISE_POINTS)]
+            far = [float(rise[np.argmax(np.abs(rise))]) for rise in rises]
+            fringes = next((round(x) for x in far if round(x) and abs(x - round(x)) < 0.3), 0)
+            if fringes and abs(step[k]) > 0.5:
+                begin = known[k + 1 + int(np.argmax(np.abs(rises[0])))]
                 change[receiver, begin:] -= fringes * one.wavelength_m
                 slips.append(Slip(number, receiver, float(one.measured.time_s[begin])))
         out.append(replace(one, measured=replace(one.measured, change_m=change)))

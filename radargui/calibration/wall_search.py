@@ -46,6 +46,8 @@ SHARES = np.geomspace(0.5, 2.0, 19)
 CONVINCING = 300.0
 """Gain in ln E at which a wall is kept. What the floor's model leaves of a motion that goes sideways gave false walls
 up to 174 (and made distances 10 mm wrong), true walls of a few per cent more than 1800. Chosen by hand at 36 dB."""
+WORTHWHILE = 100.0
+"""In ln E, of another search: less moves the antennas by less than a tenth of their u."""
 PROMISING = 100.0
 """Linearised gain from which a place is fitted: three rooms with a wall had 2000 to 7200, rooms without one more -28 to
 -30."""
@@ -225,7 +227,7 @@ def _one_more(base: Settled, normal: FloatArray, round_done: Callable[[], None])
                 best = trial
         if best is None or best.log_evidence < base.log_evidence + 0.5 * CONVINCING:
             return None
-        if best.log_evidence < before + WALLS.worthwhile:
+        if best.log_evidence < before + WORTHWHILE:
             break
         # what the wall has straightened stays straight: from there its place shows better
         at = _without_last(best, base)

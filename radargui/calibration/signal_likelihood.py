@@ -21,8 +21,8 @@ from radargui.calibration.likelihood import (
 )
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import polarisation_places
-from radargui.estimation.forward.signal_model import Waves, receiver_signal, signal_of
-from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.forward.signal_model import Waves, log_ways
+from radargui.estimation.forward.signal_slopes import receiver_slopes, way_slope
 from radargui.estimation.solve.changed_problem import mirrors_changed
 from radargui.estimation.solve.prior_deviations import reestimated
 from radargui.estimation.solve.priors import Prior
@@ -140,7 +140,7 @@ class SignalLikelihood:
         pair, receiver, sd = slice(2 * n, 2 * n + 2), layout.receivers[n], problem.prior.sd
         lin = receiver_slopes(at.node_m[:, pair], theta, layout, problem.inputs, n, at.excess[pair], at.waves[n])
         known = np.einsum("can,ank->cnk", lin.by_position, at.slopes)
-        plain, axes = signal_of(at.waves[n], theta, layout, problem.inputs, n).value, _axes(problem.inputs.antennas)
+        plain, axes = log_ways(at.node_m[:, pair], theta, layout, problem.inputs, n), _axes(problem.inputs.antennas)
         turning = np.empty(0)
         if problem.sphere is not None and world.polarisations(z).size:
             # what all recordings share is no recording's own
@@ -154,8 +154,9 @@ class SignalLikelihood:
                     known[:, :, k] += turning[int(one.key[0] == "r")] * np.radians(one.u)
             elif one.key.startswith(("transmitter", f"receiver[{n + 1}]")):
                 other = replace(problem.inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
-                shifted = receiver_signal(at.node_m[:, pair], theta, layout, other, n).value
-                known[:, :, k] += (shifted - plain) / STEP
+                side = int(one.key[0] == "r")
+                by_way = (log_ways(at.node_m[:, pair], theta, layout, other, n) - plain)[side] / STEP
+                known[:, :, k] += way_slope(at.waves[n], by_way, side)
                 if len(turning):
                     # an antenna that moves takes the axes along between which its angle counts
                     (h, v), moved = axes[n], _axes(other.antennas)[n, 0]

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from radargui.calibration.fit import Fit
+from radargui.calibration.fit import MOST_STEPS, Fit
 from radargui.calibration.known_path import Trajectory
 from radargui.calibration.likelihood import PathLikelihood, World
 from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known
 from radargui.calibration.shares import Shares, crew
-from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns, with_polarisations
+from radargui.calibration.unknowns import (
+    antenna_unknowns,
+    fall_unknowns,
+    place_unknowns,
+    with_polarisations,
+)
 from radargui.calibration.verdict import (
     FAR,
     GAIN,
@@ -25,6 +31,7 @@ from radargui.calibration.verdict import (
     put_right,
     rms_m,
 )
+from radargui.model.arrays import BoolArray
 from radargui.model.errors import ProcessingError
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
@@ -105,16 +112,27 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
     prepared = crew().each(_prepare, tasks, shares.one_done)
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
     by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
-    rough = fit_paths(world, by_paths, held, shares.round_done)
-    slips: list[Slip] = []
-    while len(slips) <= MOST_SLIPS * len(recordings):
-        by_paths, more = put_right(rough, by_paths)
-        if not more:
-            break
-        slips += more
-        rough = fit_paths(world, by_paths, held, shares.round_done)
+    rough, by_paths, slips = _put_right(world, by_paths, held, shares.round_done)
     _refuse_misfit(rough, recordings, prepared, shares.round_done)
     return Rough(rough, tuple(by_paths), tuple(prepared), tuple(slips))
+
+
+def _put_right(
+    world: World,
+    by_paths: Sequence[PathLikelihood],
+    held: BoolArray,
+    round_done: Callable[[], None],
+    looseness: Sequence[float] = LOOSE,
+    steps: int = MOST_STEPS,
+) -> tuple[Fit, list[PathLikelihood], list[Slip]]:
+    """Fit paths until none has lost a fringe."""
+    paths, slips = list(by_paths), list[Slip]()
+    while True:
+        rough = fit_paths(world, paths, held, round_done, looseness, steps)
+        righted, more = put_right(rough, paths)
+        if not more or len(slips) > MOST_SLIPS * len(paths):
+            return rough, paths, slips
+        paths, slips = righted, slips + more
 
 
 def _prepare(one: KnownRecording, setup: Setup, place: str) -> Prepared:
@@ -161,7 +179,7 @@ def _refuse_misfit(
     stride = max(1, len(recordings) // MOST_COMPARED)
     some = list(zip(recordings, prepared, strict=True))[::stride][:MOST_COMPARED]
 
-    def cost(setup: Setup) -> float:
+    def cost(setup: Setup, fitted: Callable[..., Fit] = fit_paths) -> float:
         world, _ = _world(setup, [one for one, _ in some])
         # a known motion's paths were measured against the phases of the antennas as they were said to be
         ready = [
@@ -170,12 +188,17 @@ def _refuse_misfit(
         ]
         paths = [PathLikelihood(one.measured, one.motion, setup.radar.wavelength_m) for one in ready]
         held = np.zeros(len(world.unknowns), dtype=bool)
-        return fit_paths(world, paths, held, round_done, LOOSE[:2], FEW_STEPS).cost
+        return fitted(world, paths, held, round_done, LOOSE[:2], FEW_STEPS).cost
 
     setup = rough.world.setup
-    plain, tried = cost(setup), [(cost(other), words) for words, other in other_orders(setup)]
-    least, words = min(tried)
-    if least < plain - GAIN:
+    tried = [(cost(other), words, other) for words, other in other_orders(setup)]
+    least, words, best = min(tried, key=lambda one: one[0])
+
+    def righted(*asked: Any) -> Fit:
+        return _put_right(*asked)[0]
+
+    # a lost fringe that another order makes up for is none: both without
+    if least < cost(setup) - GAIN and cost(best, righted) < cost(setup, righted) - GAIN:
         raise ProcessingError(
             f"the recordings do not fit the setup, but they do where {words}",
             remedy="Correct the wiring, or the order and azimuths of the receivers in the setup.",

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui import __version__
-from radargui.calibration.fit import Fit, fit
+from radargui.calibration.fit import LEAST_BESIDE_WALLS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, refuse_above, rough_fit
@@ -28,7 +28,7 @@ from radargui.calibration.verdict import (
     undecidable,
     untold,
 )
-from radargui.calibration.wall_search import approach, with_walls
+from radargui.calibration.wall_search import approach, n_mirrors, with_walls
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
@@ -105,11 +105,13 @@ def _calibrated(
     world, held, setup = rough.world, rough.held, rough.world.setup
     before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]), shares.round_done)
     likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
-    settled = approach(world, likelihoods, rough, own, shares.round_done)
-    settled = with_walls(settled, np.asarray(setup.floor.normal), shares.round_done)
+    bare = approach(world, likelihoods, rough, own, shares.round_done)
+    settled = with_walls(bare, np.asarray(setup.floor.normal), shares.round_done)
     found = fit(
         world, settled.likelihoods, held=held, start=settled.found, own=settled.found.own, round_done=shares.round_done
     )
+    if n_mirrors(settled) > n_mirrors(bare):
+        found = replace(found, least=LEAST_BESIDE_WALLS)
     if not np.isfinite(found.information()[0]).all():
         raise ProcessingError(
             "the samples do not agree with what is known of the motions, whatever the antennas",

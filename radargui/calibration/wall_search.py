@@ -186,7 +186,7 @@ def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]
     if few is bare or len(few.likelihoods) == len(base.likelihoods):
         return base if few is bare else few
     walls, middle = [], _middle(few)
-    for k in range(_n_mirrors(bare), _n_mirrors(few)):
+    for k in range(n_mirrors(bare), n_mirrors(few)):
         angle, away = _place_of(few, k, middle, normal)
         walls += upright_planes(middle, normal, np.array([angle]), np.array([away]))
     (with_all,) = _trials(base, [tuple(walls)], round_done) or [base]
@@ -204,7 +204,8 @@ def _some(base: Settled, round_done: Callable[[], None]) -> Settled:
     return settle(found.world, [base.likelihoods[n] for n in few], parts, parts.own, round_done, renewals=1)
 
 
-def _n_mirrors(settled: Settled) -> int:
+def n_mirrors(settled: Settled) -> int:
+    """Return the most mirrors that a recording has."""
     return max((len(one.problem.inputs.planes) for one, _, _ in _sampled(settled)), default=0)
 
 

@@ -9,12 +9,13 @@ from typing import Protocol
 
 import numpy as np
 
-from radargui.calibration.unknowns import Unknown, setup_with
+from radargui.calibration.unknowns import Unknown
 from radargui.estimation.solve.problem import HUBER_SIGMAS
-from radargui.geometry.path_length import Antennas, path_gradient, path_lengths, place_antennas, t_matrix
+from radargui.geometry.path_length import Antennas, antennas_at, path_gradient, path_lengths, receiver_values, t_matrix
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.setup import Setup
 
+_VALUES = ("tilt_deg", "azimuth_deg", "distance_m")
 STEP = 0.01
 """Step of a difference, in prior deviations."""
 
@@ -68,11 +69,26 @@ class World:
         """Return where the antennas stand."""
         return _antennas(self, tuple(z.tolist()))
 
+    def polarisations(self, z: FloatArray) -> FloatArray:
+        """Return the antennas' angles (rad), the transmitter's first; none where they are each recording's own."""
+        shifts = zip(self.unknowns, z.tolist(), strict=True)
+        return np.radians([one.value + one.u * shift for one, shift in shifts if one.group == "polarization"])
+
 
 @lru_cache(maxsize=64)
 def _antennas(world: World, z: tuple[float, ...]) -> Antennas:
     # all recordings ask for the same places and the same steps from there
-    return place_antennas(setup_with(world.setup, world.unknowns, world.values(np.array(z))))
+    receivers, sent = receiver_values(world.setup), np.array(world.setup.transmitter.place_m)
+    for one, shift in zip(world.unknowns, z, strict=True):
+        place, _, name = one.key.partition(".")
+        by = one.u * shift
+        if place.startswith("receiver") and name in _VALUES:
+            receivers[_VALUES.index(name), int(place[9:-1]) - 1] += by
+        elif name.startswith("position_m"):
+            sent[int(name[-2]) - 1] += by
+        elif name == "distance_m":
+            sent *= 1.0 + by / np.linalg.norm(sent)
+    return antennas_at(receivers, sent)
 
 
 @dataclass(frozen=True)

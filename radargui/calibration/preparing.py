@@ -96,7 +96,11 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     if end_s - estimate.onset_s < LEAST_FLIGHT_S:
         raise ProcessingError(
             f"{recording.name}: no free fall of {1e3 * LEAST_FLIGHT_S:g} ms was found",
-            reasons=("it is no drop", "the antennas are far from where the setup says"),
+            reasons=(
+                "it is no drop",
+                "a receiver is too weak, and loses fringes",
+                "the antennas are far from where the setup says",
+            ),
             remedy="Give the recordings of drops with --known fall.",
         )
     motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, wait
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from contextvars import ContextVar
 from multiprocessing import active_children, get_context
 from typing import TypeVar
 
@@ -47,34 +50,82 @@ class Shares:
         self._report(0.5 * self._done / self._count + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
 
 
-def each(work: Callable[..., T], tasks: Sequence[tuple[object, ...]], workers: int, shares: Shares) -> list[T]:
-    """Do the work on each recording, in processes where there are workers for it."""
-    out = []
-    if workers < 2 or len(tasks) < 2:
-        for one in tasks:
-            out.append(work(*one))
-            shares.one_done()
-        return out
-    others = active_children()
-    # who began it hears Ctrl-C and ends it
-    pool = ProcessPoolExecutor(
-        min(workers, len(tasks)), get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN)
-    )
+class Crew:
+    """Processes with a memory of their own: what each was given it still has at the next call. None: this one.
+
+    Parameters
+    ----------
+    count
+        How many; one is this process itself.
+    look
+        Called while it waits; what it raises ends the work.
+    """
+
+    def __init__(self, count: int, look: Callable[[], None] = lambda: None) -> None:
+        self._look = look
+        # who began them hears Ctrl-C and ends them
+        self._pools = [
+            ProcessPoolExecutor(1, get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN))
+            for _ in range(count if count > 1 else 0)
+        ]
+        self._ids = [pool.submit(os.getpid) for pool in self._pools]
+
+    @property
+    def count(self) -> int:
+        """Processes that work."""
+        return max(len(self._pools), 1)
+
+    def each(
+        self, work: Callable[..., T], tasks: Sequence[tuple[object, ...]], done: Callable[[], None] = lambda: None
+    ) -> list[T]:
+        """Do the work on each task, the n-th always in the same process; answers come in their order."""
+        if not self._pools:
+            return [self._done(work(*one), done) for one in tasks]
+        begun = [self._pools[n % self.count].submit(work, *one) for n, one in enumerate(tasks)]
+        return [self._done(self._answer(one), done) for one in begun]
+
+    @staticmethod
+    def _done(answer: T, done: Callable[[], None]) -> T:
+        done()
+        return answer
+
+    def _answer(self, begun: Future[T]) -> T:
+        try:
+            while not wait([begun], LOOK_S).done:
+                self._look()
+            return begun.result()
+        except BrokenProcessPool as error:
+            raise ProcessingError(
+                "a process that estimated one of the recordings ended without an answer.",
+                reasons=("the memory does not suffice", "somebody killed it"),
+                remedy="Close other programs and calibrate again, or take fewer recordings.",
+            ) from error
+
+    def close(self) -> None:
+        """End the processes; who cancels does not wait for an estimate of a minute."""
+        ids = {one.result() for one in self._ids if one.exception() is None}
+        for process in active_children():
+            if process.pid in ids:
+                process.terminate()
+        for pool in self._pools:
+            pool.shutdown(cancel_futures=True)
+
+
+_CREW: ContextVar[Crew] = ContextVar("crew", default=Crew(1))  # noqa: B039  it has no state
+
+
+def crew() -> Crew:
+    """Return the processes that work now."""
+    return _CREW.get()
+
+
+@contextmanager
+def working(count: int, look: Callable[[], None] = lambda: None) -> Iterator[Crew]:
+    """Let `crew` be so many processes, and end them after."""
+    here = Crew(count, look)
+    token = _CREW.set(here)
     try:
-        for answer in [pool.submit(work, *one) for one in tasks]:
-            while not wait([answer], LOOK_S).done:
-                shares.look()
-            out.append(answer.result())
-            shares.one_done()
-    except BrokenProcessPool as error:
-        raise ProcessingError(
-            "a process that estimated one of the recordings ended without an answer.",
-            reasons=("the memory does not suffice", "somebody killed it"),
-            remedy="Close other programs and calibrate again, or take fewer recordings.",
-        ) from error
+        yield here
     finally:
-        # who cancels does not wait for an estimate of a minute
-        for process in set(active_children()).difference(others) if len(out) < len(tasks) else ():
-            process.terminate()
-        pool.shutdown(cancel_futures=True)
-    return out
+        _CREW.reset(token)
+        here.close()

@@ -20,14 +20,17 @@ from radargui.calibration.likelihood import (
     robust,
 )
 from radargui.estimation.forward.mirrors import MirrorPlane
-from radargui.estimation.forward.signal_model import Waves, receiver_signal, signal_of
-from radargui.estimation.forward.signal_slopes import receiver_slopes
+from radargui.estimation.forward.parameters import polarisation_places
+from radargui.estimation.forward.signal_model import Waves, log_ways
+from radargui.estimation.forward.signal_slopes import receiver_slopes, way_slope
 from radargui.estimation.solve.changed_problem import mirrors_changed
 from radargui.estimation.solve.prior_deviations import reestimated
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem, node_offsets, signals_at
+from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import SolveError
+from radargui.model.scattering import transverse_axes
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,10 @@ class SignalLikelihood:
         problem, n_own = self.problem, len(self.motion.own)
         theta = self.theta + problem.prior.sd * own[n_own:]
         series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[:n_own], problem.bins.time_s)
-        antennas = world.antennas(z)
+        antennas, angles = world.antennas(z), world.polarisations(z)
+        if angles.size and problem.sphere is not None:
+            theta[polarisation_places(problem.layout)] = angles
+            problem = replace(problem, sphere=replace(problem.sphere, received=_axes(antennas)))
         problem = replace(problem, inputs=replace(problem.inputs, antennas=antennas)).at_places(series[0], theta)
         later = node_offsets(problem)
         place, velocity, acceleration = series[:, :, None, None]
@@ -134,12 +140,27 @@ class SignalLikelihood:
         pair, receiver, sd = slice(2 * n, 2 * n + 2), layout.receivers[n], problem.prior.sd
         lin = receiver_slopes(at.node_m[:, pair], theta, layout, problem.inputs, n, at.excess[pair], at.waves[n])
         known = np.einsum("can,ank->cnk", lin.by_position, at.slopes)
-        plain = signal_of(at.waves[n], theta, layout, problem.inputs, n).value
+        plain, axes = log_ways(at.node_m[:, pair], theta, layout, problem.inputs, n), _axes(problem.inputs.antennas)
+        turning = np.empty(0)
+        if problem.sphere is not None and world.polarisations(z).size:
+            # what all recordings share is no recording's own
+            of_transmitter = layout.polarization.start - layout.shared.start
+            both = [of_transmitter, receiver.polarization.start - receiver.first + lin.n_shared]
+            turning = np.moveaxis(lin.columns[:, :, both], 2, 0)
+            lin.columns[:, :, both] = 0.0
         for k, one in enumerate(world.unknowns):
-            if one.key.startswith(("transmitter", f"receiver[{n + 1}]")):
+            if one.group == "polarization":
+                if one.key.startswith(("transmitter", f"receiver[{n + 1}]")) and len(turning):
+                    known[:, :, k] += turning[int(one.key[0] == "r")] * np.radians(one.u)
+            elif one.key.startswith(("transmitter", f"receiver[{n + 1}]")):
                 other = replace(problem.inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
-                shifted = receiver_signal(at.node_m[:, pair], theta, layout, other, n).value
-                known[:, :, k] += (shifted - plain) / STEP
+                side = int(one.key[0] == "r")
+                by_way = (log_ways(at.node_m[:, pair], theta, layout, other, n) - plain)[side] / STEP
+                known[:, :, k] += way_slope(at.waves[n], by_way, side)
+                if len(turning):
+                    # an antenna that moves takes the axes along between which its angle counts
+                    (h, v), moved = axes[n], _axes(other.antennas)[n, 0]
+                    known[:, :, k] += turning[1] * np.arctan2(moved @ v, moved @ h) / STEP
         first = n_shared + len(self.motion.own)
         columns = [known, lin.columns * np.concatenate([sd[layout.shared], sd[receiver.without_drift]])]
         places = [np.arange(first), *(first + np.arange(s.start, s.stop) for s in (
@@ -166,11 +187,12 @@ class SignalLikelihood:
         def local() -> Local:
             return self.local(at, [self.rows(world, z, at, n) for n in range(at.problem.n_receivers)], z.size, own)
 
-        return Begun(cost_of(at.loss, at.ties[0], self._pull(at.theta, own)), local)
+        return Begun(cost_of(at.loss, at.ties[0], self._pull(own)), local)
 
-    def _pull(self, theta: FloatArray, own: FloatArray) -> FloatArray:
-        # the breaks of its spline are not asked: they stay
+    def _pull(self, own: FloatArray) -> FloatArray:
+        # the breaks of its spline are not asked: they stay, and so do angles that all recordings share
         prior = self.problem.prior
+        theta = self.theta + prior.sd * own[len(self.motion.own) :]
         return np.concatenate([own[: len(self.motion.own)], (theta - prior.mean) / prior.sd])
 
     def local(self, at: SampledState, parts: list[ReceiverRows], n_shared: int, own: FloatArray) -> Local:
@@ -187,7 +209,7 @@ class SignalLikelihood:
             along = one.along * problem.inputs.wavenumber
             power = np.maximum((along**2).sum(axis=0), 1e-12)
             residual_m[n] = np.where(at.use, -(along * at.residual[pair]).sum(axis=0) / power, np.nan)
-        pull = self._pull(at.theta, own)
+        pull = self._pull(own)
         scaled = at.residual / at.sigma
         misfit = np.array([misfit_of(scaled[2 * n : 2 * n + 2, at.use]) for n in range(problem.n_receivers)])
         return local_at(at.loss, normal, slope, n_shared, at.ties, pull, residual_m, misfit)
@@ -242,3 +264,8 @@ class SignalLikelihood:
     def log_widths(self) -> float:
         """Return what of the log evidence is not cost or determinant: the noise scale (`minimise.log_evidence`)."""
         return 2.0 * int(self.problem.use.sum()) * float(np.log(self.problem.noise_scale).sum())
+
+
+def _axes(antennas: Antennas) -> FloatArray:
+    """Return h and v of each receiver, between which its polarisation counts, shape (n_receivers, 2, 3)."""
+    return np.array([transverse_axes(one / np.linalg.norm(one)) for one in antennas.receivers_m])

@@ -16,11 +16,12 @@ from radargui.model.gravity import (
 )
 from radargui.model.setup import Setup, moved
 
-GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity")
-"""What `--free` may name: `transmitter` is its place, `gravity` the direction of gravity. Polarisations are unknowns of
-each recording, with the setup's prior (method 4)."""
+GROUPS = ("tilt", "azimuth", "distance", "transmitter", "release", "gravity", "polarization")
+"""What `--free` may name: `transmitter` is its place, `gravity` the direction of gravity. Polarisations that are not
+named are unknowns of each recording, with the setup's prior (method 4)."""
+POLARISATION, LEAST_U_DEG = "polarization_deg", 1e-4
 USUAL = ("tilt", "azimuth", "distance", "release")
-U_UNSTATED = {"tilt": 3.0, "azimuth": 3.0, "distance": 0.02, "release": 0.002}
+U_UNSTATED = {"tilt": 3.0, "azimuth": 3.0, "distance": 0.02, "release": 0.002, "polarization": 5.0}
 """Prior deviations (degrees, m) where the setup gives none: wide, since what nobody measured is what is asked for."""
 U_PLUMB_DEG = 0.3
 """Of the vertical against the setup's z axis: a spirit level."""
@@ -58,7 +59,7 @@ class Unknown:
     key: str = ""
 
 
-def antenna_unknowns(setup: Setup, *, place: bool = False) -> list[Unknown]:
+def antenna_unknowns(setup: Setup, *, place: bool = False, polarised: bool = False) -> list[Unknown]:
     """Return the values of the antennas; the transmitter's three coordinates instead of its distance where asked."""
     sender = setup.transmitter
     u_sender = _given(sender.u_distance_m, "distance")
@@ -75,7 +76,34 @@ def antenna_unknowns(setup: Setup, *, place: bool = False) -> list[Unknown]:
             group = name.partition("_")[0]
             u = _given(getattr(one, f"u_{name}"), group)
             out.append(Unknown(f"receiver.{n}.{name}", getattr(one, name), u, group, f"receiver[{n}].{name}"))
+    if polarised:
+        # all of them or none: one that is known exactly stays where it is
+        named = {"transmitter": sender} | {f"receiver[{n}]": one for n, one in enumerate(setup.receiver, 1)}
+        for place_of, own in named.items():
+            u, key = max(_given(own.u_polarization_deg, "polarization"), LEAST_U_DEG), f"{place_of}.{POLARISATION}"
+            name = key.replace("[", ".").replace("]", "")
+            out.append(Unknown(name, own.polarization_deg or 0.0, u, "polarization", key))
     return [one for one in out if one.u > 0.0]
+
+
+def with_polarisations(setup: Setup) -> Setup:
+    """Return the setup with each receiver's polarisation said, for then it stays while the antennas move.
+
+    Raises
+    ------
+    UsageError
+        The setup gives none of the transmitter: the sphere counts as a point.
+    """
+    if setup.transmitter.polarization_deg is None:
+        raise UsageError(
+            "the polarisation cannot be free where the setup gives no transmitter.polarization_deg: there the sphere "
+            "counts as a point"
+        )
+    receivers = (
+        one.model_copy(update={POLARISATION: field.angle_deg})
+        for one, field in zip(setup.receiver, setup.received_fields(), strict=True)
+    )
+    return setup.model_copy(update={"receiver": tuple(receivers)})
 
 
 def place_unknowns(setup: Setup, place_m: Sequence[float], name: str) -> list[Unknown]:

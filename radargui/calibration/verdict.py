@@ -12,6 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from radargui.calibration.fit import MOST_STEPS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood, World
+from radargui.calibration.shares import crew
 from radargui.calibration.unknowns import Unknown, setup_with
 from radargui.geometry.path_length import path_lengths, place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
@@ -37,8 +38,8 @@ MOST_COMPARED = 3
 """Recordings that other orders are tried on."""
 
 
-STEP_POINTS = 5
-"""Values of a path whose medians are compared where a step is looked for: 25 ms of a drop."""
+STEP_POINTS, RISE_POINTS = 5, 3
+"""Values of a path whose medians are compared where a step is looked for: 25 ms of a drop; and how long it may take."""
 
 
 class Slip(NamedTuple):
@@ -131,21 +132,25 @@ def left_out(found: Fit, likelihoods: Sequence[Likelihood]) -> list[FloatArray]:
     """
     if len(likelihoods) < 2:
         return [np.full(len(one.residual_m), np.nan) for one in found.locals_]
-    free, out = ~found.held, []
-    for n, (one, part) in enumerate(zip(likelihoods, found.locals_, strict=True)):
+    free, tasks = ~found.held, []
+    for n, one in enumerate(likelihoods):
         normal, slope = found.information(but=n)
         normal, slope = normal + np.eye(slope.size), slope + found.z
         moved = np.zeros_like(found.z)
         moved[free] = -np.linalg.solve(normal[np.ix_(free, free)], slope[free])
-        z = found.z + moved
-        # its motion and mismatch follow, damped: a whole step may end outside of all sense
-        try:
-            start, held = replace(found, z=z), np.ones_like(found.held)
-            there = fit(found.world, [one], held=held, start=start, own=[found.own[n]], steps=LEFT_OUT_STEPS)
-            out.append(rms_m(there.locals_[0].residual_m))
-        except ProcessingError:
-            out.append(np.full(len(part.residual_m), np.nan))
-    return out
+        start = Fit(found.world, found.z + moved, (found.own[n],), (), np.ones_like(found.held))
+        tasks.append((one, start, len(found.locals_[n].residual_m)))
+    return crew().each(_followed, tasks)
+
+
+def _followed(one: Likelihood, start: Fit, n_receivers: int) -> FloatArray:
+    """Return what a recording leaves, by receiver, when its motion and mismatch follow shared values that are held."""
+    # damped: a whole step may end outside of all sense
+    try:
+        there = fit(start.world, [one], held=start.held, start=start, own=start.own, steps=LEFT_OUT_STEPS)
+    except ProcessingError:
+        return np.full(n_receivers, np.nan)
+    return rms_m(there.locals_[0].residual_m)
 
 
 def other_orders(setup: Setup) -> Iterator[tuple[str, Setup]]:
@@ -207,12 +212,13 @@ def put_right(found: Fit, recordings: Sequence[PathLikelihood]) -> tuple[list[Pa
             medians = np.median(sliding_window_view(residual[known], STEP_POINTS), axis=1)
             step = (medians[STEP_POINTS:] - medians[:-STEP_POINTS]) / one.wavelength_m
             k = int(np.argmax(np.abs(step)))
-            # medians say that it stays, the largest difference among their values when and how far it steps
-            near = np.diff(residual[known[k : k + 2 * STEP_POINTS]]) / one.wavelength_m
-            first = int(np.argmax(np.abs(near)))
-            fringes = round(near[first])
-            if fringes and abs(near[first] - fringes) < 0.3 and abs(step[k]) > 0.5:
-                begin = known[k + 1 + first]
+            # medians say that it stays, the largest difference of values a few apart how far, of neighbours when
+            near = residual[known[k : k + 2 * STEP_POINTS]] / one.wavelength_m
+            rises = [near[lag:] - near[:-lag] for lag in (1, RISE_POINTS)]
+            far = [float(rise[np.argmax(np.abs(rise))]) for rise in rises]
+            fringes = next((round(x) for x in far if round(x) and abs(x - round(x)) < 0.3), 0)
+            if fringes and abs(step[k]) > 0.5:
+                begin = known[k + 1 + int(np.argmax(np.abs(rises[0])))]
                 change[receiver, begin:] -= fringes * one.wavelength_m
                 slips.append(Slip(number, receiver, float(one.measured.time_s[begin])))
         out.append(replace(one, measured=replace(one.measured, change_m=change)))

@@ -11,6 +11,7 @@ import numpy as np
 
 from radargui.calibration.fit import Fit, fit
 from radargui.calibration.likelihood import Likelihood, World
+from radargui.calibration.shares import crew
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select.wall_grid import (
@@ -45,6 +46,11 @@ SHARES = np.geomspace(0.5, 2.0, 19)
 CONVINCING = 300.0
 """Gain in ln E at which a wall is kept. What the floor's model leaves of a motion that goes sideways gave false walls
 up to 174 (and made distances 10 mm wrong), true walls of a few per cent more than 1800. Chosen by hand at 36 dB."""
+WORTHWHILE = 100.0
+"""In ln E, of another search: less moves the antennas by less than a tenth of their u."""
+PROMISING = 100.0
+"""Linearised gain from which a place is fitted: three rooms with a wall had 5700 to 8200, and once it was found 2000,
+2800 and -30; a room without one had -28."""
 AGREEING = 1.1
 """Most that the Birge ratio may grow by a wall: true walls took it from 2.5 to 1.3, 8.1 to 4.9 and 11.8 to 5.3, false
 ones from 1.25 to 2.5 and 4.6."""
@@ -180,7 +186,7 @@ def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]
     if few is bare or len(few.likelihoods) == len(base.likelihoods):
         return base if few is bare else few
     walls, middle = [], _middle(few)
-    for k in range(_n_mirrors(bare), _n_mirrors(few)):
+    for k in range(n_mirrors(bare), n_mirrors(few)):
         angle, away = _place_of(few, k, middle, normal)
         walls += upright_planes(middle, normal, np.array([angle]), np.array([away]))
     (with_all,) = _trials(base, [tuple(walls)], round_done) or [base]
@@ -198,7 +204,8 @@ def _some(base: Settled, round_done: Callable[[], None]) -> Settled:
     return settle(found.world, [base.likelihoods[n] for n in few], parts, parts.own, round_done, renewals=1)
 
 
-def _n_mirrors(settled: Settled) -> int:
+def n_mirrors(settled: Settled) -> int:
+    """Return the most mirrors that a recording has."""
     return max((len(one.problem.inputs.planes) for one, _, _ in _sampled(settled)), default=0)
 
 
@@ -211,6 +218,8 @@ def _one_more(base: Settled, normal: FloatArray, round_done: Callable[[], None])
     for number in range(SEARCHES):
         planes = upright_planes(middle, normal, azimuth, distance)
         gains = np.where(_clear(at, planes), linearised_gains(at, planes, round_done), -np.inf)
+        if gains.max() < PROMISING:
+            return best
         gains = gains.reshape(azimuth.size, -1)
         places = peaks(gains, around=number == 0)[: CARRIED if number == 0 else CARRIED_AGAIN]
         before = best.log_evidence if best is not None else -np.inf
@@ -219,7 +228,7 @@ def _one_more(base: Settled, normal: FloatArray, round_done: Callable[[], None])
                 best = trial
         if best is None or best.log_evidence < base.log_evidence + 0.5 * CONVINCING:
             return None
-        if best.log_evidence < before + WALLS.worthwhile:
+        if best.log_evidence < before + WORTHWHILE:
             break
         # what the wall has straightened stays straight: from there its place shows better
         at = _without_last(best, base)
@@ -310,14 +319,16 @@ def _clear(base: Settled, planes: Sequence[MirrorPlane]) -> BoolArray:
 
 def linearised_gains(base: Settled, planes: list[MirrorPlane], round_done: Callable[[], None]) -> FloatArray:
     """Return the linearised log evidence of each plane as one more wall, shape (n_planes,), summed over recordings."""
-    found = base.found
-    gains = np.zeros(len(planes))
-    for one, own, number in _sampled(base):
-        search = _LinearisedSearch(found, one, own, number)
-        for first in range(0, len(planes), TOGETHER):
-            round_done()
-            gains[first : first + TOGETHER] += search.gains(planes[first : first + TOGETHER])
-    return gains
+    tasks = [(base.found, *one, planes) for one in _sampled(base)]
+    return np.asarray(sum(crew().each(_gains_of_one, tasks, round_done)))
+
+
+def _gains_of_one(
+    found: Fit, likelihood: SignalLikelihood, own: FloatArray, number: int, planes: list[MirrorPlane]
+) -> FloatArray:
+    search = _LinearisedSearch(found, likelihood, own, number)
+    parts = [search.gains(planes[first : first + TOGETHER]) for first in range(0, len(planes), TOGETHER)]
+    return np.concatenate(parts)
 
 
 class _LinearisedSearch:

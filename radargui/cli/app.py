@@ -363,7 +363,8 @@ class Calibrate(Command, does="calibrate.calibrate_antennas"):
     output : FILE
         Write the whole setup with the values found here, and the calibration beside it.
     free : tilt,azimuth,...
-        What is found: tilt, azimuth, distance, transmitter (its place), release, gravity (its direction); left out:
+        What is found: tilt, azimuth, distance, transmitter (its place), release, gravity (its direction),
+        polarization; left out:
         tilt, azimuth, distance, release.
     clock
         Instead of the path file's: shared where its times are the recording's.

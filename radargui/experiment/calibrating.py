@@ -19,8 +19,8 @@ from radargui.model.setup import Setup
 from radargui.processing.long_recording import read_for_processing
 
 if TYPE_CHECKING:
-    from radargui.calibration.calibrate import KnownRecording
     from radargui.calibration.known_path import Trajectory
+    from radargui.calibration.rough_fit import KnownRecording
 
 FALL = "fall"
 
@@ -91,7 +91,7 @@ def calibrate_files(order: CalibrationOrder, progress: Progress) -> Calibration:
 
 def _read(path: Path, trajectory: Trajectory | None, setup: Setup) -> KnownRecording:
     """Return a recording with what is known of it; a run knows where its sphere hung."""
-    from radargui.calibration.calibrate import KnownRecording
+    from radargui.calibration.rough_fit import KnownRecording
 
     brought = own_setup_of(path)
     recording = read_for_processing(path) if format_of(path) is RUN else read_recording(path)

@@ -37,11 +37,19 @@ def place_antennas(setup: Setup) -> Antennas:
     Receiver i stands at distance (sin tilt cos azimuth, sin tilt sin azimuth, cos tilt), the transmitter on +z
     (Rech & Huang 2019, fig. 1) or where `position_m` says.
     """
-    tilt = np.radians([receiver.tilt_deg for receiver in setup.receiver])
-    azimuth = np.radians([receiver.azimuth_deg for receiver in setup.receiver])
-    distance = np.array([receiver.distance_m for receiver in setup.receiver])
+    return antennas_at(receiver_values(setup), np.array(setup.transmitter.place_m))
+
+
+def receiver_values(setup: Setup) -> FloatArray:
+    """Return tilt and azimuth (degrees) and distance (m) of each receiver, shape (3, n_receivers)."""
+    return np.array([(one.tilt_deg, one.azimuth_deg, one.distance_m) for one in setup.receiver]).T
+
+
+def antennas_at(receivers: FloatArray, transmitter_m: FloatArray) -> Antennas:
+    """Return the antennas by tilt, azimuth and distance of each receiver, (3, n_receivers), see `place_antennas`."""
+    tilt, azimuth = np.radians(receivers[:2])
     direction = np.stack([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)], axis=1)
-    return Antennas(np.array(setup.transmitter.place_m), distance[:, None] * direction)
+    return Antennas(transmitter_m, receivers[2][:, None] * direction)
 
 
 def path_lengths(position_m: FloatArray, antennas: Antennas) -> FloatArray:

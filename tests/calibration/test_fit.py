@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from radargui.calibration.falls import Falls
-from radargui.calibration.fit import LEAST, Fit
+from radargui.calibration.fit import LEAST, Fit, fit
 from radargui.calibration.known_path import KnownMotion, read_known
 from radargui.calibration.likelihood import Measured, Motion, PathLikelihood, World
+from radargui.calibration.shares import working
 from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns, setup_with
 from radargui.calibration.verdict import GAIN, fit_paths, left_out, other_orders, put_right, undecidable, untold
 from radargui.geometry.path_length import path_lengths, place_antennas
@@ -89,6 +90,15 @@ def test_a_recording_left_out_is_foretold() -> None:
     found = found_of(world, [recordings[0], recordings[0], recordings[1]])
     foretold = left_out(found, [recordings[0], recordings[0], recordings[1]])[0]
     assert (foretold < 2.0 * NOISE_M).all()
+
+
+def test_recordings_shared_out_among_processes_fit_alike() -> None:
+    world, _, recordings = made(7, falls=True)
+    here = fit(world, recordings, steps=2)
+    with working(2):
+        there = fit(world, recordings, steps=2)
+    assert np.array_equal(there.z, here.z)
+    assert np.array_equal(there.locals_[2].residual_m, here.locals_[2].residual_m, equal_nan=True)
 
 
 def test_a_motion_held_antenna_lends_its_u() -> None:

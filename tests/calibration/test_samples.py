@@ -2,43 +2,53 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from benchmarks.laboratory.calibration_scenes import circled, laboratory
 from support.changed import changed
 
+from radargui.calibration.fit import fit
 from radargui.calibration.likelihood import World
-from radargui.calibration.preparing import prepare_fall, sample_problem
+from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known, sample_problem
 from radargui.calibration.signal_likelihood import SignalLikelihood
-from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns
+from radargui.calibration.unknowns import Unknown, antenna_unknowns, fall_unknowns, place_unknowns, with_polarisations
+from radargui.model.errors import UsageError
 from radargui.model.resources import default_setup_path
-from radargui.model.setup import read_setup
+from radargui.model.setup import Setup, read_setup
 from radargui.sources.simulated import simulate_recording
 
 RELEASE = "tracer.release_position_m"
 
 
 @pytest.fixture(scope="module")
-def drop() -> tuple[World, SignalLikelihood]:
-    """A drop whose offsets drift, under a setup that is a little off."""
+def drop() -> tuple[Setup, Prepared]:
+    """A drop of a metal sphere whose offsets drift."""
     setup = changed(
         read_setup(default_setup_path()),
+        transmitter={"polarization_deg": 30.0, "u_polarization_deg": 5.0},
         daq={"rate_hz": 4000.0, "channel_skew_s": 0.0},
         simulation={"drift": 0.2, "rest_s": 0.8, "settle_s": 0.2, "restitution": 0.5},
     )
-    recording, _ = simulate_recording(setup)
-    place = tuple(setup.tracer.release_position_m)
-    unknowns = [*antenna_unknowns(setup), *place_unknowns(setup, place, RELEASE), *fall_unknowns(setup)]
+    return with_polarisations(setup), prepare_fall(simulate_recording(setup)[0], setup, RELEASE)
+
+
+def sampled(unknowns: list[Unknown], setup: Setup, ready: Prepared) -> tuple[World, SignalLikelihood]:
+    """Return the drop by its samples."""
     world = World(setup, tuple(unknowns))
-    ready = prepare_fall(recording, setup, RELEASE)
     own = np.array([one.value for one in ready.motion.own])
     begun = sample_problem(ready, setup, world.values(np.zeros(len(unknowns))), own)
     assert begun is not None
-    assert begun.problem.layout.sizes.drift > 0
     return world, SignalLikelihood(begun.problem, begun.state.theta, ready.motion)
 
 
-def test_the_slope_is_that_of_the_cost(drop: tuple[World, SignalLikelihood]) -> None:
-    world, likelihood = drop
+def test_the_slope_is_that_of_the_cost(drop: tuple[Setup, Prepared]) -> None:
+    setup, ready = drop
+    place = tuple(setup.tracer.release_position_m)
+    unknowns = [*antenna_unknowns(setup, polarised=True), *place_unknowns(setup, place, RELEASE), *fall_unknowns(setup)]
+    world, likelihood = sampled(unknowns, setup, ready)
+    assert likelihood.problem.layout.sizes.drift > 0
     rng = np.random.default_rng(3)
     z, own = 0.05 * rng.standard_normal(len(world.unknowns)), likelihood.start
     own = own + 0.02 * rng.standard_normal(own.size)
@@ -55,3 +65,22 @@ def test_the_slope_is_that_of_the_cost(drop: tuple[World, SignalLikelihood]) -> 
     along = 1e-3 * rng.standard_normal(z.size)
     ahead, behind = (likelihood.at(world, z + sign * along, own).cost for sign in (1.0, -1.0))
     assert (ahead - behind) / 2.0 == pytest.approx(float(here.slope @ along), rel=0.02)
+
+
+def test_a_wrong_polarisation_is_found(tmp_path: Path) -> None:
+    lab = laboratory(2886154, snr_db=36.0, rate_hz=600.0)
+    record, path = circled(lab, tmp_path, centre_m=np.array([0.05, 0.03, 0.02]))
+    setup = with_polarisations(lab.scene.setup)
+    true = np.array([setup.transmitter.polarization_deg, *(one.polarization_deg for one in setup.receiver)])
+    wrong = setup.transmitter.model_copy(update={"polarization_deg": true[0] + 8.0, "u_polarization_deg": 5.0})
+    receivers = tuple(one.model_copy(update={"u_polarization_deg": 5.0}) for one in setup.receiver)
+    turned = setup.model_copy(update={"transmitter": wrong, "receiver": receivers})
+    unknowns = [one for one in antenna_unknowns(turned, polarised=True) if one.group == "polarization"]
+    world, likelihood = sampled(unknowns, turned, prepare_known(record.recording, setup, path))
+    found = fit(world, [likelihood], steps=8)
+    off = np.degrees(world.polarisations(found.z)) - true
+    u = np.sqrt(np.diag(found.covariance())) * [one.u for one in unknowns]
+    assert (np.abs(off) < 2.0 * u).all()
+    assert abs(off[0]) < 1.0
+    with pytest.raises(UsageError, match="counts as a point"):
+        with_polarisations(read_setup(default_setup_path()))

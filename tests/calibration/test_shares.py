@@ -8,7 +8,7 @@ import signal
 
 import pytest
 
-from radargui.calibration.shares import Shares, each
+from radargui.calibration.shares import Shares, crew, working
 from radargui.model.errors import CancelledError, ProcessingError
 
 
@@ -29,19 +29,22 @@ def endless(_number: int) -> None:
 
 def test_answers_come_in_the_order_of_the_recordings_with_their_progress() -> None:
     done: list[float] = []
-    assert each(double, [(1,), (2,), (3,)], 2, Shares(done.append, 3)) == [2, 4, 6]
+    shares = Shares(done.append, 3)
+    with working(2, shares.look) as pair:
+        assert crew() is pair
+        assert pair.each(double, [(1,), (2,), (3,)], shares.one_done) == [2, 4, 6]
     assert done[-1] == pytest.approx(0.5)
 
 
 def test_a_process_that_is_killed_is_said_and_not_waited_for() -> None:
-    with pytest.raises(ProcessingError, match="ended without an answer"):
-        each(killed, [(0,), (1,), (2,)], 2, Shares(lambda _done: None, 3))
+    with pytest.raises(ProcessingError, match="ended without an answer"), working(2) as pair:
+        pair.each(killed, [(0,), (1,), (2,)])
 
 
 def test_who_cancels_does_not_wait_for_what_was_begun() -> None:
     def cancelled(_done: float) -> None:
         raise CancelledError
 
-    with pytest.raises(CancelledError):
-        each(endless, [(1,), (2,)], 2, Shares(cancelled, 2))
+    with pytest.raises(CancelledError), working(2, lambda: cancelled(0.0)) as pair:
+        pair.each(endless, [(1,), (2,)])
     assert not multiprocessing.active_children()

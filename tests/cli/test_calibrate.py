@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from support.command_line import Command
 
-from radargui.calibration.calibrate import Calibrated, KnownRecording, calibrated_setup
+from radargui.calibration.calibrate import Calibrated, calibrated_setup
 from radargui.calibration.fit import Fit
 from radargui.calibration.likelihood import World
+from radargui.calibration.rough_fit import KnownRecording
 from radargui.calibration.unknowns import antenna_unknowns
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError

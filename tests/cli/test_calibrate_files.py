@@ -10,7 +10,7 @@ import pytest
 from support.calibrations import calibration_of
 from support.command_line import Command
 
-from radargui.calibration.calibrate import KnownRecording
+from radargui.calibration.rough_fit import KnownRecording
 from radargui.files.calibration_file import read_calibration
 from radargui.model.setup import Setup, read_setup
 

@@ -194,15 +194,7 @@ def shown(waves: Waves) -> ComplexArray:
 def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int) -> Waves:
     """Return the waves of all ways from the transmitter to a receiver; parameters as for `receiver_signal`."""
     own, shape, k = layout.receivers[receiver], node_m.shape[1:], inputs.wavenumber
-    unknown = layout.plane_unknowns(theta)
-    ends = np.stack([inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]])
-    images = [plane.image(ends, one) for plane, one in zip(inputs.planes, unknown, strict=True)]
-    antenna_m = np.stack([ends, *images], axis=1)
-    node = np.ascontiguousarray(node_m.reshape(3, -1))
-    length = distances(node, antenna_m.reshape(-1, 3)).reshape(2, -1, node.shape[1])
-    # against the release: phi_0 is then the phase there, whatever the antennas' places, and no shift of a plane turns
-    # T and R by radians
-    change = length - np.linalg.norm(inputs.release_m - antenna_m, axis=2)[:, :, None]
+    antenna_m, length, change, lobes = _ways(node_m, theta, layout, inputs, receiver)
     sphere = inputs.sphere_factors(theta, layout, receiver)
     amplitude = FrontEndState.of(theta, own).turn[:, None] * amplitude_of(theta, own, inputs, receiver, sphere)
     n_ways = antenna_m.shape[1]
@@ -211,13 +203,9 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
     # amplitude and phase change together over a bin: the range factor's mean would shift the phase's
     ways = (length[0, 0] * length[1, 0]).reshape(shape)
     path[0, 0] *= ways.mean(axis=1, keepdims=True) / ways
-    lobes, strength = None, sphere.mirrored
-    if n_ways > 1:
+    strength = sphere.mirrored
+    if lobes is not None:
         # the longer way arrives weaker; a lobe changes it with the place
-        factors = np.stack(
-            [theta[places].reshape(-1, N_LOBE) for places in (layout.transmitter_lobe, own.receiver_lobe)]
-        )
-        lobes = lobes_at(node, length, antenna_m, (inputs.planes, unknown), inputs.release_m, factors)
         path[0, 0] *= lobes.of_direct().reshape(shape)
         share = np.exp(lobes.exponents()) * length[:, :1] / length[:, 1:]
         detour = (share * turned(k * (change[:, 1:] - change[:, :1]))).reshape(2, -1, *shape)
@@ -227,6 +215,37 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
         strength = reflections(theta, layout, own)[:, :, None] * strength
     mean = 0.5 * (path[..., 0, :] + path[..., 1, :])
     return Waves(antenna_m, length.reshape(2, -1, *shape), path, mean, sphere.mirrored, strength, lobes)
+
+
+def _ways(
+    node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int
+) -> tuple[FloatArray, FloatArray, FloatArray, Lobes | None]:
+    """Return antennas and images, lengths from there to the nodes, (2, 1 + n_mirrors, n), also against the release."""
+    unknown, own = layout.plane_unknowns(theta), layout.receivers[receiver]
+    ends = np.stack([inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]])
+    images = [plane.image(ends, one) for plane, one in zip(inputs.planes, unknown, strict=True)]
+    antenna_m = np.stack([ends, *images], axis=1)
+    node = np.ascontiguousarray(node_m.reshape(3, -1))
+    length = distances(node, antenna_m.reshape(-1, 3)).reshape(2, -1, node.shape[1])
+    # against the release: phi_0 is then the phase there, whatever the antennas' places, and no shift of a plane turns
+    # T and R by radians
+    change = length - np.linalg.norm(inputs.release_m - antenna_m, axis=2)[:, :, None]
+    if not images:
+        return antenna_m, length, change, None
+    factors = np.stack([theta[places].reshape(-1, N_LOBE) for places in (layout.transmitter_lobe, own.receiver_lobe)])
+    lobes = lobes_at(node, length, antenna_m, (inputs.planes, unknown), inputs.release_m, factors)
+    return antenna_m, length, change, lobes
+
+
+def log_ways(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int) -> ComplexArray:
+    """Return the log of what each way in and out gives `Waves.path`, but for constants, (2, 1 + n_mirrors, n_nodes)."""
+    _, length, change, lobes = _ways(node_m, theta, layout, inputs, receiver)
+    out = 1j * inputs.wavenumber * change
+    if lobes is not None:
+        out[:, 1:] += lobes.exponents() + np.log(length[:, :1] / length[:, 1:])
+        if lobes.direct is not None:
+            out += lobes.factors[:, :1, 1:] @ lobes.direct
+    return np.asarray(out)
 
 
 def reflections(theta: FloatArray, layout: Layout, own: ReceiverLayout) -> ComplexArray:

@@ -133,6 +133,15 @@ def receiver_slopes(
     return ReceiverSlopes(at_nodes, out, n_shared)
 
 
+def way_slope(waves: Waves, by_way: ComplexArray, side: int) -> FloatArray:
+    """Return what the channels change by, (2, n_bins), where the log of the ways (`log_ways`) of one side changes so.
+
+    `side` 0: those of the transmitter, 1: of the receiver; `by_way` of shape (1 + n_mirrors, n_nodes).
+    """
+    over = _over_points(waves)[side]
+    return _mean((over * by_way.reshape(over.shape)).real.sum(axis=0))
+
+
 def _mean(nodes: FloatArray) -> FloatArray:
     """Return the mean over the two nodes, the last axis but one."""
     return np.asarray(0.5 * (nodes[..., 0, :] + nodes[..., 1, :]))

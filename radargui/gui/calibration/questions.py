@@ -27,6 +27,7 @@ GROUPS = {
     "transmitter": ("Place of the transmitter, also off the axis", ()),
     "release": ("Place of the release", ("release_position_m[3]",)),
     "gravity": ("Direction of gravity against z", ()),
+    "polarization": ("Polarisation of each antenna", (".polarization_deg",)),
 }
 """What may be unknown, in words, and which values of the setup are its priors."""
 

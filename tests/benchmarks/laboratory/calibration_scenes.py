@@ -10,8 +10,8 @@ from benchmarks.laboratory.draw import draw
 from benchmarks.laboratory.drop import Array, Drop, Floor, fall
 from benchmarks.laboratory.scene import Record, Scene, make_record
 
-from radargui.calibration.calibrate import KnownRecording
 from radargui.calibration.known_path import Trajectory, read_known
+from radargui.calibration.rough_fit import KnownRecording
 from radargui.model.radar import Floor as StatedFloor, Site
 from radargui.model.setup import Setup
 

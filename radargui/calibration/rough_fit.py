@@ -1,0 +1,229 @@
+"""The first fit, by paths: what is shared, fringes that were lost, and recordings that do not fit what is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from radargui.calibration.fit import MOST_STEPS, Fit
+from radargui.calibration.known_path import Trajectory
+from radargui.calibration.likelihood import PathLikelihood, World
+from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known
+from radargui.calibration.shares import Shares, crew
+from radargui.calibration.unknowns import (
+    antenna_unknowns,
+    fall_unknowns,
+    place_unknowns,
+    with_polarisations,
+)
+from radargui.calibration.verdict import (
+    FAR,
+    GAIN,
+    LOOSE,
+    MISFIT_M,
+    MOST_COMPARED,
+    Slip,
+    fit_paths,
+    other_orders,
+    put_right,
+    rms_m,
+)
+from radargui.model.arrays import BoolArray
+from radargui.model.errors import ProcessingError
+from radargui.model.recording import Recording
+from radargui.model.setup import Setup
+
+RELEASE = "tracer.release_position_m"
+MOST_SLIPS = 2
+"""Lost fringes a recording that are put right: one with more is none to calibrate by."""
+FEW_STEPS = 12
+"""Of a fit that is only compared with others."""
+
+
+@dataclass(frozen=True)
+class KnownRecording:
+    """A recording and what is known of its motion.
+
+    Attributes
+    ----------
+    recording
+        Samples.
+    name
+        For people, each its own.
+    checksum
+        SHA-256 of the file.
+    trajectory
+        None: it is a fall.
+    release_m
+        Where the sphere hung before a fall, as stated.
+    """
+
+    recording: Recording
+    name: str
+    checksum: str
+    trajectory: Trajectory | None
+    release_m: tuple[float, float, float]
+
+    @property
+    def rest_m(self) -> tuple[float, float, float]:
+        """Where the sphere is before it moves."""
+        if self.trajectory is None:
+            return self.release_m
+        x, y, z = self.trajectory.place(np.array([self.trajectory.begin_s]))[:, 0].tolist()
+        return (x, y, z)
+
+
+@dataclass(frozen=True)
+class Rough:
+    """What paths say.
+
+    Attributes
+    ----------
+    found
+        The fit.
+    by_paths, prepared
+        Of each recording.
+    slips
+        Lost fringes, put right in `by_paths`.
+    """
+
+    found: Fit
+    by_paths: tuple[PathLikelihood, ...]
+    prepared: tuple[Prepared, ...]
+    slips: tuple[Slip, ...]
+
+
+def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequence[str], shares: Shares) -> Rough:
+    """Fit the paths of recordings, and put lost fringes right; parameters as for `calibrate`.
+
+    Raises
+    ------
+    ProcessingError
+        Swapped receivers, a mirror image, or another motion than stated.
+    """
+    polarised = "polarization" in groups
+    setup = with_polarisations(setup) if polarised else setup
+    world, places = _world(setup, recordings, place="transmitter" in groups, polarised=polarised)
+    held = np.array([bool(one.group) and one.group not in groups for one in world.unknowns])
+    tasks = [(one, _hung(setup, one.rest_m), place) for one, place in zip(recordings, places, strict=True)]
+    prepared = crew().each(_prepare, tasks, shares.one_done)
+    wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
+    by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
+    rough, by_paths, slips = _put_right(world, by_paths, held, shares.round_done)
+    _refuse_misfit(rough, recordings, prepared, shares.round_done)
+    return Rough(rough, tuple(by_paths), tuple(prepared), tuple(slips))
+
+
+def _put_right(
+    world: World,
+    by_paths: Sequence[PathLikelihood],
+    held: BoolArray,
+    round_done: Callable[[], None],
+    looseness: Sequence[float] = LOOSE,
+    steps: int = MOST_STEPS,
+) -> tuple[Fit, list[PathLikelihood], list[Slip]]:
+    """Fit paths until none has lost a fringe."""
+    paths, slips = list(by_paths), list[Slip]()
+    while True:
+        rough = fit_paths(world, paths, held, round_done, looseness, steps)
+        righted, more = put_right(rough, paths)
+        if not more or len(slips) > MOST_SLIPS * len(paths):
+            return rough, paths, slips
+        paths, slips = righted, slips + more
+
+
+def _prepare(one: KnownRecording, setup: Setup, place: str) -> Prepared:
+    if one.trajectory is None:
+        return prepare_fall(one.recording, setup, place)
+    return prepare_known(one.recording, setup, one.trajectory)
+
+
+def _world(
+    setup: Setup, recordings: Sequence[KnownRecording], *, place: bool = False, polarised: bool = False
+) -> tuple[World, list[str]]:
+    """Return the shared unknowns, and the name of each recording's place (empty: a known motion)."""
+    unknowns = antenna_unknowns(setup, place=place, polarised=polarised)
+    names: dict[tuple[float, float, float], str] = {}
+    places = []
+    for one in recordings:
+        if one.trajectory is not None:
+            places.append("")
+            continue
+        if one.release_m not in names:
+            own = one.release_m == tuple(setup.tracer.release_position_m)
+            names[one.release_m] = RELEASE if own else f"place.{len(names) + 1}"
+            unknowns += place_unknowns(setup, one.release_m, names[one.release_m])
+        places.append(names[one.release_m])
+    if names:
+        unknowns += fall_unknowns(setup)
+    return World(setup, tuple(unknowns)), places
+
+
+def _refuse_misfit(
+    rough: Fit, recordings: Sequence[KnownRecording], prepared: Sequence[Prepared], round_done: Callable[[], None]
+) -> None:
+    """Say why paths do not fit what is known; nothing where they do.
+
+    Raises
+    ------
+    ProcessingError
+        Swapped receivers, a mirror image, or another motion.
+    """
+    worst = max(float(np.nanmax(rms_m(one.residual_m))) for one in rough.locals_)
+    antennas = np.array([bool(one.key) for one in rough.world.unknowns])
+    if worst < MISFIT_M and np.abs(rough.z[antennas]).max(initial=0.0) < FAR:
+        return
+    stride = max(1, len(recordings) // MOST_COMPARED)
+    some = list(zip(recordings, prepared, strict=True))[::stride][:MOST_COMPARED]
+
+    def cost(setup: Setup, fitted: Callable[..., Fit] = fit_paths) -> float:
+        world, _ = _world(setup, [one for one, _ in some])
+        # a known motion's paths were measured against the phases of the antennas as they were said to be
+        ready = [
+            was if one.trajectory is None else prepare_known(one.recording, _hung(setup, one.rest_m), one.trajectory)
+            for one, was in some
+        ]
+        paths = [PathLikelihood(one.measured, one.motion, setup.radar.wavelength_m) for one in ready]
+        held = np.zeros(len(world.unknowns), dtype=bool)
+        return fitted(world, paths, held, round_done, LOOSE[:2], FEW_STEPS).cost
+
+    setup = rough.world.setup
+    tried = [(cost(other), words, other) for words, other in other_orders(setup)]
+    least, words, best = min(tried, key=lambda one: one[0])
+
+    def righted(*asked: Any) -> Fit:
+        return _put_right(*asked)[0]
+
+    # a lost fringe that another order makes up for is none: both without
+    if least < cost(setup) - GAIN and cost(best, righted) < cost(setup, righted) - GAIN:
+        raise ProcessingError(
+            f"the recordings do not fit the setup, but they do where {words}",
+            remedy="Correct the wiring, or the order and azimuths of the receivers in the setup.",
+        )
+    refuse_above(MISFIT_M, rough, recordings)
+
+
+def refuse_above(most_m: float, found: Fit, recordings: Sequence[KnownRecording]) -> None:
+    """Say which recording is no motion as stated; nothing where all are."""
+    rms = [float(np.nanmax(rms_m(one.residual_m))) for one in found.locals_]
+    number = int(np.argmax(rms))
+    if rms[number] >= most_m:
+        known = recordings[number].trajectory
+        raise ProcessingError(
+            f"{recordings[number].name}: its paths are {1e3 * rms[number]:.1f} mm off what is known of its motion "
+            f"({'fall' if known is None else known.words}), whatever the antennas",
+            reasons=(
+                "it was pushed as it left" if known is None else "it belongs to another path file",
+                "a wall or another body bends its paths",
+                "the antennas are farther off than the setup's u says",
+            ),
+            remedy="Leave this recording out, or state larger u.",
+        )
+
+
+def _hung(setup: Setup, place: Sequence[float]) -> Setup:
+    """Return the setup with the sphere hanging at a place."""
+    return setup.model_copy(update={"tracer": setup.tracer.model_copy(update={"release_position_m": tuple(place)})})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -13,6 +12,7 @@ from multiprocessing import active_children, get_context
 from typing import TypeVar
 
 from radargui.model.errors import ProcessingError
+from radargui.model.workers import begin_worker
 
 Progress = Callable[[float], None]
 T = TypeVar("T")
@@ -63,10 +63,8 @@ class Crew:
 
     def __init__(self, count: int, look: Callable[[], None] = lambda: None) -> None:
         self._look = look
-        # who began them hears Ctrl-C and ends them
         self._pools = [
-            ProcessPoolExecutor(1, get_context("spawn"), signal.signal, (signal.SIGINT, signal.SIG_IGN))
-            for _ in range(count if count > 1 else 0)
+            ProcessPoolExecutor(1, get_context("spawn"), begin_worker) for _ in range(count if count > 1 else 0)
         ]
         self._ids = [pool.submit(os.getpid) for pool in self._pools]
 

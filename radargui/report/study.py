@@ -1,7 +1,6 @@
 """Runs studied one after the other, by another process ahead of the pages where there are many."""
 
 import multiprocessing
-import signal
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -9,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from radargui.model.setup import Setup
+from radargui.model.workers import begin_worker
 from radargui.report.run_facts import ResultOf, RunFacts, study
 
 _FEWEST = 6
@@ -36,8 +36,7 @@ def studied(
         yield from map(work, paths)
         return
     context = multiprocessing.get_context("spawn")
-    # who began it hears Ctrl-C and ends it
-    pool = ProcessPoolExecutor(1, context, signal.signal, (signal.SIGINT, signal.SIG_IGN))
+    pool = ProcessPoolExecutor(1, context, begin_worker)
     try:
         waiting: deque[Future[RunFacts]] = deque()
         for path in paths:

@@ -2,7 +2,6 @@
 
 import multiprocessing
 import os
-import signal
 from collections import deque
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -12,6 +11,7 @@ from multiprocessing.synchronize import Event
 from radargui.experiment.batch.task import BatchOutcome, BatchTask, work_on
 from radargui.experiment.processing_apart import workers_ignoring_interrupts
 from radargui.model.errors import CancelledError, ProcessingError
+from radargui.model.workers import begin_worker
 
 _AHEAD = 2
 """Tasks that are handed out for each worker: one to work on, one to go on with."""
@@ -88,7 +88,7 @@ def _run_pool(waiting: deque[BatchTask], count: int, suspects: list[BatchTask]) 
 def _begin(stop: Event) -> None:
     global _stop
     _stop = stop
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    begin_worker()
 
 
 def _work(task: BatchTask) -> BatchOutcome:

@@ -31,7 +31,7 @@ NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> FinishedJob:
     """A run without a result, not to be changed."""
-    setup = simulated_setup(snr_db=45.0, mismatch=0.005, restitution=0.5, rest_s=0.5, settle_s=0.5)
+    setup = simulated_setup(snr_db=45.0, mismatch=0.005, beamwidth_deg=90.0, restitution=0.5, rest_s=0.5, settle_s=0.5)
     setup = changed(
         setup,
         recording={"pretrigger_s": 0.3, "quiet_s": 0.3, "maximum_s": 5.0, "wait_s": 20.0},

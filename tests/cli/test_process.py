@@ -90,7 +90,7 @@ def test_ctrl_c_leaves_the_joint_correction_at_once_and_writes_nothing(
 
     def tell(share: float) -> None:
         shares.append(share)
-        if share > 0.2:
+        if share > 0.15:
             raise KeyboardInterrupt
 
     monkeypatch.setattr("radargui.cli.process.progress_bar", lambda _title: nullcontext(tell))

@@ -153,7 +153,15 @@ def tilted() -> tuple[Setup, JointEstimate]:
         read_setup(default_setup_path()),
         floor={"height_m": None, "normal": normal},
         daq={"rate_hz": 5000.0},
-        simulation={"drop_height_m": 0.2, "restitution": E, "rest_s": 0.3, "settle_s": 0.1, "mismatch": 0.005},
+        simulation={
+            "drop_height_m": 0.2,
+            "restitution": E,
+            "rest_s": 0.3,
+            "settle_s": 0.1,
+            "mismatch": 0.005,
+            "reflection": 0.0,
+            "beamwidth_deg": 90.0,
+        },
     )
     recording, _ = simulate_recording(setup)
     with threadpool_limits(limits=1, user_api="blas"):

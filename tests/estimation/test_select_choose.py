@@ -24,6 +24,8 @@ from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select import budget
 from radargui.estimation.select.choose import ChoiceSettings, ChosenModel, _Selection, choose_model
+from radargui.estimation.solve.changed_problem import problem_with_mirrors
+from radargui.estimation.solve.minimise import log_evidence, minimise
 from radargui.geometry.path_length import path_lengths
 from radargui.model.errors import SolveError
 
@@ -122,6 +124,29 @@ def test_a_doubtful_floor_is_compared_again_once_the_breaks_are_settled(monkeypa
     chosen(made, beyond_doubt=1e9, most_walls=0)
     chosen(made, beyond_doubt=0.0, most_walls=0)
     assert asked == [1]
+
+
+def test_a_floor_is_compared_again_beside_a_wall_that_was_found_without_it() -> None:
+    made = small_problem((WALL_PLANE,), reflection=0.15, shown=(FLOOR_PLANE, WALL_PLANE), sigma=0.005)
+    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
+    best, gain, others = selection.floor_compared_again(selection.converged(made.start, 2))
+    assert [plane.name for plane in best.problem.inputs.planes] == ["floor", "wall"]
+    # more than the race goes on for
+    assert gain == ChoiceSettings().most_behind[-1] * made.data.bins.value.size
+    assert others == ()
+
+
+def test_the_model_without_a_floor_that_hardly_gains_enough_stays_possible() -> None:
+    made = small_problem((FLOOR_PLANE,), reflection=0.15)
+    floored = minimise(made.start, 2)
+    bare = minimise(problem_with_mirrors(floored, ()), 2)
+    # all but 5 of what it gains is asked for
+    asked = log_evidence(floored) - log_evidence(bare) - 5.0
+    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings(direct_lobes=asked))
+    assert selection.preferred(bare, floored) is floored
+    (other,) = selection._alternatives(floored, [bare, floored])
+    assert other.solution is bare
+    assert other.weight == pytest.approx(np.exp(-1.0))
 
 
 def test_few_fringes_make_other_lengths_tried() -> None:

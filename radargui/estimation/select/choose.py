@@ -179,6 +179,9 @@ def choose_model(
         # nobody knows what the rest of the search would have said: what it began with is as likely as what it chose
         alternatives = tuple(Alternative(one, 1.0) for one in selection.compared if one is not solution)
         choices.append(f"The search for walls was ended after {budget.rounds} rounds.")
+    # whether there is a wall, and where, is a question of its own beside floor and lengths
+    among = 1.0 + sum(other.weight for other in alternatives)
+    undecided = [replace(other, weight=among * other.weight) for other in undecided]
     ended_early, budget.left = budget.left < 0, settings.last_rounds
     entered("last")
     solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)

@@ -23,7 +23,9 @@ from radargui.estimation.adaptive.still_ellipse import StillEllipse
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select import budget
-from radargui.estimation.select.choose import ChoiceSettings, ChosenModel, _Selection, choose_model
+from radargui.estimation.select.choose import Alternative, ChoiceSettings, ChosenModel, _Selection, choose_model
+from radargui.estimation.solve.changed_problem import problem_with_mirrors
+from radargui.estimation.solve.minimise import log_evidence, minimise
 from radargui.geometry.path_length import path_lengths
 from radargui.model.errors import SolveError
 
@@ -124,6 +126,29 @@ def test_a_doubtful_floor_is_compared_again_once_the_breaks_are_settled(monkeypa
     assert asked == [1]
 
 
+def test_a_floor_is_compared_again_beside_a_wall_that_was_found_without_it() -> None:
+    made = small_problem((WALL_PLANE,), reflection=0.15, shown=(FLOOR_PLANE, WALL_PLANE), sigma=0.005)
+    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
+    best, gain, others = selection.floor_compared_again(selection.converged(made.start, 2))
+    assert [plane.name for plane in best.problem.inputs.planes] == ["floor", "wall"]
+    # more than the race goes on for
+    assert gain == ChoiceSettings().most_behind[-1] * made.data.bins.value.size
+    assert others == ()
+
+
+def test_the_model_without_a_floor_that_hardly_gains_enough_stays_possible() -> None:
+    made = small_problem((FLOOR_PLANE,), reflection=0.15)
+    floored = minimise(made.start, 2)
+    bare = minimise(problem_with_mirrors(floored, ()), 2)
+    # all but 5 of what it gains is asked for
+    asked = log_evidence(floored) - log_evidence(bare) - 5.0
+    selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings(direct_lobes=asked))
+    assert selection.preferred(bare, floored) is floored
+    (other,) = selection._alternatives(floored, [bare, floored])
+    assert other.solution is bare
+    assert other.weight == pytest.approx(np.exp(-1.0))
+
+
 def test_few_fringes_make_other_lengths_tried() -> None:
     made = small_problem(sigma=0.005)
     selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
@@ -133,6 +158,18 @@ def test_few_fringes_make_other_lengths_tried() -> None:
     lengths = {solution.problem.bias_basis.length_m, *(one.solution.problem.bias_basis.length_m for one in others)}
     assert lengths <= {0.09, 0.14, 0.22}
     assert all(0.01 < other.weight <= 1.0 for other in others)
+
+
+def test_walls_are_weighed_against_every_floor_and_length_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = small_problem()
+    solution = minimise(made.start, 2)
+    lengths, walls = (Alternative(solution, 0.5), Alternative(solution, 0.5)), [Alternative(solution, 0.25)]
+    monkeypatch.setattr(_Selection, "floor", lambda self: (solution, -1.0, ()))
+    monkeypatch.setattr(_Selection, "with_flights", lambda self, *given: given)
+    monkeypatch.setattr(_Selection, "other_lengths", lambda self, one: (one, lengths))
+    monkeypatch.setattr(_Selection, "walls", lambda self, one: (one, walls, []))
+    model = chosen(made, few_fringes=1e9, last_rounds=1)
+    assert [other.weight for other in model.alternatives] == [0.5, 0.5, 0.25 * 2.0]
 
 
 def test_drift_and_flicker_noise_are_told() -> None:

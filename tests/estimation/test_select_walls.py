@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
+from radargui.estimation.select import wall_walk
 from radargui.estimation.select.converge import converge, race
 from radargui.estimation.select.unseen_walls import unseen_walls
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.wall_walk import WalkSettings, walked
 from radargui.estimation.select.walls import best_started, peaks, place_of_last, same_place, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
-from radargui.estimation.solve.minimise import Solution, log_evidence
+from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
+from radargui.estimation.solve.problem import Start, State
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -114,6 +116,28 @@ def test_a_wall_that_stopped_short_of_its_place_walks_there(hidden: Solution) ->
     best, *_ = walked(stopped, UP, nothing, WalkSettings(steps=2))
     assert abs(np.degrees(place_of_last(best, middle, UP)[0]) % 360.0 - 180.0) < 3.0
     assert log_evidence(best) > log_evidence(stopped) + 100.0
+
+
+@pytest.mark.parametrize(("turned_rad", "steps"), [(0.1, 1), (0.4, 3)])
+def test_a_wall_far_from_where_it_was_sought_is_sought_from_where_it_stands(
+    monkeypatch: pytest.MonkeyPatch, turned_rad: float, steps: int
+) -> None:
+    made, tried = small_problem((WALL_PLANE,), reflection=0.1), []
+    theta = made.truth.theta.copy()
+    theta[made.problem.layout.planes] = turned_rad, 0.0, 0.0
+    solution = solved_at(Start(made.problem, State(made.truth.coefficients, theta)))
+    monkeypatch.setattr(wall_walk, "_elsewhere", lambda *given: [])
+    monkeypatch.setattr(wall_walk, "race", lambda starts, *given: tried.append(starts) or [])
+    walked(solution, UP, nothing, WalkSettings(steps=3))
+    assert len(tried) == steps
+    # the first trial: the same wall, held by nothing
+    start = tried[0][0]
+    (plane,), (unknown,) = start.problem.inputs.planes, start.problem.layout.plane_unknowns(start.state.theta)
+    assert unknown.tolist() == [0.0, 0.0, 0.0]
+    image = plane.image(np.zeros(3), unknown)
+    assert np.degrees(np.arctan2(image[1], image[0])) == pytest.approx(
+        np.degrees(np.arctan2(*WALL_PLANE.image(np.zeros(3), theta[made.problem.layout.planes])[1::-1])), abs=3.0
+    )
 
 
 def test_walls_that_nothing_excludes_move_the_solution_and_those_that_the_samples_exclude_do_not() -> None:

@@ -89,6 +89,11 @@ class MirrorPlane:
         return np.asarray(-2.0 * ((turn @ away)[:, None] * normal + (normal @ away) * turn))
 
 
+def has_floor(planes: tuple[MirrorPlane, ...]) -> bool:
+    """Return whether the first mirror is a floor; no other is."""
+    return bool(planes) and planes[0].name == FLOOR
+
+
 def distances(place_m: FloatArray, points_m: FloatArray) -> FloatArray:
     """Return |p - a| for places (3, n) and some antennas or images a, (n_points, 3), shape (n_points, n).
 

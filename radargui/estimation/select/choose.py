@@ -9,7 +9,7 @@ import numpy as np
 
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.forward.bins import BinnedData
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.mirrors import FLOOR, WALL, MirrorPlane, has_floor
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
@@ -161,7 +161,7 @@ def choose_model(
     if typical.max() > settings.hopeless_misfit:
         # walls would only be fitted to what no echo of one body is
         raise NoSingleBodyError(typical)
-    choices = [f"A floor that reflects is {'kept' if gain > 0.0 else 'left out'}: {_gained(gain)}."]
+    choices = [_decided("A floor that reflects", gain)]
     if drift.count and not drift.level.any():
         choices.append("The offsets drift on the rest: slow functions of time are fitted.")
     elif drift.count:
@@ -179,6 +179,9 @@ def choose_model(
         # nobody knows what the rest of the search would have said: what it began with is as likely as what it chose
         alternatives = tuple(Alternative(one, 1.0) for one in selection.compared if one is not solution)
         choices.append(f"The search for walls was ended after {budget.rounds} rounds.")
+    # whether there is a wall, and where, is a question of its own beside floor and lengths
+    among = 1.0 + sum(other.weight for other in alternatives)
+    undecided = [replace(other, weight=among * other.weight) for other in undecided]
     ended_early, budget.left = budget.left < 0, settings.last_rounds
     entered("last")
     solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)
@@ -218,7 +221,11 @@ class _Selection:
         least = self.settings.most_behind[-1] * self.data.bins.value.size
         if bare is None or floored is None:
             return least if bare is None else -least
-        return log_evidence(floored) - log_evidence(bare) - self.settings.direct_lobes
+        return self._worth(floored) - self._worth(bare)
+
+    def _worth(self, solution: Solution) -> float:
+        """Return ln E less what a floor brings along beside itself."""
+        return log_evidence(solution) - self.settings.direct_lobes * has_floor(solution.problem.inputs.planes)
 
     def preferred(self, bare: Solution | None, floored: Solution | None) -> Solution:
         """Return the one with the floor where that gains."""
@@ -257,9 +264,7 @@ class _Selection:
         blind = _typical_misfit(best) > settings.bad_misfit
         solution = settle_breaks(self.data, best, self.normal, self.round_done)
         if blind or 0.0 < gain < settings.beyond_doubt:
-            solution, gain = self.floor_compared_again(solution)
-            if blind:
-                alternatives = ()
+            solution, gain, alternatives = self.floor_compared_again(solution)
         return solution, gain, alternatives
 
     def with_flights(
@@ -286,11 +291,17 @@ class _Selection:
         lowest = place[:, int(np.argmin(self.normal @ place))]
         return MirrorPlane(lowest - self.settings.floor_below_m * self.normal, self.normal, FLOOR)
 
-    def floor_compared_again(self, solution: Solution) -> tuple[Solution, float]:
-        """Return the solution with a floor or without, and what the floor gains now that the breaks are settled."""
-        floor = solution.problem.inputs.planes or (self.floor_below(positions_at_bins(solution)),)
-        tried = self.raced([problem_with_mirrors(solution, planes) for planes in ((), floor)])
-        return self.preferred(*tried), self.gain_of(*tried)
+    def floor_compared_again(self, solution: Solution) -> tuple[Solution, float, tuple[Alternative, ...]]:
+        """Return the solution with a floor or without, what the floor gains now, and the other where it is possible.
+
+        The breaks are settled now, or a wall has taken over what maps explained.
+        """
+        here = solution.problem.inputs.planes
+        walls = tuple(plane for plane in here if plane.name == WALL)
+        floored = here if has_floor(here) else (self.floor_below(positions_at_bins(solution)), *walls)
+        tried = self.raced([problem_with_mirrors(solution, planes) for planes in (walls, floored)])
+        best = self.preferred(*tried)
+        return best, self.gain_of(*tried), self._alternatives(best, [one for one in tried if one is not None])
 
     def other_lengths(self, solution: Solution) -> tuple[Solution, tuple[Alternative, ...]]:
         """Return the solution with the bias maps' correlation length that the evidence prefers, and the others.
@@ -320,25 +331,22 @@ class _Selection:
             if not asked and not (number == 0 and solution.problem.inputs.planes):
                 break
             search = search_wall(solution, self.normal, self.round_done, thorough=asked)
-            kept = search.gain > WALLS.convincing
-            outcome = "kept" if kept else "left out"
-            sentences.append(f"A wall that reflects is {outcome}: {_gained(search.gain)}.")
-            if not kept:
+            sentences.append(_decided("A wall that reflects", search.gain, WALLS.convincing))
+            if search.gain <= WALLS.convincing:
                 undecided += self._with_bins_of(solution.problem, search.tried)
                 break
             solution, undecided = self.moved_on(search, solution.problem)
+            if not has_floor(solution.problem.inputs.planes):
+                # maps that stood for the wall stood for the floor, too
+                solution, gain, others = self.floor_compared_again(solution)
+                sentences.append(_decided("Beside it a floor that reflects", gain))
+                # the wall's other places lack the floor
+                lower = self._weight(-gain)
+                undecided = [*others, *(replace(one, weight=lower * one.weight) for one in undecided)]
         return solution, undecided, sentences
 
     def moved_on(self, search: WallSearch, whole: JointProblem) -> tuple[Solution, list[Alternative]]:
-        """Return the best of a search with its breaks settled and its wall moved, and what stays possible.
-
-        Parameters
-        ----------
-        search
-            On fewer bins.
-        whole
-            With all of them.
-        """
+        """Return the best of a search on all bins of `whole`, breaks settled, wall moved, and what stays possible."""
         found = with_bins_of(search.tried[0].solution, whole)
         settled = settle_breaks(self.data, found, self.normal, self.round_done)
         start = solved_at(with_fewer_bins(Start(settled.problem, settled.state), WALLS.most_bins))
@@ -375,19 +383,15 @@ class _Selection:
 
     def _alternatives(self, best: Solution, tried: list[Solution]) -> tuple[Alternative, ...]:
         """Return the other solutions with their weights, those above 1 % of the best."""
-        against = log_evidence(best)
-        others = (
-            Alternative(solution, self._weight(log_evidence(solution) - against))
-            for solution in tried
-            if solution is not best
-        )
-        return tuple(other for other in others if other.weight > self.settings.least_weight)
+        weighed = [(one, self._weight(self._worth(one) - self._worth(best))) for one in tried if one is not best]
+        return tuple(Alternative(one, weight) for one, weight in weighed if weight > self.settings.least_weight)
 
 
-def _gained(gain: float) -> str:
-    """Return a sentence's end on a gain; one beyond doubt is not found out in full."""
+def _decided(what: str, gain: float, least: float = 0.0) -> str:
+    """Return a sentence on what is kept above a gain; one beyond doubt is not found out in full."""
     most = WALLS.most_behind[-1]
-    return f"log evidence {gain:+.0f}" if abs(gain) < most else f"log evidence beyond {np.copysign(most, gain):+.0f}"
+    value = f"{gain:+.0f}" if abs(gain) < most else f"beyond {np.copysign(most, gain):+.0f}"
+    return f"{what} is {'kept' if gain > least else 'left out'}: log evidence {value}."
 
 
 def _typical_misfit(solution: Solution) -> float:

@@ -133,7 +133,7 @@ def problem_with_mirrors(
     solution
         Converged.
     planes
-        Its mirrors in its order, more or fewer.
+        Its mirrors in its order, more or fewer; new ones stand last, or first where its last one stays the last.
     bias
         Functions of the bias maps; None keeps them.
     """
@@ -161,7 +161,9 @@ def mirrors_changed(
     layout = make_layout(replace(old.sizes, mirrors=len(planes), bias=n_bias))
     # maps that explain what a new mirror would hold it down: kept, a wall gained 32 in ln E and 0.47 mm stayed; started
     # at zero it gained 149 and 0.09 mm was left
-    source, target = carried_places(old, layout, bias=bias is None and len(planes) <= old.sizes.mirrors)
+    fewer, was_planes = len(planes) <= old.sizes.mirrors, before.inputs.planes
+    last_stays = bool(planes and was_planes) and planes[-1] is was_planes[-1]
+    source, target = carried_places(old, layout, bias=bias is None and fewer, last=last_stays)
     mean, sd = before.prior.mean, before.prior.sd
     # priors as at the start: what was re-estimated without the mirror explains what the mirror shall
     means = [ReceiverConstants(*mean[own.constants]) for own in old.receivers]
@@ -169,10 +171,11 @@ def mirrors_changed(
     # a new mirror starts at nothing, and its evidence counts from there
     new_theta = np.zeros(layout.size)
     lobes = lobe_places(layout)
+    new_theta[lobes] = prior.mean[lobes]
     new_theta[target] = theta[source]
     # a plane that was put elsewhere counts from there
-    moved = [new is not was for new, was in zip(planes, before.inputs.planes, strict=False)]
-    new_theta[layout.planes].reshape(-1, 3)[: len(moved)][moved] = 0.0
+    moved = [all(new is not was for was in was_planes) for new in planes]
+    new_theta[layout.planes].reshape(-1, 3)[moved] = 0.0
     middle = before.bias_basis.centre.mean(axis=1)
     prior = with_lobes_of_walls(prior, layout, new_theta, planes, before.inputs.antennas, middle)
     fresh = np.setdiff1d(lobes, target)
@@ -197,7 +200,7 @@ def positions_at_bins(solution: Solution) -> FloatArray:
     return np.asarray((solution.at.design @ solution.state.coefficients + solution.problem.inputs.release_m).T)
 
 
-def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntArray, IntArray]:
+def carried_places(old: Layout, new: Layout, *, bias: bool = True, last: bool = False) -> tuple[IntArray, IntArray]:
     """Return places in the old layout and where they stand in a new one with more or fewer mirrors.
 
     Parameters
@@ -206,6 +209,8 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntA
         Layouts.
     bias
         Whether the coefficients of the bias maps mean the same in both.
+    last
+        Whether the last mirrors are the same; else the first are.
     """
     pairs = [(old.breaks, new.breaks), (old.flight, new.flight), (old.planes, new.planes)]
     pairs += [
@@ -225,7 +230,9 @@ def carried_places(old: Layout, new: Layout, *, bias: bool = True) -> tuple[IntA
             (was.polarization, now.polarization),
         ]
         pairs += [(was.drift_i, now.drift_i), (was.drift_q, now.drift_q)]
-    shared = [(a.start, b.start, min(a.stop - a.start, b.stop - b.start)) for a, b in pairs]
-    source = np.concatenate([np.arange(a, a + count) for a, _, count in shared])
-    target = np.concatenate([np.arange(b, b + count) for _, b, count in shared])
+    shared = [(a, b, min(a.stop - a.start, b.stop - b.start)) for a, b in pairs]
+    source, target = (
+        np.concatenate([(one.stop - count if last else one.start) + np.arange(count) for one, count in side])
+        for side in ([(a, count) for a, _, count in shared], [(b, count) for _, b, count in shared])
+    )
     return source, target

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.forward.lobes import LOBE_UNITS, axis_of, main_lobe
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
 from radargui.estimation.forward.parameters import N_LOBE, Layout
 from radargui.estimation.solve.priors import PRIORS, Prior
 from radargui.geometry.path_length import Antennas
@@ -39,7 +39,7 @@ def main_lobes(layout: Layout, theta: FloatArray, planes: tuple[MirrorPlane, ...
 
     Those of ordinary antennas where there is no floor.
     """
-    if not planes or planes[0].name != FLOOR:
+    if not has_floor(planes):
         return np.full(1 + len(layout.receivers), -PRIORS.lobe[1] / LOBE_UNITS[1])
     shown = np.array([max(0.0, -theta[own.receiver_lobe][1] / LOBE_UNITS[1]) for own in layout.receivers])
     # the floor lies on the transmitter's axis and does not show its lobe: as wide as the receivers'
@@ -71,7 +71,7 @@ def with_lobes_of_walls(
     settings
         Deviations.
     """
-    if not planes or planes[0].name != FLOOR:
+    if not has_floor(planes):
         return prior
     mean, sd = prior.mean.copy(), prior.sd.copy()
     main = -LOBE_UNITS[1] * main_lobes(layout, theta, planes)

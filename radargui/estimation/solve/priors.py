@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor
 from radargui.estimation.forward.parameters import (
     Layout,
     ReceiverConstants,
@@ -203,7 +203,7 @@ def make_prior(
         )
         group([of_mirror(own.double_reflection, m) for own in receivers], settings.double_reflection)
     bias, log_amplitude = settings.bias, settings.log_amplitude_map
-    if planes and planes[0].name == FLOOR:
+    if has_floor(planes):
         bias, log_amplitude = settings.bias_beside_floor, settings.log_amplitude_beside_floor
     # slow noise keeps N(0, 1) of its own functions, measured on the rest: the motion would lend it everything slow
     for own, constants in zip(receivers, start, strict=True):

@@ -239,6 +239,9 @@ class AcquisitionSeries:
                 if self._ended:
                     continue
                 if self._acquisition.wait(0.0):
+                    # what it reported as it ended may have come meanwhile
+                    with suppress(queue.Empty):
+                        return self._messages.get_nowait()
                     # stopped before it had begun: then nobody reports it
                     return None
                 health = self._acquisition.health

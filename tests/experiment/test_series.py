@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from support.one_run import record_run
 from support.run_contents import read_run_truth, read_summary
 from support.simulated_setup import simulated_setup
 
+from radargui.acquisition.acquisition import Acquisition
 from radargui.acquisition.run_output import FinishedRun
 from radargui.acquisition.run_plan import Ending, RecorderState
 from radargui.experiment import finished
@@ -130,6 +132,31 @@ def test_every_sample_between_two_drops_was_taken_from_one_stream(
         # the pre-trigger history of the next one reaches back into the quiet end of the one before
         assert after.first_index <= before.end_index + 15000
         assert after.first_index > before.end_index - 0.3 * 10000 - 400
+
+
+def test_a_run_that_ends_just_after_nothing_had_come_is_not_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setup = drops()
+    experiment, _ = series(tmp_path, setup, lambda run: SimulatedSource(setup, run=run))
+    get, wait = AcquisitionSeries._next, Acquisition.wait
+    ends: list[Acquisition] = []
+
+    def late(self: AcquisitionSeries) -> Any:
+        """Nothing comes in time, and all of it before anybody asks whether that was the end."""
+        if self._acquisition in ends:
+            return get(self)
+        ends.append(self._acquisition)
+        monkeypatch.setattr("radargui.experiment.series.HEALTH_S", 0.0)
+        monkeypatch.setattr(Acquisition, "wait", lambda one, _: wait(one, LONGEST_S))
+        message = get(self)
+        monkeypatch.setattr("radargui.experiment.series.HEALTH_S", LONGEST_S)
+        monkeypatch.setattr(Acquisition, "wait", wait)
+        return message
+
+    monkeypatch.setattr(AcquisitionSeries, "_next", late)
+    runs = list(experiment.record(1))
+    assert [run.path is not None and run.result is not None for run in runs] == [True]
 
 
 def test_a_run_set_aside_can_be_taken_back_and_processed(tmp_path: Path) -> None:

@@ -42,6 +42,8 @@ LONGEST_S = 600.0
 TURN_MS = 50
 """Events are handled so long at most before the time is looked at."""
 NEAR_FLOOR_MM = -40.0
+MORE_THAN_NOISE_MM = 1.0
+"""A sphere that was put back and hangs still is recorded too, until its rest ends the run."""
 REST_S = 6.0
 HEIGHTS_M = (0.25, 0.17, 0.10)
 DROPS = 3
@@ -224,7 +226,7 @@ def is_falling(window: MainWindow) -> bool:
     if shown is None or window.control.state is not AppState.RECORDING:
         return False
     z = shown.position_mm[2]
-    return bool(z.min() < NEAR_FLOOR_MM and z[-1] < z[-8])
+    return bool(z.min() < NEAR_FLOOR_MM and z[-8] - z[-1] > MORE_THAN_NOISE_MM)
 
 
 def wait(condition: Callable[[], object]) -> None:

@@ -68,12 +68,12 @@ def _record(command: list[str]) -> tuple[str, int]:
 
 
 def test(arguments: list[str], *prefix: str) -> int:
-    """Run the test suite on two processes; arguments go to pytest."""
+    """Run the test suite on three processes, since tests wait, too; arguments go to pytest."""
     qt_libraries.ensure(qt_libraries.OFFSCREEN)
     python = environment.ensure("dev")
     alone = any(argument.startswith(("-n", "--pdb", "--numprocesses", "--collect-only")) for argument in arguments)
     # a file stays together: its shared window or estimate is made once
-    parallel = [] if alone else ["-n", "2", "--dist", "loadfile"]
+    parallel = [] if alone else ["-n", "3", "--dist", "loadfile"]
     return _call([str(python), "-m", *prefix, "pytest", *parallel, *arguments], cwd=ROOT)
 
 

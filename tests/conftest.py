@@ -27,9 +27,14 @@ settings.load_profile("seeded")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--hardware", action="store_true", help="run the tests that need a real NI device")
+    parser.addoption("--slow", action="store_true", help="run the long tests too: many seeds, walls sought, a cluster")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if not config.getoption("--slow"):
+        slow = [item for item in items if "slow" in item.keywords]
+        items[:] = [item for item in items if "slow" not in item.keywords]
+        config.hook.pytest_deselected(items=slow)
     if config.getoption("--hardware"):
         return
     skip = pytest.mark.skip(reason="needs a real NI device: run with --hardware")

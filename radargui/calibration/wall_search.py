@@ -349,7 +349,7 @@ class _LinearisedSearch:
         self.free, self.inverse = free, np.linalg.inv(total[np.ix_(free, free)])
         self.shared_slope = (all_slope - was_slope + slope + z)[free]
         inputs, layout = self.at.problem.inputs, self.at.problem.layout
-        lobes = main_lobes(layout, self.at.theta, inputs.planes)
+        lobes = main_lobes(layout, self.at.theta)
         self.waves = [
             DirectWave.of(self.at.node_m[:, 2 * n : 2 * n + 2], self.at.waves[n], inputs, lobes[[0, 1 + n]])
             for n in range(n_receivers)

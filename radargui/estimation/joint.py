@@ -119,8 +119,11 @@ def _share_done(stage: str, rounds: int) -> float:
 
 def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values: AtSamples) -> JointEstimate:
     solution = chosen.solution
-    speeds = break_speeds(solution, np.asarray(setup.floor.normal))
+    normal = np.asarray(setup.floor.normal)
+    speeds = break_speeds(solution, normal)
     impacts = speeds.are_impacts()
+    # a body comes to rest by bounces that are too short to be followed
+    unseen_m = 0.0 if solution.problem.in_flight[-1] else speeds.bouncing_on_m(signals.time_s)
     breaks = solution.problem.layout.breaks
     u_breaks = np.sqrt(solution.normal.global_variances()[breaks])
     constants = composed(_constants(chosen), signals)
@@ -143,12 +146,12 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
         "joint",
         signals.time_s,
         values.change_m,
-        values.u_change_m,
+        np.hypot(values.u_change_m, 2.0 * unseen_m),
         values.i,
         values.q,
         valid,
         values.position_m,
-        values.u_position_m,
+        np.hypot(values.u_position_m, np.abs(normal)[:, None] * unseen_m),
         signals.onset_s,
         speeds.time_s[impacts],
         u_breaks[impacts],

@@ -330,7 +330,7 @@ class MainWindow(QMainWindow):
         changed = "*" if self.setup_model.modified else ""
         mark = " (simulated)" if self.runs.model.simulated else ""
         where = f" · session {session.path.name}{mark}" if session else ""
-        self.setWindowTitle(f"RadarGUI · {path.name if path else 'setup'}{changed}{where}")
+        self.setWindowTitle(f"{path.name if path else 'setup'}{changed}{where}")  # Qt adds the program's name
 
     def unfinished(self) -> tuple[str, ...]:
         """Return what has to end before the window can close, in words."""

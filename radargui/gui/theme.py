@@ -79,7 +79,8 @@ class Theme(QObject):
         self.application = application
         self.choice: ThemeChoice = choice
         # Fusion is the one style that takes any palette on every system
-        application.setStyle("Fusion")
+        if application.style().objectName() != "fusion":
+            application.setStyle("Fusion")
         application.styleHints().colorSchemeChanged.connect(self._refresh)
         self._system_dark = application.palette().color(QPalette.ColorRole.Window).lightness() < 128
         self.colours = LIGHT

@@ -26,7 +26,7 @@ from radargui.processing.part import Part
 from radargui.processing.uncertainty_budget import changes_of_track, with_budget
 from radargui.processing.whole import Whole
 from radargui.restitution.bounces import find_bounces
-from radargui.restitution.cross_check import disagreements
+from radargui.restitution.cross_check import disagreements, found_tilt
 
 ESTIMATES = ("adaptive", "joint")
 
@@ -148,7 +148,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         warnings.append(NO_REST_AFTER_GAP if after_gap else NO_REST)
         if after_gap:
             track = _unknown(track)
-    bounces, budget = Bounces(), None
+    bounces, budget, corrected = Bounces(), None, motion.corrected
     if track is not None and not rejected:
         # the joint estimate knows the speeds at an impact from all samples; a track has them from its flights
         bounces = motion.bounces or _bounces_of(track, segment, setup, rate_hz)
@@ -161,6 +161,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         else:
             bounces = _unsupported(bounces)
         warnings += disagreements(bounces)
+        corrected = replace(corrected, decisions=(*corrected.decisions, *found_tilt(bounces)))
     warnings += [
         f"receiver {channel.name} is {channel.verdict}: {channel.reason}"
         for channel in channels
@@ -172,7 +173,7 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         status="rejected" if rejected else "ok",
         reason="; ".join(rejected),
         segment=whole.segment(segment),
-        corrected=partial(whole.corrected, motion.corrected, channels),
+        corrected=partial(whole.corrected, corrected, channels),
         paths=partial(whole.paths, paths),
         track=None if track is None else partial(whole.track, track),
         bounces=bounces,

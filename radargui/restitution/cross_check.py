@@ -77,21 +77,28 @@ def _rises_m(impact_s: FloatArray, time_s: FloatArray, height_m: FloatArray) -> 
     return out.tolist()
 
 
-def disagreements(bounces: Bounces) -> list[str]:
-    """Return a sentence for each impact whose three coefficients do not agree within three standard uncertainties.
+def found_tilt(bounces: Bounces) -> tuple[str, ...]:
+    """Return a sentence where the impacts say that the floor, of which the setup says nothing, is tilted, else none.
 
-    And one where the impacts say that the floor, of which the setup says nothing, is tilted.
+    No warning: speeds are along what was found, and what is left open belongs to u.
     """
+    if bounces.u_tilt_deg is None or bounces.normal is None:
+        return ()
+    x, y, z = bounces.normal
+    # the angle of the mean normal; its u holds what kicks aside could have done
+    tilt = np.degrees(np.arctan2(np.hypot(x, y), z))
+    if tilt <= CHECKS.told_tilt_deg + CHECKS.coverage * bounces.u_tilt_deg:
+        return ()
+    sentence = (
+        f"The floor is tilted by {tilt:.2f} ± {bounces.u_tilt_deg:.2f} degrees, as the impacts say (the setup gives no "
+        f"floor.normal): speeds are along ({x:.3f}, {y:.3f}, {z:.3f})."
+    )
+    return (sentence,)
+
+
+def disagreements(bounces: Bounces) -> list[str]:
+    """Return a sentence for each impact whose three coefficients do not agree within three standard uncertainties."""
     sentences = []
-    if bounces.u_tilt_deg is not None and bounces.normal is not None:
-        x, y, z = bounces.normal
-        # the angle of the mean normal; its u holds what kicks aside could have done
-        tilt = np.degrees(np.arctan2(np.hypot(x, y), z))
-        if tilt > CHECKS.told_tilt_deg + CHECKS.coverage * bounces.u_tilt_deg:
-            sentences.append(
-                f"the floor is tilted by {tilt:.2f} ± {bounces.u_tilt_deg:.2f} degrees, as the impacts say (the setup "
-                f"gives no floor.normal): speeds are along ({x:.3f}, {y:.3f}, {z:.3f})"
-            )
     for number, impact in enumerate(bounces.impacts, 1):
         # what is not valid is warned of already; below this speed an impact can hide in the noise; and where several
         # stand for the next one, it is not the instant at which this flight ends

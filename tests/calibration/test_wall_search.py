@@ -48,6 +48,7 @@ def fitted() -> Settled:
     return approach(world, [one], start, start.own, lambda: None)
 
 
+@pytest.mark.slow
 def test_with_its_wall_the_samples_fit_and_without_they_do_not(fitted: Settled) -> None:
     planes = upright_planes(np.zeros(3), UP, np.array([np.radians(WALL_DEG + 180.0)]), np.array([WALL_M]))
     (better,) = _trials(fitted, [tuple(planes)], lambda: None)

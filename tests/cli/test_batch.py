@@ -121,6 +121,7 @@ def test_ctrl_c_ends_it_in_one_line_and_the_same_command_goes_on(tmp_path: Path)
     assert out.splitlines()[-1] == f"{4 - done} processed, {done} were up to date, 0 failed of 4 runs"
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(240)
 def test_a_cluster_that_loses_a_worker_gives_the_same_results_as_this_computer(tmp_path: Path) -> None:
     here = store_runs(tmp_path / "here", 1)

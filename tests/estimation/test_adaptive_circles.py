@@ -190,7 +190,7 @@ ROUGH = tuple(
 
 def seen() -> tuple[BinnedData, np.ndarray, np.ndarray]:
     """Return bins, true places and true phases of a small problem."""
-    binned = small_problem(sigma=0.005).data
+    binned = small_problem(sigma=0.005, lobe=0.0).data
     true = positions(binned.bins.time_s)
     change = path_lengths(true, ANTENNAS) - path_lengths(RELEASE_M[:, None], ANTENNAS)
     return binned, true, 2.0 * np.pi * change / binned.wavelength_m

@@ -103,7 +103,7 @@ def inputs_and_layout(body: PolarisedSphere | None = None):
         MirrorPlane(np.array([0.0, 0.0, -0.15]), np.array([0.0, 0.0, 1.0]), "floor"),
         MirrorPlane(np.array([0.15, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0]), "wall"),
     )
-    layout = make_layout(Sizes(0, 2, 3, 3, 2, 2, 0 if body is None else 1))
+    layout = make_layout(Sizes(0, 2, 3, 3, 2, 2, 0 if body is None else 1, walls=1))
     inputs = ModelInputs(
         ANTENNAS,
         np.array([0.0, 0.01, 0.12]),

@@ -22,6 +22,7 @@ def made(seed: int, kind: str) -> SceneRecord:
     return make_record(draw_scene(seed, kind))
 
 
+@pytest.mark.slow
 def test_a_bounce_between_two_short_flights_is_not_missed() -> None:
     record = made(4037, "generic")
     seen = [impact for impact in record.scene.motion.impacts if impact.after_m_s[2] > 0.15]
@@ -96,6 +97,7 @@ def test_the_slow_beginning_of_a_pendulum_is_not_taken_for_a_hum() -> None:
     assert conditioned.hum is None
 
 
+@pytest.mark.slow
 def test_a_wall_is_found_where_it_stands() -> None:
     short = {"moving_s": 0.4, "rate_hz": 2500.0, "snr_db": 40.0, "flicker": 0.0}
     record = make_record(draw_scene(4057, "physical", **short))
@@ -114,6 +116,7 @@ def test_a_wall_is_found_where_it_stands() -> None:
     assert np.sqrt((error**2).sum(axis=0).mean()) < 1e-4
 
 
+@pytest.mark.slow
 def test_a_wall_that_cannot_be_told_from_noise_counts_in_the_uncertainty() -> None:
     record = made(4036, "physical")
     assert len(record.scene.planes) == 2

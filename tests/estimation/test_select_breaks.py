@@ -119,6 +119,17 @@ def test_after_the_last_impact_the_body_lands_again_and_again_with_the_same_coef
     assert speeds([1.0], [-2.0], [1.0]).expected_impacts(1.1).size == 0
 
 
+def test_where_it_bounces_on_unfollowed_it_is_known_to_the_height_of_the_next_flight() -> None:
+    g, last_s = 9.81, 1.0 + 0.4 / 9.81
+    bouncing, flight_s, height_m = speeds([1.0, last_s], [-0.4, -0.2], [0.2, 0.1]), 0.2 / g, 0.1**2 / (2.0 * g)
+    places = last_s + flight_s * np.array([-1.1, -0.9, 0.0, 1.9, 2.1])
+    known = pytest.approx(height_m / np.sqrt(12.0))
+    assert bouncing.bouncing_on_m(places).tolist() == [0.0, known, known, known, 0.0]
+    # a flight of 0.1 s is followed, or is not over yet
+    assert not speeds([1.0, last_s], [-2.0, -1.0], [1.0, 0.5]).bouncing_on_m(places).any()
+    assert not speeds([1.0], [0.0], [1.0]).bouncing_on_m(places).any()
+
+
 def test_what_no_body_does_is_no_impact() -> None:
     held_by_nothing = speeds([1.0, 1.006, 1.1], [-0.2, -36.0, -0.3], [36.0, 0.1, 0.2])
     assert held_by_nothing.are_impacts().tolist() == [False, False, True]

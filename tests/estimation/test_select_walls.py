@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
+from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select import wall_walk
 from radargui.estimation.select.converge import converge, race
-from radargui.estimation.select.unseen_walls import unseen_walls
+from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.wall_walk import WalkSettings, walked
 from radargui.estimation.select.walls import best_started, peaks, place_of_last, same_place, search_wall
@@ -108,9 +109,10 @@ def test_of_trials_that_meet_the_first_goes_on(hidden: Solution) -> None:
     assert not same_place(first, other)
 
 
+@pytest.mark.slow
 def test_a_wall_that_stopped_short_of_its_place_walks_there(hidden: Solution) -> None:
     middle = positions_at_bins(hidden).mean(axis=1)
-    aside = upright_planes(middle, UP, np.radians([220.0]), np.array([0.14]))
+    aside = upright_planes(middle, UP, np.radians([235.0]), np.array([0.14]))
     stopped = converge(problem_with_mirrors(hidden, tuple(aside)), 3, nothing)
     assert abs(np.degrees(place_of_last(stopped, middle, UP)[0]) % 360.0 - 180.0) > 20.0
     best, *_ = walked(stopped, UP, nothing, WalkSettings(steps=2))
@@ -140,11 +142,14 @@ def test_a_wall_far_from_where_it_was_sought_is_sought_from_where_it_stands(
     )
 
 
-def test_walls_that_nothing_excludes_move_the_solution_and_those_that_the_samples_exclude_do_not() -> None:
-    assert unseen_walls(converged(small_problem(sigma=0.001)), UP, 5.0) == ([], 0.0)
-    noisy = converged(small_problem(sigma=0.1))
-    moved, weight = unseen_walls(noisy, UP, 5.0)
+@pytest.mark.parametrize("planes", [(), (FLOOR_PLANE,)], ids=["a floor", "walls beside a floor"])
+def test_what_nothing_excludes_moves_the_solution_and_what_the_samples_exclude_does_not(
+    planes: tuple[MirrorPlane, ...],
+) -> None:
+    assert unseen_mirrors(converged(small_problem(planes, sigma=0.001)), UP, 5.0) == ([], 0.0)
+    noisy = converged(small_problem(planes, sigma=0.1))
+    moved, weight = unseen_mirrors(noisy, UP, 5.0)
     assert 0.1 < len(moved) * weight < 1.0
     solutions = [replace(noisy, state=one) for one in moved]
     away_m = [np.sqrt(((positions_at_bins(one) - positions_at_bins(noisy)) ** 2).mean()) for one in solutions]
-    assert all(2e-5 < one < 3e-4 for one in away_m)
+    assert all(1e-5 < one < 3e-4 for one in away_m)

@@ -82,10 +82,8 @@ def board(qapp: QApplication) -> NoticeBoard:
 
 
 @pytest.fixture
-def theme(qapp: QApplication) -> Iterator[Theme]:
-    theme = Theme(qapp, "light")
-    yield theme
-    theme.apply("system")
+def theme(qapp: QApplication) -> Theme:
+    return Theme(qapp, "light")
 
 
 @pytest.fixture
@@ -164,7 +162,6 @@ def module_window(
         windows(QtBot(request), theme, NoticeBoard(), folder / "settings.ini", patch) as make,
     ):
         yield make(write_lab(folder))
-    theme.apply("system")
 
 
 @pytest.fixture
@@ -177,7 +174,8 @@ def window(
     layout stays.
     """
     window = module_window
-    window.theme.apply("light")
+    if window.theme.choice != "light":
+        window.theme.apply("light")
     window.board.clear()
     window.hardware.choose("simulated")
     window.hardware.replay._file.line.clear()

@@ -53,8 +53,7 @@ def test_from_the_first_start_to_the_report_by_keys_alone(make_window: Any, wait
     window.activateWindow()
     wait_for(window.isActiveWindow)
     assert window.setup_model.shipped
-    assert window.hardware.kind == "simulated"
-    assert window.bar.state.text == "IDLE"
+    assert (window.hardware.kind, window.bar.state.text) == ("simulated", "IDLE")
     assert window.board.notices == ()
     window.panels.go_to("hardware")
     # low and quick, typed as an operator would
@@ -298,6 +297,7 @@ def test_drops_with_a_backlog_closed_in_the_middle_are_found_again(
     assert again.later.isHidden()
 
 
+@pytest.mark.slow
 def test_what_was_left_for_later_is_computed_in_a_process_of_its_own(
     make_window: Any, setup_path: Path, wait_for: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

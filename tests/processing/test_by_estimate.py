@@ -10,6 +10,7 @@ import pytest
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import make_record
 from support.changed import changed
+from support.small_problem import small_problem
 
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.recording import Recording, Truth
@@ -17,7 +18,7 @@ from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, read_setup
 from radargui.model.uncertainty_budget import InputChange
-from radargui.processing.by_estimate import _hardly_known, _is_hopeless, _is_unknown
+from radargui.processing.by_estimate import _hardly_known, _is_hopeless, _is_unknown, _missing_mirrors
 from radargui.processing.offline import process
 from radargui.report.tables import result_document
 from radargui.sources.simulated.model import simulate_recording
@@ -180,6 +181,16 @@ def test_circles_that_are_bent_are_no_reason_to_give_up_where_the_places_fall(
     assert _is_hopeless(one, one) is hopeless
     one.impact_s = np.zeros(0)
     assert _is_hopeless(one, one)
+
+
+def test_maps_nearly_as_large_as_the_signal_are_told_to_stand_for_mirrors(setup: Setup) -> None:
+    problem = small_problem(n_bins=20).problem
+    body = changed(setup, transmitter={"polarization_deg": 0.0})
+    assert _missing_mirrors(problem, body) == ""
+    problem.prior.sd[problem.layout.receivers[1].bias_i] = 0.4
+    assert "reflectors that were not found" in _missing_mirrors(problem, body)
+    # where the sphere counts as a point they are what it scatters
+    assert _missing_mirrors(problem, changed(setup, transmitter={"polarization_deg": None})) == ""
 
 
 def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty(setup: Setup) -> None:

@@ -65,6 +65,7 @@ def gain_errors(record: SceneRecord, result: RunResult) -> np.ndarray:
     return np.array([(channel.gain_ratio or 0.0) - own.gain for channel, own in pairs])
 
 
+@pytest.mark.slow
 def test_a_short_drop_finds_its_front_ends_better_with_what_is_known_and_says_from_where(
     short: SceneRecord, setup: Setup
 ) -> None:

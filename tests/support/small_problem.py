@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.estimation.forward.bins import BinnedData, Bins, Multiplexer
 from radargui.estimation.forward.mirrors import FLOOR, WALL, MirrorPlane
-from radargui.estimation.forward.parameters import ReceiverConstants
+from radargui.estimation.forward.parameters import ReceiverConstants, lobe_places
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start, State, linearise
@@ -75,6 +75,7 @@ def small_problem(
     shown: tuple[MirrorPlane, ...] | None = None,
     breaks_s: tuple[float, ...] = (BOUNCE_S,),
     crosstalk: float | None = None,
+    lobe: float | None = None,
 ) -> SmallProblem:
     """Make a problem whose data the model shows at a known state.
 
@@ -96,6 +97,8 @@ def small_problem(
         Breaks of the model's motion; the data have one, at BOUNCE_S.
     crosstalk
         kappa in the data; None: the model knows none.
+    lobe
+        What ln s of each antenna in the data goes with the angle by; None: as the prior expects.
     """
     time = np.linspace(0.0, END_S, n_bins + 1)
     middle, half = (time[:-1] + time[1:]) / 2.0, np.diff(time) / 2.0
@@ -123,6 +126,8 @@ def small_problem(
     in_data = made(planes if shown is None else shown)
     theta = with_reflection(in_data, reflection)
     theta[in_data.problem.layout.crosstalk] = crosstalk
+    if lobe is not None:
+        theta[lobe_places(in_data.problem.layout)[1::3]] = lobe
     value = np.concatenate([s.value for s in linearise(in_data.problem, State(motion.coefficients, theta)).signals])
     value += sigma * np.random.default_rng(seed).standard_normal(value.shape)
     data = replace(data, bins=replace(bins, value=value))

@@ -18,6 +18,7 @@ def scenes() -> list[Scene]:
     return [draw(seed) for seed in range(45)]
 
 
+@pytest.mark.slow
 def test_draws_fill_the_ranges_asked_for_and_stay_inside(scenes: list[Scene]) -> None:
     drawn = {
         (20.0, 45.0): [one.snr_db for one in scenes],

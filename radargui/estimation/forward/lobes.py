@@ -1,4 +1,4 @@
-"""What lobes make of a mirror: from an image another part of the antenna's lobe sees the tracer than directly."""
+"""What lobes make of the direct wave and of mirrors: an image sees the tracer by another part of its lobe."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
+from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
 from radargui.estimation.forward.parameters import N_LOBE
 from radargui.model.arrays import FloatArray
 
@@ -17,7 +17,7 @@ _SIDE_LOBE = 0.1  # of horns and small arrays, field over that on the axis (Bala
 
 @dataclass(frozen=True, slots=True)
 class Lobes:
-    """How the lobes of transmitter and receiver change what mirrors add, against the release.
+    """How the lobes of transmitter and receiver change the direct wave and what mirrors add, against the release.
 
     Attributes
     ----------
@@ -26,57 +26,64 @@ class Lobes:
     q, q_rest
         1 - cos of the angle from there, (2, 1 + n_mirrors, n) at the nodes and (2, 1 + n_mirrors, 1) at the release.
     functions
-        What the factors multiply, shape (2, n_mirrors, N_LOBE, n).
+        What the mirrors' factors multiply, shape (2, n_mirrors, N_LOBE, n).
     direct
-        What a floor's last two factors multiply on the direct way, shape (2, 2, n); None without a floor.
+        What the last two of the first factors multiply on the direct way, shape (2, 2, n).
     factors
-        As theta has them, shape (2, n_mirrors, N_LOBE).
+        As theta has them: directly and over a floor, then over each wall, shape (2, 1 + n_walls, N_LOBE).
     """
 
     axis: FloatArray
     q: FloatArray
     q_rest: FloatArray
     functions: FloatArray
-    direct: FloatArray | None
+    direct: FloatArray
     factors: FloatArray
 
     def exponents(self) -> FloatArray:
         """Return the log of what they do to each mirror's reflection, (2, n_mirrors, n)."""
-        exponents = (self.factors[:, :, None] @ self.functions)[:, :, 0]
-        if self.direct is not None:
-            exponents[:, 1:] -= self.factors[:, :1, 1:] @ self.direct
+        exponents = (self._of_mirrors[:, :, None] @ self.functions)[:, :, 0]
+        exponents[:, self.n_floors :] -= self.factors[:, :1, 1:] @ self.direct
         return np.clip(exponents, -_MOST_LOBE, _MOST_LOBE)
 
+    @property
+    def n_floors(self) -> int:
+        """How many mirrors, none or one, share the direct wave's factors."""
+        return 1 + int(self.functions.shape[1]) - int(self.factors.shape[1])
+
+    @property
+    def _of_mirrors(self) -> FloatArray:
+        """The factors of each mirror, shape (2, n_mirrors, N_LOBE)."""
+        return self.factors[:, 1 - self.n_floors :]
+
     def of_direct(self) -> FloatArray:
-        """Return what they multiply the direct wave with, (n,): one without a floor, which tells how wide they are."""
-        if self.direct is None:
-            return np.ones(self.functions.shape[-1])
+        """Return what they multiply the direct wave with, (n,)."""
         exponent = (self.factors[:, :1, 1:] @ self.direct).sum(axis=(0, 1))
         return np.asarray(np.exp(np.clip(exponent, -_MOST_LOBE, _MOST_LOBE)))
 
     def by_angle(self) -> tuple[FloatArray, FloatArray]:
         """Return the slopes of the exponents by each mirror's q and by minus q at release, (2, n_mirrors, n)."""
-        a, b = np.moveaxis((self.factors / LOBE_UNITS)[:, :, 1:, None], 2, 0)
+        a, b = np.moveaxis((self._of_mirrors / LOBE_UNITS)[:, :, 1:, None], 2, 0)
         # over a wall the difference counts, over a floor each by itself
         now = self.q[:, 1:] - self.q_rest[:, 1:]
         rest = now.copy()
-        if self.direct is not None:
+        if self.n_floors:
             now[:, 0], rest[:, 0] = self.q[:, 1], self.q_rest[:, 1]
         return a + 2.0 * b * now, a + 2.0 * b * rest
 
     def by_factors(self, over: FloatArray) -> FloatArray:
-        """Return the slopes by the factors, (2, n_mirrors, N_LOBE, n), of what comes directly and over each mirror.
+        """Return the slopes by the factors, (2, 1 + n_walls, N_LOBE, n), of what comes directly and over each mirror.
 
         Parameters
         ----------
         over
             Shape (2, 1 + n_mirrors, n).
         """
-        out = over[:, 1:, None] * self.functions
-        if self.direct is not None:
-            # over a wall the direct lobe is taken off again
-            out[:, 0, 1:] += over[:, :2].sum(axis=1)[:, None] * self.direct
-        return np.asarray(out)
+        out = np.zeros((*self.factors.shape, over.shape[-1]))
+        out[:, 1 - self.n_floors :] = over[:, 1:, None] * self.functions
+        # over a wall the direct lobe is taken off again
+        out[:, 0, 1:] += over[:, : 1 + self.n_floors].sum(axis=1)[:, None] * self.direct
+        return out
 
 
 def lobes_at(
@@ -102,7 +109,7 @@ def lobes_at(
     release_m
         Where every exponent is zero.
     factors
-        Of height and the angle's two functions, shape (2, n_mirrors, N_LOBE).
+        Of height and the angle's two functions, shape (2, 1 + n_walls, N_LOBE).
     """
     axis = axis_of(antenna_m[:, 0])
     over = [plane.turned(axis, one) for plane, one in zip(*mirrors, strict=True)]
@@ -113,10 +120,9 @@ def lobes_at(
     out = np.empty((2, len(over), N_LOBE, node_m.shape[1]))
     out[:, :, 0] = (node_m[2] - release_m[2]) / LOBE_UNITS[0]
     out[:, :, 1], out[:, :, 2] = change[:, 1:] / LOBE_UNITS[1], change[:, 1:] ** 2 / LOBE_UNITS[2]
-    if mirrors[0][0].name != FLOOR:
-        return Lobes(axes, q, q_rest, out, None, factors)
     direct = np.stack([change[:, 0] / LOBE_UNITS[1], squares[:, 0] / LOBE_UNITS[2]], axis=1)
-    out[:, 0, 1:] = np.stack([change[:, 1] / LOBE_UNITS[1], squares[:, 1] / LOBE_UNITS[2]], axis=1) - direct
+    if has_floor(mirrors[0]):
+        out[:, 0, 1:] = np.stack([change[:, 1] / LOBE_UNITS[1], squares[:, 1] / LOBE_UNITS[2]], axis=1) - direct
     return Lobes(axes, q, q_rest, out, direct, factors)
 
 

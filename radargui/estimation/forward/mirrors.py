@@ -94,6 +94,11 @@ def has_floor(planes: tuple[MirrorPlane, ...]) -> bool:
     return bool(planes) and planes[0].name == FLOOR
 
 
+def walls_of(planes: tuple[MirrorPlane, ...]) -> tuple[MirrorPlane, ...]:
+    """Return the mirrors that are no floor."""
+    return planes[has_floor(planes) :]
+
+
 def distances(place_m: FloatArray, points_m: FloatArray) -> FloatArray:
     """Return |p - a| for places (3, n) and some antennas or images a, (n_points, 3), shape (n_points, n).
 

@@ -9,7 +9,7 @@ import numpy as np
 from radargui.model.arrays import FloatArray, IntArray
 
 N_LOBE = 3
-"""Functions by which an antenna's lobe changes what a mirror adds (`signal_model.lobe_functions`)."""
+"""Functions by which an antenna's lobe changes what comes directly and over a floor, and over each wall (`lobes`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class ReceiverLayout:
     receiver_reflection, double_reflection
         Real and imaginary parts of R and X by turns, two a mirror.
     receiver_lobe
-        How ln |R| changes with what the antenna's lobe shows of the tracer, `N_LOBE` a mirror.
+        How the antenna's lobe shows the tracer: `N_LOBE` directly and over a floor, and as many over each wall.
     polarization
         Angle of the antenna (rad), one place; none where the sphere counts as a point.
     drift_i, drift_q
@@ -102,7 +102,7 @@ class ReceiverLayout:
 class Sizes:
     """Numbers of breaks, mirrors, receivers, functions of a bias and an amplitude map, of slow noise; angles, kappa.
 
-    `flight` is 1 where something flies.
+    `flight` is 1 where something flies; `walls` is how many of the mirrors are no floor.
     """
 
     breaks: int
@@ -114,6 +114,7 @@ class Sizes:
     polarization: int = 0
     crosstalk: int = 0
     flight: int = 0
+    walls: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +132,7 @@ class Layout:
     transmitter_reflection
         Real and imaginary part of T by turns, two a mirror.
     transmitter_lobe
-        The same of ln |T|.
+        The same of the transmitter.
     polarization
         Angle of the transmitter (rad), one place; none where the sphere counts as a point.
     crosstalk
@@ -171,7 +172,7 @@ def of_mirror(places: slice, mirror: int) -> slice:
 
 
 def lobe_places(layout: Layout) -> IntArray:
-    """Return the places of what lobes do to the mirrors' reflections, the transmitter's first."""
+    """Return the places of what lobes do directly and over mirrors, the transmitter's first."""
     places = [layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)]
     return np.concatenate([np.arange(one.start, one.stop) for one in places])
 
@@ -191,7 +192,7 @@ def make_layout(sizes: Sizes) -> Layout:
         end += count
         return slice(end - count, end)
 
-    two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * sizes.mirrors
+    two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * (1 + sizes.walls)
     shared = (3 * sizes.mirrors, two_a_mirror, lobe_places, sizes.polarization, sizes.crosstalk)
     breaks, flight = take(sizes.breaks), take(4 * sizes.flight)
     # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver

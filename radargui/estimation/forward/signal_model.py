@@ -112,7 +112,7 @@ class Waves:
         What the sphere scatters that way, and the same times the reflections of a and b, shape (1 + n_mirrors, 1 +
         n_mirrors, n_bins); n_bins may be 1 for a point.
     lobes
-        What they show at the nodes; None without mirrors.
+        What they show at the nodes.
     """
 
     antenna_m: FloatArray
@@ -121,7 +121,7 @@ class Waves:
     mean: ComplexArray
     scattered: ComplexArray
     strength: ComplexArray
-    lobes: Lobes | None
+    lobes: Lobes
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,9 +204,9 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
     ways = (length[0, 0] * length[1, 0]).reshape(shape)
     path[0, 0] *= ways.mean(axis=1, keepdims=True) / ways
     strength = sphere.mirrored
-    if lobes is not None:
+    path[0, 0] *= lobes.of_direct().reshape(shape)
+    if n_ways > 1:
         # the longer way arrives weaker; a lobe changes it with the place
-        path[0, 0] *= lobes.of_direct().reshape(shape)
         share = np.exp(lobes.exponents()) * length[:, :1] / length[:, 1:]
         detour = (share * turned(k * (change[:, 1:] - change[:, :1]))).reshape(2, -1, *shape)
         # over a mirror on the way in and on the way out: phases add, amplitudes multiply (image theory, Balanis 4.7)
@@ -219,7 +219,7 @@ def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
 
 def _ways(
     node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int
-) -> tuple[FloatArray, FloatArray, FloatArray, Lobes | None]:
+) -> tuple[FloatArray, FloatArray, FloatArray, Lobes]:
     """Return antennas and images, lengths from there to the nodes, (2, 1 + n_mirrors, n), also against the release."""
     unknown, own = layout.plane_unknowns(theta), layout.receivers[receiver]
     ends = np.stack([inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]])
@@ -230,8 +230,6 @@ def _ways(
     # against the release: phi_0 is then the phase there, whatever the antennas' places, and no shift of a plane turns
     # T and R by radians
     change = length - np.linalg.norm(inputs.release_m - antenna_m, axis=2)[:, :, None]
-    if not images:
-        return antenna_m, length, change, None
     factors = np.stack([theta[places].reshape(-1, N_LOBE) for places in (layout.transmitter_lobe, own.receiver_lobe)])
     lobes = lobes_at(node, length, antenna_m, (inputs.planes, unknown), inputs.release_m, factors)
     return antenna_m, length, change, lobes
@@ -241,11 +239,8 @@ def log_ways(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
     """Return the log of what each way in and out gives `Waves.path`, but for constants, (2, 1 + n_mirrors, n_nodes)."""
     _, length, change, lobes = _ways(node_m, theta, layout, inputs, receiver)
     out = 1j * inputs.wavenumber * change
-    if lobes is not None:
-        out[:, 1:] += lobes.exponents() + np.log(length[:, :1] / length[:, 1:])
-        if lobes.direct is not None:
-            out += lobes.factors[:, :1, 1:] @ lobes.direct
-    return np.asarray(out)
+    out[:, 1:] += lobes.exponents() + np.log(length[:, :1] / length[:, 1:])
+    return np.asarray(out + lobes.factors[:, :1, 1:] @ lobes.direct)
 
 
 def reflections(theta: FloatArray, layout: Layout, own: ReceiverLayout) -> ComplexArray:

@@ -103,11 +103,11 @@ def receiver_slopes(
     put(own.amplitude_map, z.real[:, :, None] * inputs.amplitude_map)
     over = _over_points(waves)
     pull = _pull(waves, over, inputs.wavenumber)
-    if waves.lobes is not None:
+    by_factors = waves.lobes.by_factors(over.real.reshape(*over.shape[:2], -1))
+    for places, slopes in zip((layout.transmitter_lobe, own.receiver_lobe), by_factors, strict=True):
+        put(places, np.moveaxis(_mean(slopes.reshape(-1, *node_m.shape[1:])), 0, 2))
+    if inputs.planes:
         _put_mirrors(put, waves, theta, layout, own)
-        by_factors = waves.lobes.by_factors(over.real.reshape(*over.shape[:2], -1))
-        for places, slopes in zip((layout.transmitter_lobe, own.receiver_lobe), by_factors, strict=True):
-            put(places, np.moveaxis(_mean(slopes.reshape(-1, *node_m.shape[1:])), 0, 2))
         planes = list(zip(inputs.planes, layout.plane_unknowns(theta), strict=True))
         antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
         moved = np.array([[plane.image_slope(one, unknown) for plane, unknown in planes] for one in antennas])

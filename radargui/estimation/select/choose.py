@@ -9,14 +9,14 @@ import numpy as np
 
 from radargui.estimation.adaptive.found import AdaptiveRounds
 from radargui.estimation.forward.bins import BinnedData
-from radargui.estimation.forward.mirrors import FLOOR, WALL, MirrorPlane, has_floor
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.converge import converge, race, settle_breaks
 from radargui.estimation.select.fewer_bins import with_bins_of, with_fewer_bins
-from radargui.estimation.select.unseen_walls import unseen_walls
+from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.wall_walk import walked
 from radargui.estimation.select.walls import WallSearch, WallTrial, search_wall
@@ -35,8 +35,6 @@ class ChoiceSettings:
     ----------
     floor_below_m
         How far below the lowest place the floor is sought: about a sphere's radius.
-    direct_lobes
-        A floor has to gain more in ln E: it brings the direct wave's lobes along. One of some per cent gains hundreds.
     beyond_doubt
         Gain in ln E of a floor above which it is not compared again when the breaks are settled.
     good_misfit
@@ -67,7 +65,6 @@ class ChoiceSettings:
     """
 
     floor_below_m: float = 0.010
-    direct_lobes: float = 25.0
     beyond_doubt: float = 100.0
     good_misfit: float = 1.15
     most_behind: tuple[float, float] = (0.5, 0.05)
@@ -186,9 +183,9 @@ def choose_model(
     entered("last")
     solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
-    if solution.problem.inputs.planes and not ended_early:
+    if not ended_early:
         fewer = solved_at(with_fewer_bins(Start(solution.problem, solution.state), WALLS.most_bins))
-        moved, weight = unseen_walls(fewer, normal, settings.temper)
+        moved, weight = unseen_mirrors(fewer, normal, settings.temper)
         # a question of its own: it counts against all other answers together
         weight *= 1.0 + sum(other.weight for other in (*alternatives, *undecided))
         undecided += [Alternative(replace(solution, state=one), weight) for one in moved]
@@ -217,15 +214,11 @@ class _Selection:
         return converge(start, rounds, self.round_done)
 
     def gain_of(self, bare: Solution | None, floored: Solution | None) -> float:
-        """Return what a floor gains in ln E beyond the lobes, the least it does where one of the two was given up."""
+        """Return what a floor gains in ln E, the least it does where one of the two was given up."""
         least = self.settings.most_behind[-1] * self.data.bins.value.size
         if bare is None or floored is None:
             return least if bare is None else -least
-        return self._worth(floored) - self._worth(bare)
-
-    def _worth(self, solution: Solution) -> float:
-        """Return ln E less what a floor brings along beside itself."""
-        return log_evidence(solution) - self.settings.direct_lobes * has_floor(solution.problem.inputs.planes)
+        return log_evidence(floored) - log_evidence(bare)
 
     def preferred(self, bare: Solution | None, floored: Solution | None) -> Solution:
         """Return the one with the floor where that gains."""
@@ -296,12 +289,18 @@ class _Selection:
 
         The breaks are settled now, or a wall has taken over what maps explained.
         """
-        here = solution.problem.inputs.planes
-        walls = tuple(plane for plane in here if plane.name == WALL)
+        settings, here = self.settings, solution.problem.inputs.planes
+        walls = walls_of(here)
         floored = here if has_floor(here) else (self.floor_below(positions_at_bins(solution)), *walls)
-        tried = self.raced([problem_with_mirrors(solution, planes) for planes in (walls, floored)])
-        best = self.preferred(*tried)
-        return best, self.gain_of(*tried), self._alternatives(best, [one for one in tried if one is not None])
+        bare, floor = self.raced([problem_with_mirrors(solution, planes) for planes in (walls, floored)])
+        tried = [one for one in (bare, floor) if one is not None]
+        if floor is not None and floored is not here and self.preferred(bare, floor) is floor:
+            # without its reflection it leans to where the walls have bent the motion; a plane of its own begins anew
+            again = problem_with_mirrors(floor, (replace(floored[0]), *walls))
+            tried.append(self.converged(again, settings.first_rounds))
+            floor = max(tried[-2:], key=log_evidence)
+        best = self.preferred(bare, floor)
+        return best, self.gain_of(bare, floor), self._alternatives(best, tried)
 
     def other_lengths(self, solution: Solution) -> tuple[Solution, tuple[Alternative, ...]]:
         """Return the solution with the bias maps' correlation length that the evidence prefers, and the others.
@@ -383,7 +382,7 @@ class _Selection:
 
     def _alternatives(self, best: Solution, tried: list[Solution]) -> tuple[Alternative, ...]:
         """Return the other solutions with their weights, those above 1 % of the best."""
-        weighed = [(one, self._weight(self._worth(one) - self._worth(best))) for one in tried if one is not best]
+        weighed = [(one, self._weight(log_evidence(one) - log_evidence(best))) for one in tried if one is not best]
         return tuple(Alternative(one, weight) for one, weight in weighed if weight > self.settings.least_weight)
 
 

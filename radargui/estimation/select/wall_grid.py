@@ -375,7 +375,7 @@ class _Receiver:
             for own in slopes.by_position
         ]
         return _Receiver(
-            DirectWave.of(node_m, waves, inputs, main_lobes(layout, theta, inputs.planes)[[0, 1 + number]]),
+            DirectWave.of(node_m, waves, inputs, main_lobes(layout, theta)[[0, 1 + number]]),
             # robust weights of the last step: an impulse must not find a wall
             at.weight[pair],
             at.signals[number].value - problem.bins.value[pair],

@@ -28,6 +28,8 @@ class BreakLimits:
         What acts besides gravity between two breaks, at most: three times g. Chosen by hand.
     least_flight_s
         Bouncing on: a flight shorter than a knot spacing is not followed.
+    unfollowed_s
+        Up to three knot spacings it may not be followed. Chosen by hand.
     most_bounces
         So many at most: a tenth of the speed is left at e = 0.83.
     same_share
@@ -39,6 +41,7 @@ class BreakLimits:
     doubt_m_s: float = 0.5
     other_acceleration_m_s2: float = 30.0
     least_flight_s: float = 0.010
+    unfollowed_s: float = 0.030
     most_bounces: int = 12
     same_share: float = 1.15
 
@@ -93,14 +96,7 @@ class BreakSpeeds:
 
         A flight that starts upward with v lasts 2 v / g; every impact takes away the same share of the speed.
         """
-        impacts = self.are_impacts()
-        if not impacts.any():
-            return np.zeros(0)
-        # the median: one impact may have kicked
-        shares = -self.after_m_s[impacts] / self.before_m_s[impacts]
-        share, moment = float(np.median(shares)), float(self.time_s[impacts][-1])
-        # the last one may have been drawn away by a bounce that is still missing
-        speed = min(float(shares[-1]), LIMITS.same_share * share) * -float(self.before_m_s[impacts][-1])
+        moment, speed, share = self._last_bounce()
         out: list[float] = []
         while len(out) < LIMITS.most_bounces:
             flight_s = 2.0 * speed / NOMINAL_GRAVITY_M_S2
@@ -110,6 +106,30 @@ class BreakSpeeds:
             out.append(moment)
             speed *= min(share, 1.0)
         return np.array(out)
+
+    def bouncing_on_m(self, time_s: FloatArray) -> FloatArray:
+        """Return how far from the motion a body is that bounces on unfollowed after the last impact, shape as times.
+
+        The next flight's height h = v^2 / 2 g, anywhere in it: h / sqrt 12. From as long before the impact, which a
+        bounce that is missing draws away, as the flight lasts, to twice as long after it.
+        """
+        moment, speed, _ = self._last_bounce()
+        flight_s, height_m = 2.0 * speed / NOMINAL_GRAVITY_M_S2, speed**2 / (2.0 * NOMINAL_GRAVITY_M_S2)
+        near = (time_s > moment - flight_s) & (time_s < moment + 2.0 * flight_s)
+        # a longer one would be followed, or is not over yet
+        return np.where(near & (flight_s < LIMITS.unfollowed_s), height_m / np.sqrt(12.0), 0.0)
+
+    def _last_bounce(self) -> tuple[float, float, float]:
+        """Return when the last impact is, the speed after it, and the share of the speed that an impact leaves."""
+        impacts = self.are_impacts()
+        if not impacts.any():
+            return 0.0, 0.0, 0.0
+        # the median: one impact may have kicked
+        shares = -self.after_m_s[impacts] / self.before_m_s[impacts]
+        share = float(np.median(shares))
+        # the last one may have been drawn away by a bounce that is still missing
+        speed = min(float(shares[-1]), LIMITS.same_share * share) * -float(self.before_m_s[impacts][-1])
+        return float(self.time_s[impacts][-1]), speed, share
 
 
 @dataclass(frozen=True, slots=True)

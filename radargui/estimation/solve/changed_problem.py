@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from radargui.estimation.forward.bins import BinnedData
-from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.motion_law import LawRows, spans_in_flight
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
 from radargui.estimation.forward.parameters import (
@@ -158,7 +158,7 @@ def mirrors_changed(
     """Return a problem with other mirrors or other functions for the bias, and theta; see `problem_with_mirrors`."""
     old = before.layout
     n_bias = old.sizes.bias if bias is None else bias.size
-    layout = make_layout(replace(old.sizes, mirrors=len(planes), bias=n_bias))
+    layout = make_layout(replace(old.sizes, mirrors=len(planes), walls=len(walls_of(planes)), bias=n_bias))
     # maps that explain what a new mirror would hold it down: kept, a wall gained 32 in ln E and 0.47 mm stayed; started
     # at zero it gained 149 and 0.09 mm was left
     fewer, was_planes = len(planes) <= old.sizes.mirrors, before.inputs.planes

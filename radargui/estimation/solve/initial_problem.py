@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.estimation.forward.bins import BinnedData
-from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.forward.parameters import (
     ReceiverConstants,
@@ -143,6 +143,7 @@ def initial_problem(
             drift=slow.shape[2],
             polarization=0 if data.sphere is None else 1,
             crosstalk=0 if data.multiplexer is None else 1,
+            walls=len(walls_of(planes)),
         )
     )
     theta = np.zeros(layout.size)

@@ -1,4 +1,4 @@
-"""What the lobes of a wall should be: the floor shows each antenna's main lobe, a wall is met by its skirts."""
+"""What the lobes of a wall should be: directly each antenna's main lobe is seen, a wall is met by its skirts."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.forward.lobes import LOBE_UNITS, axis_of, main_lobe
-from radargui.estimation.forward.mirrors import MirrorPlane, has_floor
+from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.parameters import N_LOBE, Layout
-from radargui.estimation.solve.priors import PRIORS, Prior
+from radargui.estimation.solve.priors import Prior
 from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
 class LobePriorSettings:
-    """How far a wall's lobes may be from what the floor lets expect. Chosen by hand.
+    """How far a wall's lobes may be from what the direct way lets expect. Chosen by hand.
 
     Attributes
     ----------
@@ -34,15 +34,10 @@ class LobePriorSettings:
 LOBE_PRIOR = LobePriorSettings()
 
 
-def main_lobes(layout: Layout, theta: FloatArray, planes: tuple[MirrorPlane, ...]) -> FloatArray:
-    """Return the exponents of the main lobes that the floor shows, the transmitter's first, (1 + n_receivers,).
-
-    Those of ordinary antennas where there is no floor.
-    """
-    if not has_floor(planes):
-        return np.full(1 + len(layout.receivers), -PRIORS.lobe[1] / LOBE_UNITS[1])
+def main_lobes(layout: Layout, theta: FloatArray) -> FloatArray:
+    """Return the exponents of the main lobes as theta has them, the transmitter's first, (1 + n_receivers,)."""
     shown = np.array([max(0.0, -theta[own.receiver_lobe][1] / LOBE_UNITS[1]) for own in layout.receivers])
-    # the floor lies on the transmitter's axis and does not show its lobe: as wide as the receivers'
+    # the tracer stays near the transmitter's axis and does not show its lobe: as wide as the receivers'
     return np.append(shown.mean(), shown)
 
 
@@ -55,7 +50,7 @@ def with_lobes_of_walls(
     middle_m: FloatArray,
     settings: LobePriorSettings = LOBE_PRIOR,
 ) -> Prior:
-    """Return a prior whose walls have the lobes that the floor of theta lets expect, as it is where there is no floor.
+    """Return a prior whose walls have the lobes that theta's main lobes let expect.
 
     Directly and over the floor the main lobe is seen, ln s = a q; over a wall the lobe at the angle of the wall's
     image, whose slope is that of the main lobe until it sinks into the side lobes.
@@ -63,7 +58,7 @@ def with_lobes_of_walls(
     Parameters
     ----------
     prior, layout, theta
-        Theta with the factors of the floor, where it is the first mirror.
+        Theta with the factors of the main lobes.
     planes, antennas
         Mirrors, antennas.
     middle_m
@@ -71,15 +66,13 @@ def with_lobes_of_walls(
     settings
         Deviations.
     """
-    if not has_floor(planes):
-        return prior
     mean, sd = prior.mean.copy(), prior.sd.copy()
-    main = -LOBE_UNITS[1] * main_lobes(layout, theta, planes)
+    main = -LOBE_UNITS[1] * main_lobes(layout, theta)
     shares = [settings.u_transmitter, *[settings.u_skirt_share] * len(layout.receivers)]
     places = [layout.transmitter_lobe, *(own.receiver_lobe for own in layout.receivers)]
     points = (antennas.transmitter_m, *antennas.receivers_m)
     for place, point, a, share in zip(places, points, main, shares, strict=True):
-        for m, plane in enumerate(planes[1:], start=1):
+        for m, plane in enumerate(walls_of(planes), start=1):
             image, axis = plane.image(point, np.zeros(3)), plane.turned(axis_of(point), np.zeros(3))
             length = np.linalg.norm(middle_m - image)
             q = 1.0 - float(axis @ (middle_m - image) / length)

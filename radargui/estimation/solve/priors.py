@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
 from radargui.estimation.forward.parameters import (
     Layout,
     ReceiverConstants,
@@ -64,10 +64,10 @@ class PriorSettings:
         |X|, what the product of the factors leaves: small beside them.
     lobe
         Mean of the factors of lobes in `lobes.LOBE_UNITS`: of antennas of 16 dB that point to the origin, s = cos^9.
-    u_floor_lobe
-        Their deviations over a floor, which shows them: antennas of 8 to 25 dB, 3 degrees off.
+    u_main_lobe
+        Their deviations directly and over a floor, which show them: antennas of 8 to 25 dB, 3 degrees off.
     u_wall_lobe
-        The same over a wall where no floor tells more (`lobe_prior`). Re-estimated from the samples they ran away, and
+        The same over a wall where `lobe_prior` tells nothing better. Re-estimated from the samples they ran away, and
         two laboratory drops were 0.25 and 0.28 mm off instead of 0.09 and 0.03.
     gravity_m_s2, drag_1_m
         Of g, wide enough for any place and a wavelength that is wrong by per cents, and of k: a 10 mm sphere of steel
@@ -81,10 +81,10 @@ class PriorSettings:
         Mean of the deviation from the law of flight, one a knot, exp(-s / mean): where the samples hardly determine it
         nothing else holds it, and it wandered between 0.004 and 0.02 from round to round, ln E by 30.
     bias, log_amplitude_map
-        Coefficients of the maps.
-    bias_beside_floor, log_amplitude_beside_floor
-        The same beside a floor in the model: to the first nothing is left but what no plane sends back, less than a
-        wall of a few per cent does, to the second antennas that do not point to the origin.
+        Coefficients of the maps; to the second nothing is left but antennas that do not point to the origin.
+    bias_beside_floor
+        The first beside a floor in the model: nothing is left to it but what no plane sends back, less than a wall of a
+        few per cent does.
     """
 
     break_s: float = 0.003
@@ -98,7 +98,7 @@ class PriorSettings:
     wall_reflection: Allowed = Allowed(0.03, 0.02, 0.2)
     double_reflection: Allowed = Allowed(0.01, 1e-4, 0.3)
     lobe: tuple[float, ...] = (0.0, -0.9, 0.0)
-    u_floor_lobe: tuple[float, ...] = (0.3, 2.0, 2.0)
+    u_main_lobe: tuple[float, ...] = (0.3, 2.0, 2.0)
     u_wall_lobe: tuple[float, ...] = (0.3, 0.6, 2.0)
     gravity_m_s2: float = 0.3
     drag_1_m: float = 0.04
@@ -107,8 +107,7 @@ class PriorSettings:
     off_flight_m_s2: float = 0.02
     bias: Allowed = Allowed(0.02, 1e-4, 0.5)
     bias_beside_floor: Allowed = Allowed(0.02, 1e-4, 0.5, 0.005)
-    log_amplitude_beside_floor: Allowed = Allowed(0.1, 1e-3, 0.5, 0.03)
-    log_amplitude_map: Allowed = Allowed(0.1, 1e-3, 0.5)
+    log_amplitude_map: Allowed = Allowed(0.1, 1e-3, 0.5, 0.03)
 
 
 PRIORS = PriorSettings()
@@ -178,7 +177,7 @@ def make_prior(
     # where a mirror was sought is a prior too: without it a plane that hardly reflects wanders off
     sd[layout.planes] = [deviation for plane in planes for deviation in plane.deviations]
     lobes = lobe_places(layout)
-    u_lobes = [settings.u_floor_lobe if plane.name == FLOOR else settings.u_wall_lobe for plane in planes]
+    u_lobes = [settings.u_main_lobe, *[settings.u_wall_lobe] * len(walls_of(planes))]
     mean[lobes], sd[lobes] = np.resize(settings.lobe, lobes.size), np.tile(np.ravel(u_lobes), 1 + len(layout.receivers))
     prior = Prior(mean, sd)
 
@@ -202,9 +201,7 @@ def make_prior(
             settings.reflection if plane.name == FLOOR else settings.wall_reflection,
         )
         group([of_mirror(own.double_reflection, m) for own in receivers], settings.double_reflection)
-    bias, log_amplitude = settings.bias, settings.log_amplitude_map
-    if has_floor(planes):
-        bias, log_amplitude = settings.bias_beside_floor, settings.log_amplitude_beside_floor
+    bias = settings.bias_beside_floor if has_floor(planes) else settings.bias
     # slow noise keeps N(0, 1) of its own functions, measured on the rest: the motion would lend it everything slow
     for own, constants in zip(receivers, start, strict=True):
         mean[own.log_amplitude], mean[own.offset] = constants.log_amplitude, (constants.offset_i, constants.offset_q)
@@ -216,7 +213,7 @@ def make_prior(
         sd[own.log_gain], sd[own.quadrature_error] = settings.log_gain, settings.quadrature_error_rad
         # I and Q together: a slow phasor has no direction; receivers apart: each sees another side of the room
         group([own.bias_i, own.bias_q], bias)
-        group([own.amplitude_map], log_amplitude)
+        group([own.amplitude_map], settings.log_amplitude_map)
     return prior
 
 

@@ -3,9 +3,20 @@
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLabel, QLineEdit, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from radargui.gui.layout import FRAMED, Choice, FaultText, FormScroll, Group, PlainLabel, fill, follow, side_by_side
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
@@ -14,6 +25,8 @@ from radargui.model.assumed import ASSUMED
 
 _ARROW = 22
 """Width of the arrow of a list in the style Fusion, in pixels."""
+_EDGE = 3
+"""Between a field's edge and what stands in it, in pixels."""
 _TAKEN_BACK = "background: palette(link-visited); color: palette(base); border: none; font-weight: bold;"
 _MOST_NAMED = 3
 """Changes named in the line beneath a form; more would take the room of the form. All stand in its tool tip."""
@@ -36,7 +49,7 @@ class Changed(QToolButton):
 
     def __init__(self, field: QWidget, model: SetupModel, key: str, show: Callable[[], None], beside: int = 0) -> None:
         super().__init__(field)
-        self._field, self._model, self.key, self._beside = field, model, key, beside
+        self._field, self._model, self.key = field, model, key
         self.fault = FaultText()
         self.setStyleSheet(_TAKEN_BACK)
         field.setObjectName(key)
@@ -49,15 +62,11 @@ class Changed(QToolButton):
         action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
         action.triggered.connect(self._undo)
         field.addAction(action)
-        field.installEventFilter(self)
+        self.setFixedWidth(field.sizeHint().height() - 2 * _EDGE)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+        fill(QHBoxLayout(field), 1, self, margins=(0, _EDGE, _EDGE + beside, _EDGE))
         for refresh in (show, self._settle):
             follow(model.changed, refresh)
-
-    def eventFilter(self, field: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's name
-        """Stay at the right edge."""
-        if event.type() == QEvent.Type.Resize:
-            self._settle()
-        return super().eventFilter(field, event)
 
     def _undo(self) -> None:
         if self._model.differs(self.key):
@@ -65,10 +74,8 @@ class Changed(QToolButton):
 
     def _settle(self) -> None:
         differs = self._model.differs(self.key)
-        height = self._field.height() - 6
-        self.setGeometry(self._field.width() - height - 3 - self._beside, 3, height, height)
         if isinstance(self._field, QLineEdit):
-            self._field.setTextMargins(0, 0, height if differs else 0, 0)
+            self._field.setTextMargins(0, 0, self.width() if differs else 0, 0)
         if differs:
             was = words_of(self.key).with_unit(self._model.saved_value(self.key))
             self.setToolTip(f"Changed. The file says {was}: click, or Ctrl+U in the field, takes it back")
@@ -76,8 +83,10 @@ class Changed(QToolButton):
         self.setVisible(differs)
         wrong = self._model.fault_of(self.key)
         self.fault.say(f"{words_of(self.key).name}: {wrong}" if wrong else "")
-        if isinstance(self._field, QLineEdit):
-            self._field.setStyleSheet(FRAMED if wrong else "")
+        framed = FRAMED if wrong else ""
+        # reading a sheet is slow, and each change of the setup comes to every field
+        if isinstance(self._field, QLineEdit) and self._field.styleSheet() != framed:
+            self._field.setStyleSheet(framed)
 
 
 class LineField(QLineEdit):

@@ -38,7 +38,7 @@ class SetupModel(QObject):
         self.error = ""
         self._faults: dict[str, str] = {}
         self._draft: dict[str, Any] = plain(setup)
-        self._saved = setup
+        self._saved, self._of_file = setup, setup.model_dump()
         self._of_last_run: Setup | None = None
 
     @property
@@ -86,7 +86,7 @@ class SetupModel(QObject):
 
     def saved_value(self, key: str) -> Any:
         """Return what the file says, None where it has no such value."""
-        return _found(self._saved.model_dump(), key)
+        return _found(self._of_file, key)
 
     def differs(self, key: str) -> bool:
         """Return whether a value is not the file's; those of a receiver that the file does not have are no change."""
@@ -103,7 +103,7 @@ class SetupModel(QObject):
 
     def take(self, setup: Setup, path: Path | None = None) -> None:
         """Begin with a setup; without a path it belongs to no file."""
-        self.path, self._saved = path, setup
+        self.path, self._saved, self._of_file = path, setup, setup.model_dump()
         self.replace(setup)
 
     def load(self, path: Path) -> None:
@@ -117,15 +117,15 @@ class SetupModel(QObject):
         self.take(read_setup(path), path)
 
     def save(self, path: Path) -> None:
-        """Write the setup; comments of a file that is there survive.
+        """Write the setup; comments of a file that is there survive, else those of the file it came from.
 
         Raises
         ------
         SetupError
             The file cannot be written.
         """
-        write_setup(self.setup, path)
-        self.path, self._saved = path, self.setup
+        write_setup(self.setup, path, self.path)
+        self.path, self._saved, self._of_file = path, self.setup, self.setup.model_dump()
         self.changed.emit()
 
     def replace(self, setup: Setup) -> None:

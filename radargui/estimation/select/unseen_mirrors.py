@@ -1,26 +1,29 @@
-"""What walls that the samples do not exclude would make of the motion, linearised over all places (method 4, Walls)."""
+"""What mirrors that nothing excludes would make of the motion, linearised over all places (method 4, Walls)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from radargui.estimation.forward.mirrors import MirrorPlane
+from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor
 from radargui.estimation.select.wall_grid import WALLS, LinearisedSearch, upright_planes, wall_grid
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
+from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import State
 from radargui.model.arrays import FloatArray, pieces
 
 
 @dataclass(frozen=True, slots=True)
 class UnseenSettings:
-    """How many of the possible walls count. Chosen by hand.
+    """Which of the possible mirrors count. Chosen by hand.
 
     Attributes
     ----------
+    floor_below_m
+        A floor may lie so far below the lowest place, or as far as walls.
     least_weight
         Less than this, all places together, is nothing: the same as of an alternative.
     places
@@ -29,6 +32,7 @@ class UnseenSettings:
         In which they move the motion: in a drop of six fringes three hold 99 %.
     """
 
+    floor_below_m: tuple[float, ...] = (0.01, 0.02, 0.04)
     least_weight: float = 0.01
     places: int = 48
     directions: int = 3
@@ -37,15 +41,15 @@ class UnseenSettings:
 UNSEEN = UnseenSettings()
 
 
-def unseen_walls(
+def unseen_mirrors(
     solution: Solution, normal: FloatArray, temper: float, settings: UnseenSettings = UNSEEN
 ) -> tuple[list[State], float]:
-    """Return the state moved as walls that may be there would move it, and the weight of each against the solution.
+    """Return the state moved as mirrors that may be there would move it, and the weight of each against the solution.
 
-    The evidence of one more wall, its reflections T and R marginalised, is near one where the motion can make what it
-    would: nothing speaks for such a wall, nothing against it. It is as likely beforehand as none, each place of the
-    grid alike, and its T and R have the posterior N(-A^-1 g, A^-1). Second moments of what they move, largest
-    directions first, are given as that many states.
+    The evidence of one more mirror, its reflections T and R marginalised, is near one where the motion can make what it
+    would: nothing speaks for it, nothing against it. A wall beside a mirror, or a floor where there is none, is as
+    likely beforehand as none, each place of its grid alike, and its T and R have the posterior N(-A^-1 g, A^-1). Second
+    moments of what they move, largest directions first, are given as that many states.
 
     Parameters
     ----------
@@ -58,16 +62,28 @@ def unseen_walls(
     settings
         How many count.
     """
-    search, middle = LinearisedSearch(solution, WALLS), positions_at_bins(solution).mean(axis=1)
-    planes = upright_planes(middle, normal, *wall_grid())
-    gains = np.concatenate([search.gains(planes[part]) for part in pieces(len(planes), search.together)])
-    weight = np.exp(np.minimum(gains, 0.0) / temper) / len(planes)
+    here, place_m, grid = solution.problem.inputs.planes, positions_at_bins(solution), wall_grid()
+    trials: list[tuple[LinearisedSearch, MirrorPlane]] = []
+    weights: list[FloatArray] = []
+
+    def weigh(search: LinearisedSearch, planes: list[MirrorPlane]) -> None:
+        gains = np.concatenate([search.gains(planes[part]) for part in pieces(len(planes), search.together)])
+        weights.append(np.exp(np.minimum(gains, 0.0) / temper) / len(planes))
+        trials.extend((search, plane) for plane in planes)
+
+    if here:
+        weigh(LinearisedSearch(solution, WALLS), upright_planes(place_m.mean(axis=1), normal, *grid))
+    if not has_floor(here):
+        lowest = place_m[:, np.argmin(normal @ place_m)]
+        below = [MirrorPlane(lowest - away * normal, normal, FLOOR) for away in (*settings.floor_below_m, *grid[1])]
+        weigh(LinearisedSearch(solution, replace(WALLS, reflection=PRIORS.reflection.start)), below)
+    weight = np.concatenate(weights)
     if weight.sum() < settings.least_weight:
         return [], 0.0
     likeliest = np.argsort(-weight)[: min(settings.places, np.count_nonzero(weight))]
     share = weight[likeliest] / weight[likeliest].sum()
-    moved = np.hstack([np.sqrt(own) * _moved(search, planes[k]) for own, k in zip(share, likeliest, strict=True)])
-    n_motion = search.n_motion
+    moved = np.hstack([np.sqrt(own) * _moved(*trials[k]) for own, k in zip(share, likeliest, strict=True)])
+    n_motion = trials[0][0].n_motion
     at_bins = np.concatenate([solution.at.design @ moved[axis:n_motion:3] for axis in range(3)])
     _, vectors = np.linalg.eigh(at_bins.T @ at_bins)
     # as many solutions of one weight: each stands so much farther away

@@ -76,7 +76,9 @@ def unseen_mirrors(
     if not has_floor(here):
         lowest = place_m[:, np.argmin(normal @ place_m)]
         below = [MirrorPlane(lowest - away * normal, normal, FLOOR) for away in (*settings.floor_below_m, *grid[1])]
-        weigh(LinearisedSearch(solution, replace(WALLS, reflection=PRIORS.reflection.start)), below)
+        # the maps as they are: stiff ones would lend a floor what they hold, and one that was compared seems likely
+        as_they_are = replace(WALLS, reflection=PRIORS.reflection.start, stiff_bias=np.inf, stiff_log_amplitude=np.inf)
+        weigh(LinearisedSearch(solution, as_they_are), below)
     weight = np.concatenate(weights)
     if weight.sum() < settings.least_weight:
         return [], 0.0

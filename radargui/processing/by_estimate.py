@@ -9,11 +9,12 @@ from radargui.conditioning.conditioned import Conditioned
 from radargui.correction.quality import LIMITS
 from radargui.estimation.adaptive.estimate import estimate_adaptive
 from radargui.estimation.adaptive.found import AdaptiveRounds, adaptive_rounds
+from radargui.estimation.forward.signal_model import bias_of
 from radargui.estimation.hardware import disagreement, knows_more
 from radargui.estimation.joint import JointEstimate, estimate_joint
 from radargui.estimation.motion_estimate import MotionEstimate
 from radargui.estimation.select.budget import NoSingleBodyError
-from radargui.estimation.solve.problem import JointProblem
+from radargui.estimation.solve.minimise import Solution
 from radargui.geometry.path_length import place_antennas
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import ProcessingError, SolveError
@@ -195,7 +196,8 @@ def _motion_of(estimate: MotionEstimate, conditioned: Conditioned, setup: Setup)
     if isinstance(estimate, JointEstimate) and estimate.chosen.ended_early:
         warnings += (ENDED_EARLY,)
     elif isinstance(estimate, JointEstimate) and not warnings:
-        told = _missing_mirrors(estimate.chosen.solution.problem, setup) or _hardly_known(estimate, setup, changes)
+        told = _missing_mirrors(estimate.chosen.solution, estimate.onset_s, setup)
+        told = told or _hardly_known(estimate, setup, changes)
         warnings = (told,) if told else ()
     paths, track = _located(estimate, paths, setup)
     motion = MeasuredMotion(corrected, paths, track, bounces, changes, warnings=warnings)
@@ -212,15 +214,24 @@ def _u_moving_m(u_position_m: FloatArray, moving: BoolArray) -> float:
     return float(np.sqrt(np.nanmean(square))) if np.isfinite(square).any() else 0.0
 
 
-def _missing_mirrors(problem: JointProblem, setup: Setup) -> str:
-    """Return a sentence where the maps of the offsets take what only mirrors make, else nothing."""
-    if setup.transmitter.polarization_deg is None:
-        return ""  # of a metal sphere that counts as a point they take what it scatters; the budget has that
-    if max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers) < _MOST_BIAS:
+def _missing_mirrors(solution: Solution, onset_s: float, setup: Setup) -> str:
+    """Return a sentence where the maps of the offsets take what only mirrors or another count make, else nothing."""
+    problem, theta = solution.problem, solution.state.theta
+    own_maps = list(zip(problem.layout.receivers, solution.at.signals, strict=True))
+    # of a metal sphere that counts as a point they take what it scatters; the budget has that
+    told = setup.transmitter.polarization_deg is not None
+    grown = told and max(float(problem.prior.sd[own.bias_i.start]) for own, _ in own_maps) > _MOST_BIAS
+    moving = problem.bins.time_s > onset_s
+    # an offset beyond the wave: the phasor may have gone round it on the other side
+    beyond = any(
+        (np.abs(bias_of(theta, own, problem.inputs)) > np.abs(signal.field))[moving].any() for own, signal in own_maps
+    )
+    if not (grown or beyond):
         return ""
     return (
-        "the offsets change with the place nearly as much as the signal: likely reflectors that were not found, and "
-        "the position may be off by more than its uncertainty: cover what reflects within a metre, or let it go farther"
+        "the offsets change with the place as much as the signal: likely reflectors that were not found, or a lost "
+        "fringe, and the position may be off by more than its uncertainty: cover what reflects within a metre, or let "
+        "it go farther"
     )
 
 

@@ -10,8 +10,9 @@ import pytest
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import make_record
 from support.changed import changed
-from support.small_problem import small_problem
+from support.small_problem import START_S, SmallProblem, small_problem
 
+from radargui.estimation.solve.problem import State, linearise
 from radargui.model.errors import ProcessingError, SolveError
 from radargui.model.recording import Recording, Truth
 from radargui.model.resources import default_setup_path
@@ -183,14 +184,32 @@ def test_circles_that_are_bent_are_no_reason_to_give_up_where_the_places_fall(
     assert _is_hopeless(one, one)
 
 
+def _solution(small: SmallProblem, state: State) -> Any:
+    return SimpleNamespace(problem=small.problem, state=state, at=linearise(small.problem, state))
+
+
 def test_maps_nearly_as_large_as_the_signal_are_told_to_stand_for_mirrors(setup: Setup) -> None:
-    problem = small_problem(n_bins=20).problem
+    small = small_problem(n_bins=20)
     body = changed(setup, transmitter={"polarization_deg": 0.0})
-    assert _missing_mirrors(problem, body) == ""
-    problem.prior.sd[problem.layout.receivers[1].bias_i] = 0.4
-    assert "reflectors that were not found" in _missing_mirrors(problem, body)
+    solution = _solution(small, small.truth)
+    assert _missing_mirrors(solution, START_S, body) == ""
+    small.problem.prior.sd[small.problem.layout.receivers[1].bias_i] = 0.4
+    assert "reflectors that were not found" in _missing_mirrors(solution, START_S, body)
     # where the sphere counts as a point they are what it scatters
-    assert _missing_mirrors(problem, changed(setup, transmitter={"polarization_deg": None})) == ""
+    assert _missing_mirrors(solution, START_S, changed(setup, transmitter={"polarization_deg": None})) == ""
+
+
+@pytest.mark.parametrize(("share", "is_told"), [(0.8, False), (1.2, True)])
+def test_an_offset_beyond_the_wave_may_have_lost_a_fringe_whatever_the_sphere_is(
+    setup: Setup, share: float, is_told: bool
+) -> None:
+    small, point = small_problem(n_bins=20), changed(setup, transmitter={"polarization_deg": None})
+    own, theta = small.problem.layout.receivers[2], small.truth.theta.copy()
+    moving = small.problem.bins.time_s > START_S
+    wave = np.abs(linearise(small.problem, small.truth).signals[2].field)
+    theta[own.bias_i.start] = share / np.abs(small.problem.inputs.bias[moving, 0] / wave[moving]).max()
+    told = _missing_mirrors(_solution(small, State(small.truth.coefficients, theta)), START_S, point)
+    assert ("a lost fringe" in told) is is_told
 
 
 def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty(setup: Setup) -> None:

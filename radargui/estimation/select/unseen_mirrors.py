@@ -11,7 +11,6 @@ from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor
 from radargui.estimation.select.wall_grid import WALLS, LinearisedSearch, upright_planes, wall_grid
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import State
 from radargui.model.arrays import FloatArray, pieces
 
@@ -26,6 +25,8 @@ class UnseenSettings:
         A floor may lie so far below the lowest place, or as far as walls.
     least_weight
         Less than this, all places together, is nothing: the same as of an alternative.
+    floor_reflection
+        Deviation of real and imaginary part of T and R of a floor: tables and plates reflect 0.1 to 0.3.
     places
         The likeliest so many stand for all; of 320 they hold most of the weight, or none is likely.
     directions
@@ -34,6 +35,7 @@ class UnseenSettings:
 
     floor_below_m: tuple[float, ...] = (0.01, 0.02, 0.04)
     least_weight: float = 0.01
+    floor_reflection: float = 0.15
     places: int = 48
     directions: int = 3
 
@@ -77,7 +79,9 @@ def unseen_mirrors(
         lowest = place_m[:, np.argmin(normal @ place_m)]
         below = [MirrorPlane(lowest - away * normal, normal, FLOOR) for away in (*settings.floor_below_m, *grid[1])]
         # the maps as they are: stiff ones would lend a floor what they hold, and one that was compared seems likely
-        as_they_are = replace(WALLS, reflection=PRIORS.reflection.start, stiff_bias=np.inf, stiff_log_amplitude=np.inf)
+        as_they_are = replace(
+            WALLS, reflection=settings.floor_reflection, stiff_bias=np.inf, stiff_log_amplitude=np.inf
+        )
         weigh(LinearisedSearch(solution, as_they_are), below)
     weight = np.concatenate(weights)
     if weight.sum() < settings.least_weight:

@@ -212,7 +212,14 @@ def envelope(smoothed_v: FloatArray, extremes: IntArray, segment: Segment) -> Fl
         inner = PchipInterpolator(extremes, smoothed_v[extremes])(np.arange(extremes[0], extremes[-1] + 1))
     else:
         inner = spline_through(extremes, smoothed_v[extremes])
-    return np.pad(inner, (extremes[0] - segment.first, segment.last - 1 - extremes[-1]), mode="edge")
+    return held_beyond(inner, int(extremes[0]) - segment.first, segment.last - segment.first)
+
+
+def held_beyond(inner: FloatArray, first: int, n: int) -> FloatArray:
+    """Return values that begin at sample `first` of n, the first and the last of them held before and after."""
+    out = np.empty(n)
+    out[:first], out[first : first + inner.size], out[first + inner.size :] = inner[0], inner, inner[-1]
+    return out
 
 
 def find_bias(
@@ -225,11 +232,10 @@ def find_bias(
     FloatArray
         Volts, one value a sample of the record.
     """
-    mean = 0.5 * (upper + lower)
     first = max(int(peaks[0]), int(valleys[0]))
-    last = min(int(peaks[-1]), int(valleys[-1]))
-    place = np.clip(np.arange(n_samples), first, max(first, last)) - segment.first
-    return np.asarray(mean[place])
+    last = max(first, min(int(peaks[-1]), int(valleys[-1])))
+    both = slice(first - segment.first, last + 1 - segment.first)
+    return held_beyond(0.5 * (upper[both] + lower[both]), first, n_samples)
 
 
 def find_zero_crossings(centred_v: FloatArray, peaks: IntArray, valleys: IntArray) -> IntArray:

@@ -203,15 +203,16 @@ def _possible(at_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray) -
     """
     limits = IMPACT_LIMITS
     kept: list[int] = []
-    for index in np.argsort(before_m_s - after_m_s):
-        allowed = True
-        for other in kept:
-            flight_s = (2.0 * after_m_s[other] if at_s[other] < at_s[index] else -before_m_s[other]) / (
-                NOMINAL_GRAVITY_M_S2
-            )
-            allowed &= bool(abs(at_s[index] - at_s[other]) > max(limits.apart_s, limits.margin * flight_s))
-        if allowed:
-            kept.append(int(index))
+    # a later impact must be farther than the one, an earlier one than the other
+    later, sooner = (
+        np.maximum(limits.apart_s, limits.margin / NOMINAL_GRAVITY_M_S2 * speed).tolist()
+        for speed in (2.0 * after_m_s, -before_m_s)
+    )
+    at = at_s.tolist()
+    for index in np.argsort(before_m_s - after_m_s).tolist():
+        apart = ((at[index] - at[other], other) for other in kept)
+        if all(away > later[other] if away > 0.0 else -away > sooner[other] for away, other in apart):
+            kept.append(index)
     return sorted(kept)
 
 

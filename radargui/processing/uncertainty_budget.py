@@ -66,10 +66,7 @@ def with_budget(
         thin[one.share] = one.time_s, before + one.moved_m**2
         e_squares[one.share] = e_squares.get(one.share, np.zeros(one.e.shape)) + one.e**2
         g_squares[one.share] = g_squares.get(one.share, 0.0) + one.g_m_s2**2
-    squares = {
-        share: np.array([np.interp(track.time_s, time_s, row) for row in square])
-        for share, (time_s, square) in thin.items()
-    }
+    squares = {share: _laid_out(track.time_s, *told) for share, told in thin.items()}
     combined = np.sqrt(track.u_position_m**2 + sum(squares.values()))
     e_all = sum(e_squares.values()) if e_squares else np.zeros(len(bounces.impacts))
     impacts = tuple(
@@ -78,9 +75,12 @@ def with_budget(
     )
     part = slice(segment.first, segment.last)
 
+    valid = track.valid[part]
+
     def motion(square: FloatArray) -> float:
-        known = square[:, part][:, track.valid[part]]
-        return float(np.sqrt(np.nanmean(known))) if np.isfinite(known).any() else float("nan")
+        known = square[:, part] if valid.all() else square[:, part][:, valid]
+        known = known[np.isfinite(known)]
+        return float(np.sqrt(known.mean())) if known.size else float("nan")
 
     fall = bounces.free_fall
     budget = UncertaintyBudget(
@@ -93,6 +93,16 @@ def with_budget(
         assumed_uncertainties(setup),
     )
     return replace(track, u_combined_m=combined), replace(bounces, impacts=impacts), budget
+
+
+def _laid_out(time_s: FloatArray, thin_s: FloatArray, thin: FloatArray) -> FloatArray:
+    """Return values (3, m) at instants (m,) on straight lines at instants (n,), held before and after, (3, n)."""
+    first, last = np.searchsorted(time_s, thin_s[[0, -1]])
+    out = np.empty((thin.shape[0], time_s.size))
+    out[:, :first], out[:, last:] = thin[:, :1], thin[:, -1:]
+    for row, own in zip(out, thin, strict=True):
+        row[first:last] = np.interp(time_s[first:last], thin_s, own)
+    return out
 
 
 def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
@@ -149,8 +159,9 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     if not found:
         return ()
     given = "normal" in setup.floor.model_fields_set
-    e, g = respond(base, inner, bounces, np.stack(found), given, setup.floor.u_tilt_deg)
-    known = [np.nan_to_num(own) for own in found]
+    moved = np.stack(found)
+    e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
+    known = np.nan_to_num(moved)
     changes = [InputChange(*key, thin.time_s, *own) for key, *own in zip(keys, known, e, g.tolist(), strict=True)]
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
@@ -161,8 +172,10 @@ class _Shifts:
 
     Attributes
     ----------
-    setup, antennas, release_m
+    setup, antennas
         That the places were found with.
+    at_release_m
+        Path lengths at the release, shape (n_receivers, 1).
     position_m, change_m
         Places and their changes of path, shapes (3, n) and (n_receivers, n).
     by_path
@@ -171,14 +184,15 @@ class _Shifts:
 
     setup: Setup
     antennas: Antennas
-    release_m: FloatArray
+    at_release_m: FloatArray
     position_m: FloatArray
     change_m: FloatArray
     by_path: FloatArray
 
     @staticmethod
     def of(position_m: FloatArray, change_m: FloatArray, setup: Setup) -> _Shifts:
-        antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
+        antennas = place_antennas(setup)
+        at_release = path_lengths(np.array(setup.tracer.release_position_m)[:, None], antennas)
         if setup.processing.geometry == "plane":
             columns = -np.linalg.pinv(t_matrix(antennas))
             by_path = np.broadcast_to(columns.T[:, :, None], (*columns.T.shape, 1))
@@ -186,7 +200,7 @@ class _Shifts:
             # shared by all inputs: each is a change of some paths
             gradient, units = path_gradient(position_m, antennas), np.eye(antennas.n_receivers)
             by_path = np.stack([solve_gradient(gradient, unit[:, None]) for unit in units])
-        return _Shifts(setup, antennas, release, position_m, change_m, by_path)
+        return _Shifts(setup, antennas, at_release, position_m, change_m, by_path)
 
     def by_paths(self, longer_m: FloatArray) -> FloatArray:
         """Return the moves by paths that are longer, shape (n_receivers, n) or (n_receivers, 1)."""
@@ -202,7 +216,7 @@ class _Shifts:
         ratio = other.radar.wavelength_m / self.setup.radar.wavelength_m
         if self.setup.processing.geometry == "plane":
             return locate_plane(ratio * self.change_m, antennas, release) - self.position_m
-        constant = path_lengths(release[:, None], antennas) - path_lengths(self.release_m[:, None], self.antennas)
+        constant = path_lengths(release[:, None], antennas) - self.at_release_m
         if ratio != 1.0:
             return self.by_paths(constant + (ratio - 1.0) * self.change_m)
         place = self.position_m

@@ -80,11 +80,11 @@ class FloorNormal:
         """Direction in which the floor falls, from the x axis."""
         return float(np.degrees(np.arctan2(self.normal[1], self.normal[0])) % 360.0)
 
-    def e_variance(self, before_m_s: FloatArray, after_m_s: FloatArray) -> float:
-        """Return what the normal adds to the variance of e = -(after . n) / (before . n), velocities of shape (3,)."""
-        b, a = float(before_m_s @ self.normal), float(after_m_s @ self.normal)
-        by_slope = (-after_m_s[:2] / b + a * before_m_s[:2] / b**2) * self.normal[2]
-        return float(self.slope_variance * (by_slope**2).sum())
+    def e_variance(self, before_m_s: FloatArray, after_m_s: FloatArray) -> FloatArray:
+        """Return what the normal adds to the variance of e = -(after . n) / (before . n), of velocities (..., 3)."""
+        b, a = (velocity @ self.normal[:, None] for velocity in (before_m_s, after_m_s))
+        by_slope = (-after_m_s[..., :2] / b + a * before_m_s[..., :2] / b**2) * self.normal[2]
+        return np.asarray(self.slope_variance * (by_slope**2).sum(axis=-1))
 
 
 def normal_of_impacts(

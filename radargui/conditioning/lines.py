@@ -118,9 +118,9 @@ def find_standing_lines(
         return ()
     window = np.hanning(size)
     frames = volts[:, : count * size].reshape(volts.shape[0], count, size)
-    frames = (frames - frames.mean(axis=2, keepdims=True)) * window
     # both channels scaled by their noise: a weak channel's line counts as much as a strong one's
-    spectrum = np.fft.rfft(frames / noise_v[:, None, None], axis=2)
+    frames = (frames - frames.mean(axis=2, keepdims=True)) * (window / noise_v[:, None])[:, None]
+    spectrum = np.fft.rfft(frames, axis=2)
     # |I + jQ|^2 and |I - jQ|^2
     squares = spectrum.real**2 + spectrum.imag**2
     i, q, both = spectrum[0::2], spectrum[1::2], squares[0::2] + squares[1::2]

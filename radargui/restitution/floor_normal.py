@@ -174,9 +174,12 @@ def _slopes(
         precision = np.append(precision, 1.0 / apart)
         belief = np.append((1.0 - NORMALS.same) * belief, NORMALS.same)
     softness = 1.0 / (a[..., None] + precision)
-    pull = b[..., None] + (precision * mean)[:, None, None, :]
+    pull = b[..., None]
+    # about the horizontal the pull is the same for all widths of the prior
+    if mean.any():
+        pull = pull + (precision * mean)[:, None, None, :]
     square = pull**2
-    exponent = level[..., None] + 0.5 * square.sum(axis=-4) * softness - 0.5 * (precision * mean**2).sum(axis=0)
+    exponent = level[..., None] - 0.5 * (precision * mean**2).sum(axis=0) + 0.5 * square.sum(axis=-4) * softness
     # less the largest, whose exponential would overflow
     share = np.exp(exponent - exponent.max(axis=(-3, -2, -1), keepdims=True)) * softness * (precision * belief)
     share /= share.sum(axis=(-3, -2, -1), keepdims=True)

@@ -69,7 +69,7 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
             channels.append(_quality(name, iq, scale, relative, good, clipped, step))
             # taken over the whole way: an echo that grows also leaves an offset that the ellipse does not follow
             known = good & np.isfinite(iq).all(axis=0)
-            whole = circularity(iq[:, known]) if known.any() else 0.0
+            whole = circularity(iq if known.all() else iq[:, known]) if known.any() else 0.0
             u_phase[k] = max(whole, LEAST_U_PHASE_RAD)
         steps.append(step)
         if progress is not None:

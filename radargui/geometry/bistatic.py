@@ -11,8 +11,6 @@ _MAXIMUM_STEPS = 40
 _TOLERANCE_M = 1e-8  # the next step would be its square over the distance of the antennas
 _SINGULAR = 1e-9
 _SIDEWAYS, _FALLING_STEPS = 0.03, 8  # a metre aside against one of path: enough where no path tells; the steps converge
-_PIECE = 1 << 13
-"""Samples at a time: some twenty rows of them stay in the processor's cache."""
 _MOST_CONDITION = 1e4
 """Of the antennas' places seen from the transmitter, for places to be known to 1e-12 of their distance at once."""
 
@@ -49,7 +47,7 @@ def locate_exact(
     closed = antennas.n_receivers == 3 and np.linalg.cond(from_transmitter) < _MOST_CONDITION
     at_rest = path_lengths(release_position_m[:, None], antennas)
     out = np.empty((3, change_m.shape[1]))
-    for part in pieces(change_m.shape[1], _PIECE):
+    for part in pieces(change_m.shape[1]):
         change = change_m[:, part]
         start = locate_plane(change, antennas, release_position_m) if start_m is None else start_m[:, part]
         solve = _intersected if closed else _located
@@ -173,7 +171,7 @@ def position_uncertainty(position_m: FloatArray, u_path_m: FloatArray, antennas:
         u of x, y, z in metres, shape (3, n_samples); NaN where the position or u is unknown, or J is singular.
     """
     out = np.full(position_m.shape, np.nan)
-    for part in pieces(position_m.shape[1], _PIECE):
+    for part in pieces(position_m.shape[1]):
         out[:, part] = _uncertain(position_m[:, part], u_path_m[:, part], antennas)
     return out
 

@@ -235,10 +235,9 @@ class _Height:
 
     def speeds(self, at_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the velocities just before and after some instants, and u of their difference; NaN where unknown."""
-        limits = IMPACT_LIMITS
-        before, u_before = self._parabolas(at_s - limits.side_s, at_s - limits.clear_s, at_s)
-        after, u_after = self._parabolas(at_s + limits.clear_s, at_s + limits.side_s, at_s)
-        return before[:, 1], after[:, 1], np.hypot(u_before, u_after)
+        limits, n = IMPACT_LIMITS, at_s.size
+        both, u = self._beside(at_s, limits.clear_s, np.full(n, limits.side_s), np.full(n, limits.side_s))
+        return both[:n, 1], both[n:, 1], np.hypot(u[:n], u[n:])
 
     def may_stop(self, at_s: FloatArray) -> BoolArray:
         """Return at which instants a fall may end, by the heights on both sides: slopes of all would cost more."""
@@ -273,15 +272,21 @@ class _Height:
         on = 0.9 * np.minimum(edge[2:] - at_s, 2.0 * after_m_s / NOMINAL_GRAVITY_M_S2)
         on = np.minimum(limits.meeting_side_s, on)
         for _ in range(2):
-            before, _ = self._parabolas(at_s - back, at_s - limits.track_step_s, at_s)
-            after, _ = self._parabolas(at_s + limits.track_step_s, at_s + on, at_s)
-            c, b, a = (before - after).T
+            both, _ = self._beside(at_s, limits.track_step_s, back, on)
+            c, b, a = (both[: at_s.size] - both[at_s.size :]).T
             root = b * b - 4.0 * a * c
             meets = root >= 0.0  # NaN, an unknown side, does not
             b, root = np.where(meets, b, 1.0), np.where(meets, root, 1.0)
             shift = np.where(meets, -2.0 * c / (b + np.copysign(np.sqrt(root), b)), 0.0)
             at_s = at_s + np.clip(shift, -0.4 * limits.side_s, 0.4 * limits.side_s)
         return at_s
+
+    def _beside(
+        self, at_s: FloatArray, clear_s: float, back_s: FloatArray, on_s: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return `_parabolas` of all before, then of all after, from `clear_s` as far as `back_s` and `on_s`."""
+        first, last = np.append(at_s - back_s, at_s + clear_s), np.append(at_s - clear_s, at_s + on_s)
+        return self._parabolas(first, last, np.append(at_s, at_s))
 
     def _parabolas(self, first_s: FloatArray, last_s: FloatArray, at_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Fit parabolas on [first, last]; return height, velocity, half the curvature at `at`, and u of the velocity.

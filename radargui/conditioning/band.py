@@ -137,7 +137,7 @@ def _pooled(recording: Recording, samples: slice, size: int) -> BandSignals:
     raw, digitisation = recording.raw[:, samples], recording.digitisation
     count = raw.shape[1] // size
     means, share = np.empty((raw.shape[0], count)), np.full(size, 1.0 / size)
-    for part in pieces(count, max(1, (1 << 14) // size)):
+    for part in pieces(count, max(1, (1 << 16) // size)):
         own = raw[:, part.start * size : part.stop * size].reshape(raw.shape[0], -1, size)
         means[:, part] = code_means(own) if own.dtype == np.int16 else own[..., 0] if size == 1 else own @ share
     # a device's scaling is a line but for parts in a million: codes are averaged before it

@@ -155,7 +155,8 @@ def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArra
     size = max(1, round(IMPACT_LIMITS.track_step_s * sample_rate_hz))
     whole = height_m.size // size * size
     known = np.where(valid, height_m, np.nan)[:whole]
-    time, height = (values.reshape(-1, size).mean(axis=1) for values in (time_s[:whole], known))
+    share = np.full(size, 1.0 / size)
+    time, height = (values.reshape(-1, size) @ share for values in (time_s[:whole], known))
     third = np.abs(np.diff(height, 3))
     third = third[np.isfinite(third)]
     if third.size == 0:

@@ -30,7 +30,7 @@ from radargui.model.assumed import (
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
-from radargui.processing.locate import locate
+from radargui.processing.locate import LEAST_RECEIVERS, place_at
 from radargui.restitution.track_response import floor_and_clock, respond
 
 POINTS, LONGEST_S = 500, 0.002
@@ -129,12 +129,17 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     spacing_s = float(paths.time_s[1] - paths.time_s[0])
     size = max(1, min((segment.last - segment.first) // POINTS, round(LONGEST_S / spacing_s)))
     # before and after the motion all shifts stand
-    thin = _thinned(paths, slice(segment.first, segment.last), size)
-    inner = Segment(0, thin.time_s.size, 0, 0)
-    base = _located(thin, setup)
-    if base is None:
+    part, antennas = slice(segment.first, segment.last), place_antennas(setup)
+    if antennas.n_receivers < LEAST_RECEIVERS:
         return ()
-    shifts = _Shifts.of(base.position_m, thin.change_m, setup)
+    # with a sample that is not known the mean is not
+    change_m = _thinned(np.where(paths.valid, paths.change_m, np.nan), part, size)
+    geometry, release = setup.processing.geometry, np.array(setup.tracer.release_position_m)
+    position = place_at(change_m, antennas, release, geometry)
+    known = np.asarray(np.isfinite(position).all(axis=0))
+    base = Track(_thinned(paths.time_s, part, size), position, np.full_like(position, np.nan), known, geometry)
+    inner = Segment(0, base.time_s.size, 0, 0)
+    shifts = _Shifts.of(base.position_m, change_m, setup)
     keys: list[tuple[str, Share]] = []
     found: list[FloatArray] = []
 
@@ -161,8 +166,8 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     given = "normal" in setup.floor.model_fields_set
     moved = np.stack(found)
     e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
-    known = np.nan_to_num(moved)
-    changes = [InputChange(*key, thin.time_s, *own) for key, *own in zip(keys, known, e, g.tolist(), strict=True)]
+    moved = np.nan_to_num(moved)
+    changes = [InputChange(*key, base.time_s, *own) for key, *own in zip(keys, moved, e, g.tolist(), strict=True)]
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 
@@ -258,16 +263,8 @@ def _cubic(place: FloatArray) -> FloatArray:
     )
 
 
-def _located(paths: PathLengths, setup: Setup) -> Track | None:
-    release = np.array(setup.tracer.release_position_m)
-    return locate(paths, place_antennas(setup), release, setup.processing.geometry)
-
-
-def _thinned(paths: PathLengths, part: slice, size: int) -> PathLengths:
-    def mean(x: FloatArray) -> FloatArray:
-        inside = x[..., part]
-        count = inside.shape[-1] // size
-        return np.asarray(inside[..., : count * size].reshape(*x.shape[:-1], count, size).mean(axis=-1))
-
-    valid = mean(paths.valid.astype(np.float64)) == 1.0
-    return PathLengths(mean(paths.time_s), mean(paths.phase_rad), mean(paths.change_m), mean(paths.u_m), valid)
+def _thinned(values: FloatArray, part: slice, size: int) -> FloatArray:
+    """Return the means of `size` samples of a part of values (..., n)."""
+    inside = values[..., part]
+    count = inside.shape[-1] // size
+    return np.asarray(inside[..., : count * size].reshape(*values.shape[:-1], count, size).mean(axis=-1))

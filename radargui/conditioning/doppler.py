@@ -268,7 +268,7 @@ def _frames(
     # next to half of the rate lies what folds back from beyond it
     power[:, :, round(0.45 * size) :] = 0.0
     place = np.argmax(power, axis=2)
-    strong = np.take_along_axis(power, place[..., None], axis=2)[..., 0] > settings.strong * noise
+    strong = power.max(axis=2) > settings.strong * noise
     # I and Q together are above three times their mean noise in one bin of sixty
     above = np.maximum(power - 3.0 * noise[..., None], 0.0)
     bins, inside = _line_bins(place, above.shape[2])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.geometry.path_length import Antennas, distance, locate_plane, path_gradient, path_lengths
+from radargui.geometry.path_length import Antennas, locate_plane, path_gradient, path_lengths
 from radargui.model.arrays import FloatArray, pieces
 
 _MAXIMUM_STEPS = 40
@@ -65,20 +65,21 @@ def _intersected(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) 
     inverse = 0.5 * np.linalg.inv(receivers)
     level = inverse @ ((receivers**2).sum(axis=1)[:, None] - target_m**2)
     along = inverse @ (2.0 * target_m)
-    square, half, rest = _dot(along, along) - 1.0, _dot(level, along), _dot(level, level)
-    shortest = target_m.min(axis=0)
-    best, nearest = np.full(start_m.shape, np.nan), np.full(target_m.shape[1], np.inf)
+    slant, half, rest = _dot(along, along), _dot(level, along), _dot(level, level)
+    square, shortest = slant - 1.0, target_m.min(axis=0)
+    best, nearest = np.full(shortest.shape, np.nan), np.full(shortest.shape, np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         # without the difference of nearly equal numbers; where there is no real root it is none in what follows either
         sum_of_two = -(half + np.copysign(np.sqrt(half**2 - square * rest), half))
+        # where the line passes nearest to the guess
+        guess = (_dot(along, start_m - antennas.transmitter_m[:, None]) - half) / slant
         for root in (sum_of_two / square, rest / sum_of_two):
-            place = antennas.transmitter_m[:, None] + level + along * root
-            away = distance(place - start_m)
+            away = np.abs(root - guess)
             # of two places the nearer to the guess; neither way may be shorter than nothing
             better = (root >= 0.0) & (root <= shortest) & (away < nearest)
-            np.copyto(best, place, where=better)
+            np.copyto(best, root, where=better)
             np.copyto(nearest, away, where=better)
-    return best
+    return np.asarray(antennas.transmitter_m[:, None] + level + along * best)
 
 
 def _located(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) -> FloatArray:

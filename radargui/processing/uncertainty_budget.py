@@ -68,11 +68,9 @@ def with_budget(
         g_squares[one.share] = g_squares.get(one.share, 0.0) + one.g_m_s2**2
     squares = {share: _laid_out(track.time_s, *told) for share, told in thin.items()}
     combined = np.sqrt(track.u_position_m**2 + sum(squares.values()))
-    e_all = sum(e_squares.values()) if e_squares else np.zeros(len(bounces.impacts))
-    impacts = tuple(
-        replace(own, u_e_combined=float(np.hypot(own.u_e, np.sqrt(more))))
-        for own, more in zip(bounces.impacts, np.broadcast_to(e_all, len(bounces.impacts)), strict=True)
-    )
+    u_e = np.array([one.u_e for one in bounces.impacts])
+    u_e = np.sqrt(u_e**2 + sum(e_squares.values()))
+    impacts = tuple(replace(own, u_e_combined=u) for own, u in zip(bounces.impacts, u_e.tolist(), strict=True))
     part = slice(segment.first, segment.last)
 
     valid = track.valid[part]

@@ -48,6 +48,8 @@ class NormalSettings:
 
 
 NORMALS = NormalSettings()
+_TILTS_SD = np.tan(np.radians(np.geomspace(*NORMALS.tilt_sd_deg, NORMALS.tilts)))
+_KICKS_M_S = np.geomspace(*NORMALS.kick_m_s, NORMALS.kicks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,14 +146,11 @@ def _slopes(
     """Return mean and mean square of the slope towards x and y, shapes (..., 2); parameters as above."""
     # the floor acts on the change alone: the speed along it was there before
     change = after_m_s - before_m_s
-    tilt_sd = np.tan(
-        np.radians(np.geomspace(*NORMALS.tilt_sd_deg, NORMALS.tilts) if u_tilt_deg is None else u_tilt_deg)
-    )
+    tilt_sd = _TILTS_SD if u_tilt_deg is None else np.tan(np.radians([u_tilt_deg]))
     # an exact normal is a narrow prior, not a division by zero
-    tilt_sd = np.maximum(np.atleast_1d(tilt_sd), NORMALS.least_tilt_sd)
-    kick = np.geomspace(*NORMALS.kick_m_s, NORMALS.kicks)
+    tilt_sd = np.maximum(tilt_sd, NORMALS.least_tilt_sd)
     # a kick cannot be told from noise sideways: their variances add
-    weight = 1.0 / (kick**2 + u_m_s[:, None] ** 2)
+    weight = 1.0 / (_KICKS_M_S**2 + u_m_s[:, None] ** 2)
     # friction takes r (v - t v_z): sums over the impacts of what belongs to the tilt t, second degree polynomials in r
     friction = np.array(NORMALS.friction)[:, None]
 

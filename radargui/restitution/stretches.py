@@ -98,8 +98,8 @@ class Stretches:
             own = np.flatnonzero(magnitude == power)
             longest = int(self.count[own].max())
             inside = np.arange(longest) < self.count[own, None]
-            rows = np.zeros((*residual.shape[:-1], *inside.shape))
-            rows[..., inside] = residual[..., np.repeat(magnitude == power, self.count)]
+            place = np.minimum(self.first[own, None] + np.arange(longest), residual.shape[-1] - 1)
+            rows = np.where(inside, residual[..., place], 0.0)
             out[..., own] = _correlation_lengths(rows, self.count[own])
         return out
 

@@ -48,16 +48,21 @@ def activity(volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray) -> F
     means = block_means(volts, size) * (np.sqrt(size) / noise_v)[:, None]
     if means.shape[1] <= window:
         return np.full(means.shape[1], float(means.var(axis=1).mean()) if means.size else 0.0)
-    return np.asarray(sliding_variance(means, window).mean(axis=0))
+    return sliding_variance(means, window)
 
 
 def sliding_variance(values: FloatArray, window: int) -> FloatArray:
-    """Return the variance in a centred window, ends held, same shape as `values` (n_channels, n)."""
+    """Return the variance in a centred window, ends held, mean over the channels of `values` (n_channels, n): (n,)."""
+    n_channels, n = values.shape
     centred = values - values.mean(axis=1, keepdims=True)
-    zeros = np.zeros((values.shape[0], 1))
-    total = np.concatenate([zeros, np.cumsum(centred, axis=1)], axis=1)
-    squares = np.concatenate([zeros, np.cumsum(centred**2, axis=1)], axis=1)
+    total = np.zeros((n_channels + 1, n + 1))
+    np.cumsum(centred, axis=1, out=total[1:, 1:])
+    # of the squares only their sum over the channels counts
+    np.cumsum(np.einsum("cn,cn->n", centred, centred), out=total[0, 1:])
     mean = (total[:, window:] - total[:, :-window]) / window
-    variance = np.maximum((squares[:, window:] - squares[:, :-window]) / window - mean**2, 0.0)
+    variance = (mean[0] - np.einsum("cn,cn->n", mean[1:], mean[1:])) / n_channels
     before = window // 2
-    return np.asarray(np.pad(variance, ((0, 0), (before, values.shape[1] - variance.shape[1] - before)), mode="edge"))
+    out = np.empty(n)
+    out[:before], out[before + variance.size :] = variance[0], variance[-1]
+    out[before : before + variance.size] = variance
+    return np.maximum(out, 0.0)

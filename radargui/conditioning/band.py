@@ -136,15 +136,13 @@ def blocks_with(flags: BoolArray, size: int) -> BoolArray:
 def _pooled(recording: Recording, samples: slice, size: int) -> BandSignals:
     raw, digitisation = recording.raw[:, samples], recording.digitisation
     count = raw.shape[1] // size
-    volts, bad = np.empty((raw.shape[0], count)), np.zeros((raw.shape[0], count), dtype=np.bool_)
-    share = np.full(size, 1.0 / size)
-    for part in pieces(count, max(1, (1 << 14) // size)):
+    means, share = np.empty((raw.shape[0], count)), np.full(size, 1.0 / size)
+    for part in pieces(count, max(1, (1 << 16) // size)):
         own = raw[:, part.start * size : part.stop * size].reshape(raw.shape[0], -1, size)
-        # a device's scaling is a line but for parts in a million: codes are averaged before it
-        means = code_means(own) if own.dtype == np.int16 else own[..., 0] if size == 1 else own @ share
-        volts[:, part] = digitisation.volts(means)
-        if own.dtype != np.int16:
-            bad[:, part] = ~np.isfinite(volts[:, part])
+        means[:, part] = code_means(own) if own.dtype == np.int16 else own[..., 0] if size == 1 else own @ share
+    # a device's scaling is a line but for parts in a million: codes are averaged before it
+    volts = digitisation.volts(means)
+    bad = np.zeros(volts.shape, dtype=np.bool_) if raw.dtype == np.int16 else ~np.isfinite(volts)
     if size > 1 and bad.any():
         whole = held(digitisation.volts(raw))
         volts = block_means(whole, size)

@@ -10,7 +10,7 @@ import numpy as np
 
 from radargui.conditioning.band import BandSignals, band_signals, band_times_s, blocks_with
 from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.doppler import ALONE, Doppler, measure_doppler
+from radargui.conditioning.doppler import ALONE, Doppler, measure_doppler, measure_dopplers
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
 from radargui.conditioning.noise import LEAST_SAMPLES, block_means, white_noise_v
@@ -175,7 +175,7 @@ def _conditioned(
         if found is None or all(toned):
             return NoMotion(f"{_only_tones(lines)} moves the voltages")
         motion = found
-    phase_sign = setup.radar.phase_sign
+    phase_sign, as_wired = setup.radar.phase_sign, volts
     if phase_sign < 0:
         volts = volts.copy()
         volts[1::2] *= -1.0
@@ -201,12 +201,11 @@ def _conditioned(
         look = max(1, int(rate_hz / max(LOOKED_HZ, LOOKED_PER_FRINGE * stretch.signals.highest_hz)))
         means, noise = block_means(volts[:, moving], look), noise_v / np.sqrt(look)
         doppler = tuple(
-            measure_doppler(means[pair], rate_hz / look, noise[pair]).of_samples(look).counted_from(-moving.start)
-            for pair in pairs
+            one.of_samples(look).counted_from(-moving.start) for one in measure_dopplers(means, rate_hz / look, noise)
         )
     motion = _widened(motion, doppler, echoes)
     rest, moving = _rest_before(volts, time_s, motion, settings), slice(motion.first, motion.last)
-    faults = _faults(volts, noise_v, usable, doppler, moving, phase_sign)
+    faults = _faults(volts, as_wired, noise_v, usable, doppler, moving)
     if lines:
         faults = tuple(
             f"{_only_tones(lines)} moves it" if only else own for only, own in zip(toned, faults, strict=True)
@@ -296,11 +295,11 @@ def _plateaus(volts: RawArray, moving: slice) -> BoolArray:
 
 def _faults(
     volts: FloatArray,
+    as_wired: FloatArray,
     noise_v: FloatArray,
     usable: BoolArray,
     doppler: tuple[Doppler, ...],
     moving: slice,
-    phase_sign: int,
 ) -> tuple[str, ...]:
     """Return why a receiver is none, one a receiver."""
     faults = [
@@ -313,9 +312,8 @@ def _faults(
         for k, own in enumerate(doppler)
     ]
     names, own = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"], tuple(faults)
-    # as wired: a cable on I and on Q of another shows the same there
-    wired = volts * np.where(np.arange(volts.shape[0]) % 2, phase_sign, 1)[:, None]
-    for a, b in same_channels(wired[:, moving], noise_v, wired[:, : moving.start]):
+    # a cable on I and on Q of another shows the same where no sign is applied
+    for a, b in same_channels(as_wired[:, moving], noise_v, as_wired[:, : moving.start]):
         for one, other in ((a, b), (b, a)):
             innocent = own[other // 2] or is_worse_pair(doppler[other // 2], doppler[one // 2])
             if own[one // 2] or not innocent:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -143,40 +144,55 @@ class Doppler:
 def measure_doppler(
     pair_v: FloatArray, sample_rate_hz: float, noise_v: FloatArray, settings: DopplerSettings = SETTINGS
 ) -> Doppler:
-    """Find the strongest line of I + jQ in overlapping frames.
+    """Find the strongest line of one receiver, I and Q of shape (2, n_samples); parameters as below."""
+    return measure_dopplers(pair_v, sample_rate_hz, noise_v, settings)[0]
+
+
+def measure_dopplers(
+    volts: FloatArray, sample_rate_hz: float, noise_v: FloatArray, settings: DopplerSettings = SETTINGS
+) -> tuple[Doppler, ...]:
+    """Find the strongest line of I + jQ in overlapping frames, of each receiver.
 
     The powers at +f and -f are added, so that neither gain nor quadrature error matters; a straight line is taken off
     each frame, so that no offset is a signal.
 
     Parameters
     ----------
-    pair_v
-        I and Q in volts, shape (2, n_samples).
+    volts
+        I1, Q1, I2, ... shape (2 n_receivers, n_samples).
     sample_rate_hz
         Rate of each channel.
     noise_v
-        White noise of both, shape (2,).
+        White noise of each, shape (2 n_receivers,).
     settings
         How it is measured.
     """
-    longest_s = max(pair_v.shape[1] / sample_rate_hz / settings.frames, settings.lengths_s[0])
-    lengths_s = [length_s for length_s in settings.lengths_s if length_s <= longest_s]
+    longest_s = max(volts.shape[1] / sample_rate_hz / settings.frames, settings.lengths_s[0])
+    # single precision, to 1e-7 of the largest swing: half of the memory
+    centred = (volts - volts.mean(axis=1, keepdims=True)).astype(np.float32)
     # a long frame resolves slow motion, a short one follows a chirp: the longest that shows about as many steady lines
-    tried, steady = [], []
-    for length_s in lengths_s:
-        tried.append(_Frames.of(pair_v, sample_rate_hz, noise_v, length_s, settings))
-        steady.append(float((tried[-1].clear & (tried[-1].share > STEADY)).mean()))
-        # where they are already too long to follow it, longer ones are too
-        if max(steady) > max(settings.few, settings.fewer) and steady[-1] < settings.fewer * max(steady):
+    tried, steady = list[_Frames](), list[FloatArray]()
+    last = np.full(volts.shape[0] // 2, len(settings.lengths_s))
+    for length_s in settings.lengths_s:
+        if length_s > longest_s or (last <= len(tried)).all():
             break
-    shown = steady if max(steady) > settings.few else [float(one.clear.mean()) for one in tried]
-    good = [one for one, much in zip(tried, shown, strict=True) if much >= settings.about * max(shown)]
-    return good[-1].doppler(sample_rate_hz, noise_v)
+        tried.append(_frames(centred, sample_rate_hz, noise_v, length_s, settings))
+        steady.append((tried[-1].clear & (tried[-1].share > STEADY)).mean(axis=1))
+        # where they are already too long to follow it, longer ones are too
+        most = np.max(steady, axis=0)
+        too_long = (most > max(settings.few, settings.fewer)) & (steady[-1] < settings.fewer * most)
+        last = np.where(too_long, np.minimum(last, len(tried)), last)
+    return tuple(
+        _longest(tried[: last[k]], k, [float(one[k]) for one in steady[: last[k]]], settings).doppler(
+            k, sample_rate_hz, noise_v[2 * k : 2 * k + 2]
+        )
+        for k in range(last.size)
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class _Frames:
-    """Spectra of overlapping frames and their strongest lines; fields as in `Doppler`."""
+    """Spectra of overlapping frames of all receivers and their strongest lines; fields as in `Doppler`."""
 
     starts: IntArray
     size: int
@@ -188,70 +204,86 @@ class _Frames:
     clear: BoolArray
     mixed: BoolArray
 
-    @staticmethod
-    def of(
-        pair_v: FloatArray, sample_rate_hz: float, noise_v: FloatArray, length_s: float, settings: DopplerSettings
-    ) -> _Frames:
-        return _frames(pair_v, sample_rate_hz, noise_v, length_s, settings)
-
-    def doppler(self, sample_rate_hz: float, noise_v: FloatArray) -> Doppler:
-        """Return what is told of the lines."""
-        rows, window = np.arange(self.starts.size), np.square(np.hanning(self.size)).sum()
+    def doppler(self, number: int, sample_rate_hz: float, noise_v: FloatArray) -> Doppler:
+        """Return what is told of the lines of one receiver."""
+        pair, power, place = slice(2 * number, 2 * number + 2), self.power[number], self.place[number]
+        rows, window = np.arange(self.starts.size), _window(self.size).square
+        spectrum = self.spectrum[pair]
+        i, q = spectrum[:, rows, place].astype(np.complex128)
         return Doppler(
             self.starts + self.size // 2,
             self.size,
             sample_rate_hz,
-            _interpolated(self.power, self.place) * sample_rate_hz / self.size,
-            self.power[rows, self.place] / float(window * (noise_v**2).sum()),
-            self.share,
-            self.clear,
-            self.mixed,
-            self.spectrum[0][rows, self.place].astype(np.complex128),
-            self.spectrum[1][rows, self.place].astype(np.complex128),
-            _moments(self.spectrum, self.squares, self.place, float(window) * noise_v**2),
+            _interpolated(power, place) * sample_rate_hz / self.size,
+            power[rows, place] / float(window * (noise_v**2).sum()),
+            self.share[number],
+            self.clear[number],
+            self.mixed[number],
+            i,
+            q,
+            _moments(spectrum, self.squares[pair], place, window * noise_v**2),
         )
 
 
+def _longest(tried: list[_Frames], number: int, steady: list[float], settings: DopplerSettings) -> _Frames:
+    """Return the longest frames that show about as many steady lines of a receiver as any."""
+    shown = steady if max(steady) > settings.few else [float(one.clear[number].mean()) for one in tried]
+    return [one for one, much in zip(tried, shown, strict=True) if much >= settings.about * max(shown)][-1]
+
+
+class _Window:
+    """What frames of one size are weighed with.
+
+    A straight line is taken off, for drift and offset would leak from bin 0 over the slow lines; the window is Hann's,
+    for sidelobes of a rectangle, 13 dB down, would be taken for a second line.
+    """
+
+    def __init__(self, size: int) -> None:
+        hann = np.hanning(size)
+        self.square = float((hann**2).sum())
+        self.hann = hann.astype(np.float32)
+        self.line = np.stack([np.ones(size), np.linspace(-1.0, 1.0, size)]).astype(np.float32)
+        self.fit = (self.line / np.square(self.line).sum(axis=1, keepdims=True)).T
+
+
+_window = lru_cache(maxsize=64)(_Window)
+"""They depend on nothing that was recorded."""
+
+
 def _frames(
-    pair_v: FloatArray, sample_rate_hz: float, noise_v: FloatArray, length_s: float, settings: DopplerSettings
+    centred_v: FloatArray, sample_rate_hz: float, noise_v: FloatArray, length_s: float, settings: DopplerSettings
 ) -> _Frames:
-    n = pair_v.shape[1]
+    n = centred_v.shape[1]
     size = max(16, min(even_transform_size(length_s * sample_rate_hz), 2 * (n // 2)))
-    starts = np.arange(0, n - size + 1, max(1, size // 2))
-    # single precision, to 1e-7 of the largest swing: twice as fast
-    centred = (pair_v - pair_v.mean(axis=1, keepdims=True)).astype(np.float32)
-    frames = np.lib.stride_tricks.sliding_window_view(centred, size, axis=1)[:, starts]
-    # drift and offset would leak from bin 0 over the slow lines
-    trend = np.stack([np.ones(size), np.linspace(-1.0, 1.0, size)]).astype(np.float32)
-    frames -= (frames @ (trend / np.square(trend).sum(axis=1, keepdims=True)).T) @ trend
-    # sidelobes of a rectangle, 13 dB down, would be taken for a second line
-    window = np.hanning(size)
-    spectrum = np.fft.rfft(frames * window.astype(np.float32), axis=2)
+    starts, window = np.arange(0, n - size + 1, max(1, size // 2)), _window(size)
+    frames = np.lib.stride_tricks.sliding_window_view(centred_v, size, axis=1)[:, starts]
+    frames -= (frames @ window.fit) @ window.line
+    frames *= window.hann
+    spectrum = np.fft.rfft(frames, axis=2)
     # |I|^2 + |Q|^2: the sum of the powers at +f and -f, whatever the mixer
     squares = spectrum.real**2 + spectrum.imag**2
-    power = squares[0] + squares[1]
-    noise = float((window**2).sum() * (noise_v**2).sum())
-    power[:, : settings.lowest_bin] = 0.0
+    power = squares[0::2] + squares[1::2]
+    noise = (window.square * (noise_v**2).reshape(-1, 2).sum(axis=1)).astype(np.float32)[:, None]
+    power[:, :, : settings.lowest_bin] = 0.0
     # next to half of the rate lies what folds back from beyond it
-    power[:, round(0.45 * size) :] = 0.0
-    place = np.argmax(power, axis=1)
-    rows = np.arange(starts.size)
-    strong = power[rows, place] > settings.strong * noise
+    power[:, :, round(0.45 * size) :] = 0.0
+    place = np.argmax(power, axis=2)
+    strong = power.max(axis=2) > settings.strong * noise
     # I and Q together are above three times their mean noise in one bin of sixty
-    above = np.maximum(power - 3.0 * noise, 0.0)
-    bins, inside = _line_bins(place, above.shape[1])
-    own = np.where(inside, above[rows[:, None], bins], 0.0).sum(axis=1)
+    above = np.maximum(power - 3.0 * noise[..., None], 0.0)
+    bins, inside = _line_bins(place, above.shape[2])
+    own = np.where(inside, np.take_along_axis(above, bins, axis=2), 0.0).sum(axis=2)
     # the lowest bin looked at may be the flank of what lies below
     strong &= place > settings.lowest_bin
-    share = own / np.maximum(above.sum(axis=1, dtype=np.float64), 1e-300)
+    share = own / np.maximum(above.sum(axis=2, dtype=np.float64), 1e-300)
     alone = share > settings.alone
     clear, mixed = strong & alone, strong & ~alone
     return _Frames(starts, size, spectrum, squares, power, place, np.asarray(share, dtype=np.float64), clear, mixed)
 
 
 def _line_bins(place: IntArray, count: int) -> tuple[IntArray, BoolArray]:
-    """Return the bins of a line around each place, (n, 2 _HALF_LINE + 1), and which are among as many as there are."""
-    bins = place[:, None] + np.arange(-_HALF_LINE, _HALF_LINE + 1)
+    """Return the bins of a line around each place, shape (..., 2 _HALF_LINE + 1), and which of them there are."""
+    bins = place[..., None] + np.arange(-_HALF_LINE, _HALF_LINE + 1)
     inside = (bins >= 0) & (bins < count)
     return np.clip(bins, 0, count - 1), inside
 

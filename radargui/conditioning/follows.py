@@ -60,16 +60,15 @@ def missed_frames(
         What counts as missed.
     """
     part = max(1, doppler.size // (2 * _PARTS))
-    good = valid & np.isfinite(phase_rad)
-    # means over parts of a frame: a mismatch makes the phase wave, but a mean over a turn does not
-    total = np.concatenate([[0.0], np.cumsum(np.where(good, phase_rad, 0.0))])
-    count = np.concatenate([[0], np.cumsum(good)])
     inside = (doppler.centre >= _PARTS * part // 2) & (doppler.centre + _PARTS * part // 2 <= phase_rad.size)
-    # means of the parts of each frame's middle half; how far they lie apart is how far it turned, to and fro
-    edge = doppler.centre[inside, None] - _PARTS * part // 2 + part * np.arange(_PARTS + 1)
-    number = np.diff(count[edge], axis=1)
+    # means of the parts of each frame's middle half; how far they lie apart is how far it turned, to and fro. A
+    # mismatch makes the phase wave, but a mean over a turn does not
+    place = doppler.centre[inside, None] - _PARTS * part // 2 + np.arange(_PARTS * part)
+    phase = phase_rad[place].reshape(-1, _PARTS, part)
+    good = valid[place].reshape(phase.shape) & np.isfinite(phase)
+    number = good.sum(axis=2)
     held = (number >= settings.covered * part).all(axis=1)
-    means = np.diff(total[edge], axis=1) / np.maximum(number, 1)
+    means = np.where(good, phase, 0.0).sum(axis=2) / np.maximum(number, 1)
     distance_s = (_PARTS - 1) * part / doppler.sample_rate_hz
     turned_hz = np.abs(np.diff(means, axis=1)).sum(axis=1) / (2.0 * np.pi * distance_s)
     line, steady = (doppler.clear | doppler.mixed)[inside], doppler.steady[inside]

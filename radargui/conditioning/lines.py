@@ -116,25 +116,21 @@ def find_standing_lines(
     count = volts.shape[1] // size if size else 0
     if count < settings.least_frames:
         return ()
-    window = np.hanning(size)
-    frames = volts[:, : count * size].reshape(volts.shape[0], count, size)
-    frames = (frames - frames.mean(axis=2, keepdims=True)) * window
-    # both channels scaled by their noise: a weak channel's line counts as much as a strong one's
-    spectrum = np.fft.rfft(frames / noise_v[:, None, None], axis=2)
-    # |I + jQ|^2 and |I - jQ|^2
-    squares = spectrum.real**2 + spectrum.imag**2
-    i, q, both = spectrum[0::2], spectrum[1::2], squares[0::2] + squares[1::2]
-    turning = 2.0 * (i.imag * q.real - i.real * q.imag)
-    ahead, back = both + turning, both - turning
-    white = 2.0 * float((window**2).sum())
-    power = np.minimum(ahead, back)
+    frames, hz = (
+        volts[:, : count * size].reshape(volts.shape[0], count, size),
+        np.arange(size // 2 + 1) * sample_rate_hz / size,
+    )
+    white = 2.0 * float((np.hanning(size) ** 2).sum())
+    at_mains = (np.abs(hz - np.array(MAINS_HZ)[:, None]) <= 2.0 / frame_s).any(axis=0)
     # most records hold none: nothing that stands out in so many pieces, of both directions or at the mains, either way
-    at_mains = (
-        np.abs(np.arange(both.shape[2]) * sample_rate_hz / size - np.array(MAINS_HZ)[:, None]) <= 2.0 / frame_s
-    ).any(axis=0)
-    shown = np.where(at_mains, np.maximum(ahead, back), power) > settings.stands_out * white
-    if not (shown.sum(axis=1) >= settings.least_share * (count - 1)).any():
-        return ()
+    missed = count - settings.least_share * (count - 1)
+    for part in (slice(min(count, 2 * int(missed) + 2)), slice(count)):
+        spectrum, ahead, back = _directions(frames[:, part], noise_v)
+        power = np.minimum(ahead, back)
+        shown = np.where(at_mains, np.maximum(ahead, back), power) > settings.stands_out * white
+        # what is missed too often in the first pieces already cannot be in enough of them all
+        if not (shown.shape[1] - shown.sum(axis=1) <= missed).any():
+            return ()
     image = power / np.maximum(np.maximum(ahead, back), 1e-300)
     width = max(4, round(settings.neighbourhood_hz * frame_s))
     # in nearly all pieces: a target stays at one frequency in some of them only
@@ -144,7 +140,6 @@ def find_standing_lines(
     tall = (level > settings.stands_out * white) & (level > settings.stands_out * 0.2 * around)
     standing = (np.median(image, axis=1) > settings.least_image) & (_coherence(spectrum) > settings.least_coherence)
     top = _peaks(level)
-    hz = np.arange(level.shape[1]) * sample_rate_hz / size
     in_band = (hz > settings.lowest_hz) & (hz < 0.45 * sample_rate_hz)
     certain, bin_hz = hz[(tall & standing & top).any(axis=0) & in_band], sample_rate_hz / size
     standing |= tall & _of_mains([_refined(volts, sample_rate_hz, float(f), bin_hz) for f in certain[:20]], hz)
@@ -169,6 +164,20 @@ def find_standing_lines(
         if all(abs(line - one) > (2.0 if one in mains_hz else 0.5) * bin_hz for one in lines_hz):
             lines_hz.append(line)
     return tuple(lines_hz)
+
+
+def _directions(frames_v: FloatArray, noise_v: FloatArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Return the spectra of pieces (n_channels, n_pieces, size) and the powers at +f and -f of each receiver.
+
+    Both channels are scaled by their noise: a weak channel's line counts as much as a strong one's.
+    """
+    window = np.hanning(frames_v.shape[2]) / noise_v[:, None]
+    spectrum = np.fft.rfft((frames_v - frames_v.mean(axis=2, keepdims=True)) * window[:, None], axis=2)
+    # |I + jQ|^2 and |I - jQ|^2
+    squares = spectrum.real**2 + spectrum.imag**2
+    i, q, both = spectrum[0::2], spectrum[1::2], squares[0::2] + squares[1::2]
+    turning = 2.0 * (i.imag * q.real - i.real * q.imag)
+    return spectrum, both + turning, both - turning
 
 
 def _strength(volts: FloatArray, rate_hz: float, frequency_hz: float) -> float:

@@ -95,54 +95,76 @@ def find_onset(
 
 def _wanders(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> bool:
     """Return whether blocks (n_channels, n) differ from a straight line by more than a rest may."""
-    apart = mean - mean @ _foresight(mean.shape[1], 1, settings).smooth
+    basis = _foresight(mean.shape[1], 1, settings).basis
+    apart = mean - (mean @ basis) @ basis.T
     return bool(np.sqrt(((apart / size[1][:, None]) ** 2).mean(axis=0)).max() > settings.threshold)
 
 
 class _Foresight:
-    """A polynomial through n blocks in turn: its values there, and its value some blocks later."""
+    """A polynomial through n blocks in turn: columns, orthonormal, that make it up, and its value some blocks later."""
 
     def __init__(self, count: int, degree: int, settings: OnsetSettings) -> None:
         place = (np.arange(count) - count - settings.ahead) / settings.window
         powers = np.vander(place, degree + 1, increasing=True)
-        solve = np.linalg.solve(powers.T @ powers, powers.T)
-        self.smooth = powers @ solve
-        self.ahead: FloatArray = solve[0]
-        self.freedom = count - degree - 1
+        self.basis, upper = np.linalg.qr(powers)
+        self.ahead: FloatArray = self.basis @ np.linalg.inv(upper)[0]
+        self.freedom = float(count - degree - 1)
         self.widening = float(np.sqrt(1.0 + self.ahead @ self.ahead))
 
-    def departure(self, before: FloatArray, now: FloatArray, size: FloatArray) -> FloatArray:
-        """Return how far blocks lie from what was foretold, in deviations, root mean square over the channels.
 
-        Parameters
-        ----------
-        before
-            Shape (n_channels, n_windows, count).
-        now
-            Shape (n_channels, n_windows).
-        size
-            Smallest and largest deviation of a block, shape (2, n_channels).
-        """
-        rest = before - before @ self.smooth
-        deviation = np.sqrt((rest**2).sum(axis=2) / self.freedom)
-        deviation = np.clip(deviation, size[0][:, None], size[1][:, None]) * self.widening
-        return np.asarray(np.sqrt((((now - before @ self.ahead) / deviation) ** 2).mean(axis=0)))
+class _Growing:
+    """Those through the first blocks of a record, one more each, as rows padded with zeros."""
+
+    def __init__(self, settings: OnsetSettings) -> None:
+        counts = range(settings.fewest, settings.window)
+        each = [_foresight(count, 2 if count >= settings.long_enough else 1, settings) for count in counts]
+        self.basis, self.ahead = np.zeros((len(each), settings.window, 3)), np.zeros((len(each), settings.window))
+        for row, ahead, own in zip(self.basis, self.ahead, each, strict=True):
+            row[: own.ahead.size, : own.basis.shape[1]], ahead[: own.ahead.size] = own.basis, own.ahead
+        self.inside = np.arange(settings.window) < np.array(counts)[:, None]
+        self.freedom, self.widening = (
+            np.array([getattr(own, name) for own in each]) for name in ("freedom", "widening")
+        )
 
 
-_foresight = lru_cache(maxsize=256)(_Foresight)
+_foresight, _growing = lru_cache(maxsize=256)(_Foresight), lru_cache(maxsize=4)(_Growing)
 """They depend on nothing that was recorded."""
 
 
 def _departures(mean: FloatArray, size: FloatArray, settings: OnsetSettings) -> FloatArray:
-    """Return the departure of each block from the first that can be foretold on."""
+    """Return how far each block from the first that can be foretold on lies from that, rms over the channels.
+
+    Parameters
+    ----------
+    mean
+        Shape (n_channels, n_blocks).
+    size
+        Smallest and largest deviation of a block, shape (2, n_channels).
+    settings
+        How it is foretold.
+    """
     n, window, ahead = mean.shape[1], settings.window, settings.ahead
-    out = [
-        _foresight(count, 2 if count >= settings.long_enough else 1, settings).departure(
-            mean[:, None, :count], mean[:, [count + ahead]], size
-        )
-        for count in range(settings.fewest, min(window, n - ahead))
-    ]
+
+    def apart(
+        rest: FloatArray, foretold: FloatArray, first: int, freedom: FloatArray | float, widening: FloatArray | float
+    ) -> FloatArray:
+        """Return it in deviations from what windows foretell of the blocks from `first` on."""
+        deviation = np.sqrt((rest**2).sum(axis=2) / freedom)
+        deviation = np.clip(deviation, size[0][:, None], size[1][:, None]) * widening
+        now = mean[:, first : first + foretold.shape[1]]
+        return np.asarray(np.sqrt((((now - foretold) / deviation) ** 2).mean(axis=0)))
+
+    grown, own = _growing(settings), _foresight(window, 2, settings)
+    count = min(window, n - ahead) - settings.fewest
+    begun = np.zeros((mean.shape[0], window))
+    begun[:, : min(n, window)] = mean[:, :window]
+    basis, inside = grown.basis[:count], grown.inside[:count]
+    weights = np.einsum("cb,wbd->cwd", begun, basis)
+    rest = np.where(inside, begun[:, None] - np.einsum("cwd,wbd->cwb", weights, basis), 0.0)
+    foretold = begun @ grown.ahead[:count].T
+    out = [apart(rest, foretold, settings.fewest + ahead, grown.freedom[:count], grown.widening[:count])]
     if n > window + ahead:
         windows = sliding_window_view(mean, window, axis=1)[:, : n - window - ahead]
-        out.append(_foresight(window, 2, settings).departure(windows, mean[:, window + ahead :], size))
+        rest = windows - (windows @ own.basis) @ own.basis.T
+        out.append(apart(rest, windows @ own.ahead, window + ahead, own.freedom, own.widening))
     return np.concatenate(out)

@@ -108,7 +108,8 @@ def check_receiver(
     if clipped > settings.most_clipped:
         return f"{100 * clipped:.0f} % of its samples in the motion are clipped: the range is too small"
     # less noise: a dead input still has its own
-    spread = np.sqrt(np.maximum(pair_v.var(axis=1) - noise_v**2, 0.0))
+    variance = pair_v.var(axis=1)
+    spread = np.sqrt(np.maximum(variance - noise_v**2, 0.0))
     unseen = doppler.clear.mean() < settings.least_seen
     if unseen and (spread < settings.nothing * noise_v).all():
         return "I and Q show white noise and nothing else: a cable is off, or the receiver has no supply"
@@ -117,10 +118,10 @@ def check_receiver(
         return f"{weak} shows nothing of the motion that {strong} shows: a cable is off, or the mixer is dead"
     moved = pair_v - pair_v.mean(axis=1, keepdims=True)
     # either sign: where the wiring inverts Q, it was inverted again
-    apart = min(float(np.mean((moved[0] + sign * moved[1]) ** 2)) for sign in (-1.0, 1.0))
+    apart = float(variance.sum()) - 2.0 * abs(float(moved[0] @ moved[1])) / pair_v.shape[1]
     if apart < min(settings.same**2 * spread.min() ** 2 + 1.2 * float((noise_v**2).sum()), 0.05 * spread.min() ** 2):
         return "Q shows what I shows: one signal on both inputs"
-    white = settings.most_white * SIXTH_DIFFERENCE_GAIN * pair_v.shape[1] * pair_v.var(axis=1)
+    white = settings.most_white * SIXTH_DIFFERENCE_GAIN * pair_v.shape[1] * variance
     if unseen and ((sixth_differences(pair_v) ** 2).sum(axis=1) > white).all():
         return "white noise that comes and goes moves I and Q, and no echo: a cable is loose, or a source disturbs them"
     # slower than some bins of the spectrum, a turn round and the bias that turns with it fill the same frame

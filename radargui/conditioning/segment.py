@@ -186,8 +186,8 @@ def _turn(i: FloatArray, q: FloatArray, least_radius: float) -> tuple[float, flo
 def _moving(
     level: FloatArray, volts: FloatArray, sample_rate_hz: float, noise: FloatArray, settings: MotionSettings
 ) -> BoolArray | None:
-    high = float(np.percentile(level, 99.0))
-    quiet = max(1.0, float(np.percentile(level, 5.0)))
+    low, high = (float(share) for share in np.percentile(level, [5.0, 99.0]))
+    quiet = max(1.0, low)
     if quiet > settings.not_quiet * high:
         if high < settings.threshold or _is_hum(volts, sample_rate_hz, noise, settings):
             return None

@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from radargui.model.arrays import FloatArray
+from radargui.model.weighed_sums import weighed_sums
 
 DEGREE = 5
 REACH = 24
@@ -43,12 +44,7 @@ def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray) -
         if n_samples > 4 * REACH:
             middle, ends = _weights(back), _end_weights(back)
             reach, values = middle.size // 2, volts[channel]
-            total = out[channel, reach : n_samples - reach]
-            # few weights of a delay that is a small part of a sample are worth a product
-            np.multiply(values[reach : n_samples - reach], middle[reach], out=total)
-            for k in range(2 * reach + 1):
-                if k != reach:
-                    total += middle[k] * values[k : k + total.size]
+            out[channel, reach : n_samples - reach] = weighed_sums(values, middle)
             # at the ends the spline ends too
             out[channel, :REACH] = ends[:REACH] @ values[: 3 * REACH]
             out[channel, -REACH:] = ends[-REACH:] @ values[-3 * REACH :]

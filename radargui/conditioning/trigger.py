@@ -124,9 +124,8 @@ class MotionTrigger:
     def _levels_of(self, means: FloatArray, count: int) -> FloatArray:
         """Return the activity of the windows that end with each of the last `count` blocks."""
         scaled = means[:, -(count + self._window - 1) :] * (np.sqrt(self._size) / self._noise_or_one())[:, None]
-        levels = sliding_variance(scaled, self._window).mean(axis=0)
         before = self._window // 2
-        return np.asarray(levels[before : before + count])
+        return sliding_variance(scaled, self._window)[before : before + count]
 
     def _noise_or_one(self) -> FloatArray:
         return np.ones(self._means.shape[0]) if self._noise_v is None else self._noise_v

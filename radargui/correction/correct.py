@@ -60,16 +60,16 @@ def correct(conditioned: Conditioned, method: str, progress: Callable[[float], N
             channels.append(ChannelQuality(name, verdict="rejected", reason=error.message))
             valid[k] = False
         else:
-            scale, noise = _scale(volts[pair], corrected[pair], segment, step), conditioned.noise_v[pair]
-            # I and Q may be scaled otherwise: the phase takes the mean of both
-            relative = np.sqrt(((noise[:, None] / scale) ** 2).mean(axis=0))
-            clipped = float((~conditioned.usable[pair, segment.first : segment.last]).any(axis=0).mean())
-            quality = _quality(name, corrected[pair], segment, relative, valid[k], clipped, step)
-            channels.append(quality)
-            # taken over the whole way: an echo that grows also leaves an offset that the ellipse does not follow
             moving = np.s_[segment.first : segment.last]
-            known = valid[k, moving] & np.isfinite(corrected[pair, moving]).all(axis=0)
-            whole = circularity(corrected[pair, moving][:, known]) if known.any() else 0.0
+            iq, good = corrected[pair, moving], valid[k, moving]
+            scale, noise = _scale(volts[pair, moving], iq, segment, step), conditioned.noise_v[pair]
+            # I and Q may be scaled otherwise: the phase takes the mean of both
+            relative = np.sqrt(0.5 * ((noise[0] / scale[0]) ** 2 + (noise[1] / scale[1]) ** 2))
+            clipped = float((~conditioned.usable[pair, moving]).any(axis=0).mean())
+            channels.append(_quality(name, iq, scale, relative, good, clipped, step))
+            # taken over the whole way: an echo that grows also leaves an offset that the ellipse does not follow
+            known = good & np.isfinite(iq).all(axis=0)
+            whole = circularity(iq if known.all() else iq[:, known]) if known.any() else 0.0
             u_phase[k] = max(whole, LEAST_U_PHASE_RAD)
         steps.append(step)
         if progress is not None:
@@ -98,31 +98,28 @@ def _correct_one(conditioned: Conditioned, number: int, pair_v: FloatArray, meth
     return np.array(added(pair_v, segment, conditioned.valid[number]), dtype=np.float64).reshape(pair_v.shape), None
 
 
-def _scale(pair_v: FloatArray, iq: FloatArray, segment: Segment, step: Steps) -> FloatArray:
-    """Return the volts that one unit of corrected I and Q stands for at each sample, shape (2, n_samples)."""
+def _scale(moving_v: FloatArray, iq: FloatArray, segment: Segment, step: Steps) -> FloatArray:
+    """Return the volts that one unit of corrected I and Q stands for in the motion, shape (2, n_moving) or (2, 1)."""
     if isinstance(step, PublishedSteps):
-        return np.stack([step.i.scale, step.q.scale])
-    moving = slice(segment.first, segment.last)
-    scale = pair_v[:, moving].std(axis=1) / np.maximum(iq[:, moving].std(axis=1), 1e-300)
-    return np.repeat(scale[:, None], pair_v.shape[1], axis=1)
+        return np.stack([own.scale[segment.first : segment.last] for own in (step.i, step.q)])
+    return np.asarray(moving_v.std(axis=1, keepdims=True) / np.maximum(iq.std(axis=1, keepdims=True), 1e-300))
 
 
 def _quality(
-    name: str, iq: FloatArray, segment: Segment, noise: FloatArray, valid: BoolArray, clipped: float, step: Steps
+    name: str, iq: FloatArray, scale: FloatArray, noise: FloatArray, valid: BoolArray, clipped: float, step: Steps
 ) -> ChannelQuality:
-    moving = slice(segment.first, segment.last)
     gain, quadrature_deg = None, None
     if isinstance(step, Ellipse):
         gain, quadrature_deg = step.gain_ratio, float(np.degrees(step.quadrature_error_rad))
     elif isinstance(step, PublishedSteps):
-        gain = float(np.median(step.q.scale[moving]) / np.median(step.i.scale[moving]))
-    used = valid[moving] if valid[moving].any() else np.ones(segment.last - segment.first, dtype=np.bool_)
+        gain = float(np.median(scale[1]) / np.median(scale[0]))
+    used = valid if valid.any() else np.ones_like(valid)
     return assess(
         name,
-        iq=iq[:, moving],
-        phase_rad=unwrap(wrapped_phase(iq[None, 0, moving], iq[None, 1, moving]))[0],
-        valid=valid[moving],
-        noise=float(np.median(noise[moving][used])),
+        iq=iq,
+        phase_rad=unwrap(wrapped_phase(iq[:1], iq[1:]))[0],
+        valid=valid,
+        noise=float(np.median(np.broadcast_to(noise, valid.shape)[used])),
         fraction_clipped=clipped,
         gain_ratio=gain,
         quadrature_error_deg=quadrature_deg,

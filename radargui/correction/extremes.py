@@ -42,24 +42,21 @@ def standing_out(x: FloatArray, place: IntArray, least: FloatArray | float) -> I
     value = np.concatenate([x[:1], x[place], x[-1:]])
     enough = np.zeros(number.size)
     enough[1:-1] = least
-    while number.size > 3:
-        swing = np.abs(np.diff(value))
-        wiggle = swing[1:-1] < np.minimum(enough[1:-2], enough[2:-1])
-        wiggle &= (swing[1:-1] <= swing[:-2]) & (swing[1:-1] < swing[2:])
-        first = np.flatnonzero(wiggle) + 1
+    while True:
+        swing = np.abs(value[1:] - value[:-1])
+        small = np.flatnonzero(swing < np.minimum(enough[1:], enough[:-1]))
+        first = small[(swing[small] <= swing[small - 1]) & (swing[small] < swing[small + 1])]
         if first.size == 0:
             break
         keep = np.ones(number.size, dtype=np.bool_)
         keep[first] = keep[first + 1] = False
         number, value, enough = number[keep], value[keep], enough[keep]
     # at an end, or where its neighbour needs less, what an extreme stands out of lies farther away
-    sides = np.abs(np.diff(value))
-    near = np.minimum(sides[:-1], sides[1:])
-    keep = near >= enough[1:-1]
+    keep = np.asarray(np.minimum(swing[:-1], swing[1:]) >= enough[1:-1])
     values = value.tolist()
     for k in np.flatnonzero(~keep):
         keep[k] = _prominence(values, int(k) + 1) >= enough[k + 1]
-    return number[1:-1][keep]
+    return np.asarray(number[1:-1][keep])
 
 
 def _prominence(value: list[float], at: int) -> float:

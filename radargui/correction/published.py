@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,8 @@ TYPICAL_PROMINENCE, LEAST_SWINGS = 0.15, 5
 LEAST_EXTREMES = 2
 TURN_S = 0.0008
 """Before and after an instant that is looked at for a turn of the motion: a bounce is over within it."""
+REACH_S = 0.003
+"""Beside the motion, more than smoothing, its slope and a turn look at together."""
 PART_OF_PERIOD = 0.2
 """Of the fastest Doppler period that smoothing may reach over: a parabola through a fifth of a wave is 1 % off."""
 
@@ -51,6 +53,13 @@ class ChannelSteps:
     bias: FloatArray
     zero_crossings: IntArray
     scale: FloatArray
+
+    def laid_out(self, start: int, n_samples: int) -> ChannelSteps:
+        """Return the same of a record of which this one begins at sample `start`; bias and scale are held beyond."""
+        segment = replace(self.segment, first=self.segment.first + start, last=self.segment.last + start)
+        bias, scale = (held_beyond(values, start, n_samples) for values in (self.bias, self.scale))
+        peaks, valleys, crossings = (place + start for place in (self.peaks, self.valleys, self.zero_crossings))
+        return ChannelSteps(segment, peaks, valleys, self.upper, self.lower, bias, crossings, scale)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,12 +99,16 @@ def correct_published(
         Too few extremes: the motion turns the phase by less than about one and a half fringes.
     """
     period_s = np.inf if not highest_hz else 1.0 / highest_hz
-    smoothed = smooth(pair_v, sample_rate_hz, window_s=min(SMOOTHING_S, PART_OF_PERIOD * period_s))
-    turning = motion_turns(smoothed, sample_rate_hz, segment, min(TURN_S, 0.5 * PART_OF_PERIOD * period_s))
+    # farther from the motion than windows reach nothing is said about it
+    reach, n_samples = round(REACH_S * sample_rate_hz) + 8, pair_v.shape[1]
+    near = slice(max(0, segment.first - reach), min(n_samples, segment.last + reach))
+    moving = Segment(segment.first - near.start, segment.last - near.start, 0, 0)
+    smoothed = smooth(pair_v[:, near], sample_rate_hz, window_s=min(SMOOTHING_S, PART_OF_PERIOD * period_s))
+    turning = motion_turns(smoothed, sample_rate_hz, moving, min(TURN_S, 0.5 * PART_OF_PERIOD * period_s))
     # of 60 drops at 33 kS/s two were rejected that were not at the full rate; with this one more is good than there
     for _ in range(blurred):
         turning[1:-1] = turning[:-2] | turning[1:-1] | turning[2:]
-    steps = tuple(_correct_channel(smoothed[k], segment, turning) for k in (0, 1))
+    steps = tuple(_correct_channel(smoothed[k], moving, turning).laid_out(near.start, n_samples) for k in (0, 1))
     corrected = np.stack([(pair_v[k] - step.bias) / step.scale for k, step in enumerate(steps)])
     return corrected, PublishedSteps(*steps)
 
@@ -192,9 +205,8 @@ def _swing_at(x: FloatArray, turning: IntArray, at: IntArray | None = None) -> F
         return np.full(at.size, typical)
     swing = np.abs(np.diff(x[both]))
     middle = 0.5 * (both[1:] + both[:-1])
-    padded = np.pad(swing, 2, mode="edge")
-    median = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
-    return np.asarray(np.interp(at, middle, median))
+    around = np.clip(np.arange(swing.size) + np.arange(-2, 3)[:, None], 0, swing.size - 1)
+    return np.asarray(np.interp(at, middle, np.sort(swing[around], axis=0)[2]))
 
 
 def envelope(smoothed_v: FloatArray, extremes: IntArray, segment: Segment) -> FloatArray:
@@ -212,7 +224,14 @@ def envelope(smoothed_v: FloatArray, extremes: IntArray, segment: Segment) -> Fl
         inner = PchipInterpolator(extremes, smoothed_v[extremes])(np.arange(extremes[0], extremes[-1] + 1))
     else:
         inner = spline_through(extremes, smoothed_v[extremes])
-    return np.pad(inner, (extremes[0] - segment.first, segment.last - 1 - extremes[-1]), mode="edge")
+    return held_beyond(inner, int(extremes[0]) - segment.first, segment.last - segment.first)
+
+
+def held_beyond(inner: FloatArray, first: int, n: int) -> FloatArray:
+    """Return values that begin at sample `first` of n, the first and the last of them held before and after."""
+    out = np.empty(n)
+    out[:first], out[first : first + inner.size], out[first + inner.size :] = inner[0], inner, inner[-1]
+    return out
 
 
 def find_bias(
@@ -225,11 +244,10 @@ def find_bias(
     FloatArray
         Volts, one value a sample of the record.
     """
-    mean = 0.5 * (upper + lower)
     first = max(int(peaks[0]), int(valleys[0]))
-    last = min(int(peaks[-1]), int(valleys[-1]))
-    place = np.clip(np.arange(n_samples), first, max(first, last)) - segment.first
-    return np.asarray(mean[place])
+    last = max(first, min(int(peaks[-1]), int(valleys[-1])))
+    both = slice(first - segment.first, last + 1 - segment.first)
+    return held_beyond(0.5 * (upper[both] + lower[both]), first, n_samples)
 
 
 def find_zero_crossings(centred_v: FloatArray, peaks: IntArray, valleys: IntArray) -> IntArray:

@@ -173,7 +173,7 @@ def assess(
     used = valid & np.isfinite(iq).all(axis=0)
     counted = used & np.isfinite(phase_rad)
     turned = None if rescaled else phase_rad[counted]
-    roundness = circularity(iq[:, counted], turned) if counted.any() else float("nan")
+    roundness = circularity(iq if counted.all() else iq[:, counted], turned) if counted.any() else float("nan")
     whole = bool(np.isfinite(iq).all() and np.isfinite(phase_rad).all())
     known = phase_rad[np.isfinite(phase_rad)]
     quality = ChannelQuality(

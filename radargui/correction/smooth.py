@@ -8,10 +8,11 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from radargui.model.arrays import FloatArray
+from radargui.model.weighed_sums import weighed_sums
 
 SMOOTHING_S = 0.001
-_WIDE, _FEW = 256, 24
-"""Samples of a window from which Fourier transforms pay, and from which a convolution does."""
+_WIDE = 256
+"""Samples of a window from which Fourier transforms pay."""
 
 
 def smooth(
@@ -58,7 +59,8 @@ def savitzky_golay(x: FloatArray, window: int, order: int, *, derivative: int = 
     half = window // 2
     weights = _weights(window, order, derivative) / spacing**derivative
     if window < _WIDE:
-        middle = _weighed(x, weights)
+        rows = [weighed_sums(row, weights) for row in x.reshape(-1, x.shape[-1])]
+        middle = np.stack(rows).reshape(*x.shape[:-1], -1)
     else:
         # half a second to load, and only long stretches at a high rate need it
         from scipy.signal import oaconvolve
@@ -69,19 +71,6 @@ def savitzky_golay(x: FloatArray, window: int, order: int, *, derivative: int = 
     begin, end = x[..., :window] @ fit.T @ values[:half].T, x[..., -window:] @ fit.T @ values[half + 1 :].T
     unit = spacing**derivative
     return np.asarray(np.concatenate([begin / unit, middle, end / unit], axis=-1), dtype=np.float64)
-
-
-def _weighed(x: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the weighed sums of as many samples in turn, shape (..., n_samples - window + 1)."""
-    count = x.shape[-1] - weights.size + 1
-    if weights.size > _FEW:
-        rows = x.reshape(-1, x.shape[-1])
-        out = np.array([np.convolve(row, weights[::-1], "valid") for row in rows])
-        return out.reshape(*x.shape[:-1], count)
-    total = weights[0] * x[..., :count]
-    for k in range(1, weights.size):
-        total += weights[k] * x[..., k : k + count]
-    return np.asarray(total)
 
 
 @lru_cache(maxsize=8)

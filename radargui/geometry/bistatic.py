@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from radargui.geometry.path_length import Antennas, distance, locate_plane, path_gradient, path_lengths
+from radargui.geometry.path_length import Antennas, locate_plane, path_gradient, path_lengths
 from radargui.model.arrays import FloatArray, pieces
 
 _MAXIMUM_STEPS = 40
 _TOLERANCE_M = 1e-8  # the next step would be its square over the distance of the antennas
 _SINGULAR = 1e-9
 _SIDEWAYS, _FALLING_STEPS = 0.03, 8  # a metre aside against one of path: enough where no path tells; the steps converge
-_PIECE = 1 << 13
-"""Samples at a time: some twenty rows of them stay in the processor's cache."""
 _MOST_CONDITION = 1e4
 """Of the antennas' places seen from the transmitter, for places to be known to 1e-12 of their distance at once."""
 
@@ -49,7 +47,7 @@ def locate_exact(
     closed = antennas.n_receivers == 3 and np.linalg.cond(from_transmitter) < _MOST_CONDITION
     at_rest = path_lengths(release_position_m[:, None], antennas)
     out = np.empty((3, change_m.shape[1]))
-    for part in pieces(change_m.shape[1], _PIECE):
+    for part in pieces(change_m.shape[1]):
         change = change_m[:, part]
         start = locate_plane(change, antennas, release_position_m) if start_m is None else start_m[:, part]
         solve = _intersected if closed else _located
@@ -67,20 +65,21 @@ def _intersected(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) 
     inverse = 0.5 * np.linalg.inv(receivers)
     level = inverse @ ((receivers**2).sum(axis=1)[:, None] - target_m**2)
     along = inverse @ (2.0 * target_m)
-    square, half, rest = _dot(along, along) - 1.0, _dot(level, along), _dot(level, level)
-    shortest = target_m.min(axis=0)
-    best, nearest = np.full(start_m.shape, np.nan), np.full(target_m.shape[1], np.inf)
+    slant, half, rest = _dot(along, along), _dot(level, along), _dot(level, level)
+    square, shortest = slant - 1.0, target_m.min(axis=0)
+    best, nearest = np.full(shortest.shape, np.nan), np.full(shortest.shape, np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         # without the difference of nearly equal numbers; where there is no real root it is none in what follows either
         sum_of_two = -(half + np.copysign(np.sqrt(half**2 - square * rest), half))
+        # where the line passes nearest to the guess
+        guess = (_dot(along, start_m - antennas.transmitter_m[:, None]) - half) / slant
         for root in (sum_of_two / square, rest / sum_of_two):
-            place = antennas.transmitter_m[:, None] + level + along * root
-            away = distance(place - start_m)
+            away = np.abs(root - guess)
             # of two places the nearer to the guess; neither way may be shorter than nothing
             better = (root >= 0.0) & (root <= shortest) & (away < nearest)
-            np.copyto(best, place, where=better)
+            np.copyto(best, root, where=better)
             np.copyto(nearest, away, where=better)
-    return best
+    return np.asarray(antennas.transmitter_m[:, None] + level + along * best)
 
 
 def _located(target_m: FloatArray, antennas: Antennas, start_m: FloatArray) -> FloatArray:
@@ -173,7 +172,7 @@ def position_uncertainty(position_m: FloatArray, u_path_m: FloatArray, antennas:
         u of x, y, z in metres, shape (3, n_samples); NaN where the position or u is unknown, or J is singular.
     """
     out = np.full(position_m.shape, np.nan)
-    for part in pieces(position_m.shape[1], _PIECE):
+    for part in pieces(position_m.shape[1]):
         out[:, part] = _uncertain(position_m[:, part], u_path_m[:, part], antennas)
     return out
 

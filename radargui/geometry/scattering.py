@@ -72,20 +72,19 @@ def supposed_delays_m(position_m: FloatArray, setup: Setup) -> FloatArray:
     places = np.concatenate([np.zeros((3, 1)), release, position_m], axis=1)
     both = np.stack([transmitted_direction(angle) for angle in (0.0, 90.0)])
     sphere = conducting_sphere(0.5 * setup.tracer.diameter_m, setup.radar.wavelength_m)
-    out = np.empty(
-        (len(SUPPOSED_POLARIZATIONS_DEG), len(SUPPOSED_TURNS_DEG), antennas.n_receivers, position_m.shape[1])
-    )
-    for row, (rx, receiver) in enumerate(zip(antennas.receivers_m, setup.receiver, strict=True)):
-        along_x, along_y = scattered_field(sphere, places, antennas.transmitter_m, both, rx)
+    out = []
+    for rx, receiver in zip(antennas.receivers_m, setup.receiver, strict=True):
+        fields = scattered_field(sphere, places, antennas.transmitter_m, both, rx)
         horizontal, vertical = transverse_axes(rx / np.linalg.norm(rx), receiver.azimuth_deg)
-        for which, angle in enumerate(SUPPOSED_POLARIZATIONS_DEG):
-            x, y, _ = transmitted_direction(angle)
-            field = x * along_x + y * along_y
-            best = strongest_polarization_deg(field[:, 0], horizontal, vertical)
-            for number, turn in enumerate(SUPPOSED_TURNS_DEG):
-                got = received_direction(best + turn, horizontal, vertical) @ field
-                out[which, number, row] = np.angle(got[2:] / got[1])
-    return setup.radar.wavelength_m / (2.0 * np.pi) * out.reshape(-1, *out.shape[2:])
+        weights = []
+        for angle in SUPPOSED_POLARIZATIONS_DEG:
+            sent = transmitted_direction(angle)[:2]
+            best = strongest_polarization_deg(sent @ fields[:, :, 0], horizontal, vertical)
+            got = [received_direction(best + turn, horizontal, vertical) for turn in SUPPOSED_TURNS_DEG]
+            weights += [np.outer(sent, one).ravel() for one in got]
+        signal = np.array(weights) @ fields.reshape(6, -1)
+        out.append(np.angle(signal[:, 2:] / signal[:, 1:2]))
+    return setup.radar.wavelength_m / (2.0 * np.pi) * np.stack(out, axis=1)
 
 
 class SphereDelay:

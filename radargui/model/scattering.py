@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
@@ -54,6 +55,7 @@ class ConductingSphere:
         return np.asarray(u + cosine * v), np.asarray(v + cosine * u)
 
 
+@lru_cache(maxsize=32)
 def conducting_sphere(radius_m: float, wavelength_m: float) -> ConductingSphere:
     """Return the sphere: a_n = psi_n' / xi_n', b_n = psi_n / xi_n, psi = x j_n, xi = x h_n (Bohren & Huffman, ch. 4).
 

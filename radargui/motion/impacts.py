@@ -155,7 +155,8 @@ def find_track_impacts(time_s: FloatArray, height_m: FloatArray, valid: BoolArra
     size = max(1, round(IMPACT_LIMITS.track_step_s * sample_rate_hz))
     whole = height_m.size // size * size
     known = np.where(valid, height_m, np.nan)[:whole]
-    time, height = (values.reshape(-1, size).mean(axis=1) for values in (time_s[:whole], known))
+    share = np.full(size, 1.0 / size)
+    time, height = (values.reshape(-1, size) @ share for values in (time_s[:whole], known))
     third = np.abs(np.diff(height, 3))
     third = third[np.isfinite(third)]
     if third.size == 0:
@@ -203,15 +204,16 @@ def _possible(at_s: FloatArray, before_m_s: FloatArray, after_m_s: FloatArray) -
     """
     limits = IMPACT_LIMITS
     kept: list[int] = []
-    for index in np.argsort(before_m_s - after_m_s):
-        allowed = True
-        for other in kept:
-            flight_s = (2.0 * after_m_s[other] if at_s[other] < at_s[index] else -before_m_s[other]) / (
-                NOMINAL_GRAVITY_M_S2
-            )
-            allowed &= bool(abs(at_s[index] - at_s[other]) > max(limits.apart_s, limits.margin * flight_s))
-        if allowed:
-            kept.append(int(index))
+    # a later impact must be farther than the one, an earlier one than the other
+    later, sooner = (
+        np.maximum(limits.apart_s, limits.margin / NOMINAL_GRAVITY_M_S2 * speed).tolist()
+        for speed in (2.0 * after_m_s, -before_m_s)
+    )
+    at = at_s.tolist()
+    for index in np.argsort(before_m_s - after_m_s).tolist():
+        apart = ((at[index] - at[other], other) for other in kept)
+        if all(away > later[other] if away > 0.0 else -away > sooner[other] for away, other in apart):
+            kept.append(index)
     return sorted(kept)
 
 
@@ -234,10 +236,9 @@ class _Height:
 
     def speeds(self, at_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the velocities just before and after some instants, and u of their difference; NaN where unknown."""
-        limits = IMPACT_LIMITS
-        before, u_before = self._parabolas(at_s - limits.side_s, at_s - limits.clear_s, at_s)
-        after, u_after = self._parabolas(at_s + limits.clear_s, at_s + limits.side_s, at_s)
-        return before[:, 1], after[:, 1], np.hypot(u_before, u_after)
+        limits, n = IMPACT_LIMITS, at_s.size
+        both, u = self._beside(at_s, limits.clear_s, np.full(n, limits.side_s), np.full(n, limits.side_s))
+        return both[:n, 1], both[n:, 1], np.hypot(u[:n], u[n:])
 
     def may_stop(self, at_s: FloatArray) -> BoolArray:
         """Return at which instants a fall may end, by the heights on both sides: slopes of all would cost more."""
@@ -272,15 +273,21 @@ class _Height:
         on = 0.9 * np.minimum(edge[2:] - at_s, 2.0 * after_m_s / NOMINAL_GRAVITY_M_S2)
         on = np.minimum(limits.meeting_side_s, on)
         for _ in range(2):
-            before, _ = self._parabolas(at_s - back, at_s - limits.track_step_s, at_s)
-            after, _ = self._parabolas(at_s + limits.track_step_s, at_s + on, at_s)
-            c, b, a = (before - after).T
+            both, _ = self._beside(at_s, limits.track_step_s, back, on)
+            c, b, a = (both[: at_s.size] - both[at_s.size :]).T
             root = b * b - 4.0 * a * c
             meets = root >= 0.0  # NaN, an unknown side, does not
             b, root = np.where(meets, b, 1.0), np.where(meets, root, 1.0)
             shift = np.where(meets, -2.0 * c / (b + np.copysign(np.sqrt(root), b)), 0.0)
             at_s = at_s + np.clip(shift, -0.4 * limits.side_s, 0.4 * limits.side_s)
         return at_s
+
+    def _beside(
+        self, at_s: FloatArray, clear_s: float, back_s: FloatArray, on_s: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return `_parabolas` of all before, then of all after, from `clear_s` as far as `back_s` and `on_s`."""
+        first, last = np.append(at_s - back_s, at_s + clear_s), np.append(at_s - clear_s, at_s + on_s)
+        return self._parabolas(first, last, np.append(at_s, at_s))
 
     def _parabolas(self, first_s: FloatArray, last_s: FloatArray, at_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Fit parabolas on [first, last]; return height, velocity, half the curvature at `at`, and u of the velocity.

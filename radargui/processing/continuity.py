@@ -131,14 +131,14 @@ def lay_down(phase_rad: FloatArray, valid: BoolArray, piece: IntArray, rest: sli
         Samples at rest; empty without any.
     """
     out = phase_rad.copy()
-    for row, good in zip(out, valid, strict=True):
-        for number in range(int(piece.max(initial=0)) + 1):
-            inside = piece == number
-            known = np.flatnonzero(inside & good)
-            if known.size == 0:
+    for number in range(int(piece.max(initial=0)) + 1):
+        inside = piece == number
+        for row, known in zip(out, valid & inside, strict=True):
+            if not known.any():
                 continue
-            at_rest = known[(known >= rest.start) & (known < rest.stop)] if number == 0 else known[:0]
-            row[inside] -= row[at_rest].mean() if at_rest.size else row[known[0]]
+            at_rest = row[rest][known[rest]] if number == 0 else row[:0]
+            zero = at_rest.mean() if at_rest.size else row[np.argmax(known)]
+            np.subtract(row, zero, out=row, where=inside)
     return out
 
 

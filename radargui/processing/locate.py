@@ -54,11 +54,13 @@ def locate(paths: PathLengths, antennas: Antennas, release_position_m: FloatArra
     if antennas.n_receivers < LEAST_RECEIVERS:
         return None
     # an invalid path would pull the place without a sign of it
-    change = np.where(paths.valid, paths.change_m, np.nan)
-    if geometry == "plane":
-        position = locate_plane(change, antennas, release_position_m)
-    else:
-        position = locate_exact(change, antennas, release_position_m)
+    position = place_at(np.where(paths.valid, paths.change_m, np.nan), antennas, release_position_m, geometry)
     # linear propagation of u(L_i) through the inverse of the rows dL_i/dp (GUM 5.1.2)
     u = position_uncertainty(position, paths.u_m, antennas)
     return Track(paths.time_s, position, u, np.asarray(np.isfinite(position).all(axis=0)), geometry)
+
+
+def place_at(change_m: FloatArray, antennas: Antennas, release_position_m: FloatArray, geometry: str) -> FloatArray:
+    """Return the places (3, n) at changes of the paths (n_receivers, n); NaN for NaN, other parameters as above."""
+    solve = locate_plane if geometry == "plane" else locate_exact
+    return solve(change_m, antennas, release_position_m)

@@ -30,7 +30,7 @@ from radargui.model.assumed import (
 from radargui.model.result import Bounces, PathLengths, Segment, Track
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import BudgetLine, InputChange, Share, UncertaintyBudget
-from radargui.processing.locate import locate
+from radargui.processing.locate import LEAST_RECEIVERS, place_at
 from radargui.restitution.track_response import floor_and_clock, respond
 
 POINTS, LONGEST_S = 500, 0.002
@@ -66,21 +66,19 @@ def with_budget(
         thin[one.share] = one.time_s, before + one.moved_m**2
         e_squares[one.share] = e_squares.get(one.share, np.zeros(one.e.shape)) + one.e**2
         g_squares[one.share] = g_squares.get(one.share, 0.0) + one.g_m_s2**2
-    squares = {
-        share: np.array([np.interp(track.time_s, time_s, row) for row in square])
-        for share, (time_s, square) in thin.items()
-    }
+    squares = {share: _laid_out(track.time_s, *told) for share, told in thin.items()}
     combined = np.sqrt(track.u_position_m**2 + sum(squares.values()))
-    e_all = sum(e_squares.values()) if e_squares else np.zeros(len(bounces.impacts))
-    impacts = tuple(
-        replace(own, u_e_combined=float(np.hypot(own.u_e, np.sqrt(more))))
-        for own, more in zip(bounces.impacts, np.broadcast_to(e_all, len(bounces.impacts)), strict=True)
-    )
+    u_e = np.array([one.u_e for one in bounces.impacts])
+    u_e = np.sqrt(u_e**2 + sum(e_squares.values()))
+    impacts = tuple(replace(own, u_e_combined=u) for own, u in zip(bounces.impacts, u_e.tolist(), strict=True))
     part = slice(segment.first, segment.last)
 
+    valid = track.valid[part]
+
     def motion(square: FloatArray) -> float:
-        known = square[:, part][:, track.valid[part]]
-        return float(np.sqrt(np.nanmean(known))) if np.isfinite(known).any() else float("nan")
+        known = square[:, part] if valid.all() else square[:, part][:, valid]
+        known = known[np.isfinite(known)]
+        return float(np.sqrt(known.mean())) if known.size else float("nan")
 
     fall = bounces.free_fall
     budget = UncertaintyBudget(
@@ -93,6 +91,16 @@ def with_budget(
         assumed_uncertainties(setup),
     )
     return replace(track, u_combined_m=combined), replace(bounces, impacts=impacts), budget
+
+
+def _laid_out(time_s: FloatArray, thin_s: FloatArray, thin: FloatArray) -> FloatArray:
+    """Return values (3, m) at instants (m,) on straight lines at instants (n,), held before and after, (3, n)."""
+    first, last = np.searchsorted(time_s, thin_s[[0, -1]])
+    out = np.empty((thin.shape[0], time_s.size))
+    out[:, :first], out[:, last:] = thin[:, :1], thin[:, -1:]
+    for row, own in zip(out, thin, strict=True):
+        row[first:last] = np.interp(time_s[first:last], thin_s, own)
+    return out
 
 
 def _line(statistical: float, shares: dict[str, float]) -> BudgetLine:
@@ -119,12 +127,17 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     spacing_s = float(paths.time_s[1] - paths.time_s[0])
     size = max(1, min((segment.last - segment.first) // POINTS, round(LONGEST_S / spacing_s)))
     # before and after the motion all shifts stand
-    thin = _thinned(paths, slice(segment.first, segment.last), size)
-    inner = Segment(0, thin.time_s.size, 0, 0)
-    base = _located(thin, setup)
-    if base is None:
+    part, antennas = slice(segment.first, segment.last), place_antennas(setup)
+    if antennas.n_receivers < LEAST_RECEIVERS:
         return ()
-    shifts = _Shifts.of(base.position_m, thin.change_m, setup)
+    # with a sample that is not known the mean is not
+    change_m = _thinned(np.where(paths.valid, paths.change_m, np.nan), part, size)
+    geometry, release = setup.processing.geometry, np.array(setup.tracer.release_position_m)
+    position = place_at(change_m, antennas, release, geometry)
+    known = np.asarray(np.isfinite(position).all(axis=0))
+    base = Track(_thinned(paths.time_s, part, size), position, np.full_like(position, np.nan), known, geometry)
+    inner = Segment(0, base.time_s.size, 0, 0)
+    shifts = _Shifts.of(base.position_m, change_m, setup)
     keys: list[tuple[str, Share]] = []
     found: list[FloatArray] = []
 
@@ -149,9 +162,10 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     if not found:
         return ()
     given = "normal" in setup.floor.model_fields_set
-    e, g = respond(base, inner, bounces, np.stack(found), given, setup.floor.u_tilt_deg)
-    known = [np.nan_to_num(own) for own in found]
-    changes = [InputChange(*key, thin.time_s, *own) for key, *own in zip(keys, known, e, g.tolist(), strict=True)]
+    moved = np.stack(found)
+    e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
+    moved = np.nan_to_num(moved)
+    changes = [InputChange(*key, base.time_s, *own) for key, *own in zip(keys, moved, e, g.tolist(), strict=True)]
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 
 
@@ -161,8 +175,10 @@ class _Shifts:
 
     Attributes
     ----------
-    setup, antennas, release_m
+    setup, antennas
         That the places were found with.
+    at_release_m
+        Path lengths at the release, shape (n_receivers, 1).
     position_m, change_m
         Places and their changes of path, shapes (3, n) and (n_receivers, n).
     by_path
@@ -171,14 +187,15 @@ class _Shifts:
 
     setup: Setup
     antennas: Antennas
-    release_m: FloatArray
+    at_release_m: FloatArray
     position_m: FloatArray
     change_m: FloatArray
     by_path: FloatArray
 
     @staticmethod
     def of(position_m: FloatArray, change_m: FloatArray, setup: Setup) -> _Shifts:
-        antennas, release = place_antennas(setup), np.array(setup.tracer.release_position_m)
+        antennas = place_antennas(setup)
+        at_release = path_lengths(np.array(setup.tracer.release_position_m)[:, None], antennas)
         if setup.processing.geometry == "plane":
             columns = -np.linalg.pinv(t_matrix(antennas))
             by_path = np.broadcast_to(columns.T[:, :, None], (*columns.T.shape, 1))
@@ -186,7 +203,7 @@ class _Shifts:
             # shared by all inputs: each is a change of some paths
             gradient, units = path_gradient(position_m, antennas), np.eye(antennas.n_receivers)
             by_path = np.stack([solve_gradient(gradient, unit[:, None]) for unit in units])
-        return _Shifts(setup, antennas, release, position_m, change_m, by_path)
+        return _Shifts(setup, antennas, at_release, position_m, change_m, by_path)
 
     def by_paths(self, longer_m: FloatArray) -> FloatArray:
         """Return the moves by paths that are longer, shape (n_receivers, n) or (n_receivers, 1)."""
@@ -202,7 +219,7 @@ class _Shifts:
         ratio = other.radar.wavelength_m / self.setup.radar.wavelength_m
         if self.setup.processing.geometry == "plane":
             return locate_plane(ratio * self.change_m, antennas, release) - self.position_m
-        constant = path_lengths(release[:, None], antennas) - path_lengths(self.release_m[:, None], self.antennas)
+        constant = path_lengths(release[:, None], antennas) - self.at_release_m
         if ratio != 1.0:
             return self.by_paths(constant + (ratio - 1.0) * self.change_m)
         place = self.position_m
@@ -244,16 +261,8 @@ def _cubic(place: FloatArray) -> FloatArray:
     )
 
 
-def _located(paths: PathLengths, setup: Setup) -> Track | None:
-    release = np.array(setup.tracer.release_position_m)
-    return locate(paths, place_antennas(setup), release, setup.processing.geometry)
-
-
-def _thinned(paths: PathLengths, part: slice, size: int) -> PathLengths:
-    def mean(x: FloatArray) -> FloatArray:
-        inside = x[..., part]
-        count = inside.shape[-1] // size
-        return np.asarray(inside[..., : count * size].reshape(*x.shape[:-1], count, size).mean(axis=-1))
-
-    valid = mean(paths.valid.astype(np.float64)) == 1.0
-    return PathLengths(mean(paths.time_s), mean(paths.phase_rad), mean(paths.change_m), mean(paths.u_m), valid)
+def _thinned(values: FloatArray, part: slice, size: int) -> FloatArray:
+    """Return the means of `size` samples of a part of values (..., n)."""
+    inside = values[..., part]
+    count = inside.shape[-1] // size
+    return np.asarray(inside[..., : count * size].reshape(*values.shape[:-1], count, size).mean(axis=-1))

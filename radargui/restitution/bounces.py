@@ -1,18 +1,19 @@
 """Bounces of a track: coefficient of restitution of each, and the free fall before the first."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.arrays import FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.result import Bounce, Bounces, FreeFall, Segment, Track
+from radargui.model.result import Bounces, FreeFall, Segment, Track
 from radargui.motion.impacts import find_track_impacts
 from radargui.restitution.cross_check import cross_check
-from radargui.restitution.floor_normal import UP, FloorNormal, normal_of_impacts
-from radargui.restitution.parabola import FittedParabolas, fit_parabolas
+from radargui.restitution.floor_normal import UP, normal_of_impacts
+from radargui.restitution.impact_speeds import ImpactSpeeds, speeds_at_impacts
+from radargui.restitution.parabola import fit_parabolas
 from radargui.restitution.settings import TRACKS
-from radargui.restitution.track_drag import with_drag
+from radargui.restitution.track_drag import error_of_e, with_drag
 from radargui.restitution.track_flights import (
     FittedFlights,
     Heights,
@@ -54,53 +55,47 @@ def find_bounces(
         k of the sphere in air, part of the uncertainties.
     """
     # first along the vertical: the impacts themselves say how the floor leans, and where they are does not need it
-    found = _along(track, segment, UP if normal is None else normal, sample_rate_hz, drag_1_m, final=normal is not None)
-    if normal is None and found.bounces.impacts:
-        at = _velocities(track, segment, found.bounces)
+    found = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
+    u_by_normal, u_found_deg = None, None
+    if normal is None and found is not None:
+        at = _velocities(track, segment, found.impacts.time_s)
         # an impact that gives no e may be no impact: it has no say about the floor
-        known = np.isfinite(at.u_side_m_s) & np.array([impact.valid for impact in found.bounces.impacts])
+        known = np.isfinite(at.u_side_m_s) & found.impacts.valid
         floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known], u_tilt_deg)
         x, y, z = (float(part) for part in floor.normal)
+        u_by_normal, u_found_deg = np.sqrt(floor.e_variance(at.before_m_s, at.after_m_s)), floor.u_tilt_deg
         # again: heights, speeds and what counts as a flight are along the normal found
-        impact_s = np.array([impact.time_s for impact in found.bounces.impacts])
-        found = _along(track, segment, (x, y, z), sample_rate_hz, drag_1_m, impact_s, final=True)
-        impacts = tuple(_with_normal(impact, at, k, floor) for k, impact in enumerate(found.bounces.impacts))
-        leaning = replace(found.bounces, impacts=impacts, u_tilt_deg=floor.u_tilt_deg if impacts else None)
-        found = replace(found, bounces=leaning)
-    bounces, heights = found.bounces, found.heights
-    if bounces.normal is None:
-        return bounces
-    return cross_check(bounces, heights.time_s, heights.height_m, NOMINAL_GRAVITY_M_S2 * bounces.normal[2])
+        found = _along(track, segment, (x, y, z), sample_rate_hz, found.impacts.time_s)
+    if found is None:
+        return Bounces()
+    impacts, heights, g_m_s2 = found.impacts, found.heights, NOMINAL_GRAVITY_M_S2 * found.normal[2]
+    fall = _free_fall(track, segment, found.normal, found.flights, float(impacts.time_s[0]))
+    if drag_1_m:
+        impacts = impacts.widened(error_of_e(impacts, found.flights, drag_1_m), impacts.valid)
+        fall = None if fall is None else with_drag(fall, found.flights, drag_1_m, found.normal)
+    if u_by_normal is not None:
+        # the normal comes from velocities sideways, u_e from heights: independent
+        told = np.isfinite(impacts.u_e) & np.isfinite(u_by_normal)
+        impacts = impacts.widened(np.where(told, u_by_normal, 0.0), told | impacts.valid)
+    bounces = Bounces(impacts.bounces(METHOD), fall, found.normal, u_found_deg)
+    return cross_check(bounces, heights.time_s, heights.height_m, g_m_s2)
 
 
-def _velocities(track: Track, segment: Segment, bounces: Bounces) -> ImpactVelocities:
+def _velocities(track: Track, segment: Segment, impact_s: FloatArray) -> ImpactVelocities:
     part = slice(segment.first, segment.last)
     position = track.position_m[:, part]
     known = track.valid[part] & np.isfinite(position).all(axis=0)
-    instants = np.array([impact.time_s for impact in bounces.impacts])
-    return impact_velocities(track.time_s[part][known], position[:, known], instants)
-
-
-def _with_normal(impact: Bounce, at: ImpactVelocities, number: int, floor: FloorNormal) -> Bounce:
-    """Return the bounce with the normal's part in its uncertainty, where the velocities are known."""
-    if not np.isfinite(impact.u_e) or not np.isfinite(at.u_side_m_s[number]):
-        return impact
-    # the normal comes from velocities sideways, u_e from heights: independent
-    u_e = float(np.hypot(impact.u_e, np.sqrt(floor.e_variance(at.before_m_s[number], at.after_m_s[number]))))
-    return replace(impact, u_e=u_e, valid=_is_valid(impact.e, u_e))
-
-
-def _is_valid(e: float, u_e: float) -> bool:
-    # no passive impact gives more than it takes: e above 1 beyond its u is a wrong track
-    return bool(u_e < TRACKS.largest_u_e and e < 1.0 + TRACKS.sigmas_above_1 * u_e)
+    return impact_velocities(track.time_s[part][known], position[:, known], impact_s)
 
 
 @dataclass(frozen=True, slots=True)
 class _Along:
-    """Bounces along a normal, and the heights along it on the known samples of the motion."""
+    """Impacts and flights along a normal, and the heights along it on the known samples of the motion."""
 
-    bounces: Bounces
+    normal: tuple[float, float, float]
     heights: Heights
+    flights: FittedFlights
+    impacts: ImpactSpeeds
 
 
 def _along(
@@ -108,15 +103,9 @@ def _along(
     segment: Segment,
     normal: tuple[float, float, float],
     sample_rate_hz: float,
-    drag_1_m: float,
     impact_s: FloatArray | None = None,
-    *,
-    final: bool,
-) -> _Along:
-    """Return the bounces along a normal; those that are not final lack the fall, and drag in their uncertainties.
-
-    Their instants are sought where they are not known already.
-    """
+) -> _Along | None:
+    """Return the impacts along a normal, None without any; their instants are sought where they are not known."""
     height = np.asarray(normal) @ track.position_m
     part = slice(segment.first, segment.last)
     time, known = track.time_s, track.valid & np.isfinite(height)
@@ -133,85 +122,19 @@ def _along(
         # seen to a millisecond only, and with samples of the wrong flight the parabolas are wrong: fitted twice
         rough = flights_between(impact_s) if impact_s.size else None
         if rough is None:
-            return _Along(Bounces(), heights)
+            return None
         impact_s = rough.meet(impact_s)
     fitted = flights_between(impact_s)
     # a hand, a string or a lost fringe makes kinks as well: only what falls under gravity bounces
     if fitted is None or not _falls(fitted, normal):
-        return _Along(Bounces(), heights)
-    impact_s = fitted.meet(impact_s)
-    bounces = Bounces(_impacts(fitted, impact_s), None, normal)
-    if not final:
-        return _Along(bounces, heights)
-    fall = _free_fall(track, segment, normal, fitted, float(impact_s[0]))
-    bounces = replace(bounces, free_fall=fall)
-    if drag_1_m:
-        bounces = with_drag(bounces, fitted, drag_1_m)
-        impacts = tuple(replace(one, valid=one.valid and _is_valid(one.e, one.u_e)) for one in bounces.impacts)
-        bounces = replace(bounces, impacts=impacts)
-    return _Along(bounces, heights)
+        return None
+    return _Along(normal, heights, fitted, speeds_at_impacts(fitted, fitted.meet(impact_s)))
 
 
 def _falls(fitted: FittedFlights, normal: tuple[float, float, float]) -> bool:
     """Whether the flights are about under gravity: else what looked like impacts came from elsewhere."""
     expected = NOMINAL_GRAVITY_M_S2 * max(normal[2], 1e-9)
     return abs(float(fitted.parabolas.g_m_s2) / expected - 1.0) < TRACKS.largest_g_error
-
-
-def _impacts(flights: FittedFlights, impact_s: FloatArray) -> tuple[Bounce, ...]:
-    fitted, nan = fit_parabolas(flights.samples, flights.height_m), np.full(impact_s.size, np.nan)
-    known, one, other = flights.sides(impact_s.size)
-    arriving, leaving, e, u_e = nan.copy(), nan.copy(), nan.copy(), nan.copy()
-    for k in range(impact_s.size):
-        if k in flights.place:
-            arriving[k] = -fitted.parabolas.speed_at(flights.place[k], impact_s[k])
-        if k + 1 in flights.place:
-            leaving[k] = fitted.parabolas.speed_at(flights.place[k + 1], impact_s[k])
-    # speeds along the normal have no sign left to lose: anything else is no rebound
-    rebounds = (arriving[known] > 0.0) & (leaving[known] > 0.0)
-    known, one, other = known[rebounds], one[rebounds], other[rebounds]
-    e[known] = leaving[known] / arriving[known]
-    u_e[known] = _u_e(fitted, one, other, impact_s[known], arriving[known], leaving[known])
-    rows = np.stack([impact_s, arriving, leaving, e, u_e], axis=1).tolist()
-    return tuple(
-        Bounce(instant, before, after, ratio, u, METHOD, _is_valid(ratio, u))
-        for instant, before, after, ratio, u in rows
-    )
-
-
-def _u_e(
-    fitted: FittedParabolas,
-    one: IntArray,
-    other: IntArray,
-    instant_s: FloatArray,
-    before_m_s: FloatArray,
-    after_m_s: FloatArray,
-) -> FloatArray:
-    """Return u of e = after / before, by the covariance of neighbours, which share g (GUM 5.2.2).
-
-    Parameters
-    ----------
-    fitted
-        Parabolas.
-    one, other
-        Places of those before and after each impact, shape (n_impacts,).
-    instant_s, before_m_s, after_m_s
-        Of each impact, same shape.
-    """
-    zero, unit = np.zeros(one.size), np.ones(one.size)
-    d_one, d_other = (instant_s - fitted.parabolas.origin_s[flight] for flight in (one, other))
-    # d / d (height and speed of the one, of the other, g)
-    height_one = np.stack([unit, d_one, zero, zero, -0.5 * d_one**2])
-    height_other = np.stack([zero, zero, unit, d_other, -0.5 * d_other**2])
-    speed_one, speed_other = np.stack([zero, unit, zero, zero, -d_one]), np.stack([zero, zero, zero, unit, -d_other])
-    # the meeting of two parabolas moves with both, by the implicit function theorem
-    instant = (height_other - height_one) / -(before_m_s + after_m_s)
-    before = -speed_one + fitted.g_m_s2 * instant
-    after = speed_other - fitted.g_m_s2 * instant
-    slope = (after - after_m_s / before_m_s * before) / before_m_s
-    places = np.stack([2 * one, 2 * one + 1, 2 * other, 2 * other + 1, np.full(one.size, -1)])
-    covariance = fitted.covariance[places[:, None], places]
-    return np.asarray(np.sqrt(np.einsum("ak,abk,bk->k", slope, covariance, slope)))
 
 
 def _free_fall(

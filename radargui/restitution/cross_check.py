@@ -106,9 +106,9 @@ def disagreements(bounces: Bounces) -> list[str]:
         if not known or impact.speed_after_m_s < CHECKS.least_speed_m_s:
             continue
         # not u alone: a rigid floor without air is a model, and a good one to about a percent
-        within = CHECKS.coverage * float(np.hypot(impact.u_e, CHECKS.model_share * impact.e))
+        within = CHECKS.coverage * math.hypot(impact.u_e, CHECKS.model_share * impact.e)
         for name, other in (("flight time", impact.e_flight_time), ("height", impact.e_height)):
-            if np.isfinite(other) and abs(other - impact.e) > within:
+            if math.isfinite(other) and abs(other - impact.e) > within:
                 sentences.append(
                     f"impact {number}: e = {impact.e:.4f} from the speeds, {other:.4f} from the {name} after it: "
                     "an impact may be missing, the floor not level, or air drag strong"

@@ -48,6 +48,8 @@ class NormalSettings:
 
 
 NORMALS = NormalSettings()
+_TILTS_SD = np.tan(np.radians(np.geomspace(*NORMALS.tilt_sd_deg, NORMALS.tilts)))
+_KICKS_M_S = np.geomspace(*NORMALS.kick_m_s, NORMALS.kicks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +82,11 @@ class FloorNormal:
         """Direction in which the floor falls, from the x axis."""
         return float(np.degrees(np.arctan2(self.normal[1], self.normal[0])) % 360.0)
 
-    def e_variance(self, before_m_s: FloatArray, after_m_s: FloatArray) -> float:
-        """Return what the normal adds to the variance of e = -(after . n) / (before . n), velocities of shape (3,)."""
-        b, a = float(before_m_s @ self.normal), float(after_m_s @ self.normal)
-        by_slope = (-after_m_s[:2] / b + a * before_m_s[:2] / b**2) * self.normal[2]
-        return float(self.slope_variance * (by_slope**2).sum())
+    def e_variance(self, before_m_s: FloatArray, after_m_s: FloatArray) -> FloatArray:
+        """Return what the normal adds to the variance of e = -(after . n) / (before . n), of velocities (..., 3)."""
+        b, a = (velocity @ self.normal[:, None] for velocity in (before_m_s, after_m_s))
+        by_slope = (-after_m_s[..., :2] / b + a * before_m_s[..., :2] / b**2) * self.normal[2]
+        return np.asarray(self.slope_variance * (by_slope**2).sum(axis=-1))
 
 
 def normal_of_impacts(
@@ -144,14 +146,11 @@ def _slopes(
     """Return mean and mean square of the slope towards x and y, shapes (..., 2); parameters as above."""
     # the floor acts on the change alone: the speed along it was there before
     change = after_m_s - before_m_s
-    tilt_sd = np.tan(
-        np.radians(np.geomspace(*NORMALS.tilt_sd_deg, NORMALS.tilts) if u_tilt_deg is None else u_tilt_deg)
-    )
+    tilt_sd = _TILTS_SD if u_tilt_deg is None else np.tan(np.radians([u_tilt_deg]))
     # an exact normal is a narrow prior, not a division by zero
-    tilt_sd = np.maximum(np.atleast_1d(tilt_sd), NORMALS.least_tilt_sd)
-    kick = np.geomspace(*NORMALS.kick_m_s, NORMALS.kicks)
+    tilt_sd = np.maximum(tilt_sd, NORMALS.least_tilt_sd)
     # a kick cannot be told from noise sideways: their variances add
-    weight = 1.0 / (kick**2 + u_m_s[:, None] ** 2)
+    weight = 1.0 / (_KICKS_M_S**2 + u_m_s[:, None] ** 2)
     # friction takes r (v - t v_z): sums over the impacts of what belongs to the tilt t, second degree polynomials in r
     friction = np.array(NORMALS.friction)[:, None]
 
@@ -174,9 +173,12 @@ def _slopes(
         precision = np.append(precision, 1.0 / apart)
         belief = np.append((1.0 - NORMALS.same) * belief, NORMALS.same)
     softness = 1.0 / (a[..., None] + precision)
-    pull = b[..., None] + (precision * mean)[:, None, None, :]
+    pull = b[..., None]
+    # about the horizontal the pull is the same for all widths of the prior
+    if mean.any():
+        pull = pull + (precision * mean)[:, None, None, :]
     square = pull**2
-    exponent = level[..., None] + 0.5 * square.sum(axis=-4) * softness - 0.5 * (precision * mean**2).sum(axis=0)
+    exponent = level[..., None] - 0.5 * (precision * mean**2).sum(axis=0) + 0.5 * square.sum(axis=-4) * softness
     # less the largest, whose exponential would overflow
     share = np.exp(exponent - exponent.max(axis=(-3, -2, -1), keepdims=True)) * softness * (precision * belief)
     share /= share.sum(axis=(-3, -2, -1), keepdims=True)

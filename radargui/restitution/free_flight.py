@@ -22,7 +22,7 @@ def fall_below_apex(after_apex_s: FloatArray, g_m_s2: FloatArray | float, drag_1
     # even in D but for the sign of the drag, which always brakes
     d2 = after_apex_s**2
     x = np.where(after_apex_s < 0.0, 1.0, -1.0) * g_m_s2 * drag_1_m * d2
-    return np.asarray(g_m_s2 * d2 * (0.5 + x / 12.0 + x**2 / 45.0 + 17.0 * x**3 / 2520.0))
+    return np.asarray(g_m_s2 * d2 * (0.5 + x * (1.0 / 12.0 + x * (1.0 / 45.0 + x * (17.0 / 2520.0)))))
 
 
 def speed_below_apex(
@@ -30,7 +30,7 @@ def speed_below_apex(
 ) -> FloatArray:
     """Return the upward velocity D seconds after the apex: the derivative of the fall, negative when falling."""
     x = np.where(after_apex_s < 0.0, 1.0, -1.0) * g_m_s2 * drag_1_m * after_apex_s**2
-    return np.asarray(-g_m_s2 * after_apex_s * (1.0 + x / 3.0 + 2.0 * x**2 / 15.0 + 17.0 * x**3 / 315.0))
+    return np.asarray(-g_m_s2 * after_apex_s * (1.0 + x * (1.0 / 3.0 + x * (2.0 / 15.0 + x * (17.0 / 315.0)))))
 
 
 def drift_time(time_s: FloatArray, height_m: FloatArray, drag_1_m: FloatArray | float) -> FloatArray:

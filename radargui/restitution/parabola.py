@@ -86,8 +86,7 @@ def solve_parabolas(flights: Stretches, height_m: FloatArray) -> Parabolas:
     height_m
         At their samples, shape (..., n_samples).
     """
-    inverse = _inverse(_joined(_blocks(flights)))
-    return _solved(flights, height_m, inverse)
+    return _solved(flights, height_m, shared=True)
 
 
 def fit_parabolas(flights: Stretches, height_m: FloatArray) -> FittedParabolas:
@@ -101,9 +100,8 @@ def fit_parabolas(flights: Stretches, height_m: FloatArray) -> FittedParabolas:
     flights, height_m
         As for `solve_parabolas`, heights of shape (n_samples,).
     """
-    n, blocks = flights.size, _blocks(flights)
+    n, blocks, solved = flights.size, _blocks(flights), solve_parabolas(flights, height_m)
     inverse = _inverse(_joined(blocks))
-    solved = _solved(flights, height_m, inverse)
     own = residuals(flights, height_m, solved)
     squares = flights.sums(own**2)
     # two parameters of its own and its share of g
@@ -119,8 +117,8 @@ def fit_parabolas(flights: Stretches, height_m: FloatArray) -> FittedParabolas:
 
 def solve_each(flights: Stretches, height_m: FloatArray) -> FloatArray:
     """Return (h0, v0, g) of parabolas of which each has a g of its own, shape (n_flights, 3); arguments as above."""
-    blocks = _blocks(flights)
-    return np.asarray((_inverse(blocks) @ _pulls(flights, height_m)[..., None])[..., 0])
+    own = _solved(flights, height_m, shared=False)
+    return np.stack([own.height_m, own.speed_m_s, own.g_m_s2], axis=-1)
 
 
 def residuals(flights: Stretches, height_m: FloatArray, parabolas: Parabolas) -> FloatArray:
@@ -139,20 +137,20 @@ def misfits_m(flights: Stretches, height_m: FloatArray) -> FloatArray:
 
 def _blocks(flights: Stretches) -> FloatArray:
     """Return each flight's normal matrix of (h0, v0, g), shape (n_flights, 3, 3)."""
-    # about the middle of each flight: height and speed are then nearly uncorrelated
-    d = flights.away_s
-    columns = np.stack([np.ones_like(d), d, -0.5 * d * d])
-    out = np.empty((flights.size, 3, 3))
-    for row in range(3):
-        for column in range(row, 3):
-            out[:, row, column] = out[:, column, row] = flights.sums(columns[row] * columns[column])
+    # about the middle of each flight: there height and speed are uncorrelated
+    square, cube, fourth = _moments(flights)
+    out = np.zeros((flights.size, 3, 3))
+    out[:, 0, 0], out[:, 1, 1], out[:, 2, 2] = flights.count, square, 0.25 * fourth
+    out[:, 0, 2] = out[:, 2, 0] = -0.5 * square
+    out[:, 1, 2] = out[:, 2, 1] = -0.5 * cube
     return out
 
 
-def _pulls(flights: Stretches, height_m: FloatArray) -> FloatArray:
-    """Return columns^T heights of each flight, shape (..., n_flights, 3)."""
+def _moments(flights: Stretches) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the sums of the second, third and fourth powers of the times, whose first ones add up to nothing."""
     d = flights.away_s
-    return np.stack([flights.sums(height_m), flights.sums(height_m * d), flights.sums(height_m * (-0.5 * d * d))], -1)
+    square = d * d
+    return flights.sums(square), flights.sums(square * d), flights.sums(square * square)
 
 
 def _joined(blocks: FloatArray) -> FloatArray:
@@ -169,16 +167,23 @@ def _joined(blocks: FloatArray) -> FloatArray:
 
 
 def _inverse(normal: FloatArray) -> FloatArray:
-    """Return the inverse of normal matrices (..., m, m)."""
+    """Return the inverse of a normal matrix (m, m)."""
     # metres, speeds and g in units of what their columns weigh: the equations are then as good as orthogonal ones
-    size = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
-    unit = size[..., :, None] * size[..., None, :]
+    size = np.sqrt(np.diagonal(normal))
+    unit = np.outer(size, size)
     return np.asarray(np.linalg.inv(normal / unit) / unit)
 
 
-def _solved(flights: Stretches, height_m: FloatArray, inverse: FloatArray) -> Parabolas:
-    pulls = _pulls(flights, height_m)
-    pull = np.empty((*height_m.shape[:-1], inverse.shape[0]))
-    pull[..., :-1:2], pull[..., 1::2], pull[..., -1] = pulls[..., 0], pulls[..., 1], pulls[..., 2].sum(axis=-1)
-    solution = pull @ inverse
-    return Parabolas(flights.origin_s, solution[..., :-1:2], solution[..., 1::2], solution[..., -1])
+def _solved(flights: Stretches, height_m: FloatArray, *, shared: bool) -> Parabolas:
+    """Fit parabolas with one g or each its own: with a g given h0 and v0 are means, so that g is solved for alone."""
+    d, (square, cube, fourth) = flights.away_s, _moments(flights)
+    moved = height_m * d
+    level, slope = flights.sums(height_m) / flights.count, flights.sums(moved) / square
+    # of what falls by d^2 / 2: the same level and slope, what is left of it, and the height's product with that
+    fallen, steeper = 0.5 * square / flights.count, 0.5 * cube / square
+    left = 0.25 * fourth - 0.5 * (fallen * square + steeper * cube)
+    pull = fallen * flights.count * level + steeper * square * slope - 0.5 * flights.sums(moved * d)
+    if shared:
+        left, pull = left.sum(), pull.sum(axis=-1, keepdims=True)
+    g = pull / left
+    return Parabolas(flights.origin_s, level + fallen * g, slope + steeper * g, g[..., 0] if shared else g)

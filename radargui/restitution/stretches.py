@@ -83,24 +83,24 @@ class Stretches:
         Parameters
         ----------
         residual
-            Shape (n_samples,).
+            Shape (..., n_samples).
 
         Returns
         -------
         FloatArray
-            Shape (n_stretches,).
+            Shape (..., n_stretches).
         """
         residual = residual - self.spread(self.means(residual))
-        out = np.ones(self.size)
+        out = np.ones((*residual.shape[:-1], self.size))
         # stretches of about one length go together: padded to a common one they are one Fourier transform
         magnitude = np.ceil(np.log2(self.count))
         for power in np.unique(magnitude[self.count >= LEAST_RESIDUALS]):
             own = np.flatnonzero(magnitude == power)
             longest = int(self.count[own].max())
             inside = np.arange(longest) < self.count[own, None]
-            rows = np.zeros(inside.shape)
-            rows[inside] = residual[np.repeat(magnitude == power, self.count)]
-            out[own] = _correlation_lengths(rows, self.count[own])
+            place = np.minimum(self.first[own, None] + np.arange(longest), residual.shape[-1] - 1)
+            rows = np.where(inside, residual[..., place], 0.0)
+            out[..., own] = _correlation_lengths(rows, self.count[own])
         return out
 
     def misfit_widenings(self, residual: FloatArray, hidden_waves: float) -> FloatArray:
@@ -122,20 +122,18 @@ class Stretches:
 
 
 def _correlation_lengths(rows: FloatArray, count: IntArray) -> FloatArray:
-    """Return the correlation lengths of rows without mean, zero beyond their count, shape (n_rows,)."""
-    half = int(count.max()) // 2
+    """Return the correlation lengths of rows (..., n_rows, n) without mean, zero beyond their count, (..., n_rows)."""
+    half = max(int(count.max()) // 2, 1)
     # so long that no lag up to half of a row wraps round
-    spectrum = np.fft.rfft(rows, _transform_size(rows.shape[1] + half), axis=1)
-    power = spectrum.real**2 + spectrum.imag**2
-    correlation = np.fft.irfft(power, _transform_size(rows.shape[1] + half), axis=1)[:, : max(half, 1)]
-    level = correlation[:, :1]
-    total = np.cumsum(correlation, axis=1)
+    size = _transform_size(rows.shape[-1] + half)
+    spectrum = np.fft.rfft(rows, size)
+    correlation = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, size)[..., :half]
     # up to the first zero: beyond it the sum is noise, over all of it exactly zero
-    past = (correlation <= 0.0) | (np.arange(correlation.shape[1]) >= count[:, None] // 2)
-    end = np.where(past.any(axis=1), past.argmax(axis=1), correlation.shape[1])
-    summed = np.take_along_axis(total, np.maximum(end - 1, 0)[:, None], axis=1)
-    length = 2.0 * summed / np.where(level > 0.0, level, 1.0) - 1.0
-    return np.asarray(np.where(level > 0.0, np.maximum(1.0, length), 1.0)[:, 0])
+    past = (correlation <= 0.0) | (np.arange(half) >= count[:, None] // 2)
+    summed = np.where(np.logical_or.accumulate(past, axis=-1), 0.0, correlation).sum(axis=-1)
+    level = correlation[..., 0]
+    told = (level > 0.0) & (summed > 0.0)
+    return np.where(told, np.maximum(1.0, 2.0 * summed / np.where(told, level, 1.0) - 1.0), 1.0)
 
 
 def _transform_size(least: int) -> int:

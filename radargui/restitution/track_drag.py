@@ -1,14 +1,14 @@
 """What air drag may have done to e and g of parabolas: a part of their uncertainty (method 5, Flights)."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radargui.model.arrays import FloatArray, IntArray
-from radargui.model.result import Bounce, Bounces
+from radargui.model.result import FreeFall
 from radargui.restitution.free_flight import fall_below_apex, speed_below_apex
+from radargui.restitution.impact_speeds import ImpactSpeeds
 from radargui.restitution.parabola import Parabolas, solve_parabolas
 from radargui.restitution.stretches import Stretches
 from radargui.restitution.track_flights import FittedFlights
@@ -52,8 +52,8 @@ def _bend(after_apex_s: FloatArray, g_m_s2: float, drag_1_m: float) -> FloatArra
     return fall_below_apex(after_apex_s, g_m_s2, 0.0) - fall_below_apex(after_apex_s, g_m_s2, drag_1_m)
 
 
-def with_drag(bounces: Bounces, flights: FittedFlights, drag_1_m: float) -> Bounces:
-    """Return bounces whose uncertainties of e and g hold what drag does.
+def error_of_e(impacts: ImpactSpeeds, flights: FittedFlights, drag_1_m: float) -> FloatArray:
+    """Return by how much drag makes e of parabolas too small, to first order in k, (n_impacts,); 0 where it has none.
 
     Drag bends a flight by g^2 k D^4 / 12, which a parabola takes for another speed and another g: with k = 0.005 1/m
     (10 mm of steel) e of a 25 cm drop came out 0.1 % too small, and its u 0.006 %. It is not taken off: only the joint
@@ -61,36 +61,29 @@ def with_drag(bounces: Bounces, flights: FittedFlights, drag_1_m: float) -> Boun
 
     Parameters
     ----------
-    bounces
+    impacts, flights
         Of parabolas with one g.
-    flights
-        The parabolas.
     drag_1_m
         k of the sphere.
     """
-    samples, impacts = flights.samples, list(bounces.impacts)
-    bends = _Bends.of(flights.parabolas, drag_1_m, samples)
-    known, before, after = flights.sides(len(impacts))
-    found = [np.isfinite(impacts[k].e) for k in known]
-    known, before, after = known[found], before[found], after[found]
-    error = _error_of_e([impacts[k] for k in known], bends, before, after)
-    for k, own in zip(known, error.tolist(), strict=True):
-        impacts[k] = replace(impacts[k], u_e=math.hypot(impacts[k].u_e, own))
-    fall = bounces.free_fall
-    if fall is not None and bounces.normal is not None:
-        first = np.arange(samples.size) == flights.place[0]
-        g = float(_Bends.of(flights.parabolas.chosen(first), drag_1_m, samples.chosen(first)).fitted.g_m_s2)
-        fall = replace(fall, u_g_m_s2=math.hypot(fall.u_g_m_s2, g / max(abs(bounces.normal[2]), 1e-9)))
-    return replace(bounces, impacts=tuple(impacts), free_fall=fall)
-
-
-def _error_of_e(impacts: Sequence[Bounce], bends: _Bends, before: IntArray, after: IntArray) -> FloatArray:
-    """Return by how much e is too small, to first order in k, shape (n_impacts,); places of the flights likewise."""
-    rows = np.array([[one.time_s, one.speed_before_m_s, one.speed_after_m_s, one.e] for one in impacts])
-    instant, arriving, leaving, e = rows.reshape(-1, 4).T
+    bends = _Bends.of(flights.parabolas, drag_1_m, flights.samples)
+    sides = np.stack(flights.sides(impacts.e.size))
+    known, before, after = sides[:, np.isfinite(impacts.e[sides[0]])]
+    instant, arriving, leaving, e = (
+        own[known] for own in (impacts.time_s, impacts.before_m_s, impacts.after_m_s, impacts.e)
+    )
     # the flights meet elsewhere too, and both speeds change by g until then
     gap = bends.missed_height(after, instant) - bends.missed_height(before, instant)
     gained = -bends.parabolas.g_m_s2 * gap / (arriving + leaving)
     faster_in = gained - bends.missed_speed(before, instant)
     faster_out = bends.missed_speed(after, instant) - gained
-    return np.asarray((faster_out - e * faster_in) / arriving)
+    out = np.zeros(impacts.e.size)
+    out[known] = (faster_out - e * faster_in) / arriving
+    return out
+
+
+def with_drag(fall: FreeFall, flights: FittedFlights, drag_1_m: float, normal: tuple[float, float, float]) -> FreeFall:
+    """Return the first fall with what drag does in the uncertainty of its g; parameters as above."""
+    first = np.arange(flights.samples.size) == flights.place[0]
+    g = _Bends.of(flights.parabolas.chosen(first), drag_1_m, flights.samples.chosen(first)).fitted.g_m_s2
+    return replace(fall, u_g_m_s2=math.hypot(fall.u_g_m_s2, float(g) / max(abs(normal[2]), 1e-9)))

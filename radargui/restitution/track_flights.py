@@ -164,7 +164,7 @@ def impact_velocities(time_s: FloatArray, position_m: FloatArray, impact_s: Floa
     velocity[sides.side, sides.impact] = slope.T
     off = straight[:2] - samples.spread(level[:2]) - samples.spread(slope[:2]) * samples.away_s
     white = samples.sums(off**2) / (samples.count - 2)
-    white *= np.stack([samples.correlation_lengths(own) for own in off])
+    white *= samples.correlation_lengths(off)
     variance[sides.side, sides.impact] = white.mean(axis=0) / samples.sums(samples.away_s**2)
     return ImpactVelocities(velocity[0], velocity[1], np.sqrt(variance.sum(axis=0)))
 

@@ -1,5 +1,6 @@
 """How e and g of a track's bounces answer a small, smooth shift of the track: to first order, nothing is found anew."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -60,7 +61,7 @@ def respond(
     if bounces.normal is None or not bounces.impacts or time.size < LEAST_SHIFTS:
         return e, g
     normal, impact_s = np.asarray(bounces.normal), np.array([one.time_s for one in bounces.impacts])
-    height = np.einsum("a,man->mn", normal, shift)
+    height = normal @ shift
     if not given_normal:
         leaning = _normal_changes(time, position, shift, bounces, u_tilt_deg)
         # of heights only slopes count: the first place is as good as any
@@ -68,9 +69,9 @@ def respond(
     last = bounces.impacts[-1].speed_after_m_s
     flights = find_flights(track.time_s[segment.first], track.time_s[segment.last - 1], impact_s, max(last, 0.0))
     change = _FlightChanges(time, height, flights)
-    for k, impact in enumerate(bounces.impacts):
-        if np.isfinite(impact.e) and k in change.place and k + 1 in change.place:
-            e[:, k] = change.of_e(k, impact, NOMINAL_GRAVITY_M_S2 * float(normal[2]))
+    told = [k for k, one in enumerate(bounces.impacts) if math.isfinite(one.e) and {k, k + 1} <= change.place.keys()]
+    if told:
+        e[:, told] = change.of_e(told, bounces.impacts, NOMINAL_GRAVITY_M_S2 * float(normal[2]))
     if bounces.free_fall is not None:
         g = _FlightChanges(time, height, flights[:1]).g_m_s2 / max(abs(normal[2]), 1e-9)
     return e, g
@@ -147,10 +148,11 @@ class _FlightChanges:
             self._change = solve_parabolas(samples, samples.of(height_m))
             self.g_m_s2 = self._change.g_m_s2
 
-    def of_e(self, k: int, impact: Bounce, g_m_s2: float) -> FloatArray:
-        """Return de of impact k, shape (n_changes,); the instant moves to where the changed parabolas meet."""
-        change, one, other, at_s = self._change, self.place[k], self.place[k + 1], impact.time_s
-        before, after = impact.speed_before_m_s, impact.speed_after_m_s
+    def of_e(self, known: Sequence[int], impacts: Sequence[Bounce], g_m_s2: float) -> FloatArray:
+        """Return de of some impacts, (n_changes, n_known); the instants move to where the changed parabolas meet."""
+        rows = [(one.time_s, one.speed_before_m_s, one.speed_after_m_s) for one in (impacts[k] for k in known)]
+        change, (at_s, before, after) = self._change, np.array(rows).T
+        one, other = (np.array([self.place[k + side] for k in known]) for side in (0, 1))
         later_s = (change.height_at(one, at_s) - change.height_at(other, at_s)) / (before + after)
         faster_out = change.speed_at(other, at_s) - g_m_s2 * later_s
         faster_in = g_m_s2 * later_s - change.speed_at(one, at_s)

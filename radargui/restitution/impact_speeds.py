@@ -1,0 +1,94 @@
+"""Speeds at the impacts of a track along the floor's normal, their ratio e and its uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.result import Bounce
+from radargui.restitution.parabola import FittedParabolas, fit_parabolas
+from radargui.restitution.settings import TRACKS
+from radargui.restitution.track_flights import FittedFlights
+
+
+@dataclass(frozen=True, slots=True)
+class ImpactSpeeds:
+    """All impacts in time order; fields as of `Bounce`, shapes (n_impacts,), NaN where too little is known."""
+
+    time_s: FloatArray
+    before_m_s: FloatArray
+    after_m_s: FloatArray
+    e: FloatArray
+    u_e: FloatArray
+    valid: BoolArray
+
+    def widened(self, u_e: FloatArray, among: BoolArray) -> ImpactSpeeds:
+        """Return them with another, independent part of u_e; only some of them may be valid."""
+        u_e = np.hypot(self.u_e, u_e)
+        return replace(self, u_e=u_e, valid=_is_valid(self.e, u_e) & among)
+
+    def bounces(self, method: str) -> tuple[Bounce, ...]:
+        """Return them one by one."""
+        columns = (self.time_s, self.before_m_s, self.after_m_s, self.e, self.u_e)
+        rows = zip(np.stack(columns, axis=1).tolist(), self.valid.tolist(), strict=True)
+        return tuple(Bounce(at, before, after, e, u, method, valid) for (at, before, after, e, u), valid in rows)
+
+
+def _is_valid(e: FloatArray, u_e: FloatArray) -> BoolArray:
+    # no passive impact gives more than it takes: e above 1 beyond its u is a wrong track
+    return np.asarray((u_e < TRACKS.largest_u_e) & (e < 1.0 + TRACKS.sigmas_above_1 * u_e))
+
+
+def speeds_at_impacts(flights: FittedFlights, impact_s: FloatArray) -> ImpactSpeeds:
+    """Return the speeds at which the fitted flights meet at instants (n_impacts,); u_e is that of the fit alone."""
+    fitted = fit_parabolas(flights.samples, flights.height_m)
+    arriving, leaving, e, u_e = np.full((4, impact_s.size), np.nan)
+    # flight k ends with impact k, and begins with the one before
+    number, place = (np.array(list(own), dtype=np.intp) for own in (flights.place, flights.place.values()))
+    ends, begins = number < impact_s.size, number > 0
+    arriving[number[ends]] = -fitted.parabolas.speed_at(place[ends], impact_s[number[ends]])
+    leaving[number[begins] - 1] = fitted.parabolas.speed_at(place[begins], impact_s[number[begins] - 1])
+    known, one, other = flights.sides(impact_s.size)
+    # speeds along the normal have no sign left to lose: anything else is no rebound
+    rebounds = (arriving[known] > 0.0) & (leaving[known] > 0.0)
+    known, one, other = known[rebounds], one[rebounds], other[rebounds]
+    e[known] = leaving[known] / arriving[known]
+    u_e[known] = _u_e(fitted, one, other, impact_s[known], arriving[known], leaving[known])
+    return ImpactSpeeds(impact_s, arriving, leaving, e, u_e, _is_valid(e, u_e))
+
+
+def _u_e(
+    fitted: FittedParabolas,
+    one: IntArray,
+    other: IntArray,
+    instant_s: FloatArray,
+    before_m_s: FloatArray,
+    after_m_s: FloatArray,
+) -> FloatArray:
+    """Return u of e = after / before, by the covariance of neighbours, which share g (GUM 5.2.2).
+
+    Parameters
+    ----------
+    fitted
+        Parabolas.
+    one, other
+        Places of those before and after each impact, shape (n_impacts,).
+    instant_s, before_m_s, after_m_s
+        Of each impact, same shape.
+    """
+    zero, unit = np.zeros(one.size), np.ones(one.size)
+    d_one, d_other = (instant_s - fitted.parabolas.origin_s[flight] for flight in (one, other))
+    # d / d (height and speed of the one, of the other, g)
+    height_one = np.stack([unit, d_one, zero, zero, -0.5 * d_one**2])
+    height_other = np.stack([zero, zero, unit, d_other, -0.5 * d_other**2])
+    speed_one, speed_other = np.stack([zero, unit, zero, zero, -d_one]), np.stack([zero, zero, zero, unit, -d_other])
+    # the meeting of two parabolas moves with both, by the implicit function theorem
+    instant = (height_other - height_one) / -(before_m_s + after_m_s)
+    before = -speed_one + fitted.g_m_s2 * instant
+    after = speed_other - fitted.g_m_s2 * instant
+    slope = (after - after_m_s / before_m_s * before) / before_m_s
+    places = np.stack([2 * one, 2 * one + 1, 2 * other, 2 * other + 1, np.full(one.size, -1)])
+    covariance = fitted.covariance[places[:, None], places]
+    return np.asarray(np.sqrt(np.einsum("ak,abk,bk->k", slope, covariance, slope)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import pickle
+import sys
 import threading
 import tracemalloc
 from collections.abc import Iterator
@@ -15,6 +16,12 @@ import pytest
 from radargui.experiment.array_pipe import received_arrays, send_arrays
 
 SIZES = (0, 1, 1000, 5_000_000, 17)
+
+
+@pytest.fixture(params=["as the system likes best", "through the pipe"], autouse=True)
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    if request.param == "through the pipe":
+        monkeypatch.setattr("radargui.experiment.array_pipe._shared", lambda _arrays: None)
 
 
 @pytest.fixture
@@ -55,7 +62,21 @@ def test_a_large_array_takes_its_own_memory_once_while_it_comes(ends: tuple[Conn
 
 def test_an_end_that_is_closed_before_all_has_come_is_an_error(ends: tuple[Connection, Connection]) -> None:
     ours, theirs = ends
-    send_arrays(theirs, [np.zeros(1000, dtype=np.uint8).data])
+    theirs.send(False)
+    theirs.send_bytes(b"half of it")
     theirs.close()
     with pytest.raises((EOFError, OSError)):
         received_arrays(ours, [2000])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere arrays go through the pipe")
+def test_arrays_that_find_no_shared_memory_go_through_the_pipe(
+    ends: tuple[Connection, Connection], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.pwrite", full)
+    ours, theirs = ends
+    send_arrays(theirs, [memoryview(b"a few"), memoryview(b"bytes")])
+    assert [bytes(one) for one in received_arrays(ours, [5, 5])] == [b"a few", b"bytes"]

@@ -108,7 +108,7 @@ class TrackPanel(QWidget):
     def __init__(self, theme: Theme, setup: Setup, start: Start = at_once) -> None:
         super().__init__()
         self._theme, self._start = theme, start
-        self._space: Space = space_of(setup)
+        self._setup, self._space = setup, space_of(setup)
         self._feed: Feed | None = None
         self._drawn = -1
         self._frame = 0
@@ -191,7 +191,7 @@ class TrackPanel(QWidget):
 
     def show_setup(self, setup: Setup) -> None:
         """Show the field of view of another setup."""
-        self._space = space_of(setup)
+        self._setup, self._space = setup, space_of(setup)
         self._colours.fit(self._space)
         self.speed_bar.update()
         for view in (self.view, self.curves):
@@ -213,8 +213,9 @@ class TrackPanel(QWidget):
         def show(track: ShownTrack | None) -> None:
             if track is None:
                 self._title.setText(f"{name}: no track")
-            # at once, for each part of it would draw everything anew
-            self.show_setup(result.setup)
+            # at once, for each part of it would draw everything anew; and axes only where they change
+            if result.setup != self._setup:
+                self.show_setup(result.setup)
             self._colours.fit(self._space, track)
             self.speed_bar.update()
             self._draw(track)

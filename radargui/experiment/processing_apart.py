@@ -8,17 +8,16 @@ import pickle
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any
 
+from radargui.experiment.array_pipe import received_arrays, send_arrays
 from radargui.experiment.finished import FinishedJob, LiveAgreement, preliminary_result, process_finished
 from radargui.model.errors import CancelledError, ProcessingError, RadarGuiError, fault_of
 from radargui.model.result import RunResult
-from radargui.processing.long_recording import read_again
 from radargui.processing.offline import OnPreliminary
 
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
@@ -215,21 +214,21 @@ def _answer_soon(connection: Connection, job: FinishedJob) -> None:
 def _send(
     connection: Connection, kind: str, job: FinishedJob, result: RunResult, agreement: LiveAgreement | None
 ) -> None:
-    """Send a result without its samples: those are in the file, the parent reads them there."""
-    light = replace(result, recording=replace(result.recording, raw=result.recording.raw[:, :0]))
     buffers: list[pickle.PickleBuffer] = []
-    data = pickle.dumps((job.path, light, agreement), protocol=5, buffer_callback=buffers.append)
-    connection.send((kind, (data, len(buffers))))
-    for buffer in buffers:
-        connection.send_bytes(buffer.raw())
+    data = pickle.dumps((job.path, result, agreement), protocol=5, buffer_callback=buffers.append)
+    arrays = [buffer.raw() for buffer in buffers]
+    connection.send((kind, (data, [array.nbytes for array in arrays])))
+    send_arrays(connection, arrays)
 
 
-def _received(connection: Connection, sent: tuple[bytes, int]) -> tuple[Path, RunResult, LiveAgreement | None]:
-    data, count = sent
-    path, result, agreement = pickle.loads(  # noqa: S301 - from the process that we started
-        data, buffers=[connection.recv_bytes() for _ in range(count)]
+def _received(
+    connection: Connection, sent: tuple[bytes, Sequence[int]]
+) -> tuple[Path, RunResult, LiveAgreement | None]:
+    data, sizes = sent
+    found: tuple[Path, RunResult, LiveAgreement | None] = pickle.loads(  # noqa: S301 - from the process that we started
+        data, buffers=received_arrays(connection, sizes)
     )
-    return path, replace(result, recording=read_again(path, result.recording)), agreement
+    return found
 
 
 def _lower_priority() -> None:

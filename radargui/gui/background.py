@@ -1,6 +1,7 @@
 """Work off the window's thread and the way back to it; long work with a bar and a button that cancels it."""
 
 import queue
+import sys
 import threading
 import weakref
 from collections.abc import Callable
@@ -18,6 +19,9 @@ Otherwise = Callable[[BaseException], None] | None
 Wanted = Callable[[], bool]
 LOOK_MS = 25
 """Calls wait so long at most: less than a frame of the window, nothing that a hand notices."""
+TURN_S = 0.001
+"""A thread that computes is asked so soon to hand Python's lock on. To draw one picture Qt asks Python dozens of times,
+and each time may wait so long: with Python's own 5 ms for tenths of a second. Windows counts whole milliseconds."""
 
 
 class Start(Protocol):
@@ -76,7 +80,7 @@ class Mailbox(QObject):
 
 
 class Jobs(QObject):
-    """Runs functions on threads of their own; the callbacks come in the window's thread.
+    """Runs functions on threads of their own; the callbacks come in the window's thread, which has its turn soon.
 
     Parameters
     ----------
@@ -86,6 +90,7 @@ class Jobs(QObject):
 
     def __init__(self, show_error: Callable[[BaseException], None], parent: QObject | None = None) -> None:
         super().__init__(parent)
+        sys.setswitchinterval(TURN_S)
         self.show_error = show_error
         self._threads: dict[threading.Thread, str] = {}
         self._mailbox = Mailbox(self)

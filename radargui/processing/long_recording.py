@@ -49,28 +49,6 @@ def read_excerpt(path: Path, excerpt: Excerpt) -> Recording:
         return _part(stream, excerpt.first_stored, excerpt.last_stored, excerpt.reason)
 
 
-def read_again(path: Path, recording: Recording) -> Recording:
-    """Return a recording with the samples that its run file holds, all of them or those of its excerpt.
-
-    Parameters
-    ----------
-    path
-        Run file.
-    recording
-        As `read_for_processing` gave it; its samples may have been left out.
-
-    Raises
-    ------
-    FileError
-        Unreadable, damaged, or no run file.
-    """
-    excerpt = recording.excerpt
-    if excerpt is None:
-        return read_run(path)
-    with run_stream(path) as stream:
-        return replace(recording, raw=stream.part(excerpt.first_stored, excerpt.last_stored))
-
-
 def shortened(recording: Recording) -> Recording:
     """Return a recording as it is; of a long one the stretch around its longest motion."""
     count = recording.n_samples

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from PySide6.QtCore import QPointF
 from PySide6.QtWidgets import QApplication
 
 from radargui.gui.plots.envelope import Envelope, thin
+from radargui.gui.plots.items import Band
 from radargui.gui.plots.ranges import SteadyRange, round_up
 from radargui.gui.scopes.iq_plane_panel import IQPlane
 from radargui.gui.theme import Theme
@@ -107,3 +109,21 @@ def test_a_small_plane_comes_to_rest(theme: Theme, size: tuple[int, int]) -> Non
         QApplication.processEvents()
     plane.close()
     assert not resized
+
+
+def test_a_band_lies_between_its_curves_and_is_broken_where_either_is_unknown() -> None:
+    x = np.arange(7.0)
+    low = np.array([0.0, 1.0, 2.0, np.nan, 4.0, 5.0, 6.0])
+    high = low + 2.0
+    high[5] = np.nan
+    band = Band()
+    band.show_band(x, low, high)
+    first, *rest = band.path().toSubpathPolygons()
+    corners = dict.fromkeys((point.x(), point.y()) for point in first)
+    assert list(corners) == [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (2.0, 4.0), (1.0, 3.0), (0.0, 2.0)]
+    # a point alone is no area
+    assert all(polygon.boundingRect().width() == 0.0 for polygon in rest)
+    inside = [band.path().contains(QPointF(*place)) for place in ((1.0, 2.0), (1.0, 0.5), (3.0, 4.0), (4.5, 5.5))]
+    assert inside == [True, False, False, False]
+    band.show_band(x, np.full(7, np.nan), high)
+    assert band.path().isEmpty()

@@ -53,7 +53,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     window.panels.docks["run"].raise_()
     assert "preliminary" in window.run.figures.toPlainText()
     assert read_summary(entry.path) is None, "kept is only what is final"
-    wait_for(lambda: window.track.shown is not None)
+    wait_for(lambda: window.track.shown is not None and window.track.shown.zero)
     quick = window.track.shown
     assert quick.fit_time_s.size > 0
     assert quick.residual_mm.size > 0

@@ -125,6 +125,11 @@ def test_messages_are_whole_selectable_and_not_repeated(window: MainWindow, wait
     assert window.strip.isHidden()
 
 
+@pytest.mark.usefixtures("window")
+def test_the_thread_that_draws_has_its_turn_sooner_than_python_gives_it_and_windows_can_count_it() -> None:
+    assert sys.getswitchinterval() == pytest.approx(1e-3)
+
+
 def test_exceptions_of_any_thread_reach_the_strip(window: MainWindow, wait_for: Any) -> None:
     old = sys.excepthook, threading.excepthook
     hooks = Hooks(window.board)

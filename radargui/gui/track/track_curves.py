@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker
-from PySide6.QtWidgets import QSizePolicy, QTabBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
 from radargui.gui.layout import fill
 from radargui.gui.plots.key import Key
@@ -159,9 +159,11 @@ class TrackCurves(QWidget):
         Look.
     live_s
         Time that the live trail is long.
+    live_words
+        Stand above the live trail, where the key of a result stands.
     """
 
-    def __init__(self, theme: Theme, live_s: float) -> None:
+    def __init__(self, theme: Theme, live_s: float, live_words: QWidget) -> None:
         super().__init__()
         self._live_s = live_s
         self._track: ShownTrack = NO_TRACK
@@ -173,6 +175,11 @@ class TrackCurves(QWidget):
         self.key = Key(theme)
         self.key.setToolTip("The parabola is fitted to the first fall; where it is left out, none could be fitted")
         self.key.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        # in one place: a line that comes or goes moves all plots, and each is drawn anew with its axes
+        self._words_above = QStackedWidget()
+        self._words_above.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self._words_above.addWidget(self.key)
+        self._words_above.addWidget(live_words)
         self.detail = DetailPlot(theme)
         self.tabs = QTabBar()
         self.tabs.setDrawBase(False)
@@ -183,7 +190,7 @@ class TrackCurves(QWidget):
             self.tabs.setTabData(number, name)
             self.tabs.setTabToolTip(number, _TIPS[name])
         self.tabs.currentChanged.connect(self._choose)
-        fill(QVBoxLayout(self), self.key, (self.height_plot, 3), self.tabs, (self.detail, 2), spacing=0)
+        fill(QVBoxLayout(self), self._words_above, (self.height_plot, 3), self.tabs, (self.detail, 2), spacing=0)
         self.setMinimumHeight(self.minimumSizeHint().height())
         self._turn(live=True)
 
@@ -229,7 +236,7 @@ class TrackCurves(QWidget):
     def _turn(self, *, live: bool) -> None:
         """Turn to the live trail, or to a result, each with what was chosen for it."""
         self._is_live = live
-        self.key.setVisible(not live)
+        self._words_above.setCurrentIndex(int(live))
         with QSignalBlocker(self.tabs):
             # nothing is fitted to a sphere that still falls
             self.tabs.setTabVisible(list(_LABELS).index("residual"), not live)

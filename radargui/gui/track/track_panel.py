@@ -108,7 +108,7 @@ class TrackPanel(QWidget):
     def __init__(self, theme: Theme, setup: Setup, start: Start = at_once) -> None:
         super().__init__()
         self._theme, self._start = theme, start
-        self._space: Space = space_of(setup)
+        self._setup, self._space = setup, space_of(setup)
         self._feed: Feed | None = None
         self._drawn = -1
         self._frame = 0
@@ -124,23 +124,21 @@ class TrackPanel(QWidget):
         self.projections = Projections(theme, self._colours)
         self._stack.addWidget(self.projections)
         self._space_view: SpaceView | None = None
-        self.curves = TrackCurves(theme, LIVE_S)
         self.where = QLabel()
         self.where.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         self.where.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.where.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.curves = TrackCurves(theme, LIVE_S, self.where)
         self._title = QLabel()
         self._title.setContentsMargins(6, 3, 6, 0)
 
-        lower = QWidget()
-        fill(QVBoxLayout(lower), self.where, (self.curves, 1))
         splitter = QSplitter(Qt.Orientation.Vertical)
         splitter.setObjectName("track.parts")
         upper = QWidget()
         fill(QVBoxLayout(upper), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
         splitter.addWidget(upper)
-        splitter.addWidget(lower)
+        splitter.addWidget(self.curves)
         splitter.setStretchFactor(0, 3)
         splitter.setStretchFactor(1, 2)
         splitter.setSizes([2500, 2500])
@@ -193,7 +191,7 @@ class TrackPanel(QWidget):
 
     def show_setup(self, setup: Setup) -> None:
         """Show the field of view of another setup."""
-        self._space = space_of(setup)
+        self._setup, self._space = setup, space_of(setup)
         self._colours.fit(self._space)
         self.speed_bar.update()
         for view in (self.view, self.curves):
@@ -207,18 +205,17 @@ class TrackPanel(QWidget):
         self._follow()
 
     def show_result(self, result: RunResult, name: str) -> None:
-        """Show what a run gave instead of the live track."""
-        if not self.result_shown:
-            self._draw(None)
+        """Show what a run gave instead of the live track, which stands still until it is drawn."""
         self.result_shown, self._result = True, result
         self._held_until = time.monotonic() + HOLD_S
-        self.show_setup(result.setup)
         self._title.setText(f"{name}: {'preliminary result' if result.preliminary else 'result'}")
-        self._show_words(result=True)
 
         def show(track: ShownTrack | None) -> None:
             if track is None:
                 self._title.setText(f"{name}: no track")
+            # at once, for each part of it would draw everything anew; and axes only where they change
+            if result.setup != self._setup:
+                self.show_setup(result.setup)
             self._colours.fit(self._space, track)
             self.speed_bar.update()
             self._draw(track)
@@ -235,7 +232,6 @@ class TrackPanel(QWidget):
         self._draw(None)
         self.curves.show_live(NO_TRACK)
         self._title.setText("Live track: nothing yet")
-        self._show_words(result=False)
         self._show_where(None)
 
     def show_live(self) -> None:
@@ -261,7 +257,6 @@ class TrackPanel(QWidget):
         if held or not span.index.size:
             return
         self.result_shown = False
-        self._show_words(result=False)
         anew = "starts anew after lost samples, as if from the release" if live.began_anew else ""
         now = ", ".join(filter(None, ("" if live.moving else "at rest", anew)))
         self._title.setText(f"Live track: {now}" if now else "Live track")
@@ -278,9 +273,6 @@ class TrackPanel(QWidget):
     def _draw(self, track: ShownTrack | None) -> None:
         self.shown = track
         self.view.show_track(track or NO_TRACK)
-
-    def _show_words(self, *, result: bool) -> None:
-        self.where.setVisible(not result)
 
     def _show_where(self, track: ShownTrack | None) -> None:
         # short enough for the narrowest dock

@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 import time
 
+from PySide6.QtCore import QObject, QTimer
+
 LONGEST_STEP_S = 0.01
 """Real time that one look at the clock can let pass: a machine that does other things slows the source, no more."""
 
@@ -30,6 +32,29 @@ class FastClock:
 
     def wait(self, seconds: float, interrupt: threading.Event) -> bool:
         return interrupt.wait(min(max(seconds, 0.0) / self._speed, LONGEST_STEP_S))
+
+
+class SeenClock(QTimer):
+    """Time that goes on as the window's pictures do: nothing that a source does passes while the window has no turn."""
+
+    def __init__(self, parent: QObject, step_s: float = 0.04) -> None:
+        super().__init__(parent, interval=5)
+        self._now_s, self._step_s = 1000.0, step_s
+        self.timeout.connect(self._go_on)
+        self.start()
+
+    def _go_on(self) -> None:
+        self._now_s += self._step_s
+
+    def now(self) -> float:
+        return self._now_s
+
+    def wait(self, seconds: float, interrupt: threading.Event) -> bool:
+        until_s = self._now_s + seconds
+        while self._now_s < until_s:
+            if interrupt.wait(0.002):
+                return True
+        return interrupt.is_set()
 
 
 class LedClock:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 from benchmarks.scenes.draw import draw_scene
 from benchmarks.scenes.scene import make_record
 from support.changed import changed
-from support.small_problem import START_S, SmallProblem, small_problem
+from support.small_problem import FLOOR_PLANE, START_S, SmallProblem, small_problem
 
 from radargui.estimation.solve.problem import State, linearise
 from radargui.model.errors import ProcessingError, SolveError
@@ -19,7 +20,13 @@ from radargui.model.resources import default_setup_path
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, read_setup
 from radargui.model.uncertainty_budget import InputChange
-from radargui.processing.by_estimate import _hardly_known, _is_hopeless, _is_unknown, _missing_mirrors
+from radargui.processing.by_estimate import (
+    _hardly_known,
+    _is_hopeless,
+    _is_unknown,
+    _missing_mirrors,
+    _unlikely_mirrors,
+)
 from radargui.processing.offline import process
 from radargui.report.tables import result_document
 from radargui.sources.simulated.model import simulate_recording
@@ -210,6 +217,22 @@ def test_an_offset_beyond_the_wave_may_have_lost_a_fringe_whatever_the_sphere_is
     theta[own.bias_i.start] = share / np.abs(small.problem.inputs.bias[moving, 0] / wave[moving]).max()
     told = _missing_mirrors(_solution(small, State(small.truth.coefficients, theta)), START_S, point)
     assert ("a lost fringe" in told) is is_told
+
+
+def test_a_mirror_that_no_laboratory_has_is_told_where_no_flight_holds_the_motion() -> None:
+    small = small_problem((FLOOR_PLANE,), reflection=0.2, n_bins=20)
+    level = replace(small.problem, in_flight=np.zeros_like(small.problem.in_flight))
+    theta = small.truth.theta.copy()
+    theta[level.layout.receivers[0].receiver_reflection] = 0.3, 0.6
+    found = State(small.truth.coefficients, theta)
+    solution: Any = SimpleNamespace(problem=level, state=small.truth)
+    assert _unlikely_mirrors(solution) == ""
+    solution.state = found
+    assert "would send back 0.7 of the wave" in _unlikely_mirrors(solution)
+    solution.problem = replace(level, in_flight=np.ones_like(level.in_flight))
+    assert _unlikely_mirrors(solution) == ""
+    bare = small_problem(n_bins=20)
+    assert _unlikely_mirrors(_solution(bare, bare.truth)) == ""
 
 
 def test_a_position_that_is_hardly_known_is_told_with_its_uncertainty(setup: Setup) -> None:

@@ -252,7 +252,8 @@ def _unlikely_mirrors(solution: Solution) -> str:
         return ""
     return (
         f"a mirror was found that would send back {most:.1g} of the wave: a level motion hardly tells mirrors from "
-        "itself, and the position may be off by more than its uncertainty: let it go up and down, or cover what reflects"
+        "itself, and the position may be off by more than its uncertainty: let it go up and down, or cover what "
+        "reflects"
     )
 
 

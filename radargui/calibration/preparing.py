@@ -24,7 +24,7 @@ from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start
 from radargui.geometry.path_length import path_lengths, place_antennas
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.recording import Recording
@@ -42,6 +42,8 @@ U_OFFSET_S = 0.01
 """Prior deviation of a free clock's offset against the best of the grid."""
 OFFSETS, ZEROS, COARSE = 400, 24, 500
 """How many offsets of a clock, and zeros of a turntable, are tried at first, and on how many means."""
+STILL = 9
+"""Means of `POOLED_S` over which a phase is averaged at the least: 18 ms."""
 FALL_BIAS_M, KNOWN_BIAS_M, FLOOR_BELOW_M = 0.09, 0.04, 0.01
 """Correlation length of the bias maps, and how far below the lowest place a floor is sought (method 4). A motion that
 goes sideways sees the mirrored antennas' lobes from all sides, which the mirrors' factors, functions of height, do not
@@ -182,16 +184,40 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
         step = float(np.ptp(offsets)) / OFFSETS
         offset = min(np.append(offset + np.linspace(-step, step, 41), offset), key=lambda o: unexplained(o, zero))
     motion = KnownMotion(trajectory, float(offset), U_OFFSET_S if free else 0.0, float(zero))
-    turned, change = phase(offset, zero, time), np.empty((signals.n_receivers, time.size))
-    for row, pair, out in zip(turned, pairs, change, strict=True):
-        known = row
-        for _ in range(3):
-            basis, _ = _circle(known, pair)
-            i, q = np.linalg.solve(basis[1:].T, pair - basis[0][:, None])
-            left = uniform_filter1d((i + 1j * q) * np.exp(-1j * row), 9, mode="nearest")
-            known = row + np.unwrap(np.angle(left))
-        out[:] = known / k
+    turned = phase(offset, zero, time)
+    change = np.array([against(row, pair) for row, pair in zip(turned, pairs, strict=True)]) / k
     return Prepared(recording.name, signals, _thinned(time, change), motion)
+
+
+def against(foretold_rad: FloatArray, pair: FloatArray) -> FloatArray:
+    """Return the phase of I and Q, (2, n), measured against one that is nearly right, both (n,).
+
+    What is left once the foretold phase is taken off turns slowly. What floor and walls move the circle's centre by
+    turns against that, once a fringe, and where a lobe makes the circle small it is the larger of both. Turns are
+    therefore counted on means over whole fringes, in which it cancels; the rest is measured against these.
+    """
+    known = foretold_rad
+    for _ in range(3):
+        basis, _ = _circle(known, pair)
+        i, q = np.linalg.solve(basis[1:].T, pair - basis[0][:, None])
+        left = (i + 1j * q) * np.exp(-1j * foretold_rad)
+        turns = np.unwrap(np.angle(_over_a_fringe(left, foretold_rad)))
+        near = uniform_filter1d(left, STILL, mode="nearest") * np.exp(-1j * turns)
+        known = foretold_rad + turns + np.angle(near)
+    return known
+
+
+def _over_a_fringe(value: ComplexArray, phase_rad: FloatArray) -> ComplexArray:
+    """Return means over half a turn of a phase to either side, and no less than `STILL` values, all shapes (n,)."""
+    step = np.abs(np.gradient(phase_rad))
+    way = np.cumsum(step)
+    first, last = np.searchsorted(way, [way - np.pi, way + np.pi])
+    number, half = np.arange(way.size), STILL // 2
+    first, last = np.minimum(first, number - half).clip(0), np.maximum(last, number + half + 1).clip(max=way.size)
+    # each piece of the turn counts alike, however fast it is gone through
+    weight = step + 1e-3
+    total = [np.concatenate([[0.0], np.cumsum(one)]) for one in (weight * value, weight)]
+    return np.asarray((total[0][last] - total[0][first]) / (total[1][last] - total[1][first]))
 
 
 def refuse_apart(name: str, first_s: float, last_s: float, trajectory: Trajectory) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -154,8 +154,7 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
         Nothing moves, or a shared clock under which both do not overlap.
     """
     signals = _signals(recording, setup)
-    pooled = pool(signals, POOLED_S)
-    time, pairs = pooled.time_s, pooled.value.reshape(signals.n_receivers, 2, -1)
+    time, pairs = _pooled(signals)
     antennas, k = place_antennas(setup), 2.0 * np.pi / setup.radar.wavelength_m
 
     def phase(offset: float, zero: float, at: FloatArray) -> FloatArray:
@@ -185,26 +184,54 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
         offset = min(np.append(offset + np.linspace(-step, step, 41), offset), key=lambda o: unexplained(o, zero))
     motion = KnownMotion(trajectory, float(offset), U_OFFSET_S if free else 0.0, float(zero))
     turned = phase(offset, zero, time)
-    change = np.array([against(row, pair) for row, pair in zip(turned, pairs, strict=True)]) / k
+    change = np.array([against(row, pair)[1] for row, pair in zip(turned, pairs, strict=True)]) / k
     return Prepared(recording.name, signals, _thinned(time, change), motion)
 
 
-def against(foretold_rad: FloatArray, pair: FloatArray) -> FloatArray:
-    """Return the phase of I and Q, (2, n), measured against one that is nearly right, both (n,).
+def against(foretold_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the phase of I and Q, (2, n), against one that is nearly right, (n,): means over a fringe, and values.
 
     What is left once the foretold phase is taken off turns slowly. What floor and walls move the circle's centre by
     turns against that, once a fringe, and where a lobe makes the circle small it is the larger of both. Turns are
     therefore counted on means over whole fringes, in which it cancels; the rest is measured against these.
     """
-    known = foretold_rad
+    even = known = foretold_rad
     for _ in range(3):
         basis, _ = _circle(known, pair)
         i, q = np.linalg.solve(basis[1:].T, pair - basis[0][:, None])
         left = (i + 1j * q) * np.exp(-1j * foretold_rad)
         turns = np.unwrap(np.angle(_over_a_fringe(left, foretold_rad)))
         near = uniform_filter1d(left, STILL, mode="nearest") * np.exp(-1j * turns)
-        known = foretold_rad + turns + np.angle(near)
-    return known
+        even = foretold_rad + turns
+        known = even + np.angle(near)
+    return even, known
+
+
+def measured_again(ready: Prepared, setup: Setup, values: dict[str, float], own: FloatArray) -> Prepared:
+    """Return a known motion with its paths measured against those of a fit, as means over whole fringes.
+
+    The nearer the foretold paths, the less such means smear, and they are free of what bends a fringe.
+
+    Parameters
+    ----------
+    ready
+        The recording; a fall keeps its paths.
+    setup, values, own
+        As for `sample_problem`.
+    """
+    if not isinstance(ready.motion, KnownMotion):
+        return ready
+    time, pairs = _pooled(ready.signals)
+    k = 2.0 * np.pi / setup.radar.wavelength_m
+    phases = k * path_lengths(ready.motion.at(time, values, own)[0][0], place_antennas(setup))
+    change = np.array([against(row, pair)[0] for row, pair in zip(phases, pairs, strict=True)]) / k
+    return replace(ready, measured=_thinned(time, change))
+
+
+def _pooled(signals: ScaledSignals) -> tuple[FloatArray, FloatArray]:
+    """Return times, (n,), and means of I and Q, (n_receivers, 2, n)."""
+    pooled = pool(signals, POOLED_S)
+    return pooled.time_s, pooled.value.reshape(signals.n_receivers, 2, -1)
 
 
 def _over_a_fringe(value: ComplexArray, phase_rad: FloatArray) -> ComplexArray:

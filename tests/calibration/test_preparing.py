@@ -16,7 +16,7 @@ def test_no_fringe_is_lost_where_a_lobe_is_smaller_than_what_a_floor_moves_the_c
     centre = 0.2 * np.exp(1j * TURN * time / 2.0)
     value = 0.4 - 0.3j + centre + amplitude * np.exp(1j * phase)
     foretold = phase + 1.5 * np.sin(TURN * time / 3.0)
-    error = against(foretold, np.array([value.real, value.imag])) - phase
+    error = against(foretold, np.array([value.real, value.imag]))[1] - phase
     error -= np.median(error)
     assert np.median(np.abs(error)) < 0.3
     # half a turn where the circle is smaller than the centre's way, never one that stays
@@ -28,5 +28,5 @@ def test_the_phase_of_a_clean_circle_is_measured_within_a_hundredth_of_a_turn_at
     time = np.arange(0.0, 3.0, 0.002)
     phase = 0.4 + 30.0 * np.sin(np.clip(time - 0.5, 0.0, 2.0)) ** 2
     value = 0.1j + np.exp(1j * phase)
-    error = against(phase + 0.4 * np.sin(time), np.array([value.real, value.imag])) - phase
+    error = against(phase + 0.4 * np.sin(time), np.array([value.real, value.imag]))[1] - phase
     assert np.ptp(error) < 2.0 * 0.01 * TURN

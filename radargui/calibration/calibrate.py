@@ -23,6 +23,7 @@ from radargui.calibration.unknowns import (
 from radargui.calibration.verdict import (
     FAR,
     LEFT_M,
+    are_far,
     fit_paths,
     left_out,
     rms_m,
@@ -196,8 +197,7 @@ def _calibration(
             f"the recordings contradict each other {found.birge():.1f} times more than each says of itself: a wall "
             "close to the motion reflects, or a motion was not as stated"
         )
-    # what the recordings tell worse than the setup does may be off by its own u as well
-    far = [unknowns[n].name for n, own in zip(kept, shrunk, strict=True) if abs(found.z[n]) > FAR * np.hypot(1.0, own)]
+    far = [unknowns[kept[n]].name for n in np.flatnonzero(are_far(found.z[kept], shrunk))]
     if far:
         verdict = "refused"
         reason = (

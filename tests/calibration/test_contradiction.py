@@ -7,6 +7,7 @@ import numpy as np
 from radargui.calibration.calibrate import CONTRADICTION, most_birge
 from radargui.calibration.fit import LEAST, LEAST_BESIDE_WALLS, Fit
 from radargui.calibration.likelihood import World
+from radargui.calibration.verdict import are_far
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
 
@@ -37,3 +38,12 @@ def test_beside_a_wall_few_differences_may_be_as_large_as_chance_makes_them() ->
 def test_where_there_is_no_wall_or_many_differences_the_limit_is_the_same_as_ever() -> None:
     assert most(_Differing, LEAST) == CONTRADICTION
     assert most(_OftenDiffering, LEAST_BESIDE_WALLS) == CONTRADICTION
+
+
+def test_a_release_that_the_recordings_hardly_tell_is_not_far_where_their_own_u_explains_it() -> None:
+    assert are_far(np.array([4.8, 4.8, -4.2, 3.9]), np.array([0.02, 1.2, 0.1, 0.0])).tolist() == [
+        True,
+        False,
+        True,
+        False,
+    ]

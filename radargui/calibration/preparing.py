@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.calibration.falls import LEAST_FLIGHT_S, MOST_FLIGHTS, Falls
+from radargui.calibration.falls import LEAST_FLIGHT_S, MOST_FLIGHTS, U_IMPACT_S, Falls
 from radargui.calibration.known_path import KnownMotion, Trajectory
 from radargui.calibration.likelihood import Measured, Motion
 from radargui.conditioning.condition import NoMotion, condition
@@ -29,6 +29,7 @@ from radargui.model.errors import ProcessingError
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
+from radargui.motion.impacts import find_track_impacts
 
 MOST_POINTS = 300
 """Of a recording's paths: what they have in common from sample to sample makes more of them worth no more."""
@@ -96,6 +97,9 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     estimate = estimate_adaptive(rounds)
     impact_s, after_m_s, end_s = _flights(estimate)
     if end_s - estimate.onset_s < LEAST_FLIGHT_S:
+        by_receivers = impacts_of_most(estimate.time_s, estimate.change_m, estimate.onset_s, rounds.signals.rate_hz)
+        impact_s, after_m_s, end_s = _flights(replace(estimate, impact_s=by_receivers))
+    if end_s - estimate.onset_s < LEAST_FLIGHT_S:
         raise ProcessingError(
             f"{recording.name}: no free fall of {1e3 * LEAST_FLIGHT_S:g} ms was found",
             reasons=(
@@ -108,6 +112,32 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s)
     change = np.where(estimate.valid, estimate.change_m, np.nan)
     return Prepared(recording.name, rounds.signals, _thinned(estimate.time_s, change), motion)
+
+
+def impacts_of_most(time_s: FloatArray, change_m: FloatArray, onset_s: float, rate_hz: float) -> FloatArray:
+    """Return the impacts that two receivers' paths show by themselves, shape (n_impacts,).
+
+    In a height, the fringe that one receiver loses for some milliseconds as the sphere hits hides what all others show.
+
+    Parameters
+    ----------
+    time_s, change_m
+        Shapes (n,) and (n_receivers, n).
+    onset_s, rate_hz
+        When it begins to fall, and how many values a second.
+    """
+    begun, later = np.searchsorted(time_s, [onset_s, onset_s + LEAST_FLIGHT_S]).clip(max=time_s.size - 1)
+    found = []
+    for path in change_m:
+        # a fall makes the path longer or shorter, as the antennas hang above or below
+        height = -0.5 * np.sign(path[later] - path[begun]) * path
+        found.append(find_track_impacts(time_s, height, np.isfinite(height), rate_hz))
+    out: list[float] = []
+    for moment in np.sort(np.concatenate(found)):
+        near = [float(np.median(one[here])) for one in found if (here := np.abs(one - moment) < U_IMPACT_S).any()]
+        if len(near) > 1 and (not out or np.median(near) - out[-1] > U_IMPACT_S):
+            out.append(float(np.median(near)))
+    return np.array(out)
 
 
 def _thinned(time_s: FloatArray, change_m: FloatArray) -> Measured:

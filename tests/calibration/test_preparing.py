@@ -1,10 +1,10 @@
-"""The phase of a known motion, measured against the one that the setup makes of it."""
+"""What is measured of a recording before any fit: the phase of a known motion, the impacts of a fall."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from radargui.calibration.preparing import against
+from radargui.calibration.preparing import against, impacts_of_most
 
 TURN = 2.0 * np.pi
 
@@ -30,3 +30,19 @@ def test_the_phase_of_a_clean_circle_is_measured_within_a_hundredth_of_a_turn_at
     value = 0.1j + np.exp(1j * phase)
     error = against(phase + 0.4 * np.sin(time), np.array([value.real, value.imag]))[1] - phase
     assert np.ptp(error) < 2.0 * 0.01 * TURN
+
+
+def test_an_impact_is_found_though_one_receiver_loses_a_fringe_as_the_sphere_hits() -> None:
+    rate_hz = 5000.0
+    time = np.arange(0.0, 0.9, 1.0 / rate_hz)
+    since = np.clip(time - 0.3, 0.0, None)
+    fall_s, rise_s = 0.2, time - 0.5
+    height = np.where(time < 0.5, -4.905 * since**2, -4.905 * fall_s**2 + 1.5 * rise_s - 4.905 * rise_s**2)
+    rng = np.random.default_rng(3)
+    paths = np.outer([-1.9, -1.8, -1.85], height) + rng.normal(0.0, 2e-5, (3, time.size))
+    paths[2] -= 0.03 * (np.abs(time - 0.5) < 0.003)
+    found = impacts_of_most(time, paths, 0.3, rate_hz)
+    first = found[0]
+    assert abs(first - 0.5) < 0.001
+    # below the antennas or above them
+    assert np.allclose(impacts_of_most(time, -paths, 0.3, rate_hz), found)

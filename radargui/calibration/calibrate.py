@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import gammainccinv
 
 from radargui import __version__
-from radargui.calibration.fit import LEAST_BESIDE_WALLS, Fit, fit
+from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, refuse_above, rough_fit
@@ -22,6 +23,7 @@ from radargui.calibration.unknowns import (
 from radargui.calibration.verdict import (
     FAR,
     LEFT_M,
+    are_far,
     fit_paths,
     left_out,
     rms_m,
@@ -37,6 +39,10 @@ from radargui.model.setup import Setup
 CONTRADICTION = 3.0
 """Birge ratio beyond which u would have to be widened so much that it means nothing: circles beside strong walls had
 4.9 and were up to 4 of the widened u off, sound ones 1.2 to 2.3. Chosen by hand."""
+CHANCE = 1e-4
+"""With which a sound calibration may be refused for its Birge ratio: of six differences, as a circle and a fall have,
+it is 2.15 times what it should be once in so many. Beside a wall u counts twice: three of twenty rooms had 3.0 to 3.5,
+with all values inside 2u."""
 
 
 @dataclass(frozen=True)
@@ -185,13 +191,13 @@ def _calibration(
                 f"{condition_number:.3g})"
             ),
         )
-    if found.birge() > CONTRADICTION:
+    if found.birge() > most_birge(found):
         verdict = "refused"
         reason = (
             f"the recordings contradict each other {found.birge():.1f} times more than each says of itself: a wall "
             "close to the motion reflects, or a motion was not as stated"
         )
-    far = [unknowns[n].name for n in kept if abs(found.z[n]) > FAR]
+    far = [unknowns[kept[n]].name for n in np.flatnonzero(are_far(found.z[kept], shrunk))]
     if far:
         verdict = "refused"
         reason = (
@@ -211,6 +217,16 @@ def _calibration(
         names, mean, mean + u * found.z[kept], u, covariance, words, tuple(residuals), verdict, reason,
         Origin(made_at, operator, __version__, files, known), notes,
     )  # fmt: skip
+
+
+def most_birge(found: Fit) -> float:
+    """Return the largest Birge ratio that is no contradiction.
+
+    Of nu differences whose deviations are what the fit takes for granted, B^2 nu / least^2 follows chi^2 of nu.
+    """
+    differences = found.contradiction()[1]
+    by_chance = np.sqrt(2.0 * gammainccinv(0.5 * differences, CHANCE) / differences) if differences > FEW else 1.0
+    return max(CONTRADICTION, found.least * float(by_chance))
 
 
 def calibrated_setup(setup: Setup, found: Fit, calibration: Calibration) -> Setup:

@@ -61,7 +61,12 @@ class Fit:
         return sum(one[0] for one in reduced), sum(one[1] for one in reduced)  # type: ignore[return-value]
 
     def birge(self) -> float:
-        """Return by how much the recordings differ beyond what each says of itself, a factor on u, at least `least`.
+        """Return by how much the recordings differ beyond what each says of itself, a factor on u, at least `least`."""
+        square, expected = self.contradiction()
+        return max(self.least, float(np.sqrt(square / expected)) if expected > FEW else self.least)
+
+    def contradiction(self) -> tuple[float, float]:
+        """Return by how much the recordings differ, a square in deviations, and how many differences there are.
 
         Each pulls the common values by its slope s_k, of covariance I_k: sum s_k^T (I_k + 1)^-1 s_k over its
         expectation (Birge 1932, for vectors; 1 is the prior). What walls do to maps is in no recording's own u.
@@ -74,7 +79,7 @@ class Fit:
             expected += float(np.trace(inverse @ normal))
         total = self.information()[0]
         expected -= float(np.trace(np.linalg.solve(total + one, total)))
-        return max(self.least, float(np.sqrt(square / expected)) if expected > FEW else self.least)
+        return square, expected
 
     def covariance(self) -> FloatArray:
         """Return the covariance of the free unknowns in prior deviations; held ones count with theirs, shape (n, n).

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.calibration.falls import LEAST_FLIGHT_S, MOST_FLIGHTS, Falls
+from radargui.calibration.falls import LEAST_FLIGHT_S, MOST_FLIGHTS, U_IMPACT_S, Falls
 from radargui.calibration.known_path import KnownMotion, Trajectory
 from radargui.calibration.likelihood import Measured, Motion
 from radargui.conditioning.condition import NoMotion, condition
@@ -24,11 +24,12 @@ from radargui.estimation.signals import ScaledSignals, scaled_signals
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
 from radargui.estimation.solve.problem import Start
 from radargui.geometry.path_length import path_lengths, place_antennas
-from radargui.model.arrays import FloatArray
+from radargui.model.arrays import ComplexArray, FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.recording import Recording
 from radargui.model.setup import Setup
+from radargui.motion.impacts import find_track_impacts
 
 MOST_POINTS = 300
 """Of a recording's paths: what they have in common from sample to sample makes more of them worth no more."""
@@ -42,6 +43,8 @@ U_OFFSET_S = 0.01
 """Prior deviation of a free clock's offset against the best of the grid."""
 OFFSETS, ZEROS, COARSE = 400, 24, 500
 """How many offsets of a clock, and zeros of a turntable, are tried at first, and on how many means."""
+STILL = 9
+"""Means of `POOLED_S` over which a phase is averaged at the least: 18 ms."""
 FALL_BIAS_M, KNOWN_BIAS_M, FLOOR_BELOW_M = 0.09, 0.04, 0.01
 """Correlation length of the bias maps, and how far below the lowest place a floor is sought (method 4). A motion that
 goes sideways sees the mirrored antennas' lobes from all sides, which the mirrors' factors, functions of height, do not
@@ -94,6 +97,9 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     estimate = estimate_adaptive(rounds)
     impact_s, after_m_s, end_s = _flights(estimate)
     if end_s - estimate.onset_s < LEAST_FLIGHT_S:
+        by_receivers = impacts_of_most(estimate.time_s, estimate.change_m, estimate.onset_s, rounds.signals.rate_hz)
+        impact_s, after_m_s, end_s = _flights(replace(estimate, impact_s=by_receivers))
+    if end_s - estimate.onset_s < LEAST_FLIGHT_S:
         raise ProcessingError(
             f"{recording.name}: no free fall of {1e3 * LEAST_FLIGHT_S:g} ms was found",
             reasons=(
@@ -106,6 +112,32 @@ def prepare_fall(recording: Recording, setup: Setup, place: str) -> Prepared:
     motion = Falls(place, estimate.onset_s, impact_s, after_m_s, end_s)
     change = np.where(estimate.valid, estimate.change_m, np.nan)
     return Prepared(recording.name, rounds.signals, _thinned(estimate.time_s, change), motion)
+
+
+def impacts_of_most(time_s: FloatArray, change_m: FloatArray, onset_s: float, rate_hz: float) -> FloatArray:
+    """Return the impacts that two receivers' paths show by themselves, shape (n_impacts,).
+
+    In a height, the fringe that one receiver loses for some milliseconds as the sphere hits hides what all others show.
+
+    Parameters
+    ----------
+    time_s, change_m
+        Shapes (n,) and (n_receivers, n).
+    onset_s, rate_hz
+        When it begins to fall, and how many values a second.
+    """
+    begun, later = np.searchsorted(time_s, [onset_s, onset_s + LEAST_FLIGHT_S]).clip(max=time_s.size - 1)
+    found = []
+    for path in change_m:
+        # a fall makes the path longer or shorter, as the antennas hang above or below
+        height = -0.5 * np.sign(path[later] - path[begun]) * path
+        found.append(find_track_impacts(time_s, height, np.isfinite(height), rate_hz))
+    out: list[float] = []
+    for moment in np.sort(np.concatenate(found)):
+        near = [float(np.median(one[here])) for one in found if (here := np.abs(one - moment) < U_IMPACT_S).any()]
+        if len(near) > 1 and (not out or np.median(near) - out[-1] > U_IMPACT_S):
+            out.append(float(np.median(near)))
+    return np.array(out)
 
 
 def _thinned(time_s: FloatArray, change_m: FloatArray) -> Measured:
@@ -152,8 +184,7 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
         Nothing moves, or a shared clock under which both do not overlap.
     """
     signals = _signals(recording, setup)
-    pooled = pool(signals, POOLED_S)
-    time, pairs = pooled.time_s, pooled.value.reshape(signals.n_receivers, 2, -1)
+    time, pairs = _pooled(signals)
     antennas, k = place_antennas(setup), 2.0 * np.pi / setup.radar.wavelength_m
 
     def phase(offset: float, zero: float, at: FloatArray) -> FloatArray:
@@ -182,16 +213,68 @@ def prepare_known(recording: Recording, setup: Setup, trajectory: Trajectory) ->
         step = float(np.ptp(offsets)) / OFFSETS
         offset = min(np.append(offset + np.linspace(-step, step, 41), offset), key=lambda o: unexplained(o, zero))
     motion = KnownMotion(trajectory, float(offset), U_OFFSET_S if free else 0.0, float(zero))
-    turned, change = phase(offset, zero, time), np.empty((signals.n_receivers, time.size))
-    for row, pair, out in zip(turned, pairs, change, strict=True):
-        known = row
-        for _ in range(3):
-            basis, _ = _circle(known, pair)
-            i, q = np.linalg.solve(basis[1:].T, pair - basis[0][:, None])
-            left = uniform_filter1d((i + 1j * q) * np.exp(-1j * row), 9, mode="nearest")
-            known = row + np.unwrap(np.angle(left))
-        out[:] = known / k
+    turned = phase(offset, zero, time)
+    change = np.array([against(row, pair)[1] for row, pair in zip(turned, pairs, strict=True)]) / k
     return Prepared(recording.name, signals, _thinned(time, change), motion)
+
+
+def against(foretold_rad: FloatArray, pair: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the phase of I and Q, (2, n), against one that is nearly right, (n,): means over a fringe, and values.
+
+    What is left once the foretold phase is taken off turns slowly. What floor and walls move the circle's centre by
+    turns against that, once a fringe, and where a lobe makes the circle small it is the larger of both. Turns are
+    therefore counted on means over whole fringes, in which it cancels; the rest is measured against these.
+    """
+    even = known = foretold_rad
+    for _ in range(3):
+        basis, _ = _circle(known, pair)
+        i, q = np.linalg.solve(basis[1:].T, pair - basis[0][:, None])
+        left = (i + 1j * q) * np.exp(-1j * foretold_rad)
+        turns = np.unwrap(np.angle(_over_a_fringe(left, foretold_rad)))
+        near = uniform_filter1d(left, STILL, mode="nearest") * np.exp(-1j * turns)
+        even = foretold_rad + turns
+        known = even + np.angle(near)
+    return even, known
+
+
+def measured_again(ready: Prepared, setup: Setup, values: dict[str, float], own: FloatArray) -> Prepared:
+    """Return a known motion with its paths measured against those of a fit, as means over whole fringes.
+
+    The nearer the foretold paths, the less such means smear, and they are free of what bends a fringe.
+
+    Parameters
+    ----------
+    ready
+        The recording; a fall keeps its paths.
+    setup, values, own
+        As for `sample_problem`.
+    """
+    if not isinstance(ready.motion, KnownMotion):
+        return ready
+    time, pairs = _pooled(ready.signals)
+    k = 2.0 * np.pi / setup.radar.wavelength_m
+    phases = k * path_lengths(ready.motion.at(time, values, own)[0][0], place_antennas(setup))
+    change = np.array([against(row, pair)[0] for row, pair in zip(phases, pairs, strict=True)]) / k
+    return replace(ready, measured=_thinned(time, change))
+
+
+def _pooled(signals: ScaledSignals) -> tuple[FloatArray, FloatArray]:
+    """Return times, (n,), and means of I and Q, (n_receivers, 2, n)."""
+    pooled = pool(signals, POOLED_S)
+    return pooled.time_s, pooled.value.reshape(signals.n_receivers, 2, -1)
+
+
+def _over_a_fringe(value: ComplexArray, phase_rad: FloatArray) -> ComplexArray:
+    """Return means over half a turn of a phase to either side, and no less than `STILL` values, all shapes (n,)."""
+    step = np.abs(np.gradient(phase_rad))
+    way = np.cumsum(step)
+    first, last = np.searchsorted(way, [way - np.pi, way + np.pi])
+    number, half = np.arange(way.size), STILL // 2
+    first, last = np.minimum(first, number - half).clip(0), np.maximum(last, number + half + 1).clip(max=way.size)
+    # each piece of the turn counts alike, however fast it is gone through
+    weight = step + 1e-3
+    total = [np.concatenate([[0.0], np.cumsum(one)]) for one in (weight * value, weight)]
+    return np.asarray((total[0][last] - total[0][first]) / (total[1][last] - total[1][first]))
 
 
 def refuse_apart(name: str, first_s: float, last_s: float, trajectory: Trajectory) -> None:

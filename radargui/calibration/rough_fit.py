@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,12 +11,13 @@ import numpy as np
 from radargui.calibration.fit import MOST_STEPS, Fit
 from radargui.calibration.known_path import Trajectory
 from radargui.calibration.likelihood import PathLikelihood, World
-from radargui.calibration.preparing import Prepared, prepare_fall, prepare_known
+from radargui.calibration.preparing import Prepared, measured_again, prepare_fall, prepare_known
 from radargui.calibration.shares import Shares, crew
 from radargui.calibration.unknowns import (
     antenna_unknowns,
     fall_unknowns,
     place_unknowns,
+    setup_with,
     with_polarisations,
 )
 from radargui.calibration.verdict import (
@@ -112,6 +113,9 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
     prepared = crew().each(_prepare, tasks, shares.one_done)
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
     by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
+    rough, _, _ = _put_right(world, by_paths, held, shares.round_done)
+    prepared = _measured_again(rough, prepared)
+    by_paths = [replace(one, measured=ready.measured) for one, ready in zip(by_paths, prepared, strict=True)]
     rough, by_paths, slips = _put_right(world, by_paths, held, shares.round_done)
     _refuse_misfit(rough, recordings, prepared, shares.round_done)
     return Rough(rough, tuple(by_paths), tuple(prepared), tuple(slips))
@@ -133,6 +137,18 @@ def _put_right(
         if not more or len(slips) > MOST_SLIPS * len(paths):
             return rough, paths, slips
         paths, slips = righted, slips + more
+
+
+def _measured_again(rough: Fit, prepared: Sequence[Prepared]) -> list[Prepared]:
+    """Return the recordings with the paths of known motions measured against those of the fit."""
+    values = rough.world.values(rough.z)
+    better = setup_with(rough.world.setup, rough.world.unknowns, values)
+    out = []
+    for ready, state in zip(prepared, rough.own, strict=True):
+        unknowns = ready.motion.own
+        own = np.array([one.value + one.u * float(z) for one, z in zip(unknowns, state[: len(unknowns)], strict=True)])
+        out.append(measured_again(ready, better, values, own))
+    return out
 
 
 def _prepare(one: KnownRecording, setup: Setup, place: str) -> Prepared:

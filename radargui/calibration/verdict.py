@@ -25,7 +25,8 @@ MISFIT_M, LEFT_M = 4e-3, 5e-4
 """Root mean square of residuals that no motion leaves which is as stated: of the paths, an eighth of a fringe (a floor
 that reflects 0.3 bends them by 1.5 mm), and of the samples once all mismatch is fitted."""
 FAR = 4.0
-"""Prior deviations beyond which a value makes one look for swapped receivers."""
+"""Prior deviations beyond which a value makes one look for swapped receivers, and deviations of both it and the setup
+beyond which it is none."""
 ALIKE_M = 1.5e-3
 """Paths that differ by less look alike: a floor that reflects 0.3 bends them by as much."""
 GAIN = 20.0
@@ -53,6 +54,14 @@ class Slip(NamedTuple):
 def rms_m(residual_m: FloatArray) -> FloatArray:
     """Return the root mean square of each receiver's residual, shape (n_receivers,)."""
     return np.asarray(np.sqrt(np.nanmean(residual_m**2, axis=1)))
+
+
+def are_far(z: FloatArray, u: FloatArray) -> BoolArray:
+    """Return which values are farther from the setup than its u and theirs allow, both in prior deviations.
+
+    What the recordings tell worse than the setup does may be off by its own u as well.
+    """
+    return np.asarray(np.abs(z) > FAR * np.hypot(1.0, u))
 
 
 def fit_paths(

@@ -37,13 +37,29 @@ def track_error_m(setup: Setup, lab: Laboratory, path_m: FloatArray, stated_m: F
     return np.asarray(found - stated_m[:, None] - path_m + np.array(PLACES[place])[:, None])
 
 
+def fallen(place: int) -> tuple[FloatArray, FloatArray]:
+    """Return times and path of another drop from a place, shapes (60,) and (3, 60)."""
+    time_s = np.linspace(0.0, 0.2, 60)
+    return time_s, np.array(PLACES[place])[:, None] + np.array([[0.0], [0.0], [-0.5 * 9.81]]) * time_s**2
+
+
+def rms_3d_m(error_m: FloatArray) -> float:
+    """Return the root mean square distance of errors, shape (3, n)."""
+    return float(np.sqrt((error_m**2).sum(axis=0).mean()))
+
+
+def of_exact_antennas_m(lab: Laboratory, place: int) -> float:
+    """Return the 3D error that the stated release alone makes: no calibration of the antennas goes below it."""
+    _, path = fallen(place)
+    return rms_3d_m(track_error_m(lab.scene.setup, lab, path, np.array(lab.places_m[place]), place))
+
+
 def of_geometry(found: Calibrated, lab: Laboratory, place: int) -> tuple[float, float, float, float, float]:
     """Return what another drop shows: 3D error before and after (m), share inside 2u, error of g before and after.
 
     g as the mean second derivative of the fall; drag is the same in both and cancels.
     """
-    time_s = np.linspace(0.0, 0.2, 60)
-    path = np.array(PLACES[place])[:, None] + np.array([[0.0], [0.0], [-0.5 * 9.81]]) * time_s**2
+    time_s, path = fallen(place)
     stated = np.array(lab.places_m[place])
     values, cov = (
         dict(zip(found.calibration.names, found.calibration.values, strict=True)),
@@ -73,8 +89,7 @@ def of_geometry(found: Calibrated, lab: Laboratory, place: int) -> tuple[float, 
             variance = variance + (U_RELEASE_M * column) ** 2
     inside = float((np.abs(after[:, 5:]) <= 2.0 * np.sqrt(variance[:, 5:])).mean())
     bends = [2.0 * np.polyfit(time_s, error[2], 2)[0] / 9.81 for error in (before, after)]
-    rms = [float(np.sqrt((error**2).sum(axis=0).mean())) for error in (before, after)]
-    return rms[0], rms[1], inside, abs(bends[0]), abs(bends[1])
+    return rms_3d_m(before), rms_3d_m(after), inside, abs(bends[0]), abs(bends[1])
 
 
 def compare(found: Calibrated, lab: Laboratory) -> tuple[float, float, float]:
@@ -117,7 +132,8 @@ def run(seeds: range, kind: str, drops: int, workers: int, held: dict[str, objec
         rows.append(row)
         print(
             f"{seed} walls {lab.scene.facts['walls']}: angle {row[0]:.3f} deg, distance {1e3 * row[1]:.2f} mm, "
-            f"inside 2u {row[2]:.2f}; 3D {1e3 * row[3]:.2f} -> {1e3 * row[4]:.3f} mm, inside 2u {row[5]:.2f}; "
+            f"inside 2u {row[2]:.2f}; 3D {1e3 * row[3]:.2f} -> {1e3 * row[4]:.3f} mm "
+            f"(exact antennas {1e3 * of_exact_antennas_m(lab, 0):.3f}), inside 2u {row[5]:.2f}; "
             f"g {100 * row[6]:.3f} -> {100 * row[7]:.4f} %; {lasted:.0f} s; {found.calibration.verdict}",
             flush=True,
         )

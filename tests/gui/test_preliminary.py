@@ -48,7 +48,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     assert window.run.result.corrected.method == "adaptive"
     assert window.run._title.text() == "drop 1 (run-0001, simulated), preliminary"
     assert COMPUTING in window.run.figures.notes
-    assert window.track._title.text() == "drop 1 (run-0001, simulated): preliminary result"
+    wait_for(lambda: window.track._title.text() == "drop 1 (run-0001, simulated): preliminary result")
     window.run.show()
     window.panels.docks["run"].raise_()
     assert "preliminary" in window.run.figures.toPlainText()
@@ -68,7 +68,7 @@ def test_the_adaptive_result_is_shown_as_preliminary_and_replaced_by_the_joint_o
     assert final.verdict == "good, simulated"
     assert window.run._title.text() == "drop 1 (run-0001, simulated)"
     assert COMPUTING not in window.run.figures.notes
-    assert window.track._title.text() == "drop 1 (run-0001, simulated): result"
+    wait_for(lambda: window.track._title.text() == "drop 1 (run-0001, simulated): result")
     wait_for(lambda: window.track.shown is not quick)
     assert window.track.shown.residual_mm.tolist() != quick.residual_mm.tolist()
     assert window.bar.state.text == f"DONE   drop 1: e = {final.restitution()}"

@@ -208,11 +208,10 @@ class TrackPanel(QWidget):
         """Show what a run gave instead of the live track, which stands still until it is drawn."""
         self.result_shown, self._result = True, result
         self._held_until = time.monotonic() + HOLD_S
-        self._title.setText(f"{name}: {'preliminary result' if result.preliminary else 'result'}")
+        what = "preliminary result" if result.preliminary else "result"
 
         def show(track: ShownTrack | None) -> None:
-            if track is None:
-                self._title.setText(f"{name}: no track")
+            self._title.setText(f"{name}: {'no track' if track is None else what}")
             # at once, for each part of it would draw everything anew; and axes only where they change
             if result.setup != self._setup:
                 self.show_setup(result.setup)

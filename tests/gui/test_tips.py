@@ -41,6 +41,8 @@ def is_no_input(widget: QWidget) -> bool:
     in_line = isinstance(widget, QToolButton) and isinstance(widget.parentWidget(), QLineEdit)
     if isinstance(widget, QPlainTextEdit) and widget.isReadOnly():
         return True
+    if type(widget) is QAbstractButton and isinstance(widget.parentWidget(), QTableView):
+        return True  # the corner of a table, which older versions of Qt give no name
     own = widget.objectName().startswith(("qt_spinbox", "qt_tableview", "qt_toolbar_ext", "qt_menubar_ext", "Scroll"))
     return own or (in_line and not isinstance(widget, Changed))
 

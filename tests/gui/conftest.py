@@ -17,7 +17,7 @@ from pytestqt.qtbot import QtBot
 from support.changed import changed
 from support.processing_here import ProcessingHere
 from support.small_setups import quick_setup
-from support.window_clocks import FastClock
+from support.window_clocks import FastClock, SeenClock
 
 from radargui.gui.control.state import AppState, Asked
 from radargui.gui.main_window import MainWindow
@@ -150,6 +150,17 @@ def make_window(
 def own_window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
     """Return a new window: for a test that closes it, counts its threads or looks at what a first start shows."""
     return make_window(setup_path)
+
+
+@pytest.fixture
+def seen_window(qapp: QApplication, make_window: MakeWindow, setup_path: Path) -> Iterator[MainWindow]:
+    """Return a new window whose source goes on with its pictures: it has a turn in every state, however busy it is."""
+    clock = SeenClock(qapp)
+    yield make_window(
+        setup_path, source_maker=lambda kind, setup, **options: make_source(kind, setup, clock=clock, **options)
+    )
+    clock.stop()
+    clock.deleteLater()
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -10,13 +9,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication
 from support.controlled_source import ControlledSource, codes
-from support.window_clocks import SeenClock
 
 from radargui.gui.control.state import AppState, at_once
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import COLUMNS
 from radargui.session.session import Session
-from radargui.sources.factory import make_source
 
 
 @pytest.fixture
@@ -26,32 +23,15 @@ def beeps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return heard
 
 
-@pytest.fixture
-def seen_clock(qapp: QApplication) -> Iterator[SeenClock]:
-    clock = SeenClock(qapp)
-    yield clock
-    clock.stop()
-    clock.deleteLater()
-
-
 def shown(window: MainWindow) -> list[str]:
     table = window.runs.table
     return [entry.name for row, entry in enumerate(window.runs.model.entries) if not table.isRowHidden(row)]
 
 
 def test_two_drops_are_recorded_hands_free_and_the_hand_between_them_is_set_aside(
-    make_window: Any,
-    setup_path: Any,
-    seen_clock: SeenClock,
-    wait_for: Any,
-    record_one: Any,
-    beeps: list[int],
-    qtbot: Any,
+    seen_window: MainWindow, wait_for: Any, record_one: Any, beeps: list[int], qtbot: Any
 ) -> None:
-    # what the window says of each state is asked: it has a turn in each
-    window = make_window(
-        setup_path, source_maker=lambda kind, setup, **options: make_source(kind, setup, clock=seen_clock, **options)
-    )
+    window = seen_window
     words: list[str] = []
     window.control.state_changed.connect(lambda: words.append(window.bar.state.text))
     window.bar.runs.setValue(2)

@@ -112,36 +112,36 @@ def test_stop_while_armed_records_nothing_and_says_nothing(make_window: Any, set
     assert window.board.notices == ()
 
 
-def test_closing_while_recording_asks_and_keeps_the_run(own_window: MainWindow, wait_for: Any) -> None:
-    own_window.actions_.record.trigger()
-    wait_for(lambda: own_window.control.state is AppState.RECORDING)
+def test_closing_while_recording_asks_and_keeps_the_run(seen_window: MainWindow, wait_for: Any) -> None:
+    seen_window.actions_.record.trigger()
+    wait_for(lambda: seen_window.control.state is AppState.RECORDING)
     asked: list[bool] = []
 
     def no() -> bool:
         asked.append(True)
         return False
 
-    own_window.may_leave = no
-    assert not own_window.close()
-    assert own_window.control.state.running
-    own_window.may_leave = lambda: True
-    own_window.close()
-    own_window.closing.leave_now()
-    wait_for(own_window.isHidden)
+    seen_window.may_leave = no
+    assert not seen_window.close()
+    assert seen_window.control.state.running
+    seen_window.may_leave = lambda: True
+    seen_window.close()
+    seen_window.closing.leave_now()
+    wait_for(seen_window.isHidden)
     assert asked == [True]
-    session = own_window.control.session
+    session = seen_window.control.session
     assert session is not None
     assert len(session.run_paths()) == 1
 
 
-def test_what_ends_the_program_is_not_asked_back_and_the_run_is_kept(own_window: MainWindow, wait_for: Any) -> None:
-    del own_window.may_leave
-    own_window.actions_.record.trigger()
-    wait_for(lambda: own_window.control.state is AppState.RECORDING)
-    own_window.leave()
-    wait_for(own_window.isHidden)
-    assert own_window.control.session is not None
-    assert len(own_window.control.session.run_paths()) == 1
+def test_what_ends_the_program_is_not_asked_back_and_the_run_is_kept(seen_window: MainWindow, wait_for: Any) -> None:
+    del seen_window.may_leave
+    seen_window.actions_.record.trigger()
+    wait_for(lambda: seen_window.control.state is AppState.RECORDING)
+    seen_window.leave()
+    wait_for(seen_window.isHidden)
+    assert seen_window.control.session is not None
+    assert len(seen_window.control.session.run_paths()) == 1
 
 
 def test_a_device_that_does_not_start_leaves_no_empty_session(

@@ -160,7 +160,6 @@ def seen_window(qapp: QApplication, make_window: MakeWindow, setup_path: Path) -
         setup_path, source_maker=lambda kind, setup, **options: make_source(kind, setup, clock=clock, **options)
     )
     clock.stop()
-    clock.deleteLater()
 
 
 @pytest.fixture(scope="module")

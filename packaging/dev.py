@@ -73,7 +73,7 @@ def test(arguments: list[str], *prefix: str) -> int:
     python = environment.ensure("dev")
     alone = any(argument.startswith(("-n", "--pdb", "--numprocesses", "--collect-only")) for argument in arguments)
     # a file stays together: its shared window or estimate is made once
-    parallel = [] if alone else ["-n", "3", "--dist", "loadfile"]
+    parallel = [] if alone else ["-n", "3", "--dist", "loadfile", "--max-worker-restart", "0"]
     return _call([str(python), "-m", *prefix, "pytest", *parallel, *arguments], cwd=ROOT)
 
 

@@ -43,8 +43,14 @@ def fonts() -> tuple[str, ...]:
 
 
 def page_style() -> AbstractContextManager[None]:
-    """Return the context in which all pages are made and saved; what is set outside of it stays as it was."""
-    return mpl.rc_context({"font.family": list(fonts())}, _STYLE)
+    """Return the context in which all pages are made and saved; what is set outside of it stays as it was.
+
+    The file is read here: where `rc_context` reads one it imports a module that warns, and suppresses the warning
+    by filters that belong to all threads, so that it came through beside a thread that put back its own.
+    """
+    style = mpl.rc_params_from_file(_STYLE, use_default_template=False)
+    settings: dict[Any, Any] = {name: value for name, value in mpl.rcParamsDefault.items() if name != "backend"}
+    return mpl.rc_context({**settings, **style, "font.family": list(fonts())})
 
 
 def scaled(unit: str, largest: float) -> tuple[float, str]:

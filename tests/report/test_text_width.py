@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+
+import matplotlib as mpl
+import pytest
 from hypothesis import given, strategies as st
 
-from radargui.report.sheet import printable, width_mm, wrapped
+from radargui.report.sheet import page_style, printable, width_mm, wrapped
 
 
 def test_a_bold_and_a_larger_text_is_wider() -> None:
@@ -22,3 +26,13 @@ def test_no_line_is_wider_than_the_room(text: str) -> None:
 def test_what_no_font_can_draw_is_a_question_mark_and_line_ends_stay() -> None:
     assert printable("α µ ± é\nsecond\x00\x07") == "α µ ± é\nsecond"
     assert printable("\U000e0020x\ue123") in {"?x?", "x?", "x"}
+
+
+def test_the_style_of_a_page_imports_nothing_that_warns_and_stays_on_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "matplotlib.style.core", raising=False)
+    with mpl.rc_context({"lines.linewidth": 7.0}):
+        with page_style():
+            assert mpl.rcParams["lines.linewidth"] < 2.0
+            assert mpl.rcParams["font.family"][0] == "DejaVu Sans"
+        assert mpl.rcParams["lines.linewidth"] == 7.0
+    assert "matplotlib.style.core" not in sys.modules

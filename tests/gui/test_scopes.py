@@ -17,7 +17,7 @@ from support.small_setups import quick_setup
 
 from radargui.gui.main_window import MainWindow
 from radargui.gui.plots.plot import Plot
-from radargui.gui.scopes.scope import GainDialog
+from radargui.gui.scopes.scope import Gain, GainDialog
 from radargui.gui.scopes.shown import ago
 from radargui.model.arrays import RawArray
 from radargui.model.setup import write_setup
@@ -66,6 +66,8 @@ def live(
         window.actions_.pause.trigger()
     window.scopes.show_view("time")
     window.scopes.let_go.click()
+    for scope in window.scopes.scopes:
+        scope.set_gains(Gain(), Gain())
     for plot in window.scopes.findChildren(Plot):
         plot.show_cursors(False)
         plot.view.show_all()
@@ -190,7 +192,8 @@ def test_gain_and_offset_change_the_picture_and_neither_axis_nor_copy_lies(
     factor.setValue(10.0)
     offset.setValue(0.2)
     give(source, live, wait_for, Signal().codes(0.2, amplitudes_v=(0.5, 0.5, 0.5)))
-    wait_for(lambda: np.nanmax(scope.points_of(scope._curves[0])[1]) > 4.5)
+    # before its first picture there is nothing on it
+    wait_for(lambda: np.nanmax(scope.points_of(scope._curves[0])[1], initial=0.0) > 4.5)
     axis = scope.getPlotItem().getAxis("left")
     assert axis.labelText == "scaled"
     assert scope._inside_text == "Rx 1: 10 × (I − 0.2 V),  Q"
@@ -228,13 +231,13 @@ def test_a_pause_says_its_time_and_scrolls_back_while_recording_goes_on(
     scope = live.scopes.scopes[0]
 
     def reach() -> float:
-        return float(np.nanmax(np.abs(scope.points_of(scope._curves[0])[1] - 0.2)))
+        return float(np.nanmax(np.abs(scope.points_of(scope._curves[0])[1] - 0.2), initial=0.0))
 
     wait_for(lambda: reach() == pytest.approx(0.5, abs=0.02))
     live.scopes.back.setFocus()
     for _ in range(40):
         QTest.keyClick(live.scopes.back, Qt.Key.Key_Left)
-    wait_for(lambda: reach() < 0.02)
+    wait_for(lambda: 0.0 < reach() < 0.02)
     time_s, _ = scope.points_of(scope._curves[0])
     assert time_s[0] == pytest.approx(-9.0, abs=0.01)
     assert live.scopes.scopes[-1].words("bottom") == "time before the pause [s]"

@@ -247,6 +247,18 @@ def test_a_pause_says_its_time_and_scrolls_back_while_recording_goes_on(
     assert live.scopes.when.isHidden() or not live.scopes.when.isVisible()
 
 
+def test_receivers_that_come_and_go_leave_nothing_behind_beside_their_scopes(window: MainWindow) -> None:
+    view = window.scopes.time
+    layout, count = view.layout(), len(view.scopes)
+    assert layout is not None
+    for now in (count % 4 + 1, count):
+        view.set_receivers(now, 10.0)
+        # a scope and a column of levels each; what stayed crashed the window once
+        assert layout.count() == 2 * now
+        assert view.gain.isVisibleTo(view)
+        assert len(view.levels) == 2 * now
+
+
 def test_what_is_held_is_seen_sample_by_sample_where_it_is_zoomed(
     live: MainWindow, source: ControlledSource, wait_for: Any
 ) -> None:

@@ -50,6 +50,7 @@ class TimeView(QWidget):
         self._theme = theme
         self.scopes: list[Scope] = []
         self.levels: list[LevelBar] = []
+        self._columns: list[QWidget] = []
         self._envelope: Envelope | None = None
         self._live: tuple[object, ...] = ()
         self._held: tuple[object, ...] = ()
@@ -61,8 +62,10 @@ class TimeView(QWidget):
 
     def set_receivers(self, count: int, full_scale_v: float) -> None:
         """Show so many receivers."""
-        take_out(self._grid, *self.scopes, *self.levels)
-        self.scopes, self.levels = [], []
+        # columns are widgets: of a layout within the layout PySide keeps each item by its address, and where it was
+        # deleted with what it held, a later widget at this address took both with it (segmentation fault)
+        take_out(self._grid, *self.scopes, *self._columns)
+        self.scopes, self.levels, self._columns = [], [], []
         for index in range(count):
             # the time axis is the same for all: its words stand once, at the bottom
             scope = Scope(self._theme, index + 1, with_time=index == count - 1)
@@ -72,7 +75,9 @@ class TimeView(QWidget):
             bars = [LevelBar(self._theme, f"{part}{index + 1}", part.lower(), full_scale_v) for part in "IQ"]
             self.levels += bars
             below = [self.gain] if index == count - 1 else []
-            self._grid.addLayout(fill(QVBoxLayout(), 1, *bars, 1, *below), index, 1)
+            self._columns.append(column := QWidget())
+            fill(QVBoxLayout(column), 1, *bars, 1, *below)
+            self._grid.addWidget(column, index, 1)
             # the last one holds the time axis as well
             self._grid.setRowStretch(index, 5 if index == count - 1 else 4)
         for scope in self.scopes[:-1]:

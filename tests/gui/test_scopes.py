@@ -247,7 +247,7 @@ def test_a_pause_says_its_time_and_scrolls_back_while_recording_goes_on(
     assert live.scopes.when.isHidden() or not live.scopes.when.isVisible()
 
 
-def test_receivers_that_come_and_go_leave_nothing_behind_beside_their_scopes(window: MainWindow) -> None:
+def test_receivers_that_come_and_go_leave_nothing_behind_beside_their_scopes(window: MainWindow, wait_for: Any) -> None:
     view = window.scopes.time
     layout, count = view.layout(), len(view.scopes)
     assert layout is not None
@@ -255,7 +255,7 @@ def test_receivers_that_come_and_go_leave_nothing_behind_beside_their_scopes(win
         view.set_receivers(now, 10.0)
         # a scope and a column of levels each; what stayed crashed the window once
         assert layout.count() == 2 * now
-        assert view.gain.isVisibleTo(view)
+        wait_for(lambda: view.gain.isVisibleTo(view))
         assert len(view.levels) == 2 * now
 
 

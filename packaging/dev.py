@@ -72,7 +72,8 @@ def test(arguments: list[str], *prefix: str) -> int:
     qt_libraries.ensure(qt_libraries.OFFSCREEN)
     python = environment.ensure("dev")
     alone = any(argument.startswith(("-n", "--pdb", "--numprocesses", "--collect-only")) for argument in arguments)
-    # a file stays together: its shared window or estimate is made once
+    # a file stays together: its shared window or estimate is made once. A process that crashes ends the run: with
+    # another in its place pytest-xdist 3.8 hands out what was done already, and waits for it for ever
     parallel = [] if alone else ["-n", "3", "--dist", "loadfile", "--max-worker-restart", "0"]
     return _call([str(python), "-m", *prefix, "pytest", *parallel, *arguments], cwd=ROOT)
 

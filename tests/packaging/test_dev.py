@@ -274,7 +274,7 @@ def test_test_passes_its_arguments_to_pytest(
     dev.main(["test", "tests/model", "-x"])
     dev.main(["test", "-n0"])
     assert calls == [
-        ["python", "-m", "pytest", "-n", "3", "--dist", "loadfile", "tests/model", "-x"],
+        ["python", "-m", "pytest", "-n", "3", "--dist", "loadfile", "--max-worker-restart", "0", "tests/model", "-x"],
         ["python", "-m", "pytest", "-n0"],
     ]
 
@@ -308,7 +308,7 @@ def test_coverage_measures_the_tests_and_then_reports_whatever_they_say(
     monkeypatch.setattr(dev.qt_libraries, "ensure", lambda what: None)
     monkeypatch.setattr(dev, "_call", call)
     assert dev.main(["coverage", "tests/api"]) == 1
-    measured = "coverage run -m pytest -n 3 --dist loadfile tests/api"
+    measured = "coverage run -m pytest -n 3 --dist loadfile --max-worker-restart 0 tests/api"
     assert seen == ["coverage erase", measured, "coverage combine --quiet", "coverage report"]
 
 

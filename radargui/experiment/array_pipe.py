@@ -8,7 +8,9 @@ puts the pieces together under Python's lock. Where memory is dear, as in a virt
 import mmap
 import os
 import sys
+import weakref
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from itertools import accumulate
 from multiprocessing.connection import Connection
 
@@ -88,6 +90,8 @@ def _received(connection: Connection, size: int) -> memoryview:
 if sys.platform == "linux":
     from multiprocessing.reduction import recv_handle, send_handle
 
+    _GIVING_BACK = ThreadPoolExecutor(1)
+
     def _shared(arrays: Sequence[memoryview]) -> int | None:
         """Return memory without a name that holds the arrays; None: there is not enough, or none to be had."""
         sizes = [array.nbytes for array in arrays]
@@ -116,12 +120,16 @@ if sys.platform == "linux":
             os.close(memory)
 
     def _taken_over(connection: Connection, size: int) -> memoryview:
-        """Return shared memory; it is given back when the last array in it is."""
+        """Return shared memory; it is given back, aside, when the last array in it has gone."""
         memory = recv_handle(connection)
         try:
-            return memoryview(mmap.mmap(memory, size, prot=mmap.PROT_READ))
-        finally:
+            whole = mmap.mmap(memory, size, prot=mmap.PROT_READ)
+        except BaseException:
             os.close(memory)
+            raise
+        # who lets go of the last array may draw: 144 MB of pages take 30 ms to give back
+        weakref.finalize(whole, _GIVING_BACK.submit, os.close, memory).atexit = False
+        return memoryview(whole)
 
 else:
 

@@ -5,6 +5,7 @@ import sys
 import threading
 import weakref
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Protocol
 
 from PySide6.QtCore import QObject, QTimer
@@ -22,6 +23,10 @@ LOOK_MS = 25
 TURN_S = 0.001
 """A thread that computes is asked so soon to hand Python's lock on. To draw one picture Qt asks Python dozens of times,
 and each time may wait so long: with Python's own 5 ms for tenths of a second. Windows counts whole milliseconds."""
+
+
+_MOST_AT_ONCE = 32
+"""Work that is under way together; more waits for one of them. Nobody starts so much by hand."""
 
 
 class Start(Protocol):
@@ -82,6 +87,9 @@ class Mailbox(QObject):
 class Jobs(QObject):
     """Runs functions on threads of their own; the callbacks come in the window's thread, which has its turn soon.
 
+    Threads that have ended their work wait for the next: on a busy computer a new one takes 10 ms until it runs, and so
+    long it holds up who starts it.
+
     Parameters
     ----------
     show_error
@@ -92,13 +100,14 @@ class Jobs(QObject):
         super().__init__(parent)
         sys.setswitchinterval(TURN_S)
         self.show_error = show_error
-        self._threads: dict[threading.Thread, str] = {}
+        self._pool = ThreadPoolExecutor(_MOST_AT_ONCE)
+        self._running: dict[object, str] = {}
         self._mailbox = Mailbox(self)
 
     @property
     def running(self) -> tuple[str, ...]:
         """What is being worked on, in words."""
-        return tuple(self._threads.values())
+        return tuple(self._running.values())
 
     def start(
         self,
@@ -112,6 +121,7 @@ class Jobs(QObject):
 
         What is not `wanted` any more when the work has ended, because something else was chosen, is dropped.
         """
+        ticket = object()
 
         def run() -> None:
             callback: Callable[[Any], None] = then
@@ -119,19 +129,17 @@ class Jobs(QObject):
                 value: Any = work()
             except Exception as error:  # noqa: BLE001 - led to the operator by `otherwise`
                 callback, value = otherwise or self.show_error, error
-            self._mailbox.post(self._deliver, thread, lambda: callback(value) if wanted() else None)
+            self._mailbox.post(self._deliver, ticket, lambda: callback(value) if wanted() else None)
 
-        thread = threading.Thread(target=run, name=f"gui {what}", daemon=True)
-        self._threads[thread] = what
-        thread.start()
+        self._running[ticket] = what
+        self._pool.submit(run)
 
     def report(self, call: Then, value: Any) -> None:
         """Let `call(value)` be made in the window's thread, ahead of the end of the work that reports it."""
         self._mailbox.post(call, value)
 
-    def _deliver(self, thread: threading.Thread, answer: Callable[[], None]) -> None:
-        thread.join()
-        self._threads.pop(thread, None)
+    def _deliver(self, ticket: object, answer: Callable[[], None]) -> None:
+        self._running.pop(ticket, None)
         answer()
 
 

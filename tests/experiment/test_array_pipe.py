@@ -9,19 +9,22 @@ import threading
 import tracemalloc
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from radargui.experiment import array_pipe
 from radargui.experiment.array_pipe import received_arrays, send_arrays
 
 SIZES = (0, 1, 1000, 5_000_000, 17)
 
 
 @pytest.fixture(params=["as the system likes best", "through the pipe"], autouse=True)
-def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     if request.param == "through the pipe":
         monkeypatch.setattr("radargui.experiment.array_pipe._shared", lambda _arrays: None)
+    return str(request.param)
 
 
 @pytest.fixture
@@ -80,3 +83,25 @@ def test_arrays_that_find_no_shared_memory_go_through_the_pipe(
     ours, theirs = ends
     send_arrays(theirs, [memoryview(b"a few"), memoryview(b"bytes")])
     assert [bytes(one) for one in received_arrays(ours, [5, 5])] == [b"a few", b"bytes"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is shared on Linux only")
+def test_shared_memory_is_given_back_once_its_last_array_has_gone(
+    ends: tuple[Connection, Connection], way: str
+) -> None:
+    def shared() -> int:
+        return sum("radargui-arrays" in str(one.resolve()) for one in Path("/proc/self/fd").iterdir())
+
+    before = shared()
+    arrays = [np.arange(1 << 16), np.arange(5)]
+    sender = threading.Thread(target=send_arrays, args=(ends[0], [memoryview(one).cast("B") for one in arrays]))
+    sender.start()
+    taken = received_arrays(ends[1], [one.nbytes for one in arrays])
+    sender.join()
+    last = np.frombuffer(taken.pop(), dtype=int)
+    del taken
+    assert (shared() > before) == (way != "through the pipe")
+    assert list(last) == [0, 1, 2, 3, 4]
+    del last
+    array_pipe._GIVING_BACK.submit(int).result()
+    assert shared() == before

@@ -147,7 +147,7 @@ def test_texts_from_files_are_no_markup(theme: Theme, setup: Setup) -> None:
 )
 def test_the_list_says_what_came_of_a_run(summary: Any, verdict: str, tmp_path: Any) -> None:
     entry = RunEntry(tmp_path / "run-0012.h5", "2026-05-04T13:14:15.5+02:00", summary, label="12")
-    cells = entry.cells()
+    cells = entry.cells
     assert cells[0] == "12"
     assert cells[1] == "13:14:15"
     assert cells[-1] == verdict

@@ -30,10 +30,13 @@ class RunListPanel(QWidget):
         self.table.setMinimumHeight(50)
         # a verdict is never cut on a narrow screen: it takes another line
         self.table.setWordWrap(True)
-        # once the widths have settled: lines change them where a scroll bar comes or goes
+        # once the widths have settled: lines change them where a scroll bar comes or goes. One line a turn of the event
+        # loop: a line takes milliseconds, and what is drawn live has to be drawn in between
+        self._unfit: list[int] = []
         self._settle = QTimer(self, singleShot=True, interval=0)
-        self._settle.timeout.connect(self._fit_rows)
-        self.table.horizontalHeader().sectionResized.connect(lambda *_sizes: self._settle.start())
+        self._settle.timeout.connect(self._fit_next_row)
+        self.table.horizontalHeader().sectionResized.connect(lambda *_sizes: self._fit_rows())
+        self.table.verticalScrollBar().valueChanged.connect(lambda _value: self._fit_rows())
         self.table.selectionModel().selectionChanged.connect(self._chosen)
         # a sorted table keeps what is hidden by its place
         self.table.model().layoutChanged.connect(self._hide_rows)
@@ -121,7 +124,7 @@ class RunListPanel(QWidget):
 
     def _fit_columns(self, entries: list[RunEntry]) -> None:
         """Make columns wide enough for entries, and never narrower than they were."""
-        metrics, texts = self.table.fontMetrics(), [entry.cells() for entry in entries]
+        metrics, texts = self.table.fontMetrics(), [entry.cells for entry in entries]
         for column, title in enumerate(tuple(COLUMNS)[:-1]):
             words = (*title.split(), *(cells[column] for cells in texts))
             wanted = max(metrics.horizontalAdvance(text) for text in words) + 10
@@ -133,9 +136,16 @@ class RunListPanel(QWidget):
                 self.table.fit(len(COLUMNS) - 1, 60)
 
     def _fit_rows(self) -> None:
-        """Make the lines as high as their verdicts, of very many those of the last ones."""
-        for row in range(len(self.model.entries))[-_MOST_FITTED:]:
-            self.table.resizeRowToContents(self.table.shown_row(row))
+        """Let the lines that are seen become as high as their verdicts."""
+        first, last = self.table.rowAt(0), self.table.rowAt(self.table.viewport().height() - 1)
+        if first >= 0:
+            self._unfit = list(range(first, (last if last >= 0 else self.table.model().rowCount() - 1) + 1))
+            self._settle.start()
+
+    def _fit_next_row(self) -> None:
+        self.table.resizeRowToContents(self._unfit.pop(0))
+        if self._unfit:
+            self._settle.start()
 
     def _refresh_buttons(self) -> None:
         series = self.model.series

@@ -4,6 +4,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from radargui.restitution.series import Series, drop_labels, series_of
 from radargui.session.session import was_drop
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class RunEntry:
     """One line of the list.
 
@@ -129,8 +130,9 @@ class RunEntry:
         """Return e with its combined uncertainty."""
         return restitution_words(self.summary)
 
+    @cached_property
     def cells(self) -> tuple[str, ...]:
-        """Return the texts of the columns."""
+        """The texts of the columns; a table asks for them with each line that it makes as high as its words."""
         return tuple(text(self) for text in COLUMNS.values())
 
 
@@ -201,9 +203,10 @@ class RunModel(RowModel[RunEntry]):
         """Number the drops, and tell of each whether it is in the statistics."""
         labels = drop_labels((one.name, one.origin, one.is_drop) for one in self.entries)
         left_out = self.series.left_out
-        self.entries[:] = [
-            replace(one, label=labels[one.name], left_out=left_out.get(one.name, "")) for one in self.entries
-        ]
+        for row, one in enumerate(self.entries):
+            numbered = (labels[one.name], left_out.get(one.name, ""))
+            if numbered != (one.label, one.left_out):
+                self.entries[row] = replace(one, label=numbered[0], left_out=numbered[1])
         if self.entries:
             self.dataChanged.emit(self.index(0, 0), self.index(len(self.entries) - 1, len(COLUMNS) - 1))
 
@@ -224,6 +227,8 @@ class RunModel(RowModel[RunEntry]):
     def cell(self, entry: RunEntry, column: int, role: int) -> Any:
         """Return a cell's text, full text, colour or alignment."""
         title, roles = self._titles[column], Qt.ItemDataRole
+        if role == roles.DisplayRole:
+            return entry.cells[column]
         if role == roles.ToolTipRole and title in _STATISTICAL:
             return f"statistical part of ±: {_STATISTICAL[title](entry.summary, statistical=True)}"
         if role == roles.ToolTipRole and title == "Verdict":

@@ -142,7 +142,7 @@ class _Painter(QStyledItemDelegate):
         head = box.adjusted(4, 1, -4, 0)
         head.setHeight(line + 2)
         painter.setPen(QColor(colours.text))
-        painter.drawText(head, Qt.AlignmentFlag.AlignLeft, look.cells()[0])
+        painter.drawText(head, Qt.AlignmentFlag.AlignLeft, look.cells[0])
         e = look.restitution().partition(" ± ")[0]
         e = "" if e == UNKNOWN else f"e = {e}"
         painter.drawText(head, Qt.AlignmentFlag.AlignRight, e)

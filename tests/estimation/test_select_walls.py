@@ -140,6 +140,12 @@ def test_a_wall_far_from_where_it_was_sought_is_sought_from_where_it_stands(
     assert np.degrees(np.arctan2(image[1], image[0])) == pytest.approx(
         np.degrees(np.arctan2(*WALL_PLANE.image(np.zeros(3), theta[made.problem.layout.planes])[1::-1])), abs=3.0
     )
+    # among the others one nearer and one farther, in the same direction
+    middle = positions_at_bins(solution).mean(axis=1)
+    feet = [one.problem.inputs.planes[-1].foot_m - middle for one in tried[0]]
+    along = [foot for foot in feet if foot @ feet[0] > 0.999 * np.linalg.norm(foot) * np.linalg.norm(feet[0])]
+    ratios = sorted(float(np.linalg.norm(foot) / np.linalg.norm(feet[0])) for foot in along)
+    assert ratios == pytest.approx([0.82, 1.0, 1.22])
 
 
 @pytest.mark.parametrize("planes", [(), (FLOOR_PLANE,)], ids=["a floor", "walls beside a floor"])

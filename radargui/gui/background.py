@@ -134,6 +134,11 @@ class Jobs(QObject):
         self._running[ticket] = what
         self._pool.submit(run)
 
+    def rest(self) -> None:
+        """Let the threads go that wait for work; one that works goes when it has ended."""
+        self._pool.shutdown(wait=False)
+        self._pool = ThreadPoolExecutor(_MOST_AT_ONCE)
+
     def report(self, call: Then, value: Any) -> None:
         """Let `call(value)` be made in the window's thread, ahead of the end of the work that reports it."""
         self._mailbox.post(call, value)

@@ -350,10 +350,8 @@ class MainWindow(QMainWindow):
         if self.closing.active:
             return
         self._left = True
-        self.log.end()
-        self._timer.stop()
-        self._remember()
-        event.accept()
+        for end in (self.jobs.rest, self.log.end, self._timer.stop, self._remember, event.accept):
+            end()
 
     def leave(self) -> None:
         """Close as the system wants it: the run that is being recorded is kept, and nobody is asked."""

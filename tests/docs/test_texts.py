@@ -176,10 +176,11 @@ def test_every_page_is_in_the_contents_once() -> None:
 
 def test_what_is_written_by_the_program_is_what_it_says_now() -> None:
     run = {name: runpy.run_path(str(DOCS / f"make_{name}.py")) for name in ("command_reference", "setup_reference")}
-    # other versions of click word their help otherwise: the text is that of the locked one
-    locked = re.search(r"^click==(\S+)", (DOCS.parent / "packaging" / "requirements.txt").read_text(), re.MULTILINE)
-    assert locked is not None
-    if metadata.version("click") == locked[1]:
+    # other versions of these word their help otherwise: the text is that of the locked ones
+    lock = (DOCS.parent / "packaging" / "requirements.txt").read_text(encoding="utf-8")
+    locked = dict(re.findall(r"^(click|rich|typer)==(\S+)", lock, re.MULTILINE))
+    assert len(locked) == 3
+    if all(metadata.version(name) == version for name, version in locked.items()):
         text = (DOCS / "commands.md").read_text(encoding="utf-8")
         assert text == run["command_reference"]["reference"](), "run docs/make_command_reference.py"
     text = (DOCS / "setup.schema.json").read_text(encoding="utf-8")

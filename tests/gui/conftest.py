@@ -153,13 +153,15 @@ def own_window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
 
 
 @pytest.fixture
-def seen_window(qapp: QApplication, make_window: MakeWindow, setup_path: Path) -> Iterator[MainWindow]:
-    """Return a new window whose source goes on with its pictures: it has a turn in every state, however busy it is."""
-    clock = SeenClock(qapp)
-    yield make_window(
+def seen_window(make_window: MakeWindow, setup_path: Path) -> MainWindow:
+    """Return a new window whose source goes on with its pictures: no state passes unseen, however busy it is."""
+    clock = SeenClock()
+    window = make_window(
         setup_path, source_maker=lambda kind, setup, **options: make_source(kind, setup, clock=clock, **options)
     )
-    clock.stop()
+    window._timer.setInterval(20)
+    window._timer.timeout.connect(clock.go_on)
+    return window
 
 
 @pytest.fixture(scope="module")

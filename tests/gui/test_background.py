@@ -20,6 +20,14 @@ def test_work_that_follows_other_work_finds_a_thread_that_waits(qapp: Any, wait_
     assert len({one for one, _ in threads}) == 1
     assert {answered for _, answered in threads} == {threading.get_ident()}
     assert threads[0][0] != threading.get_ident()
+    # what rests has no thread, and takes work again
+    (waits,) = (one for one in threading.enumerate() if one.ident == threads[0][0])
+    jobs.rest()
+    waits.join(10.0)
+    assert not waits.is_alive()
+    jobs.start("work", threading.get_ident, lambda one: threads.append((one, threading.get_ident())))
+    wait_for(lambda: not jobs.running)
+    assert len(threads) == 4
 
 
 def test_an_error_is_led_to_who_looks_after_it_and_what_nobody_wants_any_more_is_dropped(

@@ -5,8 +5,6 @@ from __future__ import annotations
 import threading
 import time
 
-from PySide6.QtCore import QObject, QTimer
-
 LONGEST_STEP_S = 0.01
 """Real time that one look at the clock can let pass: a machine that does other things slows the source, no more."""
 
@@ -34,16 +32,13 @@ class FastClock:
         return interrupt.wait(min(max(seconds, 0.0) / self._speed, LONGEST_STEP_S))
 
 
-class SeenClock(QTimer):
-    """Time that goes on as the window's pictures do: nothing that a source does passes while the window has no turn."""
+class SeenClock:
+    """Time that goes on with each picture of a window: nothing that a source does passes while nobody looks."""
 
-    def __init__(self, parent: QObject, step_s: float = 0.04) -> None:
-        super().__init__(parent, interval=5)
+    def __init__(self, step_s: float = 0.05) -> None:
         self._now_s, self._step_s = 1000.0, step_s
-        self.timeout.connect(self._go_on)
-        self.start()
 
-    def _go_on(self) -> None:
+    def go_on(self) -> None:
         self._now_s += self._step_s
 
     def now(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -60,6 +61,27 @@ def test_a_session_goes_out_and_comes_back_with_its_own_setup(
     for run in runs:
         np.testing.assert_allclose(read_run(run).volts(), read_run(session / run.name).volts(), rtol=0, atol=1e-7)
         assert read_run_setup(run) == read_run_setup(session / run.name)
+
+
+@pytest.mark.parametrize(
+    ("name", "suffix"), [("csv", "csv"), ("mat", "mat"), ("tdms", "tdms"), ("sigmf", "sigmf-meta")]
+)
+def test_what_was_exported_is_processed_and_replayed_with_the_setup_that_it_carries(
+    command: Command, session: Path, tmp_path: Path, name: str, suffix: str
+) -> None:
+    assert command("export", session / "run-0001.h5", "--format", name, "--output", tmp_path).status == 0
+    file = tmp_path / f"run-0001.{suffix}"
+    own = read_run_setup(session / "run-0001.h5")
+    processed = command("process", file, "--correction", "none", "--output", tmp_path / "tables")
+    assert processed.status == 0, processed.err
+    said = json.loads((tmp_path / "tables" / "run-0001" / "result.json").read_text(encoding="utf-8"))["setup"]
+    assert [one["tilt_deg"] for one in said["receiver"]] == [one.tilt_deg for one in own.receiver]
+    replayed = command(
+        "record", "--source", "replay", "--file", file, "--fast", "--seconds", "0.02", "--output", tmp_path / "replayed"
+    )
+    assert replayed.status == 0, replayed.err
+    (run,) = (tmp_path / "replayed").glob("*/*.h5")
+    assert read_run_setup(run) == own
 
 
 def test_one_run_goes_to_the_folder_that_is_named_and_is_not_written_over(

@@ -84,6 +84,16 @@ def test_what_was_exported_is_processed_and_replayed_with_the_setup_that_it_carr
     assert read_run_setup(run) == own
 
 
+def test_a_replayed_file_that_brings_no_setup_is_not_computed_with_the_shipped_one(
+    command: Command, tmp_path: Path
+) -> None:
+    file = tmp_path / "lab.csv"
+    write_csv(file, volts(6, 400))
+    ended = command("record", "--source", "replay", "--file", file, "--fast", "--output", tmp_path / "out")
+    assert (ended.status, ended.error) == (2, f"{file} brings no setup. Give --setup FILE.")
+    assert not (tmp_path / "out").exists()
+
+
 def test_one_run_goes_to_the_folder_that_is_named_and_is_not_written_over(
     command: Command, session: Path, tmp_path: Path
 ) -> None:

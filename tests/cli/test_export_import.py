@@ -7,11 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.changed import changed
 from support.command_line import Command
-from support.file_samples import codes, volts, write_csv, write_run, write_tdms
+from support.file_samples import codes, int16_digitisation, volts, write_csv, write_run, write_tdms
+from support.results import default_setup
 from support.small_setups import PLATE
 
 from radargui.files.run_file import read_run, read_run_setup
+from radargui.files.run_writer import RunWriter
+from radargui.model.recording import Block
+from radargui.model.setup import dump_setup
 from radargui.session.session import Session
 
 
@@ -82,6 +87,22 @@ def test_what_was_exported_is_processed_and_replayed_with_the_setup_that_it_carr
     assert replayed.status == 0, replayed.err
     (run,) = (tmp_path / "replayed").glob("*/*.h5")
     assert read_run_setup(run) == own
+
+
+def test_exports_of_other_setups_are_not_imported_as_one_session(
+    command: Command, session: Path, tmp_path: Path
+) -> None:
+    for number, diameter_m in ((1, 0.01), (2, 0.02)):
+        setup = changed(default_setup(), tracer={"diameter_m": diameter_m})
+        path = session / f"run-000{number + 2}.h5"
+        with RunWriter(path, int16_digitisation(), started_at="", setup_toml=dump_setup(setup)) as writer:
+            writer.write(Block(codes(6, 300), 0))
+    assert command("export", session, "--format", "csv", "--output", tmp_path).status == 0
+    first, second = (tmp_path / f"run-000{number}.csv" for number in (3, 4))
+    ended = command("import", first, second, "--output", tmp_path / "sessions")
+    assert ended.status == 2
+    assert f"{second} brings another setup than {first}. Import them apart" in ended.error
+    assert not (tmp_path / "sessions").exists()
 
 
 def test_a_replayed_file_that_brings_no_setup_is_not_computed_with_the_shipped_one(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -87,6 +88,18 @@ def test_what_was_exported_is_processed_and_replayed_with_the_setup_that_it_carr
     assert replayed.status == 0, replayed.err
     (run,) = (tmp_path / "replayed").glob("*/*.h5")
     assert read_run_setup(run) == own
+
+
+def test_what_was_measured_comes_back_with_the_samples(command: Command, tmp_path: Path) -> None:
+    words = {"operator": "Ada", "sample": "Stahl, 10 mm", "target": "glass", "notes": "dry"}
+    session = Session.create(tmp_path / "data", default_setup(), now=datetime.now().astimezone(), **words)
+    session.close()
+    write_run(session.path / "run-0001.h5", 200)
+    assert command("export", session.path, "--format", "csv", "--output", tmp_path).status == 0
+    back = command("import", tmp_path / "run-0001.csv", "--output", tmp_path / "back", "--operator", "Eve")
+    (run,) = imported(back.out)
+    info = Session.open(run.parent, write=False).info
+    assert (info.operator, info.sample, info.target, info.notes) == ("Eve", "Stahl, 10 mm", "glass", "dry")
 
 
 def test_exports_of_other_setups_are_not_imported_as_one_session(

@@ -85,6 +85,11 @@ def test_sessions_are_found_by_a_setup_file_with_the_same_antennas(
     assert "No such session" in command("sessions", session.path.parent, "--setup", setup_file).out
 
 
+def test_a_run_file_is_said_to_be_no_session(command: Command, session: Session) -> None:
+    run = session.path / "run-0001.h5"
+    assert f"{run} is not a session: it holds no session.json." in command("report", run).error
+
+
 def test_a_damaged_run_is_not_called_one_that_can_be_finished(command: Command, session: Session) -> None:
     (session.path / "run-0001.h5").write_bytes(b"")
     listed = command("sessions", session.path.parent).out

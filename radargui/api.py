@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
 import numpy as np
 
+from radargui.files.formats import own_setup_of
 from radargui.files.reading import parse_channel_map, read_recording
-from radargui.files.run_file import read_run_setup
 from radargui.files.run_layout import SUFFIX
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import RadarGuiError, UsageError
@@ -190,7 +190,7 @@ def open_run(
     path
         The file.
     setup
-        Setup, or the file that holds it; None: the run's own.
+        Setup, or the file that holds it; None: the run's own, or the one that an export of it carries.
     channels
         Which columns or variables are I1, Q1, ..., as `--channels` of the command line: "I1=x,Q1=y".
     rate_hz
@@ -203,7 +203,7 @@ def open_run(
     """
     path = Path(path)
     if not isinstance(setup, Setup):
-        setup = read_setup(setup) if setup is not None else read_run_setup(path) if _is_run(path) else None
+        setup = read_setup(setup) if setup is not None else own_setup_of(path)
     if setup is None:
         raise UsageError(f"{path} brings no setup", remedy="Give open_run(path, setup=...).")
     if _is_run(path) and channels is None:

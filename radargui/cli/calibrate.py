@@ -15,6 +15,7 @@ from radargui.cli.setup_choice import own_setup
 from radargui.experiment.batch.task import find_runs
 from radargui.experiment.calibrating import CalibrationOrder, calibrate_files
 from radargui.files.calibration_file import write_calibration
+from radargui.files.formats import RUN, format_of
 from radargui.files.reading import read_recording
 from radargui.model.calibrated_setup import calibrated
 from radargui.model.calibration import Calibration
@@ -125,7 +126,7 @@ def _check(run: Path, setup_file: Path | None) -> int:
         setup = setup.model_copy(update={"tracer": setup.tracer.model_copy(update=place)})
     with progress_bar("Checking") as progress:
         result = process(
-            read_recording(files[0]) if brought is None else read_for_processing(files[0]), setup, progress
+            read_for_processing(files[0]) if format_of(files[0]) is RUN else read_recording(files[0]), setup, progress
         )
     check = check_calibration(result)
     if check is None:

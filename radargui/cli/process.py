@@ -152,7 +152,7 @@ def _setup_of(one: Input, options: Process, raw: RawLayout | None) -> Setup | Ra
     file = one.source.files[0]
     try:
         format_of(file, raw)
-        setup = read_setup(options.setup) if options.setup else own_setup(file)
+        setup = read_setup(options.setup) if options.setup else None if raw else own_setup(file)
     except RadarGuiError as error:
         if isinstance(error, SetupError | UsageError):
             raise

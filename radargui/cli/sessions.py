@@ -73,14 +73,20 @@ def _range(text: str | None) -> tuple[float | None, float | None]:
     if text is None:
         return None, None
     low, _, high = text.partition(":")
+    wrong = UsageError(f"--e = {text!r}, allowed: LOW:HIGH, LOW: or :HIGH, like 0.7:0.9")
     try:
-        return (float(low) if low else None), (float(high) if high else None)
+        least, most = float(low or "-inf"), float(high or "inf")
     except ValueError:
-        raise UsageError(f"--e = {text!r}, allowed: LOW:HIGH, LOW: or :HIGH, like 0.7:0.9") from None
+        raise wrong from None
+    # the other way round, or no number (nan): nothing would ever be found
+    if not least <= most:
+        raise wrong
+    return (least if low else None), (most if high else None)
 
 
 def _row(folder: Path, one: SessionSummary) -> tuple[str, ...]:
     runs = f"{one.n_runs}" + (f", {one.n_unfinished} unfinished" if one.n_unfinished else "")
+    runs += f", {one.n_unreadable} unreadable" if one.n_unreadable else ""
     series = series_of(one.drops)
     return (
         one.path.relative_to(folder).as_posix() if one.path != folder else one.name,

@@ -7,7 +7,6 @@ from radargui.model.errors import UsageError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, changed, read_setup
 
-RUN_SUFFIXES = (".h5", ".hdf5")
 COMMAND_LINE = "command line"
 """Whose wish an option is, for messages."""
 
@@ -24,21 +23,19 @@ def named_or_default(path: Path | None) -> Setup:
 
 
 def own_setup(file: Path) -> Setup | None:
-    """Return the setup that a recording brings with it; None where it has none.
+    """Return the setup that a recording brings with it, a run or what was exported of one; None where it has none.
 
     Raises
     ------
     FileError
-        A run file that cannot be read.
+        The file cannot be read.
     SetupError
         The setup in it is not valid for this version.
     """
-    if file.suffix.lower() not in RUN_SUFFIXES:
-        return None
-    # h5py is not needed for the other kinds
-    from radargui.files.run_file import read_run_setup
+    # what reads files is not needed before there is one
+    from radargui.files.formats import own_setup_of
 
-    return read_run_setup(file)
+    return own_setup_of(file)
 
 
 def processing_changes(correction: str | None, geometry: str | None) -> dict[str, str]:

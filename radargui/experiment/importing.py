@@ -7,7 +7,7 @@ from pathlib import Path
 
 from radargui.experiment.reprocess import process_run
 from radargui.files.access import Progress, each_run, silent
-from radargui.files.formats import RUN, format_of, list_channels, own_setup_of
+from radargui.files.formats import RUN, format_of, list_channels, own_setup_of, session_facts_of
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import Basis, ChannelEntry, ChannelGuess, ChannelMap
 from radargui.files.signals import ChannelInfo
@@ -93,15 +93,33 @@ def import_recordings(order: ImportOrder, progress: Progress = silent) -> Import
     RadarGuiError
         The choice of channels is not possible.
     """
-    about: About = {**about_setup_file(order.setup_file), "operator": order.operator, "notes": order.notes}
+    inputs = order.inputs()
+    about = _about(order, inputs)
     work = Import(order.data_folder, order.setup, now=datetime.now().astimezone(), **about)
     half = 0.5 if order.process else 1.0
-    runs = tuple(work.carry_out(order.inputs(), lambda share: progress(half * share)))
+    runs = tuple(work.carry_out(inputs, lambda share: progress(half * share)))
     imported = Imported(work.session.path if work.session else None, runs)
     if not order.process:
         return imported
     processed = each_run(imported.paths, _processed, lambda share: progress(0.5 + 0.5 * share))
     return replace(imported, not_processed=tuple(run.error for run in processed if run.error is not None))
+
+
+def _about(order: ImportOrder, inputs: Sequence[ImportInput]) -> About:
+    """Return what is known of the session: what the operator says, else what all exported files say of theirs."""
+    told = [session_facts_of(file) for one in inputs for file in one.files]
+
+    def common(key: str) -> str:
+        values = {facts.get(key, "") for facts in told}
+        return values.pop() if len(values) == 1 else ""
+
+    about = About(
+        operator=order.operator or common("operator"),
+        sample=common("sample"),
+        target=common("target"),
+        notes=order.notes or common("notes"),
+    )
+    return {**about, **about_setup_file(order.setup_file)}
 
 
 def _processed(path: Path, progress: Progress) -> RunResult:

@@ -246,6 +246,16 @@ def own_setup_of(path: Path) -> Setup | None:
     return parse_setup(facts.setup_toml, f"setup in {path}") if facts and facts.setup_toml.strip() else None
 
 
+def session_facts_of(path: Path) -> Mapping[str, str]:
+    """Return what an exported run says of its session (operator, sample, ...); empty where the file says nothing."""
+    kind = _by_suffix(path)
+    try:
+        facts = kind.facts(path) if kind else None
+    except (FileError, OSError):
+        return {}
+    return facts.session if facts else {}
+
+
 def source_program(path: Path) -> str:
     """Return the program that a file says wrote it; empty where it does not say."""
     kind = _by_suffix(path)

@@ -8,7 +8,7 @@ from typing import Literal
 
 from radargui.model.rounding import quantity
 
-RunKind = Literal["measured", "simulated", "replay"]
+RunKind = Literal["measured", "simulated", "replay", "unknown"]
 _FIGURES = (
     *("e", "u_e", "u_e_combined", "g_m_s2", "u_g_m_s2", "u_g_combined_m_s2"),
     *("drop_height_m", "impact_speed_m_s"),
@@ -22,7 +22,8 @@ class RunOrigin:
     Attributes
     ----------
     kind
-        Measured by a device (here or elsewhere), simulated, or played again from a file.
+        Measured by a device (here or elsewhere), simulated, or played again from a file; unknown where the run file
+        cannot be read.
     samples
         Checksums of the channels and their length; empty where they are not known. The same: the same samples.
     file, first_sample
@@ -37,7 +38,7 @@ class RunOrigin:
     @property
     def mark(self) -> str:
         """What is said of a run that is no measurement; empty of one that is."""
-        return "" if self.kind == "measured" else self.kind
+        return "" if self.kind in ("measured", "unknown") else self.kind
 
     def is_same_drop(self, other: RunOrigin) -> bool:
         """Return whether both hold the same samples, or the same place of the same file."""

@@ -39,6 +39,9 @@ NO_REST = (
     "there is no rest before the motion: the track is laid so that it begins at the release position, "
     "which is an assumption, and no coefficient rests on it"
 )
+PLANE = (
+    "plane geometry takes the antennas as infinitely far away: no uncertainty has what that does to position, e and g"
+)
 NO_REST_AFTER_GAP = "the motion begins right after lost samples: where the sphere was then is not known"
 
 
@@ -142,6 +145,8 @@ def _result(recording: Recording, part: Part, motion: MeasuredMotion, before: li
         # rejected means rejected: no sample of it is called valid
         paths = replace(paths, valid=np.zeros_like(paths.valid))
         track = None if track is None else replace(track, valid=np.zeros_like(track.valid))
+    if track is not None and not rejected and track.geometry == "plane":
+        warnings.append(PLANE)
     if track is not None and not segment.has_rest:
         # with a gap before it even the release is no assumption that one could make
         after_gap = conditioned.samples.start > 0

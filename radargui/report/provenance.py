@@ -164,7 +164,7 @@ def provenance_of(session: Session, runs: Mapping[str, RunFacts], reported_at: s
     )
 
 
-_SOURCES = {"measured": "device", "simulated": "simulation", "replay": "replay"}
+_SOURCES = {"measured": "device", "simulated": "simulation", "replay": "replay", "unknown": ""}
 
 
 def _run(path: Path, session: Session, facts: RunFacts) -> RunProvenance:

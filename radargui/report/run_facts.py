@@ -121,8 +121,8 @@ class RunFacts:
 
 
 def all_simulated(runs: Sequence[RunFacts]) -> bool:
-    """Return whether there are runs, and none of them was measured."""
-    return bool(runs) and all(run.source.kind == "simulated" for run in runs)
+    """Return whether there are runs that can be read, and none of them was measured."""
+    return {run.source.kind for run in runs} - {"unknown"} == {"simulated"}
 
 
 def study(
@@ -149,11 +149,19 @@ def study(
     except CancelledError:
         raise
     except RadarGuiError as error:
-        return RunFacts(path.stem, failure=str(error))
+        return RunFacts(path.stem, failure=str(error), source=_source_of(path))
     except Exception as error:
         # one run must not cost the report of the others
         _logger.exception("The report of %s failed", path.name)
-        return RunFacts(path.stem, failure=str(fault_of(error, "The report of this run")))
+        return RunFacts(path.stem, failure=str(fault_of(error, "The report of this run")), source=_source_of(path))
+
+
+def _source_of(path: Path) -> RunOrigin:
+    """Return where a run comes from that went wrong: a simulated one is not measured for that."""
+    try:
+        return read_run_card(path).origin
+    except RadarGuiError:
+        return RunOrigin("unknown")
 
 
 def take_facts(result: RunResult, name: str, columns: int = COLUMNS) -> RunFacts:
@@ -201,10 +209,14 @@ def glance(path: Path, normal: tuple[float, float, float] | None = None) -> RunF
         Of the floor by the setup, where the way fallen is wanted too.
     """
     try:
-        found, source = read_findings(path), read_run_card(path).origin
+        source = read_run_card(path).origin
+    except RadarGuiError as error:
+        return RunFacts(path.stem, failure=str(error), source=RunOrigin("unknown"))
+    try:
+        found = read_findings(path)
         fall = read_first_fall(path) if normal is not None and found is not None else None
     except RadarGuiError as error:
-        return RunFacts(path.stem, failure=str(error))
+        return RunFacts(path.stem, failure=str(error), source=source)
     if found is None:
         return RunFacts(path.stem, failure="not processed yet", source=source)
     summary = found.summary

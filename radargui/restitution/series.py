@@ -57,13 +57,14 @@ def series_of(drops: Sequence[Drop]) -> Series:
         In order, without those that were set aside.
     """
     kinds = {drop.origin.kind for drop in drops}
-    kind = next((one for one in KINDS if one in kinds), None)
+    # a file that cannot be read says nothing of the others
+    kind = next((one for one in KINDS if one in kinds), "measured" if kinds else None)
     left_out: dict[str, str] = {}
     counted: list[Drop] = []
     for drop in drops:
         # a file imported or played twice would make the standard error smaller than it is
         twin = next((one for one in counted if one.origin.is_same_drop(drop.origin)), None)
-        if drop.origin.kind != kind:
+        if drop.origin.kind not in (kind, "unknown"):
             left_out[drop.name] = "a replay is no drop of its own" if drop.origin.kind == "replay" else "simulated"
         elif twin is not None:
             left_out[drop.name] = f"the same drop as {twin.name}"

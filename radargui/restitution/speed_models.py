@@ -355,7 +355,9 @@ def _scatter(model: SpeedModel, v: FloatArray, e: FloatArray, u: FloatArray) -> 
         variance = u**2 + scatter**2
         return _minus_2_log_likelihood(e - model.e(v, *_least_squares(model, v, e, variance, start)), variance)
 
-    largest = float(e.std()) or float(u.max())
+    # a model far from these impacts (Johnson's law of an e that hardly changes) leaves more than they differ by
+    left = e - model.e(v, *_least_squares(model, v, e, np.ones_like(e), start))
+    largest = max(float(e.std()), float(np.sqrt(np.mean(left**2)))) or float(u.max())
     found = float(minimize_scalar(cost, bounds=(0.0, largest), method="bounded").x)
     return found if cost(found) < cost(0.0) else 0.0
 

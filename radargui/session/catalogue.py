@@ -16,7 +16,8 @@ from radargui.session.index import IN_MEMORY, antenna_key, bring_up_to_date, def
 
 _SUMMARY = """
 SELECT s.folder, s.name, s.created_at, s.operator, s.sample, s.target, s.notes, s.setup_name, s.problem,
-    count(r.name), coalesce(sum(r.rejected != ''), 0), coalesce(sum(r.finished = 0), 0),
+    count(r.name), coalesce(sum(r.rejected != ''), 0), coalesce(sum(r.finished = 0 AND r.problem = ''), 0),
+    coalesce(sum(r.problem != ''), 0),
     json_group_array(json_array(r.name, json(r.origin), json(r.summary)))
         FILTER (WHERE r.rejected = '' AND r.problem = '')
 FROM sessions s LEFT JOIN runs r ON r.folder = s.folder
@@ -69,8 +70,8 @@ class SessionSummary:
         ISO 8601 date and time; empty where the record is damaged.
     operator, sample, target, notes, setup_name
         As in the record.
-    n_runs, n_rejected, n_unfinished
-        Run files in it; those of them that were set aside; those that were never closed.
+    n_runs, n_rejected, n_unfinished, n_unreadable
+        Run files in it; those of them that were set aside; those that were never closed; those that are damaged.
     drops
         Runs that were not set aside, with their figures; `restitution.series` says which of them count.
     problem
@@ -89,6 +90,7 @@ class SessionSummary:
     n_runs: int = 0
     n_rejected: int = 0
     n_unfinished: int = 0
+    n_unreadable: int = 0
     drops: tuple[Drop, ...] = ()
 
 

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 _NAMES = ("SIGTERM", "SIGHUP", "SIGBREAK")
 """SIGBREAK is Windows': Ctrl+Break, and what the console sends when it is closed."""
@@ -16,11 +17,16 @@ _NAMES = ("SIGTERM", "SIGHUP", "SIGBREAK")
 def on_ending(act: Callable[[], object]) -> Iterator[None]:
     """Call `act` in the main thread when the system wants this program to end; from then on it is not asked again.
 
-    A signal that is ignored already (nohup) stays so. Outside the main thread nothing is done.
+    A signal that is ignored already (nohup) stays so. Within another such `with` the inner one is called alone: the
+    command line ends a command by an exception, which nothing would catch within the window's event loop. Outside the
+    main thread nothing is done.
     """
-    before: dict[int, object] = {}
+    before: dict[int, Any] = {}
+    ended = False
 
     def handle(number: int, _frame: FrameType | None) -> None:
+        nonlocal ended
+        ended = True
         # a logout sends several; what is being closed shall not be interrupted in its turn
         for other in before:
             signal.signal(other, signal.SIG_IGN)
@@ -31,14 +37,16 @@ def on_ending(act: Callable[[], object]) -> Iterator[None]:
     if threading.current_thread() is threading.main_thread():
         for name in _NAMES:
             number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            # None: set by another language, and not to be set again by this one
+            if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
                 before[number] = signal.signal(number, handle)
     try:
         with _console_close():
             yield
     finally:
-        for number in before:
-            signal.signal(number, signal.SIG_DFL)
+        for number, earlier in before.items():
+            # what comes around this is closing too; the outermost gives the signals back
+            signal.signal(number, signal.SIG_IGN if ended and earlier != signal.SIG_DFL else earlier)
 
 
 def interrupt() -> None:

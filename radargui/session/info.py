@@ -239,7 +239,7 @@ def read_info(folder: Path) -> SessionInfo:
         if path.stat().st_size > MAXIMUM_BYTES:
             raise SessionError(f"{path} is larger than the record of a session can be.")
         content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         raise SessionError(f"{folder} is not a session: it holds no {FILE_NAME}.") from None
     except OSError as error:
         raise SessionError(f"{path} cannot be read: {error.strerror or error}.") from None

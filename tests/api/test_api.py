@@ -16,6 +16,7 @@ import pytest
 from support.stored_runs import SETUP, store_runs
 
 import radargui
+from radargui.files.formats import EXPORT_FORMATS, export_run
 from radargui.report.tables import write_tables
 
 ROOT = Path(radargui.__file__).parent
@@ -108,6 +109,11 @@ def test_other_settings_and_files_of_others(path: Path, tmp_path: Path) -> None:
     mapped = "I1=first,Q1=Q1,I2=I2,Q2=Q2,I3=I3,Q3=Q3"
     again = radargui.open_run(table, setup=run.setup, channels=mapped)
     np.testing.assert_allclose(again.recording.volts(), volts)
+
+
+def test_what_was_exported_brings_its_own_setup(path: Path, tmp_path: Path) -> None:
+    (table,) = export_run(path, EXPORT_FORMATS["csv"], tmp_path)
+    assert radargui.open_run(table).setup == radargui.open_run(path).setup
 
 
 def test_nothing_that_moves_is_an_answer(path: Path) -> None:

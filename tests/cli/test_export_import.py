@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import json
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.changed import changed
 from support.command_line import Command
-from support.file_samples import codes, volts, write_csv, write_run, write_tdms
+from support.file_samples import codes, int16_digitisation, volts, write_csv, write_run, write_tdms
+from support.results import default_setup
 from support.small_setups import PLATE
 
 from radargui.files.run_file import read_run, read_run_setup
+from radargui.files.run_writer import RunWriter
+from radargui.model.recording import Block
+from radargui.model.setup import dump_setup
 from radargui.session.session import Session
 
 
@@ -60,6 +67,65 @@ def test_a_session_goes_out_and_comes_back_with_its_own_setup(
     for run in runs:
         np.testing.assert_allclose(read_run(run).volts(), read_run(session / run.name).volts(), rtol=0, atol=1e-7)
         assert read_run_setup(run) == read_run_setup(session / run.name)
+
+
+@pytest.mark.parametrize(
+    ("name", "suffix"), [("csv", "csv"), ("mat", "mat"), ("tdms", "tdms"), ("sigmf", "sigmf-meta")]
+)
+def test_what_was_exported_is_processed_and_replayed_with_the_setup_that_it_carries(
+    command: Command, session: Path, tmp_path: Path, name: str, suffix: str
+) -> None:
+    assert command("export", session / "run-0001.h5", "--format", name, "--output", tmp_path).status == 0
+    file = tmp_path / f"run-0001.{suffix}"
+    own = read_run_setup(session / "run-0001.h5")
+    processed = command("process", file, "--correction", "none", "--output", tmp_path / "tables")
+    assert processed.status == 0, processed.err
+    said = json.loads((tmp_path / "tables" / "run-0001" / "result.json").read_text(encoding="utf-8"))["setup"]
+    assert [one["tilt_deg"] for one in said["receiver"]] == [one.tilt_deg for one in own.receiver]
+    replayed = command(
+        "record", "--source", "replay", "--file", file, "--fast", "--seconds", "0.02", "--output", tmp_path / "replayed"
+    )
+    assert replayed.status == 0, replayed.err
+    (run,) = (tmp_path / "replayed").glob("*/*.h5")
+    assert read_run_setup(run) == own
+
+
+def test_what_was_measured_comes_back_with_the_samples(command: Command, tmp_path: Path) -> None:
+    words = {"operator": "Ada", "sample": "Stahl, 10 mm", "target": "glass", "notes": "dry"}
+    session = Session.create(tmp_path / "data", default_setup(), now=datetime.now().astimezone(), **words)
+    session.close()
+    write_run(session.path / "run-0001.h5", 200)
+    assert command("export", session.path, "--format", "csv", "--output", tmp_path).status == 0
+    back = command("import", tmp_path / "run-0001.csv", "--output", tmp_path / "back", "--operator", "Eve")
+    (run,) = imported(back.out)
+    info = Session.open(run.parent, write=False).info
+    assert (info.operator, info.sample, info.target, info.notes) == ("Eve", "Stahl, 10 mm", "glass", "dry")
+
+
+def test_exports_of_other_setups_are_not_imported_as_one_session(
+    command: Command, session: Path, tmp_path: Path
+) -> None:
+    for number, diameter_m in ((1, 0.01), (2, 0.02)):
+        setup = changed(default_setup(), tracer={"diameter_m": diameter_m})
+        path = session / f"run-000{number + 2}.h5"
+        with RunWriter(path, int16_digitisation(), started_at="", setup_toml=dump_setup(setup)) as writer:
+            writer.write(Block(codes(6, 300), 0))
+    assert command("export", session, "--format", "csv", "--output", tmp_path).status == 0
+    first, second = (tmp_path / f"run-000{number}.csv" for number in (3, 4))
+    ended = command("import", first, second, "--output", tmp_path / "sessions")
+    assert ended.status == 2
+    assert f"{second} brings another setup than {first}. Import them apart" in ended.error
+    assert not (tmp_path / "sessions").exists()
+
+
+def test_a_replayed_file_that_brings_no_setup_is_not_computed_with_the_shipped_one(
+    command: Command, tmp_path: Path
+) -> None:
+    file = tmp_path / "lab.csv"
+    write_csv(file, volts(6, 400))
+    ended = command("record", "--source", "replay", "--file", file, "--fast", "--output", tmp_path / "out")
+    assert (ended.status, ended.error) == (2, f"{file} brings no setup. Give --setup FILE.")
+    assert not (tmp_path / "out").exists()
 
 
 def test_one_run_goes_to_the_folder_that_is_named_and_is_not_written_over(

@@ -65,6 +65,8 @@ def test_sessions_of_the_users_own_folder_need_no_path(
     [
         (["--since", "yesterday"], "--since = 'yesterday', allowed: a day like 2026-11-20"),
         (["--e", "much"], "--e = 'much', allowed: LOW:HIGH"),
+        (["--e", "0.9:0.7"], "--e = '0.9:0.7', allowed: LOW:HIGH"),
+        (["--e", "nan:"], "--e = 'nan:', allowed: LOW:HIGH"),
         (["nowhere"], "nowhere is no folder"),
     ],
 )
@@ -81,6 +83,19 @@ def test_sessions_are_found_by_a_setup_file_with_the_same_antennas(
     text = setup_file.read_text(encoding="utf-8").replace("distance_m = 0.7", "distance_m = 0.9")
     setup_file.write_text(text, encoding="utf-8")
     assert "No such session" in command("sessions", session.path.parent, "--setup", setup_file).out
+
+
+def test_a_run_file_is_said_to_be_no_session(command: Command, session: Session) -> None:
+    run = session.path / "run-0001.h5"
+    assert f"{run} is not a session: it holds no session.json." in command("report", run).error
+
+
+def test_a_damaged_run_is_not_called_one_that_can_be_finished(command: Command, session: Session) -> None:
+    (session.path / "run-0001.h5").write_bytes(b"")
+    listed = command("sessions", session.path.parent).out
+    assert "2, 1 unreadable" in listed
+    assert "recover" not in listed
+    assert "No unfinished run" in command("recover", session.path.parent).out
 
 
 def test_an_unfinished_run_is_shown_recovered_and_told(command: Command, session: Session) -> None:

@@ -22,13 +22,12 @@ def test_what_ends_the_program_closes_the_run_and_the_window(tmp_path: Path, set
     command = [sys.executable, "-m", "support.ended_window", str(setup_path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as child:
         assert child.stdout is not None
-        assert child.stderr is not None
         try:
             run = Path(child.stdout.readline().strip())
             # each of the signals that `on_ending` heeds is sent to the command line, see tests/cli/test_ending.py
             child.send_signal(signal.SIGTERM)
-            errors = child.stderr.read()
-            child.wait()
+            # a window that hears nothing would hold the test for ever
+            _, errors = child.communicate(timeout=60.0)
         finally:
             child.kill()
     assert child.returncode == 0, errors

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
 
+from radargui.files.run_writer import RunWriter
 from radargui.geometry.path_length import place_antennas, t_matrix
 from radargui.gui.control.state import AppState
 from radargui.gui.layout import FaultText
@@ -16,9 +17,11 @@ from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES
 from radargui.gui.setup.words import parse_number, show_number
 from radargui.model.errors import DeviceError
-from radargui.model.setup import read_setup
+from radargui.model.recording import Block
+from radargui.model.setup import dump_setup, read_setup
 from radargui.session.info import default_data_folder
 from radargui.sources.ni.discovery import NiDevice
+from radargui.sources.simulated import simulate_recording
 
 OTHER = {"antennas": "hardware", "hardware": "antennas"}
 
@@ -122,6 +125,35 @@ def test_a_replay_without_a_file_says_so_at_its_field(window: MainWindow) -> Non
     assert window.hardware.replay.fault.text() == "No file to replay is chosen"
     window.hardware.replay.choose(Path("drop.h5"))
     assert window.hardware.replay.fault.isHidden()
+
+
+def test_a_replay_says_where_the_setup_is_not_that_of_the_recording_and_takes_it_over(
+    window: MainWindow, tmp_path: Path, wait_for: Any
+) -> None:
+    own = window.setup_model.setup
+    tilted = own.model_copy(
+        update={"receiver": (*own.receiver[:2], own.receiver[2].model_copy(update={"tilt_deg": 47.0}))}
+    )
+    recording, _ = simulate_recording(own)
+    for name, setup in (("same", own), ("other", tilted)):
+        path = tmp_path / f"{name}.h5"
+        with RunWriter(path, recording.digitisation, started_at="", setup_toml=dump_setup(setup)) as writer:
+            writer.write(Block(recording.raw[:, :500], 0))
+    replay = window.hardware.replay
+    window.hardware.choose("replay")
+    replay.choose(tmp_path / "other.h5")
+    wait_for(lambda: replay.other.isVisibleTo(window.hardware))
+    assert replay.other.text().endswith("is computed with the one here: Receiver 3: Tilt.")
+    replay.take_own.click()
+    assert window.setup_model.setup == tilted
+    assert not replay.other.isVisibleTo(window.hardware)
+    assert window.setup_model.unsaved == ("receiver[3].tilt_deg",)
+    replay.choose(tmp_path / "same.h5")
+    wait_for(lambda: replay.other.isVisibleTo(window.hardware))
+    # what was edited stands in no file
+    assert not replay.take_own.isEnabled()
+    window.setup_model.undo()
+    assert not replay.other.isVisibleTo(window.hardware)
 
 
 def test_receivers_are_added_and_removed_with_their_channels(window: MainWindow) -> None:

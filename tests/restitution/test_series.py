@@ -55,6 +55,13 @@ def test_replays_change_nothing_among_measurements() -> None:
     assert mixed.words == "0.8000 ± 0.0058 (mean of 3 drops), 2 left out"
 
 
+def test_a_run_file_that_cannot_be_read_does_not_make_a_series_of_measurements() -> None:
+    simulated = [drop(1, 0.79, kind="simulated"), drop(2, 0.80, kind="simulated")]
+    mixed = series_of([*simulated, drop_of("run-0003", RunOrigin("unknown"), None)])
+    assert (mixed.kind, mixed.e, mixed.left_out) == ("simulated", series_of(simulated).e, {})
+    assert series_of([drop_of("run-0003", RunOrigin("unknown"), None)]).e.n == 0
+
+
 def test_a_file_replayed_again_is_one_drop_by_its_place_or_its_samples() -> None:
     first = drop(1, 0.8, kind="replay", file="a.h5", first_sample=300)
     place = replace(drop(2, 0.8001), origin=replace(first.origin, samples="cut elsewhere"))

@@ -94,6 +94,17 @@ def test_chi_square_judges_the_stated_uncertainties_and_the_shape_test_allows_fo
     assert constant.describes is False
 
 
+def test_the_scatter_of_a_model_far_from_the_impacts_is_what_it_leaves() -> None:
+    """The parameters differ: the impacts that are known best would draw the wrong law to themselves."""
+    rng = np.random.default_rng(6)
+    points = points_of(model_e("constant"), rng, u=1e-4, bounces=12)
+    fit = fit_speed_model(points, "johnson")
+    left = np.array([one.e for one in points]) - fit.e(np.array([one.speed_m_s for one in points]))[0]
+    assert fit.scatter == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=0.01)
+    # likelihood and residuals agree: -2 ln L of n impacts whose variance is that of what is left
+    assert fit.aicc == pytest.approx(len(points) * (np.log(2.0 * np.pi * fit.scatter**2) + 1.0) + 4.0, abs=1.0)
+
+
 def test_akaike_prefers_the_model_the_impacts_were_made_with() -> None:
     rng = np.random.default_rng(4)
     for name in ("constant", "johnson"):

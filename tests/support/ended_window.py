@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import os
 import sys
-from pathlib import Path
 
 from PySide6.QtCore import QTimer
 from support.killing import hear_signals
 from support.processing_here import ProcessingHere
 
+from radargui.cli import main
 from radargui.experiment import series
-from radargui.gui.app import run_window
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 
@@ -46,4 +45,6 @@ if __name__ == "__main__":
     hear_signals()
     series.ProcessingApart = ProcessingHere  # type: ignore[misc]
     radargui.gui.main_window.MainWindow = RecordingWindow  # type: ignore[misc]
-    raise SystemExit(run_window(Path(sys.argv[1])))
+    # as the operator starts it: the command line around the window hears the system too
+    sys.argv[1:] = ["--open", sys.argv[1]]
+    main()

@@ -95,7 +95,7 @@ class RunEntry:
     @property
     def drop(self) -> Drop:
         """What a series knows of it."""
-        return drop_of(self.name, self.origin or RunOrigin(), self.summary)
+        return drop_of(self.name, self.origin or RunOrigin("unknown" if self.problem else "measured"), self.summary)
 
     @property
     def clock(self) -> str:

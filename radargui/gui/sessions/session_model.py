@@ -35,6 +35,7 @@ def _when(found: SessionSummary) -> str:
 def _runs(found: SessionSummary) -> str:
     more = [f"{found.n_rejected} set aside"] if found.n_rejected else []
     more += [f"{found.n_unfinished} unfinished"] if found.n_unfinished else []
+    more += [f"{found.n_unreadable} unreadable"] if found.n_unreadable else []
     return f"{found.n_runs} ({', '.join(more)})" if more else str(found.n_runs)
 
 

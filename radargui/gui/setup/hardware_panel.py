@@ -8,11 +8,12 @@ from typing import Any
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from radargui.gui.background import Jobs, Then, Work
-from radargui.gui.layout import Answer, Choice, Group, PathField, PlainLabel, button, follow, side_by_side
+from radargui.gui.layout import Answer, Choice, Group, PlainLabel, button, follow, side_by_side
 from radargui.gui.panels import Actions
 from radargui.gui.setup.channels import ChannelGroup
 from radargui.gui.setup.fields import FormPanel, SetupForm
 from radargui.gui.setup.rate_view import RateView
+from radargui.gui.setup.replay_form import ReplayForm
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import called
 from radargui.gui.theme import Theme
@@ -165,7 +166,6 @@ def describe_device(device: Any) -> str:
 
 
 SOURCES: dict[SourceKind, str] = {"simulated": "Simulated", "ni": "NI device", "replay": "Replay file"}
-FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf);;All files (*)"
 
 
 class HardwarePanel(FormPanel):
@@ -188,7 +188,7 @@ class HardwarePanel(FormPanel):
         self.source.setObjectName("source")
         group = Group("Source")
         group.row("Samples from", self.source)
-        self.replay = ReplayForm(replay_file)
+        self.replay = ReplayForm(model, jobs, replay_file)
         self.rates, self.channels = RateView(model), ChannelGroup(model, does, theme)
         self.only_shows = (self.rates, self.channels)
         self.ni = NiForm(model, jobs, self.rates, find_devices)
@@ -250,25 +250,3 @@ class HardwarePanel(FormPanel):
         # a simulation and a file have no limit
         self.rates.setVisible(self.kind == "ni")
         self.refresh()
-
-
-class ReplayForm(Group):
-    """The file whose samples are played back in real time."""
-
-    def __init__(self, path: Path | None = None) -> None:
-        super().__init__("Replay")
-        self._file = PathField("File to replay", path, FILTER)
-        self._file.line.setPlaceholderText("recording to play back")
-        self._file.line.setObjectName("replay.file")
-        self.fault = self._file.fault
-        self.row("File", self._file, fault=self.fault)
-        self.whole(PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …"))
-
-    @property
-    def path(self) -> Path | None:
-        """The chosen file."""
-        return self._file.path
-
-    def choose(self, path: Path) -> None:
-        """Take a file."""
-        self._file.line.setText(str(path))

@@ -94,6 +94,10 @@ class SetupModel(QObject):
             return False
         return _flat(self.value(key)) != _flat(self.saved_value(key))
 
+    def unlike(self, other: Setup) -> list[str]:
+        """Return the keys whose values are not those of another setup."""
+        return list(_changes(other.model_dump(), self.setup.model_dump()))
+
     def undo(self, key: str = "") -> None:
         """Take back what was changed since the file was read or saved; without a key everything."""
         if not key:

@@ -151,10 +151,17 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 class RunModel(RowModel[RunEntry]):
-    """The runs of a session, in the order of their numbers."""
+    """The runs of a session, in the order of their numbers.
+
+    Attributes
+    ----------
+    series
+        The statistics of the drops that count.
+    """
 
     def __init__(self) -> None:
         super().__init__(COLUMNS, lambda entry: str(entry.path))
+        self.series: Series = series_of([])
 
     def replace_all(self, entries: Iterable[RunEntry]) -> None:
         """Show another session."""
@@ -180,11 +187,6 @@ class RunModel(RowModel[RunEntry]):
         return row
 
     @property
-    def series(self) -> Series:
-        """The statistics of the drops that count."""
-        return series_of([entry.drop for entry in self.entries if not entry.rejected])
-
-    @property
     def n_drops(self) -> int:
         """How many drops there are, those that the operator rejected among them, replays not."""
         return sum(entry.label.isdecimal() for entry in self.entries)
@@ -202,6 +204,7 @@ class RunModel(RowModel[RunEntry]):
     def _recount(self) -> None:
         """Number the drops, and tell of each whether it is in the statistics."""
         labels = drop_labels((one.name, one.origin, one.is_drop) for one in self.entries)
+        self.series = series_of([entry.drop for entry in self.entries if not entry.rejected])
         left_out = self.series.left_out
         for row, one in enumerate(self.entries):
             numbered = (labels[one.name], left_out.get(one.name, ""))

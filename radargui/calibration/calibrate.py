@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import gammainccinv
 
 from radargui import __version__
+from radargui.calibration.beginning_again import Beginning, begun_again
 from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood
 from radargui.calibration.preparing import Prepared, sample_problem
@@ -112,7 +113,10 @@ def _calibrated(
     before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]), shares.round_done)
     likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
     bare = approach(world, likelihoods, rough, own, shares.round_done)
-    settled = with_walls(bare, np.asarray(setup.floor.normal), shares.round_done)
+    normal = np.asarray(setup.floor.normal)
+    settled = with_walls(bare, normal, shares.round_done)
+    beginning = Beginning(rough, by_paths, tuple(likelihoods), tuple(own))
+    settled = begun_again(beginning, settled, n_mirrors(bare), normal, shares.round_done)
     found = fit(
         world, settled.likelihoods, held=held, start=settled.found, own=settled.found.own, round_done=shares.round_done
     )

@@ -117,8 +117,10 @@ class SignalLikelihood:
         theta = self.theta + problem.prior.sd * own[n_own:]
         series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[:n_own], problem.bins.time_s)
         antennas, angles = world.antennas(z), world.polarisations(z)
-        if angles.size and problem.sphere is not None:
-            theta[polarisation_places(problem.layout)] = angles
+        if problem.sphere is not None:
+            if angles.size:
+                theta[polarisation_places(problem.layout)] = angles
+            # an antenna that moves takes the axes along between which its angle counts
             problem = replace(problem, sphere=replace(problem.sphere, received=_axes(antennas)))
         problem = replace(problem, inputs=replace(problem.inputs, antennas=antennas)).at_places(series[0], theta)
         later = node_offsets(problem)
@@ -142,12 +144,13 @@ class SignalLikelihood:
         known = np.einsum("can,ank->cnk", lin.by_position, at.slopes)
         plain, axes = log_ways(at.node_m[:, pair], theta, layout, problem.inputs, n), _axes(problem.inputs.antennas)
         turning = np.empty(0)
-        if problem.sphere is not None and world.polarisations(z).size:
-            # what all recordings share is no recording's own
+        if problem.sphere is not None:
             of_transmitter = layout.polarization.start - layout.shared.start
             both = [of_transmitter, receiver.polarization.start - receiver.first + lin.n_shared]
             turning = np.moveaxis(lin.columns[:, :, both], 2, 0)
-            lin.columns[:, :, both] = 0.0
+            if world.polarisations(z).size:
+                # what all recordings share is no recording's own
+                lin.columns[:, :, both] = 0.0
         for k, one in enumerate(world.unknowns):
             if one.group == "polarization":
                 if one.key.startswith(("transmitter", f"receiver[{n + 1}]")) and len(turning):
@@ -158,7 +161,6 @@ class SignalLikelihood:
                 by_way = (log_ways(at.node_m[:, pair], theta, layout, other, n) - plain)[side] / STEP
                 known[:, :, k] += way_slope(at.waves[n], by_way, side)
                 if len(turning):
-                    # an antenna that moves takes the axes along between which its angle counts
                     (h, v), moved = axes[n], _axes(other.antennas)[n, 0]
                     known[:, :, k] += turning[1] * np.arctan2(moved @ v, moved @ h) / STEP
         first = n_shared + len(self.motion.own)

@@ -185,11 +185,7 @@ def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]
         few = better
     if few is bare or len(few.likelihoods) == len(base.likelihoods):
         return base if few is bare else few
-    walls, middle = [], _middle(few)
-    for k in range(n_mirrors(bare), n_mirrors(few)):
-        angle, away = _place_of(few, k, middle, normal)
-        walls += upright_planes(middle, normal, np.array([angle]), np.array([away]))
-    (with_all,) = _trials(base, [tuple(walls)], round_done) or [base]
+    (with_all,) = _trials(base, [planes_of(few, n_mirrors(bare), normal)], round_done) or [base]
     return with_all if with_all.log_evidence > base.log_evidence else base
 
 
@@ -207,6 +203,15 @@ def _some(base: Settled, round_done: Callable[[], None]) -> Settled:
 def n_mirrors(settled: Settled) -> int:
     """Return the most mirrors that a recording has."""
     return max((len(one.problem.inputs.planes) for one, _, _ in _sampled(settled)), default=0)
+
+
+def planes_of(settled: Settled, first: int, normal: FloatArray) -> tuple[MirrorPlane, ...]:
+    """Return planes where the mirrors from a number on are, upright, the mean of the recordings'."""
+    walls, middle = list[MirrorPlane](), _middle(settled)
+    for k in range(first, n_mirrors(settled)):
+        angle, away = _place_of(settled, k, middle, normal)
+        walls += upright_planes(middle, normal, np.array([angle]), np.array([away]))
+    return tuple(walls)
 
 
 def _one_more(base: Settled, normal: FloatArray, round_done: Callable[[], None]) -> Settled | None:

@@ -43,10 +43,15 @@ def sampled(unknowns: list[Unknown], setup: Setup, ready: Prepared) -> tuple[Wor
     return world, SignalLikelihood(begun.problem, begun.state.theta, ready.motion)
 
 
-def test_the_slope_is_that_of_the_cost(drop: tuple[Setup, Prepared]) -> None:
-    setup, ready = drop
+def _fallen(setup: Setup) -> list[Unknown]:
     place = tuple(setup.tracer.release_position_m)
-    unknowns = [*antenna_unknowns(setup, polarised=True), *place_unknowns(setup, place, RELEASE), *fall_unknowns(setup)]
+    return [*place_unknowns(setup, place, RELEASE), *fall_unknowns(setup)]
+
+
+@pytest.mark.parametrize("polarised", [True, False])
+def test_the_slope_is_that_of_the_cost(drop: tuple[Setup, Prepared], *, polarised: bool) -> None:
+    setup, ready = drop
+    unknowns = [*antenna_unknowns(setup, polarised=polarised), *_fallen(setup)]
     world, likelihood = sampled(unknowns, setup, ready)
     assert likelihood.problem.layout.sizes.drift > 0
     rng = np.random.default_rng(3)
@@ -65,6 +70,24 @@ def test_the_slope_is_that_of_the_cost(drop: tuple[Setup, Prepared]) -> None:
     along = 1e-3 * rng.standard_normal(z.size)
     ahead, behind = (likelihood.at(world, z + sign * along, own).cost for sign in (1.0, -1.0))
     assert (ahead - behind) / 2.0 == pytest.approx(float(here.slope @ along), rel=0.02)
+
+
+def test_an_antenna_that_moves_takes_the_axes_of_its_polarisation_along(drop: tuple[Setup, Prepared]) -> None:
+    setup, ready = drop
+    turned = tuple(one.model_copy(update={"azimuth_deg": one.azimuth_deg + 3.0}) for one in setup.receiver)
+    off = setup.model_copy(update={"receiver": turned})
+    fields = []
+    for which in (setup, off):
+        unknowns = antenna_unknowns(which)
+        world, likelihood = sampled([*unknowns, *_fallen(setup)], which, ready)
+        values = world.values(np.zeros(len(world.unknowns)))
+        for n, one in enumerate(setup.receiver, 1):
+            values[f"receiver.{n}.azimuth_deg"] = one.azimuth_deg
+        z = np.array([(values[one.name] - one.value) / one.u for one in world.unknowns])
+        at = likelihood.sampled(world, z, likelihood.start)
+        assert at.problem.inputs.sphere is not None
+        fields.append(at.problem.inputs.sphere.basis)
+    np.testing.assert_allclose(fields[1], fields[0], atol=1e-9)
 
 
 def test_a_wrong_polarisation_is_found(tmp_path: Path) -> None:

@@ -9,9 +9,10 @@ import numpy as np
 
 from radargui.calibration.fit import Fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood
+from radargui.calibration.settling import Settled, approach
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.verdict import LOOSE, fit_paths
-from radargui.calibration.wall_search import Settled, approach, n_mirrors, planes_of
+from radargui.calibration.wall_search import n_mirrors, planes_of
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError, SolveError

@@ -14,6 +14,7 @@ from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, refuse_above, rough_fit
+from radargui.calibration.settling import approach, settled_at_last
 from radargui.calibration.shares import Progress, Shares, working
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import (
@@ -31,7 +32,7 @@ from radargui.calibration.verdict import (
     undecidable,
     untold,
 )
-from radargui.calibration.wall_search import approach, n_mirrors, with_walls
+from radargui.calibration.wall_search import n_mirrors, with_walls
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
@@ -117,6 +118,7 @@ def _calibrated(
     settled = with_walls(bare, normal, shares.round_done)
     beginning = Beginning(rough, by_paths, tuple(likelihoods), tuple(own))
     settled = begun_again(beginning, settled, n_mirrors(bare), normal, shares.round_done)
+    settled = settled_at_last(settled, shares.round_done)
     found = fit(
         world, settled.likelihoods, held=held, start=settled.found, own=settled.found.own, round_done=shares.round_done
     )

@@ -22,7 +22,7 @@ from radargui.calibration.likelihood import (
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import Waves, log_ways
-from radargui.estimation.forward.signal_slopes import receiver_slopes, way_slope
+from radargui.estimation.forward.signal_slopes import receiver_slopes, release_slopes, way_slope
 from radargui.estimation.solve.changed_problem import mirrors_changed
 from radargui.estimation.solve.prior_deviations import reestimated
 from radargui.estimation.solve.priors import Prior
@@ -122,7 +122,9 @@ class SignalLikelihood:
                 theta[polarisation_places(problem.layout)] = angles
             # an antenna that moves takes the axes along between which its angle counts
             problem = replace(problem, sphere=replace(problem.sphere, received=_axes(antennas)))
-        problem = replace(problem, inputs=replace(problem.inputs, antennas=antennas)).at_places(series[0], theta)
+        # phases count from where it rests now: a place that moves would turn those of all mirrors otherwise
+        inputs = replace(problem.inputs, antennas=antennas, release_m=series[0][:, 0])
+        problem = replace(problem, inputs=inputs).at_places(series[0], theta)
         later = node_offsets(problem)
         place, velocity, acceleration = series[:, :, None, None]
         node_m = place + later * (velocity + later / 2.0 * acceleration)
@@ -142,6 +144,8 @@ class SignalLikelihood:
         pair, receiver, sd = slice(2 * n, 2 * n + 2), layout.receivers[n], problem.prior.sd
         lin = receiver_slopes(at.node_m[:, pair], theta, layout, problem.inputs, n, at.excess[pair], at.waves[n])
         known = np.einsum("can,ank->cnk", lin.by_position, at.slopes)
+        by_release = release_slopes(at.waves[n], problem.inputs.release_m, problem.inputs.wavenumber)
+        known += np.einsum("xcn,xk->cnk", by_release, at.slopes[:, 0])
         plain, axes = log_ways(at.node_m[:, pair], theta, layout, problem.inputs, n), _axes(problem.inputs.antennas)
         turning = np.empty(0)
         if problem.sphere is not None:

@@ -20,7 +20,7 @@ from radargui.model.errors import ProcessingError, SolveError
 MOST_TIMES, GAINED = 2, 10.0
 """How often it begins again, and the gain in ln E with which it does so once more."""
 DISAGREEING = 1.5
-"""Birge ratio from which it begins again without a wall as well."""
+"""Birge ratio from which it begins again: recordings that agree have not gone astray."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def begun_again(
     best = settled
     for _ in range(MOST_TIMES):
         # paths alone have no mirrors, and nothing to go astray in
-        if n_mirrors(best) == 0 or (n_mirrors(best) == n_bare and best.found.birge() < DISAGREEING):
+        if n_mirrors(best) == 0 or best.found.birge() < DISAGREEING:
             break
         try:
             again = _once(beginning, best, planes_of(best, n_bare, normal), round_done)

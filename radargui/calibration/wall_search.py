@@ -246,7 +246,7 @@ class _LinearisedSearch:
         stiff, own = likelihood.with_prior(stiffened(likelihood.problem).prior, own)
         self.at = stiff.sampled(world, z, own)
         n_receivers = self.at.problem.n_receivers
-        self.parts = [stiff.rows(world, z, self.at, n) for n in range(n_receivers)]
+        self.parts = stiff.rows(world, z, self.at)
         self.local = stiff.local(self.at, self.parts, z.size, own)
         normal, slope, self.back = self.local.reduced(0.0)
         was, was_slope, _ = found.locals_[number].reduced(0.0)

@@ -107,3 +107,22 @@ def test_a_wrong_polarisation_is_found(tmp_path: Path) -> None:
     assert abs(off[0]) < 1.0
     with pytest.raises(UsageError, match="counts as a point"):
         with_polarisations(read_setup(default_setup_path()))
+
+
+def test_slopes_are_those_of_the_channels_also_in_a_common_turn(drop: tuple[Setup, Prepared]) -> None:
+    setup, ready = drop
+    unknowns = [*antenna_unknowns(setup), *_fallen(setup)]
+    world, likelihood = sampled(unknowns, setup, ready)
+    z, own = np.zeros(len(unknowns)), likelihood.start
+    at = likelihood.sampled(world, z, own)
+    parts = likelihood.rows(world, z, at)
+    turned = np.array([float(one.name.endswith("azimuth_deg")) for one in unknowns])
+    risen = np.array([float(one.name == f"{RELEASE}.z") for one in unknowns])
+    nearer = np.array([float(one.name.endswith("distance_m")) for one in unknowns])
+    for along in (turned, risen, nearer):
+        ahead, behind = (likelihood.sampled(world, z + sign * 1e-3 * along, own).residual for sign in (1.0, -1.0))
+        for n, part in enumerate(parts):
+            true = (ahead - behind)[2 * n : 2 * n + 2] / 2e-3
+            shared = part.index < z.size
+            found = (part.rows[:, :, shared] @ along[part.index[shared]]) * at.use
+            assert np.linalg.norm(found - true) < 0.01 * np.linalg.norm(true)

@@ -142,16 +142,6 @@ def way_slope(waves: Waves, by_way: ComplexArray, side: int) -> FloatArray:
     return _mean((over * by_way.reshape(over.shape)).real.sum(axis=0))
 
 
-def release_slopes(waves: Waves, release_m: FloatArray, wavenumber: float) -> FloatArray:
-    """Return what the channels change by, (3, 2, n_bins), where phases count from a release that is moved.
-
-    Phases of all ways are zero there; what amplitudes and lobes count from it is a constant of ln A, T and R.
-    """
-    away = release_m - waves.antenna_m
-    by_way = -1j * wavenumber * away / np.linalg.norm(away, axis=2, keepdims=True)
-    return _mean(np.einsum("sw...,swx->x...", _over_points(waves), by_way).real)
-
-
 def _mean(nodes: FloatArray) -> FloatArray:
     """Return the mean over the two nodes, the last axis but one."""
     return np.asarray(0.5 * (nodes[..., 0, :] + nodes[..., 1, :]))

@@ -13,7 +13,6 @@ from radargui.calibration.settling import Settled, approach
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.verdict import LOOSE, fit_paths
 from radargui.calibration.wall_search import n_mirrors, planes_of
-from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError, SolveError
 
@@ -70,7 +69,7 @@ def begun_again(
         if n_mirrors(best) == 0 or best.found.birge() < DISAGREEING:
             break
         try:
-            again = _once(beginning, best, planes_of(best, n_bare, normal), round_done)
+            again = begun_with(beginning, best, n_bare, normal, round_done)
         except (ProcessingError, SolveError):
             break
         gained = again.log_evidence - best.log_evidence
@@ -80,10 +79,17 @@ def begun_again(
     return best
 
 
-def _once(
-    beginning: Beginning, settled: Settled, walls: tuple[MirrorPlane, ...], round_done: Callable[[], None]
+def begun_with(
+    beginning: Beginning, settled: Settled, n_bare: int, normal: FloatArray, round_done: Callable[[], None]
 ) -> Settled:
-    found, rough = settled.found, beginning.rough
+    """Return all recordings' fit, begun with the antennas and walls of another, maybe of a few; parameters as above.
+
+    Raises
+    ------
+    ProcessingError, SolveError
+        There is no solution.
+    """
+    found, rough, walls = settled.found, beginning.rough, planes_of(settled, n_bare, normal)
     antennas = np.array([bool(one.key) for one in found.world.unknowns])
     # places and motions by paths, only as sharply as what bends these lets them say
     motions = fit_paths(

@@ -10,7 +10,8 @@ from itertools import compress
 import numpy as np
 
 from radargui.calibration.fit import Fit
-from radargui.calibration.settling import Settled, settle, settling
+from radargui.calibration.likelihood import Likelihood
+from radargui.calibration.settling import Settled, settling
 from radargui.calibration.shares import crew
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.estimation.forward.mirrors import MirrorPlane
@@ -74,31 +75,24 @@ def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]
     round_done
         Called now and then; may raise to cancel.
     """
-    few = _some(base, round_done)
-    bare = few
+    best = base
     for _ in range(MOST_WALLS):
-        better = _one_more(few, normal, round_done)
-        if better is None or better.log_evidence < few.log_evidence + CONVINCING:
+        better = _one_more(best, normal, round_done)
+        if better is None or better.log_evidence < best.log_evidence + CONVINCING:
             break
         # a wall that is there lets the recordings agree; one that only lends freedom sets them against each other
-        if better.found.birge() > AGREEING * few.found.birge():
+        if better.found.birge() > AGREEING * best.found.birge():
             break
-        few = better
-    if few is bare or len(few.likelihoods) == len(base.likelihoods):
-        return base if few is bare else few
-    (with_all,) = _trials(base, [planes_of(few, n_mirrors(bare), normal)], round_done) or [base]
-    return with_all if with_all.log_evidence > base.log_evidence else base
+        best = better
+    return best
 
 
-def _some(base: Settled, round_done: Callable[[], None]) -> Settled:
-    """Return the fit of a few of the recordings: where walls are, these say as well as all."""
-    numbers = [n for n, one in enumerate(base.likelihoods) if isinstance(one, SignalLikelihood)]
-    if len(base.likelihoods) <= MOST_COMPARED or len(numbers) < MOST_COMPARED:
-        return base
-    few = numbers[:: len(numbers) // MOST_COMPARED][:MOST_COMPARED]
-    found = base.found
-    parts = replace(found, own=tuple(found.own[n] for n in few), locals_=tuple(found.locals_[n] for n in few))
-    return settle(found.world, [base.likelihoods[n] for n in few], parts, parts.own, round_done, renewals=1)
+def some_of(likelihoods: Sequence[Likelihood]) -> list[int]:
+    """Return the numbers of a few of the recordings: where walls are, these say as well as all."""
+    numbers = [n for n, one in enumerate(likelihoods) if isinstance(one, SignalLikelihood)]
+    if len(likelihoods) <= MOST_COMPARED or len(numbers) < MOST_COMPARED:
+        return list(range(len(likelihoods)))
+    return numbers[:: len(numbers) // MOST_COMPARED][:MOST_COMPARED]
 
 
 def n_mirrors(settled: Settled) -> int:

@@ -9,10 +9,12 @@ import numpy as np
 from scipy.special import gammainccinv
 
 from radargui import __version__
+from radargui.calibration.beginning_again import Beginning, begun_again, begun_with
 from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood
 from radargui.calibration.preparing import Prepared, sample_problem
 from radargui.calibration.rough_fit import RELEASE, KnownRecording, refuse_above, rough_fit
+from radargui.calibration.settling import approach, settled_at_last
 from radargui.calibration.shares import Progress, Shares, working
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import (
@@ -30,7 +32,7 @@ from radargui.calibration.verdict import (
     undecidable,
     untold,
 )
-from radargui.calibration.wall_search import approach, n_mirrors, with_walls
+from radargui.calibration.wall_search import n_mirrors, some_of, with_walls
 from radargui.model.arrays import FloatArray
 from radargui.model.calibration import Calibration, Origin, Residual
 from radargui.model.errors import ProcessingError
@@ -111,12 +113,18 @@ def _calibrated(
     world, held, setup = rough.world, rough.held, rough.world.setup
     before = fit_paths(world, by_paths, np.array([bool(one.key) for one in world.unknowns]), shares.round_done)
     likelihoods, own = _sharpened(rough, by_paths, prepared, setup)
-    bare = approach(world, likelihoods, rough, own, shares.round_done)
-    settled = with_walls(bare, np.asarray(setup.floor.normal), shares.round_done)
+    normal, few = np.asarray(setup.floor.normal), some_of(likelihoods)
+    bare = approach(world, [likelihoods[n] for n in few], rough, [own[n] for n in few], shares.round_done)
+    n_bare, settled = n_mirrors(bare), with_walls(bare, normal, shares.round_done)
+    beginning = Beginning(rough, by_paths, tuple(likelihoods), tuple(own))
+    if len(few) < len(likelihoods):
+        settled = begun_with(beginning, settled, n_bare, normal, shares.round_done)
+    settled = begun_again(beginning, settled, n_bare, normal, shares.round_done)
+    settled = settled_at_last(settled, shares.round_done)
     found = fit(
         world, settled.likelihoods, held=held, start=settled.found, own=settled.found.own, round_done=shares.round_done
     )
-    if n_mirrors(settled) > n_mirrors(bare):
+    if n_mirrors(settled) > n_bare:
         found = replace(found, least=LEAST_BESIDE_WALLS)
     if not np.isfinite(found.information()[0]).all():
         raise ProcessingError(

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from radargui.calibration.amplitude_slopes import PLACE_STEP_M, AmplitudeSlopes, amplitude_slopes, axes_of
 from radargui.calibration.likelihood import (
     STEP,
     Begun,
@@ -21,16 +22,14 @@ from radargui.calibration.likelihood import (
 )
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import polarisation_places
-from radargui.estimation.forward.signal_model import Waves, log_ways
+from radargui.estimation.forward.signal_model import ModelInputs, Waves, log_ways, reflections
 from radargui.estimation.forward.signal_slopes import receiver_slopes, way_slope
 from radargui.estimation.solve.changed_problem import mirrors_changed
 from radargui.estimation.solve.prior_deviations import reestimated
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem, node_offsets, signals_at
-from radargui.geometry.path_length import Antennas
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 from radargui.model.errors import SolveError
-from radargui.model.scattering import transverse_axes
 
 
 @dataclass(frozen=True)
@@ -117,10 +116,14 @@ class SignalLikelihood:
         theta = self.theta + problem.prior.sd * own[n_own:]
         series, slopes, tied, by_ties = motion_slopes(self.motion, world, z, own[:n_own], problem.bins.time_s)
         antennas, angles = world.antennas(z), world.polarisations(z)
-        if angles.size and problem.sphere is not None:
-            theta[polarisation_places(problem.layout)] = angles
-            problem = replace(problem, sphere=replace(problem.sphere, received=_axes(antennas)))
-        problem = replace(problem, inputs=replace(problem.inputs, antennas=antennas)).at_places(series[0], theta)
+        if problem.sphere is not None:
+            if angles.size:
+                theta[polarisation_places(problem.layout)] = angles
+            # an antenna that moves takes the axes along between which its angle counts
+            problem = replace(problem, sphere=replace(problem.sphere, received=axes_of(antennas)))
+        # phases count from where it rests now: a place that moves would turn those of all mirrors otherwise
+        inputs = replace(problem.inputs, antennas=antennas, release_m=series[0][:, 0])
+        problem = replace(problem, inputs=inputs).at_places(series[0], theta)
         later = node_offsets(problem)
         place, velocity, acceleration = series[:, :, None, None]
         node_m = place + later * (velocity + later / 2.0 * acceleration)
@@ -134,13 +137,28 @@ class SignalLikelihood:
             excess, waves,
         )  # fmt: skip
 
-    def rows(self, world: World, z: FloatArray, at: SampledState, n: int) -> ReceiverRows:
-        """Return what a receiver's channels change with."""
+    def rows(self, world: World, z: FloatArray, at: SampledState) -> list[ReceiverRows]:
+        """Return what each receiver's channels change with."""
+        slopes = amplitude_slopes(world, z, at.problem, at.theta, at.place_m)
+        return [self._rows(world, z, at, n, slopes) for n in range(at.problem.n_receivers)]
+
+    def _rows(self, world: World, z: FloatArray, at: SampledState, n: int, amplitudes: AmplitudeSlopes) -> ReceiverRows:
         problem, theta, layout, n_shared = at.problem, at.theta, at.problem.layout, len(z)
         pair, receiver, sd = slice(2 * n, 2 * n + 2), layout.receivers[n], problem.prior.sd
         lin = receiver_slopes(at.node_m[:, pair], theta, layout, problem.inputs, n, at.excess[pair], at.waves[n])
-        known = np.einsum("can,ank->cnk", lin.by_position, at.slopes)
-        plain, axes = log_ways(at.node_m[:, pair], theta, layout, problem.inputs, n), _axes(problem.inputs.antennas)
+        node_m, plain = at.node_m[:, pair], log_ways(at.node_m[:, pair], theta, layout, problem.inputs, n)
+
+        def by_ways(node: FloatArray, other: ModelInputs, step: float) -> FloatArray:
+            change = (log_ways(node, theta, layout, other, n) - plain) / step
+            return way_slope(at.waves[n], change[0], 0) + way_slope(at.waves[n], change[1], 1)
+
+        pairs = reflections(theta, layout, receiver)[:, :, None, None] * at.waves[n].mean
+        by_unknown, by_place, by_rest = amplitudes.of_channels(n, pairs)
+        for axis, ahead in enumerate(PLACE_STEP_M * np.eye(3)):
+            by_place[axis] += by_ways(node_m + ahead[:, None, None, None], problem.inputs, PLACE_STEP_M)
+            at_rest = replace(problem.inputs, release_m=problem.inputs.release_m + ahead)
+            by_rest[axis] += by_ways(node_m, at_rest, PLACE_STEP_M)
+        known = np.einsum("xcn,xnk->cnk", by_place, at.slopes) + np.einsum("xcn,xk->cnk", by_rest, at.slopes[:, 0])
         turning = np.empty(0)
         if problem.sphere is not None and world.polarisations(z).size:
             # what all recordings share is no recording's own
@@ -154,13 +172,7 @@ class SignalLikelihood:
                     known[:, :, k] += turning[int(one.key[0] == "r")] * np.radians(one.u)
             elif one.key.startswith(("transmitter", f"receiver[{n + 1}]")):
                 other = replace(problem.inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
-                side = int(one.key[0] == "r")
-                by_way = (log_ways(at.node_m[:, pair], theta, layout, other, n) - plain)[side] / STEP
-                known[:, :, k] += way_slope(at.waves[n], by_way, side)
-                if len(turning):
-                    # an antenna that moves takes the axes along between which its angle counts
-                    (h, v), moved = axes[n], _axes(other.antennas)[n, 0]
-                    known[:, :, k] += turning[1] * np.arctan2(moved @ v, moved @ h) / STEP
+                known[:, :, k] += by_ways(node_m, other, STEP) + by_unknown[k]
         first = n_shared + len(self.motion.own)
         columns = [known, lin.columns * np.concatenate([sd[layout.shared], sd[receiver.without_drift]])]
         places = [np.arange(first), *(first + np.arange(s.start, s.stop) for s in (
@@ -185,7 +197,7 @@ class SignalLikelihood:
         at = self.sampled(world, z, own)
 
         def local() -> Local:
-            return self.local(at, [self.rows(world, z, at, n) for n in range(at.problem.n_receivers)], z.size, own)
+            return self.local(at, self.rows(world, z, at), z.size, own)
 
         return Begun(cost_of(at.loss, at.ties[0], self._pull(own)), local)
 
@@ -264,8 +276,3 @@ class SignalLikelihood:
     def log_widths(self) -> float:
         """Return what of the log evidence is not cost or determinant: the noise scale (`minimise.log_evidence`)."""
         return 2.0 * int(self.problem.use.sum()) * float(np.log(self.problem.noise_scale).sum())
-
-
-def _axes(antennas: Antennas) -> FloatArray:
-    """Return h and v of each receiver, between which its polarisation counts, shape (n_receivers, 2, 3)."""
-    return np.array([transverse_axes(one / np.linalg.norm(one)) for one in antennas.receivers_m])

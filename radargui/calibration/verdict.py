@@ -71,9 +71,10 @@ def fit_paths(
     round_done: Callable[[], None] = lambda: None,
     looseness: Sequence[float] = LOOSE,
     steps: int = MOST_STEPS,
+    z: FloatArray | None = None,
 ) -> Fit:
-    """Fit paths, first loosely: far from the solution ties and outliers would lead astray."""
-    found: Fit | None = None
+    """Fit paths, first loosely: far from the solution ties and outliers would lead astray; from z or the setup."""
+    found = None if z is None else Fit(world, z, tuple(one.start for one in recordings), (), held)
     for loose in looseness:
         wide = [replace(one, loose=loose) for one in recordings]
         own = None if found is None else found.own

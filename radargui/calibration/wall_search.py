@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import compress
 
 import numpy as np
 
-from radargui.calibration.fit import Fit, fit
-from radargui.calibration.likelihood import Likelihood, World
+from radargui.calibration.fit import Fit
+from radargui.calibration.likelihood import Likelihood
+from radargui.calibration.settling import Settled, settling
 from radargui.calibration.shares import crew
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.estimation.forward.mirrors import MirrorPlane
@@ -33,12 +34,6 @@ from radargui.model.errors import ProcessingError, SolveError
 
 MOST_WALLS = 2
 """As many as are sought; what is left is the maps'."""
-RENEWALS, STEPS = 3, 4
-"""How often the deviations of maps and the noise are re-estimated, and steps between."""
-MOST_RENEWALS, SLOWLY = 12, 0.4
-"""How often, and to which share each time at the least, the noise comes down from a start that is far."""
-SETTLED = 10.0
-"""The noise has come down where one renewal gains less than this in ln E."""
 SEARCHES, CARRIED, CARRIED_AGAIN = 4, 4, 3
 """The grid, then finer around what was found, for antennas bent by a wall hide where it is; places fitted of each."""
 SHARES = np.geomspace(0.5, 2.0, 19)
@@ -65,99 +60,6 @@ TOGETHER = 20
 """Planes looked at together: they stay in memory."""
 
 
-@dataclass(frozen=True)
-class Settled:
-    """A fit with its likelihoods, deviations of maps and mirrors re-estimated."""
-
-    found: Fit
-    likelihoods: tuple[Likelihood, ...]
-
-    @property
-    def log_evidence(self) -> float:
-        """Laplace's approximation: -cost - ln det H / 2, all in prior deviations, less the noise scales' logarithms."""
-        found = self.found
-        shared = np.linalg.slogdet(found.information()[0] + np.eye(found.z.size))[1]
-        own = sum(np.linalg.slogdet(one.inner)[1] for one in found.locals_)
-        widths = sum(one.log_widths() for one in self.likelihoods if isinstance(one, SignalLikelihood))
-        return float(-found.cost - 0.5 * (shared + own) - widths)
-
-
-def settle(
-    world: World,
-    likelihoods: Sequence[Likelihood],
-    start: Fit,
-    own: Sequence[FloatArray],
-    round_done: Callable[[], None],
-    renewals: int = RENEWALS,
-) -> Settled:
-    """Fit, and re-estimate deviations of maps and mirrors in between.
-
-    Raises
-    ------
-    ProcessingError, SolveError
-        There is no solution.
-    """
-    *_, last = _settling(world, likelihoods, start, own, round_done, renewals)
-    return last
-
-
-def _settling(
-    world: World,
-    likelihoods: Sequence[Likelihood],
-    start: Fit,
-    own: Sequence[FloatArray],
-    round_done: Callable[[], None],
-    renewals: int = RENEWALS,
-) -> Iterator[Settled]:
-    """Yield the fit after each renewal, the first before any."""
-    found = start
-    for number in range(renewals + 1):
-        if number:
-            likelihoods, own = _renewed(likelihoods, found)
-        found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
-        yield Settled(found, tuple(likelihoods))
-
-
-def approach(
-    world: World,
-    likelihoods: Sequence[Likelihood],
-    start: Fit,
-    own: Sequence[FloatArray],
-    round_done: Callable[[], None],
-) -> Settled:
-    """Fit from paths that are tenths of a millimetre off, where samples are so many deviations that nothing is linear.
-
-    The noise is first taken as large as the misfit is, so that priors hold what is hardly determined, and follows it
-    down.
-
-    Raises
-    ------
-    ProcessingError, SolveError
-        There is no solution.
-    """
-    likelihoods, own = list(likelihoods), list(own)
-    locals_ = [one.at(world, start.z, state) for one, state in zip(likelihoods, own, strict=True)]
-    found, least, widths = start, 1.0, np.inf
-    for _ in range(MOST_RENEWALS):
-        for n, (one, local) in enumerate(zip(likelihoods, locals_, strict=True)):
-            if isinstance(one, SignalLikelihood):
-                likelihoods[n] = one.scaled(local.misfit, least)
-        before, widths = widths, sum(one.log_widths() for one in likelihoods if isinstance(one, SignalLikelihood))
-        if widths > before - SETTLED:
-            break
-        found = fit(world, likelihoods, held=start.held, start=found, own=own, round_done=round_done, steps=STEPS)
-        own, locals_, least = list(found.own), list(found.locals_), SLOWLY
-    return settle(world, likelihoods, found, own, round_done)
-
-
-def _renewed(likelihoods: Sequence[Likelihood], found: Fit) -> tuple[list[Likelihood], list[FloatArray]]:
-    pairs = [
-        one.renewed(state, local) if isinstance(one, SignalLikelihood) else (one, state)
-        for one, state, local in zip(likelihoods, found.own, found.locals_, strict=True)
-    ]
-    return [one for one, _ in pairs], [own for _, own in pairs]
-
-
 def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]) -> Settled:
     """Return the fit with the walls that its recordings ask for.
 
@@ -173,40 +75,38 @@ def with_walls(base: Settled, normal: FloatArray, round_done: Callable[[], None]
     round_done
         Called now and then; may raise to cancel.
     """
-    few = _some(base, round_done)
-    bare = few
+    best = base
     for _ in range(MOST_WALLS):
-        better = _one_more(few, normal, round_done)
-        if better is None or better.log_evidence < few.log_evidence + CONVINCING:
+        better = _one_more(best, normal, round_done)
+        if better is None or better.log_evidence < best.log_evidence + CONVINCING:
             break
         # a wall that is there lets the recordings agree; one that only lends freedom sets them against each other
-        if better.found.birge() > AGREEING * few.found.birge():
+        if better.found.birge() > AGREEING * best.found.birge():
             break
-        few = better
-    if few is bare or len(few.likelihoods) == len(base.likelihoods):
-        return base if few is bare else few
-    walls, middle = [], _middle(few)
-    for k in range(n_mirrors(bare), n_mirrors(few)):
-        angle, away = _place_of(few, k, middle, normal)
-        walls += upright_planes(middle, normal, np.array([angle]), np.array([away]))
-    (with_all,) = _trials(base, [tuple(walls)], round_done) or [base]
-    return with_all if with_all.log_evidence > base.log_evidence else base
+        best = better
+    return best
 
 
-def _some(base: Settled, round_done: Callable[[], None]) -> Settled:
-    """Return the fit of a few of the recordings: where walls are, these say as well as all."""
-    numbers = [n for n, one in enumerate(base.likelihoods) if isinstance(one, SignalLikelihood)]
-    if len(base.likelihoods) <= MOST_COMPARED or len(numbers) < MOST_COMPARED:
-        return base
-    few = numbers[:: len(numbers) // MOST_COMPARED][:MOST_COMPARED]
-    found = base.found
-    parts = replace(found, own=tuple(found.own[n] for n in few), locals_=tuple(found.locals_[n] for n in few))
-    return settle(found.world, [base.likelihoods[n] for n in few], parts, parts.own, round_done, renewals=1)
+def some_of(likelihoods: Sequence[Likelihood]) -> list[int]:
+    """Return the numbers of a few of the recordings: where walls are, these say as well as all."""
+    numbers = [n for n, one in enumerate(likelihoods) if isinstance(one, SignalLikelihood)]
+    if len(likelihoods) <= MOST_COMPARED or len(numbers) < MOST_COMPARED:
+        return list(range(len(likelihoods)))
+    return numbers[:: len(numbers) // MOST_COMPARED][:MOST_COMPARED]
 
 
 def n_mirrors(settled: Settled) -> int:
     """Return the most mirrors that a recording has."""
     return max((len(one.problem.inputs.planes) for one, _, _ in _sampled(settled)), default=0)
+
+
+def planes_of(settled: Settled, first: int, normal: FloatArray) -> tuple[MirrorPlane, ...]:
+    """Return planes where the mirrors from a number on are, upright, the mean of the recordings'."""
+    walls, middle = list[MirrorPlane](), _middle(settled)
+    for k in range(first, n_mirrors(settled)):
+        angle, away = _place_of(settled, k, middle, normal)
+        walls += upright_planes(middle, normal, np.array([angle]), np.array([away]))
+    return tuple(walls)
 
 
 def _one_more(base: Settled, normal: FloatArray, round_done: Callable[[], None]) -> Settled | None:
@@ -263,7 +163,7 @@ def _trials(base: Settled, walls: Sequence[tuple[MirrorPlane, ...]], round_done:
             else (one, state)
             for one, state in zip(base.likelihoods, found.own, strict=True)
         ]
-        going.append(_settling(found.world, [one for one, _ in pairs], found, [own for _, own in pairs], round_done))
+        going.append(settling(found.world, [one for one, _ in pairs], found, [own for _, own in pairs], round_done))
     there: list[Settled] = []
     for behind in MOST_BEHIND:
         there, left = [], going
@@ -340,7 +240,7 @@ class _LinearisedSearch:
         stiff, own = likelihood.with_prior(stiffened(likelihood.problem).prior, own)
         self.at = stiff.sampled(world, z, own)
         n_receivers = self.at.problem.n_receivers
-        self.parts = [stiff.rows(world, z, self.at, n) for n in range(n_receivers)]
+        self.parts = stiff.rows(world, z, self.at)
         self.local = stiff.local(self.at, self.parts, z.size, own)
         normal, slope, self.back = self.local.reduced(0.0)
         was, was_slope, _ = found.locals_[number].reduced(0.0)

@@ -92,18 +92,23 @@ def of_geometry(found: Calibrated, lab: Laboratory, place: int) -> tuple[float, 
     return rms_3d_m(before), rms_3d_m(after), inside, abs(bends[0]), abs(bends[1])
 
 
-def compare(found: Calibrated, lab: Laboratory) -> tuple[float, float, float]:
-    """Return the worst angle (deg), the worst distance (m) and the share of antenna values inside 2u."""
+def compare(found: Calibrated, lab: Laboratory) -> tuple[float, float, float, float, float]:
+    """Return what the antenna values are off.
+
+    The worst angle (deg), the worst distance (m), the share inside 2u, the root mean square and the largest of the
+    errors over u.
+    """
     calibration = found.calibration
     u = np.sqrt(np.diag(calibration.covariance))
-    worst, inside = {"deg": 0.0, "m": 0.0}, []
+    worst, ratios = {"deg": 0.0, "m": 0.0}, []
     for name, value, own in zip(calibration.names, calibration.values, u, strict=True):
         true = truth(lab, name)
         if true is not None:
             unit = name.rsplit("_", 1)[1]
             worst[unit] = max(worst[unit], abs(value - true))
-            inside.append(abs(value - true) <= 2.0 * own)
-    return worst["deg"], worst["m"], float(np.mean(inside))
+            ratios.append(abs(value - true) / own)
+    sizes = np.array(ratios)
+    return worst["deg"], worst["m"], float((sizes <= 2.0).mean()), float(np.sqrt((sizes**2).mean())), float(sizes.max())
 
 
 def recordings(lab: Laboratory, kind: str, drops: int, folder: Path) -> list[KnownRecording]:
@@ -128,11 +133,13 @@ def run(seeds: range, kind: str, drops: int, workers: int, held: dict[str, objec
                 print(f"{seed} refused: {error}", flush=True)
                 continue
         lasted = time.perf_counter() - begin
-        row = (*compare(found, lab), *of_geometry(found, lab, 0), lasted)
+        angle, distance, values_inside, rms_u, worst_u = compare(found, lab)
+        row = (angle, distance, values_inside, *of_geometry(found, lab, 0), lasted)
         rows.append(row)
         print(
             f"{seed} walls {lab.scene.facts['walls']}: angle {row[0]:.3f} deg, distance {1e3 * row[1]:.2f} mm, "
-            f"inside 2u {row[2]:.2f}; 3D {1e3 * row[3]:.2f} -> {1e3 * row[4]:.3f} mm "
+            f"inside 2u {row[2]:.2f} (error over u: rms {rms_u:.2f}, worst {worst_u:.2f}); "
+            f"3D {1e3 * row[3]:.2f} -> {1e3 * row[4]:.3f} mm "
             f"(exact antennas {1e3 * of_exact_antennas_m(lab, 0):.3f}), inside 2u {row[5]:.2f}; "
             f"g {100 * row[6]:.3f} -> {100 * row[7]:.4f} %; {lasted:.0f} s; {found.calibration.verdict}",
             flush=True,

@@ -43,10 +43,15 @@ def sampled(unknowns: list[Unknown], setup: Setup, ready: Prepared) -> tuple[Wor
     return world, SignalLikelihood(begun.problem, begun.state.theta, ready.motion)
 
 
-def test_the_slope_is_that_of_the_cost(drop: tuple[Setup, Prepared]) -> None:
-    setup, ready = drop
+def _fallen(setup: Setup) -> list[Unknown]:
     place = tuple(setup.tracer.release_position_m)
-    unknowns = [*antenna_unknowns(setup, polarised=True), *place_unknowns(setup, place, RELEASE), *fall_unknowns(setup)]
+    return [*place_unknowns(setup, place, RELEASE), *fall_unknowns(setup)]
+
+
+@pytest.mark.parametrize("polarised", [True, False])
+def test_the_slope_is_that_of_the_cost(drop: tuple[Setup, Prepared], *, polarised: bool) -> None:
+    setup, ready = drop
+    unknowns = [*antenna_unknowns(setup, polarised=polarised), *_fallen(setup)]
     world, likelihood = sampled(unknowns, setup, ready)
     assert likelihood.problem.layout.sizes.drift > 0
     rng = np.random.default_rng(3)
@@ -67,6 +72,24 @@ def test_the_slope_is_that_of_the_cost(drop: tuple[Setup, Prepared]) -> None:
     assert (ahead - behind) / 2.0 == pytest.approx(float(here.slope @ along), rel=0.02)
 
 
+def test_an_antenna_that_moves_takes_the_axes_of_its_polarisation_along(drop: tuple[Setup, Prepared]) -> None:
+    setup, ready = drop
+    turned = tuple(one.model_copy(update={"azimuth_deg": one.azimuth_deg + 3.0}) for one in setup.receiver)
+    off = setup.model_copy(update={"receiver": turned})
+    fields = []
+    for which in (setup, off):
+        unknowns = antenna_unknowns(which)
+        world, likelihood = sampled([*unknowns, *_fallen(setup)], which, ready)
+        values = world.values(np.zeros(len(world.unknowns)))
+        for n, one in enumerate(setup.receiver, 1):
+            values[f"receiver.{n}.azimuth_deg"] = one.azimuth_deg
+        z = np.array([(values[one.name] - one.value) / one.u for one in world.unknowns])
+        at = likelihood.sampled(world, z, likelihood.start)
+        assert at.problem.inputs.sphere is not None
+        fields.append(at.problem.inputs.sphere.basis)
+    np.testing.assert_allclose(fields[1], fields[0], atol=1e-9)
+
+
 def test_a_wrong_polarisation_is_found(tmp_path: Path) -> None:
     lab = laboratory(2886154, snr_db=36.0, rate_hz=600.0)
     record, path = circled(lab, tmp_path, centre_m=np.array([0.05, 0.03, 0.02]))
@@ -84,3 +107,22 @@ def test_a_wrong_polarisation_is_found(tmp_path: Path) -> None:
     assert abs(off[0]) < 1.0
     with pytest.raises(UsageError, match="counts as a point"):
         with_polarisations(read_setup(default_setup_path()))
+
+
+def test_slopes_are_those_of_the_channels_also_in_a_common_turn(drop: tuple[Setup, Prepared]) -> None:
+    setup, ready = drop
+    unknowns = [*antenna_unknowns(setup), *_fallen(setup)]
+    world, likelihood = sampled(unknowns, setup, ready)
+    z, own = np.zeros(len(unknowns)), likelihood.start
+    at = likelihood.sampled(world, z, own)
+    parts = likelihood.rows(world, z, at)
+    turned = np.array([float(one.name.endswith("azimuth_deg")) for one in unknowns])
+    risen = np.array([float(one.name == f"{RELEASE}.z") for one in unknowns])
+    nearer = np.array([float(one.name.endswith("distance_m")) for one in unknowns])
+    for along in (turned, risen, nearer):
+        ahead, behind = (likelihood.sampled(world, z + sign * 1e-3 * along, own).residual for sign in (1.0, -1.0))
+        for n, part in enumerate(parts):
+            true = (ahead - behind)[2 * n : 2 * n + 2] / 2e-3
+            shared = part.index < z.size
+            found = (part.rows[:, :, shared] @ along[part.index[shared]]) * at.use
+            assert np.linalg.norm(found - true) < 0.01 * np.linalg.norm(true)

@@ -11,9 +11,10 @@ from support.changed import changed
 from radargui.calibration.fit import Fit
 from radargui.calibration.likelihood import World
 from radargui.calibration.preparing import prepare_fall, sample_problem
+from radargui.calibration.settling import AT_LAST, Settled, approach, settled_at_last, settling
 from radargui.calibration.signal_likelihood import SignalLikelihood
 from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns
-from radargui.calibration.wall_search import CLEAR_M, CONVINCING, Settled, _clear, _trials, approach, linearised_gains
+from radargui.calibration.wall_search import CLEAR_M, CONVINCING, _clear, _trials, linearised_gains
 from radargui.estimation.select.wall_grid import upright_planes
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
@@ -67,6 +68,20 @@ def test_a_wall_is_seen_where_it_is(fitted: Settled) -> None:
     gains = linearised_gains(fitted, upright_planes(np.zeros(3), UP, azimuth, distance), lambda: None).reshape(15, 4)
     assert np.unravel_index(np.argmax(gains), gains.shape) == (0, 2)
     assert gains[0, 2] > gains[3:13].max() + 10.0
+
+
+def test_deviations_that_follow_until_nothing_is_gained_never_lose(fitted: Settled) -> None:
+    (one,), found = fitted.likelihoods, fitted.found
+    assert isinstance(one, SignalLikelihood)
+    # deviations ten times too wide: one renewal does not bring them back
+    prior = one.problem.prior
+    sd = prior.sd.copy()
+    for group in prior.groups:
+        sd[group.index] = np.minimum(10.0 * sd[group.index], group.highest)
+    wide, own = one.with_prior(replace(prior, sd=sd), found.own[0])
+    (first,) = settling(found.world, [wide], found, [own], lambda: None, 0)
+    last = settled_at_last(first, lambda: None)
+    assert last.log_evidence > first.log_evidence + AT_LAST
 
 
 def test_no_wall_stands_where_the_sphere_goes(fitted: Settled) -> None:

@@ -58,25 +58,28 @@ class PolarisedSphere:
 
         A mirror turns a field's direction as it turns a vector; the change of sign stays in T and R.
         """
-
-        def signals(at: FloatArray, n: int, unknown: FloatArray) -> ComplexArray:
-            sent_m = np.array([antennas.transmitter_m, *self._images(antennas.transmitter_m, planes[:n], unknown)])
-            sent = np.array([self.transmitted, *self._turned(self.transmitted, planes[:n], unknown)])
-            got_m = np.array([[rx, *self._images(rx, planes[:n], unknown)] for rx in antennas.receivers_m])
-            got = np.array([[axes, *self._turned(axes, planes[:n], unknown)] for axes in self.received])
-            # two basis directions a side: angles of polarisation then cost no new sum over multipoles
-            incident = unit_vectors(at - sent_m[:, :, None])[:, None]
-            leaving = unit_vectors(got_m[..., None] - at)[:, None]
-            return scattered_signals(self.sphere, incident, sent[:, None], leaving, got[:, None])
-
-        basis = signals(place, len(planes), unknown)
+        basis = self.basis(place, antennas, planes, unknown)
         first = sum(plane.name != WALL for plane in planes)
         steps = _STEP * np.eye(unknown.size)[3 * first :]
         by_walls = np.empty((len(steps), *basis.shape), complex)
         for number, step in enumerate(steps):
-            by_walls[number] = (signals(place, len(planes), unknown + step.reshape(unknown.shape)) - basis) / _STEP
-        at_rest = signals(release_m[:, None], 0, unknown[:0])[:, 0, 0, :, :, 0]
+            moved = self.basis(place, antennas, planes, unknown + step.reshape(unknown.shape))
+            by_walls[number] = (moved - basis) / _STEP
+        at_rest = self.basis(release_m[:, None], antennas, (), unknown[:0])[:, 0, 0, :, :, 0]
         return SphereFields(basis, at_rest, by_walls, unknown[first:].ravel())
+
+    def basis(
+        self, place: FloatArray, antennas: Antennas, planes: Sequence[MirrorPlane], unknown: FloatArray
+    ) -> ComplexArray:
+        """Return `SphereFields.basis` alone; parameters as for `fields`."""
+        sent_m = np.array([antennas.transmitter_m, *self._images(antennas.transmitter_m, planes, unknown)])
+        sent = np.array([self.transmitted, *self._turned(self.transmitted, planes, unknown)])
+        got_m = np.array([[rx, *self._images(rx, planes, unknown)] for rx in antennas.receivers_m])
+        got = np.array([[axes, *self._turned(axes, planes, unknown)] for axes in self.received])
+        # two basis directions a side: angles of polarisation then cost no new sum over multipoles
+        incident = unit_vectors(place - sent_m[:, :, None])[:, None]
+        leaving = unit_vectors(got_m[..., None] - place)[:, None]
+        return scattered_signals(self.sphere, incident, sent[:, None], leaving, got[:, None])
 
     @staticmethod
     def _images(point_m: FloatArray, planes: Sequence[MirrorPlane], unknown: FloatArray) -> list[FloatArray]:
@@ -208,6 +211,20 @@ def point_factors(n_mirrors: int) -> SphereFactors:
     """Return the factors of a point: one on every path, at any bin."""
     ones = np.ones((1 + n_mirrors, 1 + n_mirrors, 1), complex)
     return SphereFactors(ones[0, 0], ones)
+
+
+def signals_of(basis: ComplexArray, transmitter_rad: float, receiver_rad: FloatArray) -> ComplexArray:
+    """Return what each receiver gets of every pair of ways, (n_receivers, 1 + n_mirrors, 1 + n_mirrors, n_bins).
+
+    Parameters
+    ----------
+    basis
+        As in `SphereFields`.
+    transmitter_rad, receiver_rad
+        Angles of the antennas, the receivers' of shape (n_receivers,).
+    """
+    sent = _weights(transmitter_rad)[0]
+    return np.array([_signal(one, sent, _weights(angle)[0]) for one, angle in zip(basis, receiver_rad, strict=True)])
 
 
 def polarised_sphere(setup: Setup) -> PolarisedSphere | None:

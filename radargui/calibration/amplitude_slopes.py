@@ -1,0 +1,150 @@
+"""What amplitudes change by where antennas and motions move: the range, and what a sphere scatters into each way.
+
+In a common turn of all antennas and places about the vertical no path changes: the sphere alone tells it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from radargui.calibration.likelihood import STEP, World
+from radargui.estimation.forward.parameters import polarisation_places
+from radargui.estimation.forward.sphere import PolarisedSphere, signals_of
+from radargui.estimation.solve.problem import JointProblem
+from radargui.geometry.path_length import Antennas, range_factor
+from radargui.model.arrays import ComplexArray, FloatArray, IntArray
+from radargui.model.scattering import transverse_axes
+
+PLACE_STEP_M = 1e-5
+EACH = 4
+"""Of so many bins one is looked at: what is scattered changes over centimetres."""
+
+
+@dataclass(frozen=True)
+class AmplitudeSlopes:
+    """Slopes of G_ab over G_00, shape (n_receivers, 1 + n_mirrors, 1 + n_mirrors, n_bins).
+
+    G_ab is what a receiver gets over the ways a and b against what it gets straight at rest, phases of paths and all
+    reflections left out: range factor times F_ab / F_rest.
+
+    Attributes
+    ----------
+    by_unknown
+        Of each shared unknown by its number, in prior deviations.
+    by_place, by_rest
+        Of x, y, z of the place, and of that at rest, 1/m.
+    """
+
+    by_unknown: dict[int, ComplexArray]
+    by_place: tuple[ComplexArray, ...]
+    by_rest: tuple[ComplexArray, ...]
+
+    def of_channels(self, receiver: int, pairs: ComplexArray) -> tuple[dict[int, FloatArray], FloatArray, FloatArray]:
+        """Return the slopes of a receiver's channels by unknowns, place and rest, (2, n_bins), (3, 2, n_bins) twice.
+
+        Parameters
+        ----------
+        receiver
+            Number.
+        pairs
+            The wave over each pair of ways as if all scattered like the straight one, (..., ..., 2, n_bins).
+        """
+
+        def shown(slope: ComplexArray) -> FloatArray:
+            return np.asarray((pairs * slope[receiver][:, :, None]).real.sum(axis=(0, 1)))
+
+        by_unknown = {number: shown(slope) for number, slope in self.by_unknown.items()}
+        by_place, by_rest = (np.array([shown(one) for one in axes]) for axes in (self.by_place, self.by_rest))
+        return by_unknown, by_place, by_rest
+
+
+def amplitude_slopes(
+    world: World, z: FloatArray, problem: JointProblem, theta: FloatArray, place_m: FloatArray
+) -> AmplitudeSlopes:
+    """Return the slopes at a state.
+
+    Parameters
+    ----------
+    world, z
+        Shared unknowns.
+    problem, theta
+        With the antennas of the state; mismatch.
+    place_m
+        At the bins, shape (3, n_bins).
+    """
+    rest_m, antennas = problem.inputs.release_m, problem.inputs.antennas
+    angle, unknown = theta[polarisation_places(problem.layout)], problem.layout.plane_unknowns(theta)
+
+    def scattered(place: FloatArray, antennas: Antennas, n_planes: int) -> ComplexArray:
+        if problem.sphere is None:
+            return np.ones((antennas.n_receivers, 1 + n_planes, 1 + n_planes, 1), complex)
+        body: PolarisedSphere = replace(problem.sphere, received=axes_of(antennas))
+        basis = body.basis(place, antennas, problem.inputs.planes[:n_planes], unknown[:n_planes])
+        return signals_of(basis, float(angle[0]), angle[1:])
+
+    def received(place: FloatArray, antennas: Antennas) -> ComplexArray:
+        near = range_factor(place, antennas, rest_m)[:, None, None]
+        return np.asarray(near * scattered(place, antennas, len(problem.inputs.planes)))
+
+    def resting(rest: FloatArray, antennas: Antennas) -> ComplexArray:
+        return np.asarray(
+            scattered(rest[:, None], antennas, 0) * range_factor(rest[:, None], antennas, rest_m)[:, None, None]
+        )
+
+    some, all_bins = _some(place_m.shape[1])
+    place_m = place_m[:, some]
+    here, at_rest = received(place_m, antennas), resting(rest_m, antennas)
+
+    def slope(place: FloatArray, antennas: Antennas, step: float) -> ComplexArray:
+        ahead = received(place, antennas) * (at_rest / resting(rest_m, antennas))
+        return all_bins((ahead - here) / (step * here[:, :1, :1]))
+
+    by_unknown = {}
+    for numbers in _together(world):
+        ahead = np.zeros_like(z)
+        ahead[list(numbers.values())] = STEP
+        moved = slope(place_m, world.antennas(z + ahead), STEP)
+        for receiver, number in numbers.items():
+            if receiver is None:
+                by_unknown[number] = moved
+            else:
+                by_unknown[number] = np.zeros_like(moved)
+                by_unknown[number][receiver] = moved[receiver]
+    steps = PLACE_STEP_M * np.eye(3)
+    by_place = [slope(place_m + one[:, None], antennas, PLACE_STEP_M) for one in steps]
+    straight = all_bins(here / here[:, :1, :1])
+    by_rest = [straight * (at_rest / resting(rest_m + one, antennas) - 1.0) / PLACE_STEP_M for one in steps]
+    return AmplitudeSlopes(by_unknown, tuple(by_place), tuple(by_rest))
+
+
+def _some(n_bins: int) -> tuple[IntArray, Callable[[ComplexArray], ComplexArray]]:
+    """Return some of the bins, and how values there, (..., n_some), become those of all, (..., n_bins)."""
+    some = np.unique(np.append(np.arange(0, n_bins, EACH), n_bins - 1))
+    bins = np.arange(n_bins)
+    first = np.clip(np.searchsorted(some, bins, side="right") - 1, 0, max(some.size - 2, 0))
+    then = np.minimum(first + 1, some.size - 1)
+    share = (bins - some[first]) / np.maximum(some[then] - some[first], 1)
+    return some, lambda value: np.asarray(value[..., first] + share * (value[..., then] - value[..., first]))
+
+
+def _together(world: World) -> list[dict[int | None, int]]:
+    """Return the unknowns of the antennas' places by receiver, those together that move different ones; None: all."""
+    out: list[dict[int | None, int]] = []
+    of_receivers: dict[str, dict[int | None, int]] = {}
+    for number, one in enumerate(world.unknowns):
+        place, _, name = one.key.partition(".")
+        if one.group == "polarization" or not one.key:
+            continue
+        if place.startswith("receiver"):
+            of_receivers.setdefault(name, {})[int(place[9:-1]) - 1] = number
+        else:
+            out.append({None: number})
+    return [*out, *of_receivers.values()]
+
+
+def axes_of(antennas: Antennas) -> FloatArray:
+    """Return h and v of each receiver, between which its polarisation counts, shape (n_receivers, 2, 3)."""
+    return np.array([transverse_axes(one / np.linalg.norm(one)) for one in antennas.receivers_m])

@@ -9,16 +9,13 @@ from radargui.cli.app import Import
 from radargui.cli.bar import progress_bar
 from radargui.cli.console import FAILED, fail
 from radargui.cli.process import layout_and_map, sources_of
-from radargui.experiment.importing import ImportOrder, first_own_setup, guess_of, import_recordings, remember_map
+from radargui.experiment.importing import ImportOrder, common_setup, guess_of, import_recordings, remember_map
 from radargui.files.raw_file import RawLayout
 from radargui.files.reading import ChannelMap
 from radargui.model.errors import RadarGuiError, UsageError
-from radargui.model.setup import Setup, read_setup
+from radargui.model.setup import read_setup
 from radargui.session.info import default_data_folder
 from radargui.session.transfer import ImportInput
-
-_SHAPES = ("radar", "transmitter", "receiver", "tracer", "floor")
-"""Tables of the setup that e and g come from; the others are about acquisition."""
 
 
 def import_files(options: Import) -> int:
@@ -37,7 +34,7 @@ def import_files(options: Import) -> int:
     status, inputs = _imports(options, raw, chosen)
     if not inputs:
         return status
-    setup = read_setup(options.setup) if options.setup else _common_setup(inputs)
+    setup = read_setup(options.setup) if options.setup else common_setup([one.files[0] for one in inputs])
     if setup is None:
         raise UsageError(f"{inputs[0].label} brings no setup", remedy="Give --setup FILE.")
     folder = options.output or default_data_folder()
@@ -54,29 +51,6 @@ def import_files(options: Import) -> int:
         if run.path is not None:
             typer.echo(f"{run.path.name}: {run.source.label}")
     return status
-
-
-def _common_setup(inputs: list[ImportInput]) -> Setup | None:
-    """Return the setup that the files bring; None where none does.
-
-    Raises
-    ------
-    UsageError
-        Their antennas, spheres or floors are not the same: a session has one setup, and e would be computed with it.
-    """
-    found: tuple[Setup, str] | None = None
-    for one in inputs:
-        own = first_own_setup(one.files[:1])
-        if own is None:
-            continue
-        if found is None:
-            found = own, one.label
-        elif any(getattr(own, table) != getattr(found[0], table) for table in _SHAPES):
-            raise UsageError(
-                f"{one.label} brings another setup than {found[1]}",
-                remedy="Import them apart, or give --setup FILE for all.",
-            )
-    return found[0] if found else None
 
 
 def _imports(options: Import, raw: RawLayout | None, chosen: ChannelMap | None) -> tuple[int, list[ImportInput]]:

@@ -1,6 +1,6 @@
 """Import: what files say of themselves, which of their channels is which, and the session that is made of them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -18,6 +18,9 @@ from radargui.model.setup import Setup
 from radargui.session.info import About, about_setup_file
 from radargui.session.map_memory import MapMemory
 from radargui.session.transfer import Import, ImportedRun, ImportInput
+
+_SHAPES = ("radar", "transmitter", "receiver", "tracer", "floor")
+"""Tables of the setup that e and g come from; the others are about acquisition."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,9 +148,11 @@ class FilesLook:
     basis
         What the guess rests on.
     setup
-        The setup that the first file brings with it; None where it brings none.
+        The setup that the files bring with them; None where they bring none, or different ones.
     raw
         How the files are laid out where they are plain binary.
+    setups_differ
+        Which of them brings another setup than which; empty where none does.
     """
 
     files: tuple[Path, ...]
@@ -158,6 +163,7 @@ class FilesLook:
     basis: Basis
     setup: Setup | None
     raw: RawLayout | None = None
+    setups_differ: str = ""
 
     @property
     def rate_hz(self) -> float | None:
@@ -184,7 +190,12 @@ def look_into(files: Sequence[Path], *, together: bool, raw: RawLayout | None = 
                 infos.append(replace(info, name=name))
     guess = MapMemory().guess(infos)
     names = tuple(entry.variable for entry in guess.channel_map.entries) if guess.channel_map else ()
-    return FilesLook(tuple(files), together, tuple(infos), origin, names, guess.basis, first_own_setup(files[:1]), raw)
+    setup, differ = None, ""
+    try:
+        setup = common_setup(files[:1] if together else files)
+    except UsageError as error:
+        differ = str(error)
+    return FilesLook(tuple(files), together, tuple(infos), origin, names, guess.basis, setup, raw, differ)
 
 
 def inputs_of(look: FilesLook, names: Sequence[str], rate_hz: float | None) -> tuple[ImportInput, ...]:
@@ -232,6 +243,29 @@ def remember_map(file: Path, chosen: ChannelMap, raw: RawLayout | None = None) -
         It cannot be read.
     """
     MapMemory().remember(list_channels(file, raw), chosen)
+
+
+def common_setup(files: Iterable[Path]) -> Setup | None:
+    """Return the setup that files bring which shall be runs of one session; None where none does.
+
+    Raises
+    ------
+    UsageError
+        Their antennas, spheres or floors are not the same: a session has one setup, and e would be computed with it.
+    """
+    found: tuple[Setup, Path] | None = None
+    for file in files:
+        own = first_own_setup([file])
+        if own is None:
+            continue
+        if found is None:
+            found = own, file
+        elif any(getattr(own, table) != getattr(found[0], table) for table in _SHAPES):
+            raise UsageError(
+                f"{file} brings another setup than {found[1]}",
+                remedy="Import them apart, or choose one setup for all (--setup FILE).",
+            )
+    return found[0] if found else None
 
 
 def first_own_setup(files: Sequence[Path]) -> Setup | None:

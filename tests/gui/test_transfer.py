@@ -7,14 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.changed import changed
+from support.file_samples import codes, int16_digitisation
 from support.gui_sessions import make_session
+from support.results import default_setup
 from support.stored_runs import SETUP
 
 from radargui.files.reading import read_recording
+from radargui.files.run_writer import RunWriter
 from radargui.gui.main_window import MainWindow
 from radargui.gui.sessions.import_dialog import ImportDialog
 from radargui.gui.sessions.transfer_controller import ExportDialog
 from radargui.model.errors import CancelledError
+from radargui.model.recording import Block
 from radargui.model.setup import dump_setup
 from radargui.session.info import read_info
 from radargui.sources.simulated import simulate_recording
@@ -97,6 +102,23 @@ def test_files_of_one_receiver_each_become_one_run(
     assert window.control.session is not None, window.board.notices
     read = read_recording(window.control.session.path / "run-0001.h5")
     np.testing.assert_allclose(read.volts(), volts, atol=1e-6)
+
+
+def test_files_that_bring_different_setups_wait_for_one_to_be_chosen(
+    window: MainWindow, wait_for: Any, tmp_path: Path
+) -> None:
+    files = [tmp_path / "run-0001.h5", tmp_path / "run-0002.h5"]
+    for file, diameter_m in zip(files, (0.01, 0.02), strict=True):
+        setup = changed(default_setup(), tracer={"diameter_m": diameter_m})
+        with RunWriter(file, int16_digitisation(), started_at="", setup_toml=dump_setup(setup)) as writer:
+            writer.write(Block(codes(6, 300), 0))
+    dialog = import_dialog(window, files, wait_for)
+    assert "run-0002.h5 brings another setup than" in dialog.setup_fault.text()
+    assert not dialog.go.isEnabled()
+    dialog.setup.setCurrentIndex(0)
+    assert dialog.setup_fault.text() == ""
+    assert dialog.go.isEnabled()
+    dialog.reject()
 
 
 def test_a_file_that_cannot_be_read_is_told_in_the_dialog(window: MainWindow, wait_for: Any, tmp_path: Path) -> None:

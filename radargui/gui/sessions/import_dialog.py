@@ -239,7 +239,8 @@ class ImportDialog(Dialog):
         self._look = look
         self.mapping.show_look(look)
         self._show_rate()
-        self._show_setups("own" if look.setup is not None else "window")
+        # none is taken for all of them without being chosen
+        self._show_setups("" if look.setups_differ else "own" if look.setup is not None else "window")
         self._preview()
 
     def _not_read(self, error: BaseException | None = None) -> None:
@@ -260,7 +261,7 @@ class ImportDialog(Dialog):
                 self.setup.addItem("Setup that the file brings", "own")
             if self._other is not None:
                 self.setup.addItem(self._other[1].name, "other")
-            self.setup.setCurrentIndex(max(self.setup.findData(wanted), 0))
+            self.setup.setCurrentIndex(max(self.setup.findData(wanted), 0) if wanted else -1)
         self._show_fault()
 
     def _chosen_setup(self) -> tuple[Setup, Path | None]:
@@ -278,11 +279,12 @@ class ImportDialog(Dialog):
         incomplete = "Choose one channel of the file for each of I1, Q1, ...; none twice." if not complete else ""
         self.mapping.fault.say(incomplete if looked else "")
         others = f"The setup has {wanted} receivers, {there} are chosen: choose as many, or another setup."
-        self.setup_fault.say(others if looked and complete and wanted != there else "")
+        differ = self._look.setups_differ if self._look and self.setup.currentIndex() < 0 else ""
+        self.setup_fault.say(differ or (others if looked and complete and wanted != there else ""))
         if looked:
             self.files_fault.say("")
         self.raw.name_columns(dict(zip(names, iq_names(there), strict=False)))
-        self.go.setEnabled(looked and complete and wanted == there)
+        self.go.setEnabled(looked and complete and wanted == there and not differ)
 
     def _order(self) -> None:
         look = self._look

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from radargui.gui.layout import Choice, button, fill, put_page
+from radargui.gui.layout import Choice, Paragraph, button, fill, put_page
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.table import RowModel, RowTable
@@ -83,12 +83,12 @@ class SpeedView(QWidget):
         self.model.setAccessibleName("Model")
         self.model.setToolTip("Model of e against the impact speed: what is drawn over the points, as in the report")
         self.model.currentIndexChanged.connect(self._draw)
-        self.words = QLabel()
-        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.words = Paragraph()
+        self.words.setContentsMargins(6, 0, 6, 0)
         self.key = Key(theme)
         self.plot = Plot(theme, "speed before the impact [m/s]", "e", left_px=_LEFT)
-        top = fill(QHBoxLayout(), QLabel("Model"), self.model, (self.words, 1), margins=(6, 3, 6, 0), spacing=6)
-        fill(QVBoxLayout(self), top, self.key, (self.plot, 1), spacing=1)
+        top = fill(QHBoxLayout(), QLabel("Model"), self.model, 1, margins=(6, 3, 6, 0), spacing=6)
+        fill(QVBoxLayout(self), top, self.words, self.key, (self.plot, 1), spacing=1)
 
     def show_facts(self, facts: ReportFacts | None) -> None:
         """Draw a series; None: there is none."""
@@ -111,7 +111,6 @@ class SpeedView(QWidget):
         every = np.concatenate(groups, axis=1) if groups else np.empty((3, 0))
         found = self._facts.findings.sessions if self._facts else ()
         self.words.setText("; ".join(fit.words for fit in self.fits))
-        self.words.setToolTip(self.words.text())
         self.plot.write_inside("" if every.size else "no valid impact yet")
         if not every.size:
             self.key.show_entries()

@@ -8,6 +8,7 @@ import pytest
 from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QPushButton, QSplitter, QWidget
 
+from radargui.gui.layout import OneLine
 from radargui.gui.main_window import MainWindow
 from radargui.gui.panels import TITLES, Room
 from radargui.gui.runs.run_model import RunEntry
@@ -140,3 +141,18 @@ def test_columns_splitters_and_panels_stay_as_they_were_set(make_window: Any, se
     assert again.sessions.browser.size() == QSize(700, 500)
     (splitter,) = again.track.findChildren(QSplitter)
     assert splitter.sizes() == wanted
+
+
+def test_words_that_are_longer_than_their_line_end_in_an_ellipsis_and_stand_in_the_tip(qapp: QApplication) -> None:
+    words = "power law: e1 = 0.80001 ± 0.00003 (χ² = 182 of 124 degrees of freedom)"
+    line, short = OneLine(words), OneLine("power law")
+    shown = []
+    for one in (line, short):
+        one.resize(120, 20)
+        shown.append(one.grab().toImage())
+    drawn = OneLine(line.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, 120))
+    drawn.resize(120, 20)
+    assert shown[0] == drawn.grab().toImage()
+    assert shown[0] != shown[1]
+    assert drawn.text().endswith("…")
+    assert line.toolTip() == words

@@ -11,13 +11,12 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QPlainTextEdit,
-    QSizePolicy,
     QTabWidget,
     QVBoxLayout,
     QWidget,
 )
 
-from radargui.gui.layout import Choice, Paragraph, button, fill, put_page
+from radargui.gui.layout import Choice, OneLine, button, fill, put_page
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
 from radargui.gui.table import RowModel, RowTable
@@ -83,12 +82,11 @@ class SpeedView(QWidget):
         self.model.setAccessibleName("Model")
         self.model.setToolTip("Model of e against the impact speed: what is drawn over the points, as in the report")
         self.model.currentIndexChanged.connect(self._draw)
-        self.words = Paragraph()
-        self.words.setContentsMargins(6, 0, 6, 0)
+        self.words = OneLine()
         self.key = Key(theme)
         self.plot = Plot(theme, "speed before the impact [m/s]", "e", left_px=_LEFT)
-        top = fill(QHBoxLayout(), QLabel("Model"), self.model, 1, margins=(6, 3, 6, 0), spacing=6)
-        fill(QVBoxLayout(self), top, self.words, self.key, (self.plot, 1), spacing=1)
+        top = fill(QHBoxLayout(), QLabel("Model"), self.model, (self.words, 1), margins=(6, 3, 6, 0), spacing=6)
+        fill(QVBoxLayout(self), top, self.key, (self.plot, 1), spacing=1)
 
     def show_facts(self, facts: ReportFacts | None) -> None:
         """Draw a series; None: there is none."""
@@ -225,8 +223,7 @@ class SeriesPanel(QWidget):
         drawn = {"e against speed": QWidget(), "Falls": QWidget()}
         for title, page in {"Statistics": self.table, **drawn, "In words": self.words}.items():
             self.pages.addTab(page, title)
-        self._title = QLabel("No session")
-        self._title.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self._title = OneLine("No session")
         tip = "Select several in the list of sessions: other heights, samples, days"
         self.compare = button("Compare sessions…", ask_sessions, tip)
         self.alone = button("Only this one", lambda: None, "Take the other sessions out of the comparison")

@@ -14,13 +14,10 @@ from radargui.files.signals import ChannelInfo
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.recording import iq_names
 from radargui.model.result import RunResult
-from radargui.model.setup import Setup
+from radargui.model.setup import MEASURING, Setup
 from radargui.session.info import About, about_setup_file
 from radargui.session.map_memory import MapMemory
 from radargui.session.transfer import Import, ImportedRun, ImportInput
-
-_SHAPES = ("radar", "transmitter", "receiver", "tracer", "floor")
-"""Tables of the setup that e and g come from; the others are about acquisition."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +257,7 @@ def common_setup(files: Iterable[Path]) -> Setup | None:
             continue
         if found is None:
             found = own, file
-        elif any(getattr(own, table) != getattr(found[0], table) for table in _SHAPES):
+        elif any(getattr(own, table) != getattr(found[0], table) for table in MEASURING):
             raise UsageError(
                 f"{file} brings another setup than {found[1]}",
                 remedy="Import them apart, or choose one setup for all (--setup FILE).",

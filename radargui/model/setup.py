@@ -31,6 +31,8 @@ from radargui.model.setup_error import describe
 from radargui.model.simulation import Simulation
 
 SCHEMA = 1
+MEASURING = ("radar", "transmitter", "receiver", "tracer", "floor")
+"""Tables that position, e and g are computed with; the others are about acquisition and processing."""
 
 
 class Setup(Section):

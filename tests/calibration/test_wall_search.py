@@ -6,41 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.changed import changed
+from support.room_with_wall import UP, WALL_DEG, WALL_M, room_with_wall, true_wall
 
 from radargui.calibration.fit import Fit
-from radargui.calibration.likelihood import World
-from radargui.calibration.preparing import prepare_fall, sample_problem
+from radargui.calibration.preparing import sample_problem
 from radargui.calibration.settling import AT_LAST, Settled, approach, settled_at_last, settling
 from radargui.calibration.signal_likelihood import SignalLikelihood
-from radargui.calibration.unknowns import antenna_unknowns, fall_unknowns, place_unknowns
 from radargui.calibration.wall_search import CLEAR_M, CONVINCING, _clear, _trials, linearised_gains
 from radargui.estimation.select.wall_grid import upright_planes
-from radargui.model.resources import default_setup_path
-from radargui.model.setup import read_setup
-from radargui.sources.simulated import simulate_recording
-
-RELEASE = "tracer.release_position_m"
-UP = np.array([0.0, 0.0, 1.0])
-WALL_M, WALL_DEG = 0.30, 40.0
 
 
 @pytest.fixture(scope="module")
 def fitted() -> Settled:
     """Return a drop beside a wall, fitted without it by the antennas that are true."""
-    setup = changed(
-        read_setup(default_setup_path()),
-        daq={"rate_hz": 4000.0, "channel_skew_s": 0.0},
-        simulation={
-            "rest_s": 0.3, "settle_s": 0.1, "restitution": 0.3, "snr_db": 40.0, "reflection": 0.1, "drift": 0.0,
-            "wall_reflection": 0.06, "wall_distance_m": [WALL_M], "wall_azimuth_deg": [WALL_DEG],
-        },
-    )  # fmt: skip
-    recording, _ = simulate_recording(setup)
-    place = tuple(setup.tracer.release_position_m)
-    unknowns = [*antenna_unknowns(setup), *place_unknowns(setup, place, RELEASE), *fall_unknowns(setup)]
-    world = World(setup, tuple(unknowns))
-    ready = prepare_fall(recording, setup, RELEASE)
+    room = room_with_wall(4000.0)
+    setup, unknowns, world, ready = room.setup, room.unknowns, room.world, room.ready
     own = np.array([one.value for one in ready.motion.own])
     begun = sample_problem(ready, setup, world.values(np.zeros(len(unknowns))), own)
     assert begun is not None
@@ -51,8 +31,7 @@ def fitted() -> Settled:
 
 @pytest.mark.slow
 def test_with_its_wall_the_samples_fit_and_without_they_do_not(fitted: Settled) -> None:
-    planes = upright_planes(np.zeros(3), UP, np.array([np.radians(WALL_DEG + 180.0)]), np.array([WALL_M]))
-    (better,) = _trials(fitted, [tuple(planes)], lambda: None)
+    (better,) = _trials(fitted, [tuple(true_wall())], lambda: None)
     (without,), (beside,) = fitted.likelihoods, better.likelihoods
     assert isinstance(without, SignalLikelihood)
     assert isinstance(beside, SignalLikelihood)

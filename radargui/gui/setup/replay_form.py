@@ -1,5 +1,6 @@
 """The file whose samples are played back, and what its recording was set up with."""
 
+import re
 from functools import partial
 from pathlib import Path
 
@@ -7,11 +8,9 @@ from radargui.gui.background import Jobs
 from radargui.gui.layout import Group, PathField, PlainLabel, button
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import called
-from radargui.model.setup import Setup
+from radargui.model.setup import MEASURING, Setup
 
 FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf);;All files (*)"
-_SHAPES = ("radar.", "transmitter.", "receiver[", "tracer.", "floor.")
-"""Tables of the setup that e and g come from; the others are about acquisition."""
 _MOST_NAMED = 4
 
 
@@ -69,7 +68,7 @@ class ReplayForm(Group):
 
     def _compare(self) -> None:
         keys = [] if self._own is None else self._model.unlike(self._own)
-        keys = [key for key in keys if key.startswith(_SHAPES)]
+        keys = [key for key in keys if re.split(r"[.\[]", key)[0] in MEASURING]
         named = ", ".join(map(called, keys[:_MOST_NAMED])) + (" …" if len(keys) > _MOST_NAMED else ".")
         self.other.setText(f"This recording was made with another setup, and is computed with the one here: {named}")
         self.take_own.setToolTip("Takes the place of the values here; Undo all changes brings back those of the file")

@@ -115,7 +115,11 @@ def test_an_empty_plot_says_what_to_do_within_its_axes(window: MainWindow, size:
         label = window.empty.labels[name]
         plot = label.parentWidget()
         assert isinstance(plot, Plot)
-        assert plot.getPlotItem().vb.sceneBoundingRect().toRect().contains(label.geometry()), (name, label.geometry())
+        inside = plot.getPlotItem().vb.sceneBoundingRect().toRect()
+        assert inside.contains(label.geometry()), (name, label.geometry())
+        # and below what stands inside, such as the number of the receiver
+        assert (plot.height_inside > 0) == (name == "planes")
+        assert label.geometry().top() >= inside.top() + plot.height_inside
         needed = QLabel().fontMetrics().boundingRect(label.rect(), Qt.TextFlag.TextWordWrap, label.text())
         assert needed.height() <= label.height(), name
     assert all(is_empty(plot) for plot in window.scopes.scopes)

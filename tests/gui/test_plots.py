@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import pyqtgraph as pg
 import pytest
 from hypothesis import given, settings, strategies as st
 from PySide6.QtCore import QPointF
+from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication
 
 from radargui.gui.plots.envelope import Envelope, thin
 from radargui.gui.plots.items import Band
+from radargui.gui.plots.plot import Plot
 from radargui.gui.plots.ranges import SteadyRange, round_up
 from radargui.gui.scopes.iq_plane_panel import IQPlane
 from radargui.gui.theme import Theme
@@ -109,6 +112,20 @@ def test_a_small_plane_comes_to_rest(theme: Theme, size: tuple[int, int]) -> Non
         QApplication.processEvents()
     plane.close()
     assert not resized
+
+
+@pytest.mark.parametrize("height", [26, 34, 44, 60, 90, 300])
+def test_numbers_beside_a_low_plot_stand_apart(theme: Theme, height: int) -> None:
+    plot = Plot(theme, "Time [s]", "Speed [m/s]")
+    axis = plot.getPlotItem().getAxis("left")
+    letters = QFontMetricsF(axis.font()).height()
+    for least, most in ((0.0, 1.0), (0.0, 2.5), (-3.0, 4.0), (0.0, 1.5e-3), (5.0, 6e4)):
+        spacing = axis.tickSpacing(least, most, height)[0][0]
+        assert spacing * height / (most - least) >= letters
+        assert round(spacing / 10.0 ** np.floor(np.log10(spacing * 1.001)), 9) in (1.0, 2.0, 5.0)
+        # no farther than they must, or than pyqtgraph has them
+        usual = pg.AxisItem.tickSpacing(axis, least, most, height)[0][0]
+        assert spacing == usual or spacing * height / (most - least) < 3.0 * letters
 
 
 def test_a_band_lies_between_its_curves_and_is_broken_where_either_is_unknown() -> None:

@@ -77,8 +77,9 @@ class EmptyPlots(QObject):
 
 
 def _room(plot: Plot) -> QRect:
-    """Return what a plot's axes enclose, in its pixels."""
-    return QRect(plot.getPlotItem().vb.sceneBoundingRect().toRect())
+    """Return what a plot's axes enclose below the words inside, in its pixels."""
+    room = QRect(plot.getPlotItem().vb.sceneBoundingRect().toRect())
+    return room.adjusted(0, plot.height_inside, 0, 0)
 
 
 def _needed(plot: Plot, words: str) -> QSize | None:

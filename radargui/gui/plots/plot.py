@@ -272,6 +272,11 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
         self._write_inside()
 
+    @property
+    def height_inside(self) -> int:
+        """Height of the line inside, in pixels."""
+        return 0 if self._inside is None else round(self._inside.mapRectToParent(self._inside.boundingRect()).bottom())
+
     def still_line(self, role: str, name: str = "", *, dashed: bool = False) -> pg.PlotDataItem:
         """Add an empty curve for data that stay, in the colour of a role of the theme (`i`, `receivers.0`, `fit`, ...).
 

@@ -14,10 +14,10 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
 
 FIGURES = (
-    ("e", "u_e", ""),
-    ("drop_height_m", "", "m"),
-    ("impact_speed_m_s", "", "m/s"),
-    ("g_m_s2", "u_g_m_s2", "m/s²"),
+    ("e", "u_e", "u_e_combined", ""),
+    ("drop_height_m", "", "", "m"),
+    ("impact_speed_m_s", "", "", "m/s"),
+    ("g_m_s2", "u_g_m_s2", "u_g_combined_m_s2", "m/s²"),
 )
 
 
@@ -56,7 +56,10 @@ class ComparedFigure:
     before, after
         None where it is not known.
     u_before, u_after
-        Standard uncertainties, None where there are none.
+        Standard uncertainties, combined where that is known, else statistical; None where there are none.
+    u_difference
+        Larger statistical one of the two, which says how many digits the difference has. Samples and antennas are the
+        same: what they leave open is common to both, and to add it would be wrong.
     """
 
     name: str
@@ -65,19 +68,12 @@ class ComparedFigure:
     after: float | None
     u_before: float | None = None
     u_after: float | None = None
+    u_difference: float | None = None
 
     @property
     def difference(self) -> float | None:
         """After less before; None where one is not known."""
         return None if self.before is None or self.after is None else self.after - self.before
-
-    @property
-    def u_difference(self) -> float | None:
-        """Larger uncertainty of the two, which says how many digits the difference has.
-
-        The samples are the same: their noise is common to both, and to add the two would be wrong.
-        """
-        return max((u for u in (self.u_before, self.u_after) if u is not None), default=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,11 +104,16 @@ class Comparison:
     @property
     def figures(self) -> tuple[ComparedFigure, ...]:
         """The figures of both."""
-        sides = (self.before.summary, self.after.summary)
-        return tuple(
-            ComparedFigure(name, unit, *(figure_in(side, key) for key in (name, u) for side in sides))
-            for name, u, unit in FIGURES
-        )
+        return tuple(self._figure(*keys) for keys in FIGURES)
+
+    def _figure(self, name: str, u: str, u_combined: str, unit: str) -> ComparedFigure:
+        def both(key: str) -> tuple[float | None, float | None]:
+            return figure_in(self.before.summary, key), figure_in(self.after.summary, key)
+
+        own = both(u)
+        before, after = (alone if whole is None else whole for alone, whole in zip(own, both(u_combined), strict=True))
+        largest = max((one for one in own if one is not None), default=None)
+        return ComparedFigure(name, unit, *both(name), before, after, largest)
 
     @property
     def settings(self) -> tuple[ChangedSetting, ...]:

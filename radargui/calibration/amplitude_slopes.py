@@ -20,7 +20,7 @@ from radargui.model.scattering import transverse_axes
 
 PLACE_STEP_M = 1e-5
 EACH = 4
-"""Of so many bins one is looked at: what is scattered changes over centimetres."""
+"""Of so many bins one is looked at, a sixth of a fringe: directions and what is scattered change over centimetres."""
 
 
 @dataclass(frozen=True)
@@ -94,19 +94,19 @@ def amplitude_slopes(
             scattered(rest[:, None], antennas, 0) * range_factor(rest[:, None], antennas, rest_m)[:, None, None]
         )
 
-    some, all_bins = _some(place_m.shape[1])
+    some, all_bins = some_bins(place_m.shape[1])
     place_m = place_m[:, some]
     here, at_rest = received(place_m, antennas), resting(rest_m, antennas)
 
-    def slope(place: FloatArray, antennas: Antennas, step: float) -> ComplexArray:
-        ahead = received(place, antennas) * (at_rest / resting(rest_m, antennas))
+    def slope(ahead: ComplexArray, step: float) -> ComplexArray:
         return all_bins((ahead - here) / (step * here[:, :1, :1]))
 
     by_unknown = {}
     for numbers in _together(world):
         ahead = np.zeros_like(z)
         ahead[list(numbers.values())] = STEP
-        moved = slope(place_m, world.antennas(z + ahead), STEP)
+        there = world.antennas(z + ahead)
+        moved = slope(received(place_m, there) * (at_rest / resting(rest_m, there)), STEP)
         for receiver, number in numbers.items():
             if receiver is None:
                 by_unknown[number] = moved
@@ -114,13 +114,13 @@ def amplitude_slopes(
                 by_unknown[number] = np.zeros_like(moved)
                 by_unknown[number][receiver] = moved[receiver]
     steps = PLACE_STEP_M * np.eye(3)
-    by_place = [slope(place_m + one[:, None], antennas, PLACE_STEP_M) for one in steps]
+    by_place = [slope(received(place_m + one[:, None], antennas), PLACE_STEP_M) for one in steps]
     straight = all_bins(here / here[:, :1, :1])
     by_rest = [straight * (at_rest / resting(rest_m + one, antennas) - 1.0) / PLACE_STEP_M for one in steps]
     return AmplitudeSlopes(by_unknown, tuple(by_place), tuple(by_rest))
 
 
-def _some(n_bins: int) -> tuple[IntArray, Callable[[ComplexArray], ComplexArray]]:
+def some_bins(n_bins: int) -> tuple[IntArray, Callable[[ComplexArray], ComplexArray]]:
     """Return some of the bins, and how values there, (..., n_some), become those of all, (..., n_bins)."""
     some = np.unique(np.append(np.arange(0, n_bins, EACH), n_bins - 1))
     bins = np.arange(n_bins)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from radargui.calibration.amplitude_slopes import PLACE_STEP_M, AmplitudeSlopes, amplitude_slopes, axes_of
+from radargui.calibration.amplitude_slopes import PLACE_STEP_M, AmplitudeSlopes, amplitude_slopes, axes_of, some_bins
 from radargui.calibration.likelihood import (
     STEP,
     Begun,
@@ -23,12 +23,12 @@ from radargui.calibration.likelihood import (
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.forward.parameters import polarisation_places
 from radargui.estimation.forward.signal_model import ModelInputs, Waves, log_ways, reflections
-from radargui.estimation.forward.signal_slopes import receiver_slopes, way_slope
+from radargui.estimation.forward.signal_slopes import receiver_slopes, ways_slopes
 from radargui.estimation.solve.changed_problem import mirrors_changed
 from radargui.estimation.solve.prior_deviations import reestimated
 from radargui.estimation.solve.priors import Prior
 from radargui.estimation.solve.problem import JointProblem, node_offsets, signals_at
-from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from radargui.model.errors import SolveError
 
 
@@ -146,18 +146,28 @@ class SignalLikelihood:
         problem, theta, layout, n_shared = at.problem, at.theta, at.problem.layout, len(z)
         pair, receiver, sd = slice(2 * n, 2 * n + 2), layout.receivers[n], problem.prior.sd
         lin = receiver_slopes(at.node_m[:, pair], theta, layout, problem.inputs, n, at.excess[pair], at.waves[n])
-        node_m, plain = at.node_m[:, pair], log_ways(at.node_m[:, pair], theta, layout, problem.inputs, n)
+        some, all_bins = some_bins(problem.bins.n_bins)
+        # directions change over centimetres: they are those of a bin's middle for both its channels and nodes
+        place_m = at.place_m[:, None, None, some]
+        plain = log_ways(place_m, theta, layout, problem.inputs, n)
 
-        def by_ways(node: FloatArray, other: ModelInputs, step: float) -> FloatArray:
-            change = (log_ways(node, theta, layout, other, n) - plain) / step
-            return way_slope(at.waves[n], change[0], 0) + way_slope(at.waves[n], change[1], 1)
+        def ways(place: FloatArray, other: ModelInputs, step: float) -> ComplexArray:
+            return (log_ways(place, theta, layout, other, n) - plain) / step
 
         pairs = reflections(theta, layout, receiver)[:, :, None, None] * at.waves[n].mean
         by_unknown, by_place, by_rest = amplitudes.of_channels(n, pairs)
-        for axis, ahead in enumerate(PLACE_STEP_M * np.eye(3)):
-            by_place[axis] += by_ways(node_m + ahead[:, None, None, None], problem.inputs, PLACE_STEP_M)
-            at_rest = replace(problem.inputs, release_m=problem.inputs.release_m + ahead)
-            by_rest[axis] += by_ways(node_m, at_rest, PLACE_STEP_M)
+        steps, inputs = PLACE_STEP_M * np.eye(3), problem.inputs
+        by_ways = [ways(place_m + ahead[:, None, None, None], inputs, PLACE_STEP_M) for ahead in steps]
+        by_ways += [ways(place_m, replace(inputs, release_m=inputs.release_m + ahead), PLACE_STEP_M) for ahead in steps]
+        own_place = ("transmitter", f"receiver[{n + 1}]")
+        antennas = [
+            k for k, one in enumerate(world.unknowns) if one.key.startswith(own_place) and one.group != "polarization"
+        ]
+        for k in antennas:
+            other = replace(inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
+            by_ways.append(ways(place_m, other, STEP))
+        shown = ways_slopes(at.waves[n], all_bins(np.array(by_ways)))
+        by_place, by_rest = by_place + shown[:3], by_rest + shown[3:6]
         known = np.einsum("xcn,xnk->cnk", by_place, at.slopes) + np.einsum("xcn,xk->cnk", by_rest, at.slopes[:, 0])
         turning = np.empty(0)
         if problem.sphere is not None and world.polarisations(z).size:
@@ -166,13 +176,11 @@ class SignalLikelihood:
             both = [of_transmitter, receiver.polarization.start - receiver.first + lin.n_shared]
             turning = np.moveaxis(lin.columns[:, :, both], 2, 0)
             lin.columns[:, :, both] = 0.0
+        for k, slope in zip(antennas, shown[6:], strict=True):
+            known[:, :, k] += slope + by_unknown[k]
         for k, one in enumerate(world.unknowns):
-            if one.group == "polarization":
-                if one.key.startswith(("transmitter", f"receiver[{n + 1}]")) and len(turning):
-                    known[:, :, k] += turning[int(one.key[0] == "r")] * np.radians(one.u)
-            elif one.key.startswith(("transmitter", f"receiver[{n + 1}]")):
-                other = replace(problem.inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
-                known[:, :, k] += by_ways(node_m, other, STEP) + by_unknown[k]
+            if len(turning) and one.group == "polarization" and one.key.startswith(own_place):
+                known[:, :, k] += turning[int(one.key[0] == "r")] * np.radians(one.u)
         first = n_shared + len(self.motion.own)
         columns = [known, lin.columns * np.concatenate([sd[layout.shared], sd[receiver.without_drift]])]
         places = [np.arange(first), *(first + np.arange(s.start, s.stop) for s in (
@@ -214,9 +222,10 @@ class SignalLikelihood:
         residual_m = np.full((problem.n_receivers, problem.bins.n_bins), np.nan)
         for n, one in enumerate(parts):
             pair = slice(2 * n, 2 * n + 2)
-            flat = (one.rows * at.weight[pair][:, :, None]).reshape(-1, one.index.size)
-            normal[np.ix_(one.index, one.index)] += flat.T @ one.rows.reshape(-1, one.index.size)
-            slope[one.index] += flat.T @ at.residual[pair].ravel()
+            root = np.sqrt(at.weight[pair])
+            flat = (one.rows * root[:, :, None]).reshape(-1, one.index.size)
+            normal[np.ix_(one.index, one.index)] += flat.T @ flat
+            slope[one.index] += flat.T @ (root * at.residual[pair]).ravel()
             # along the circle: what of the residual a path would explain
             along = one.along * problem.inputs.wavenumber
             power = np.maximum((along**2).sum(axis=0), 1e-12)

@@ -212,8 +212,9 @@ def transverse_axes(direction: FloatArray, azimuth_deg: float = 0.0) -> tuple[Fl
     if length < _ON_AXIS:
         azimuth = np.radians(azimuth_deg)
         horizontal, length = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0]), 1.0
-    horizontal = horizontal / length
-    return horizontal, np.cross(direction, horizontal)
+    (x, y, z), (h_x, h_y, _) = direction, horizontal / length
+    # u x h written out: `np.cross` of three numbers takes ten times as long
+    return np.array([h_x, h_y, 0.0]), np.array([-z * h_y, z * h_x, x * h_y - y * h_x])
 
 
 def received_direction(polarization_deg: float, horizontal: FloatArray, vertical: FloatArray) -> FloatArray:

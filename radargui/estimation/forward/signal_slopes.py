@@ -133,13 +133,17 @@ def receiver_slopes(
     return ReceiverSlopes(at_nodes, out, n_shared)
 
 
-def way_slope(waves: Waves, by_way: ComplexArray, side: int) -> FloatArray:
-    """Return what the channels change by, (2, n_bins), where the log of the ways (`log_ways`) of one side changes so.
+def ways_slopes(waves: Waves, by_ways: ComplexArray) -> FloatArray:
+    """Return what the channels change by, (n, 2, n_bins), where the log of the ways (`log_ways`) changes so.
 
-    `side` 0: those of the transmitter, 1: of the receiver; `by_way` of shape (1 + n_mirrors, n_nodes).
+    `by_ways`: of transmitter and receiver, directly and over each mirror, shape (n, 2, 1 + n_mirrors, n_bins).
     """
-    over = _over_points(waves)[side]
-    return _mean((over * by_way.reshape(over.shape)).real.sum(axis=0))
+    over = _over_points(waves)
+    over = 0.5 * (over[..., 0, :] + over[..., 1, :])
+    out = np.zeros((len(by_ways), *over.shape[2:]))
+    for side, mirror in np.ndindex(over.shape[:2]):
+        out += (over[side, mirror] * by_ways[:, side, mirror, None]).real
+    return out
 
 
 def _mean(nodes: FloatArray) -> FloatArray:

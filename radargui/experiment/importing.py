@@ -17,7 +17,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import MEASURING, Setup
 from radargui.session.info import About, about_setup_file
 from radargui.session.map_memory import MapMemory
-from radargui.session.transfer import Import, ImportedRun, ImportInput
+from radargui.session.transfer import Import, ImportedRun, ImportInput, session_facts
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,8 +106,13 @@ def import_recordings(order: ImportOrder, progress: Progress = silent) -> Import
 
 
 def _about(order: ImportOrder, inputs: Sequence[ImportInput]) -> About:
-    """Return what is known of the session: what the operator says, else what all exported files say of theirs."""
-    told = [session_facts_of(file) for one in inputs for file in one.files]
+    """Return what is known of the session: what the operator says, else what all files say of theirs."""
+    # a run file says nothing of its session: session.json beside it does
+    told = [
+        session_facts(file.parent) if file.suffix.lower() in RUN.suffixes else session_facts_of(file)
+        for one in inputs
+        for file in one.files
+    ]
 
     def common(key: str) -> str:
         values = {facts.get(key, "") for facts in told}

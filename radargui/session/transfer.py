@@ -224,10 +224,10 @@ def plan_export(path: Path, kind: ExportFormat, output: Path | None = None, *, f
         raise SessionError(f"{path}: no such file or folder.", remedy="Check the path.")
     target = output or own_subfolder(folder, FOLDER)
     refuse_existing([one for run in runs for one in kind.paths(target, run.stem)], force=force)
-    return ExportPlan(runs, kind, target, _session_facts(folder), force)
+    return ExportPlan(runs, kind, target, session_facts(folder), force)
 
 
-def _session_facts(folder: Path) -> dict[str, str]:
+def session_facts(folder: Path) -> dict[str, str]:
     """Return what session.json says in texts; a damaged one does not keep the samples from being exported."""
     if not (folder / FILE_NAME).is_file():
         return {}

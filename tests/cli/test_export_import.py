@@ -96,10 +96,11 @@ def test_what_was_measured_comes_back_with_the_samples(command: Command, tmp_pat
     session.close()
     write_run(session.path / "run-0001.h5", 200)
     assert command("export", session.path, "--format", "csv", "--output", tmp_path).status == 0
-    back = command("import", tmp_path / "run-0001.csv", "--output", tmp_path / "back", "--operator", "Eve")
-    (run,) = imported(back.out)
-    info = Session.open(run.parent, write=False).info
-    assert (info.operator, info.sample, info.target, info.notes) == ("Eve", "Stahl, 10 mm", "glass", "dry")
+    for file in (tmp_path / "run-0001.csv", session.path / "run-0001.h5"):
+        back = command("import", file, "--output", tmp_path / "back", "--operator", "Eve")
+        (run,) = imported(back.out)
+        info = Session.open(run.parent, write=False).info
+        assert (info.operator, info.sample, info.target, info.notes) == ("Eve", "Stahl, 10 mm", "glass", "dry")
 
 
 def test_exports_of_other_setups_are_not_imported_as_one_session(

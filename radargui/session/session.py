@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 import threading
@@ -28,7 +29,7 @@ from radargui.session.info import (
     versions,
     write_info,
 )
-from radargui.session.lock import SessionLock, SessionLockedError, SessionReadOnlyError
+from radargui.session.lock import FILE_NAME as LOCK_NAME, SessionLock, SessionLockedError, SessionReadOnlyError
 
 BY_OPERATOR = "rejected by the operator"
 """Why a drop does not count that was one, alone or with what was said of it; any other reason: it was none."""
@@ -99,12 +100,23 @@ class Session:
             The folder cannot be made or written, or the name cannot be one of a folder.
         """
         folder = new_folder(parent, name, now)
-        lock = SessionLock(folder)
+        try:
+            lock = SessionLock(folder)
+        except SessionError:
+            # a full disk holds a folder, but not a file: nothing is left of it
+            with contextlib.suppress(OSError):
+                (folder / LOCK_NAME).unlink(missing_ok=True)
+                folder.rmdir()
+            raise
         created_at = (now if now.tzinfo else now.astimezone()).isoformat(timespec="seconds")
         info = SessionInfo(name=folder.name, created_at=created_at, versions=versions(), setup=setup)
         info = info.model_copy(update=_given(about))
         session = cls(folder, info, lock)
-        session._write(info)
+        try:
+            session._write(info)
+        except SessionError:
+            session.discard_empty()
+            raise
         if calibration := session._tried(lambda: copied_calibration(setup, folder)):
             session._write(info.model_copy(update={"calibration": calibration}))
         return session

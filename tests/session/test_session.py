@@ -90,6 +90,21 @@ def test_a_folder_that_cannot_be_written_is_refused_before_recording(
         Session.create(tmp_path, default_setup(), now=NOW)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="this limit is POSIX")
+@pytest.mark.parametrize("n_bytes", [0, 500])
+def test_a_disk_too_full_for_its_record_is_told_and_leaves_no_folder(tmp_path: Path, n_bytes: int) -> None:
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
+    try:
+        with pytest.raises(SessionError, match="cannot be written"):
+            Session.create(tmp_path, default_setup(), now=NOW)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_operator_and_notes_are_replaced_in_one_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     session = Session.create(tmp_path, default_setup(), operator="A", notes="first", now=NOW)
     session.update(notes="second")

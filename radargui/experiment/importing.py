@@ -265,7 +265,7 @@ def common_setup(files: Iterable[Path]) -> Setup | None:
         elif any(getattr(own, table) != getattr(found[0], table) for table in MEASURING):
             raise UsageError(
                 f"{file} brings another setup than {found[1]}",
-                remedy="Import them apart, or choose one setup for all (--setup FILE).",
+                remedy="Import them apart, or choose one setup for all (on the command line: --setup FILE).",
             )
     return found[0] if found else None
 

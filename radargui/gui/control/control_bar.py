@@ -7,7 +7,7 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, Q
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import ALARM, Scroll, fill
+from radargui.gui.layout import ALARM, OneLine, Scroll, fill
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.rounding import UNKNOWN
 
@@ -196,11 +196,9 @@ class HealthLine(QtWidgets.QWidget):
         for name, label in self.labels.items():
             label.setToolTip(_TIPS[name])
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.run = QtWidgets.QLabel()
-        self.run.setToolTip("How the last run was recorded")
-        self.run.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         # never makes the window wider
-        self.run.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Preferred)
+        self.run = OneLine()
+        self.run.setToolTip("How the last run was recorded")
         fill(QtWidgets.QHBoxLayout(self), *self.labels.values(), (self.run, 1), margins=(6, 0, 6, 0), spacing=18)
         self.show_health(None)
 

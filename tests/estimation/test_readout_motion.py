@@ -98,8 +98,6 @@ def test_velocities_at_breaks_have_the_covariance_of_the_dense_inverse(
         assert posterior.breaks.covariance[number] == pytest.approx(dense, rel=1e-7, abs=1e-9 * dense.max())
         along = np.concatenate([-normal, normal])
         assert speeds.u_jump_m_s[number] == pytest.approx(np.sqrt(along @ dense @ along), rel=1e-7)
-        both = np.kron(np.eye(2), normal)
-        assert posterior.breaks.side_covariance(normal)[number] == pytest.approx(both @ dense @ both.T, rel=1e-6)
     step = 1e-7
     for side, sign in ((posterior.breaks.before_m_s, -1.0), (posterior.breaks.after_m_s, 1.0)):
         beside = posterior.free.position_m(posterior.breaks.time_s + sign * step)

@@ -157,11 +157,6 @@ class BreakVelocities:
         u_jump = np.sqrt(np.maximum(jump @ self.covariance @ jump, 0.0))
         return BreakSpeeds(self.time_s, self.before_m_s @ normal, self.after_m_s @ normal, u_jump)
 
-    def side_covariance(self, normal: FloatArray) -> FloatArray:
-        """Return the covariance of the speeds (before, after) along a unit vector, shape (n_breaks, 2, 2)."""
-        sides = np.kron(np.eye(2), normal)
-        return np.asarray(sides @ self.covariance @ sides.T)
-
 
 def break_velocities(solution: Solution) -> BreakVelocities:
     """Return the velocities on both sides of each break with their covariance.

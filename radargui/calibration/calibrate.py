@@ -13,7 +13,7 @@ from radargui.calibration.beginning_again import Beginning, begun_again, begun_w
 from radargui.calibration.fit import FEW, LEAST_BESIDE_WALLS, Fit, fit
 from radargui.calibration.likelihood import Likelihood, PathLikelihood
 from radargui.calibration.preparing import Prepared, sample_problem
-from radargui.calibration.rough_fit import RELEASE, KnownRecording, refuse_above, rough_fit
+from radargui.calibration.rough_fit import RELEASE, KnownRecording, UnfitFallError, refuse_above, rough_fit
 from radargui.calibration.settling import approach, settled_at_last
 from radargui.calibration.shares import Progress, Shares, working
 from radargui.calibration.signal_likelihood import SignalLikelihood
@@ -45,6 +45,8 @@ CHANCE = 1e-4
 """With which a sound calibration may be refused for its Birge ratio: of six differences, as a circle and a fall have,
 it is 2.15 times what it should be once in so many. Beside a wall u counts twice: three of twenty rooms had 3.0 to 3.5,
 with all values inside 2u."""
+MOST_UNFIT = 0.25
+"""Share of the recordings that are left out because they are no falls, or pushed ones. Chosen by hand."""
 
 
 @dataclass(frozen=True)
@@ -96,13 +98,24 @@ def calibrate(
     Raises
     ------
     ProcessingError
-        A recording does not fit what is known of it: swapped receivers, a mirror image, no overlap.
+        Recordings do not fit what is known of them: swapped receivers, a mirror image, no overlap. Of many falls some
+        may be unfit: these are left out, which the calibration's notes say.
     """
-    shares = Shares(progress, len(recordings))
+    shares, given, unfit = Shares(progress, len(recordings)), list(recordings), list[UnfitFallError]()
     with working(min(workers, len(recordings)), shares.look):
-        found = _calibrated(recordings, setup, groups, shares, (made_at, operator))
+        while True:
+            try:
+                found = _calibrated(given, setup, groups, shares, (made_at, operator))
+                break
+            except UnfitFallError as error:
+                unfit.append(error)
+                # of a dozen drops some were pushed; where most are unfit something else is wrong
+                if len(unfit) > MOST_UNFIT * len(recordings):
+                    raise unfit[0] from None
+                del given[error.number]
     progress(1.0)
-    return found
+    left_out = tuple(f"left out: {error.message}" for error in unfit)
+    return replace(found, calibration=replace(found.calibration, notes=found.calibration.notes + left_out))
 
 
 def _calibrated(

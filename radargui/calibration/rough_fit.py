@@ -44,6 +44,25 @@ FEW_STEPS = 12
 """Of a fit that is only compared with others."""
 
 
+class UnfitFallError(ProcessingError):
+    """One of the recordings is no fall, or no fall like the others.
+
+    Attributes
+    ----------
+    number
+        Which of them.
+    """
+
+    number = 0
+
+    @classmethod
+    def of(cls, number: int, error: ProcessingError) -> UnfitFallError:
+        """Return what was said of a recording."""
+        out = cls(error.message, reasons=error.reasons, remedy=error.remedy)
+        out.number = number
+        return out
+
+
 @dataclass(frozen=True)
 class KnownRecording:
     """A recording and what is known of its motion.
@@ -104,13 +123,19 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
     ------
     ProcessingError
         Swapped receivers, a mirror image, or another motion than stated.
+    UnfitFallError
+        A fall is none, or one unlike the others.
     """
     polarised = "polarization" in groups
     setup = with_polarisations(setup) if polarised else setup
     world, places = _world(setup, recordings, place="transmitter" in groups, polarised=polarised)
     held = np.array([bool(one.group) and one.group not in groups for one in world.unknowns])
     tasks = [(one, _hung(setup, one.rest_m), place) for one, place in zip(recordings, places, strict=True)]
-    prepared = crew().each(_prepare, tasks, shares.one_done)
+    prepared = list[Prepared]()
+    for number, ready in enumerate(crew().each(_prepare, tasks, shares.one_done)):
+        if isinstance(ready, ProcessingError):
+            raise UnfitFallError.of(number, ready)
+        prepared.append(ready)
     wavelength_m, is_plane = setup.radar.wavelength_m, setup.processing.geometry == "plane"
     by_paths = [PathLikelihood(ready.measured, ready.motion, wavelength_m, is_plane) for ready in prepared]
     rough, _, _ = _put_right(world, by_paths, held, shares.round_done)
@@ -151,10 +176,14 @@ def _measured_again(rough: Fit, prepared: Sequence[Prepared]) -> list[Prepared]:
     return out
 
 
-def _prepare(one: KnownRecording, setup: Setup, place: str) -> Prepared:
-    if one.trajectory is None:
+def _prepare(one: KnownRecording, setup: Setup, place: str) -> Prepared | ProcessingError:
+    """Return a recording's paths, or why it is no fall."""
+    if one.trajectory is not None:
+        return prepare_known(one.recording, setup, one.trajectory)
+    try:
         return prepare_fall(one.recording, setup, place)
-    return prepare_known(one.recording, setup, one.trajectory)
+    except ProcessingError as error:
+        return error
 
 
 def _world(
@@ -226,18 +255,20 @@ def refuse_above(most_m: float, found: Fit, recordings: Sequence[KnownRecording]
     """Say which recording is no motion as stated; nothing where all are."""
     rms = [float(np.nanmax(rms_m(one.residual_m))) for one in found.locals_]
     number = int(np.argmax(rms))
-    if rms[number] >= most_m:
-        known = recordings[number].trajectory
-        raise ProcessingError(
-            f"{recordings[number].name}: its paths are {1e3 * rms[number]:.1f} mm off what is known of its motion "
-            f"({'fall' if known is None else known.words}), whatever the antennas",
-            reasons=(
-                "it was pushed as it left" if known is None else "it belongs to another path file",
-                "a wall or another body bends its paths",
-                "the antennas are farther off than the setup's u says",
-            ),
-            remedy="Leave this recording out, or state larger u.",
-        )
+    if rms[number] < most_m:
+        return
+    known = recordings[number].trajectory
+    error = ProcessingError(
+        f"{recordings[number].name}: its paths are {1e3 * rms[number]:.1f} mm off what is known of its motion "
+        f"({'fall' if known is None else known.words}), whatever the antennas",
+        reasons=(
+            "it was pushed as it left" if known is None else "it belongs to another path file",
+            "a wall or another body bends its paths",
+            "the antennas are farther off than the setup's u says",
+        ),
+        remedy="Leave this recording out, or state larger u.",
+    )
+    raise UnfitFallError.of(number, error) if known is None else error
 
 
 def _hung(setup: Setup, place: Sequence[float]) -> Setup:

@@ -47,7 +47,8 @@ class Shares:
 
     def look(self) -> None:
         """Say how far it is; what that raises ends the work."""
-        self._report(0.5 * self._done / self._count + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
+        # begun again without a recording more are done than there are
+        self._report(0.5 * min(self._done / self._count, 1.0) + 0.5 * self._rounds / (self._rounds + MOST_ROUNDS))
 
 
 class Crew:

@@ -1,0 +1,63 @@
+"""Of many drops some may be none, or pushed: these are left out, and told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+from support.calibrations import calibration_of
+from support.simulated_setup import simulated_setup
+
+from radargui.calibration import calibrate as calibrating
+from radargui.calibration.calibrate import Calibrated, calibrate
+from radargui.calibration.rough_fit import KnownRecording, UnfitFallError, rough_fit
+from radargui.calibration.shares import Shares
+from radargui.calibration.unknowns import USUAL
+from radargui.model.errors import ProcessingError
+from radargui.model.setup import Setup
+from radargui.sources.simulated.model import simulate_recording
+
+RATE = {"rate_hz": 2000.0}
+
+
+def recorded(setup: Setup, names: Sequence[str]) -> list[KnownRecording]:
+    """Return the same recording under some names, as drops."""
+    recording, _ = simulate_recording(setup)
+    place = setup.tracer.release_position_m
+    return [KnownRecording(recording, name, name, None, place) for name in names]
+
+
+def test_which_recording_is_no_fall_is_told() -> None:
+    setup = simulated_setup(daq=RATE)
+    circle = recorded(simulated_setup(daq=RATE, scene="circle"), ["second"])
+    given = [*recorded(setup, ["first"]), *circle, *recorded(setup, ["third"])]
+    with pytest.raises(UnfitFallError, match="no free fall") as caught:
+        rough_fit(given, setup, USUAL, Shares(lambda _: None, len(given)))
+    assert caught.value.number == 1
+
+
+@pytest.mark.parametrize("n_unfit", [0, 2, 3])
+def test_some_unfit_drops_are_left_out_and_told_and_not_many(monkeypatch: pytest.MonkeyPatch, n_unfit: int) -> None:
+    setup = simulated_setup(daq=RATE)
+    given = recorded(setup, [f"drop-{n}" for n in range(1, 10)])
+    unfit, tried = {f"drop-{n}" for n in range(4, 4 + n_unfit)}, []
+
+    def fitted(recordings: Sequence[KnownRecording], setup: Setup, *_: Any) -> Calibrated:
+        tried.append([one.name for one in recordings])
+        for number, one in enumerate(recordings):
+            if one.name in unfit:
+                raise UnfitFallError.of(number, ProcessingError(f"{one.name}: pushed", remedy="Leave it out."))
+        return Calibrated(calibration_of(setup), setup, None)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(calibrating, "_calibrated", fitted)
+    shares: list[float] = []
+    if n_unfit > 2:
+        with pytest.raises(UnfitFallError, match="drop-4: pushed"):
+            calibrate(given, setup, progress=shares.append)
+        return
+    found = calibrate(given, setup, progress=shares.append)
+    assert tried[-1] == [one.name for one in given if one.name not in unfit]
+    told = [note for note in found.calibration.notes if note.startswith("left out")]
+    assert told == [f"left out: {name}: pushed" for name in sorted(unfit)]
+    assert max(shares) == 1.0

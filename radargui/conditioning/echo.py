@@ -12,7 +12,7 @@ from radargui.conditioning.doppler import SETTINGS as LINES, Doppler
 from radargui.conditioning.follows import FollowSettings, missed_frames
 from radargui.conditioning.offset_curve import offset_curve
 from radargui.conditioning.spectral_front_end import front_end_of
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from radargui.model.front_end import FrontEnd, channels_of, point_of
 
 
@@ -198,7 +198,7 @@ def _of_one_target(
     A target that fades is followed all the way down and up again; what is weak from its beginning to its end is what
     shows while the target rests or has gone: another one, and the more likely so at another frequency.
     """
-    runs = np.flatnonzero(np.diff(np.concatenate([[0], leads.astype(np.int8), [0]]))).reshape(-1, 2)
+    runs = runs_of(leads)
     first, last = runs[:, 0], runs[:, 1] - 1
     reach = np.minimum(last - first, near)
     begins, ends = ((phase[at + reach] - phase[at]) / np.maximum(reach, 1) for at in (first, last - reach))

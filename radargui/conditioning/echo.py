@@ -178,7 +178,7 @@ def follow_echo(
     other |= ~doppler.clear & ~doppler.mixed & fast & (doppler.power > LINES.strong)
     other |= missed_frames(phase, strong, doppler, ROUGHLY)[0] & doppler.steady
     other |= missed_frames(phase, strong, doppler, STANDS)[0] & doppler.mixed & fast
-    leads = np.asarray(strong & known & held & ~deep & ~_around(doppler, other, wave.size))
+    leads = np.asarray(strong & known & held & ~deep & ~doppler.around(other, wave.size))
     return Echo(
         wave,
         offset,
@@ -294,12 +294,3 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray, settings:
         ahead, back = (np.abs(uniform_filter1d(frame * one, short)) ** 2 for one in (turn, turn.conj()))
         both[k] = np.minimum(ahead, back).sum() > allowed[k] * np.maximum(ahead, back).sum()
     return both
-
-
-def _around(doppler: Doppler, frames: BoolArray, n_samples: int) -> BoolArray:
-    """Return the samples nearest to some frames, shape (n_samples,)."""
-    out = np.zeros(n_samples, dtype=np.bool_)
-    reach = doppler.size // 4 + 1
-    for centre in doppler.centre[frames]:
-        out[max(centre - reach, 0) : centre + reach] = True
-    return out

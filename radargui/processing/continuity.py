@@ -168,9 +168,8 @@ def _judged(
     missed, share = missed_frames(phase_rad, valid, doppler)
     if not follows(missed, share, ALONE if alone else TOGETHER):
         return _strayed(channel, share)
-    reach = doppler.size // 4 + 1
-    for centre in doppler.centre[missed] if alone else ():
-        valid[max(centre - reach, 0) : centre + reach] = False
+    if alone:
+        valid &= ~doppler.around(missed, valid.size)
     return channel
 
 

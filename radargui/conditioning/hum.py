@@ -217,6 +217,12 @@ def _pooled(volts: FloatArray, start: int, size: int, rate_hz: float) -> _Rest:
     return middle / rate_hz, means - means.mean(axis=1, keepdims=True)
 
 
+def _levelled(time_s: FloatArray, means: FloatArray) -> FloatArray:
+    """Return the means of a rest, which add up to nothing, less the slope of their line, same shape."""
+    along = time_s - time_s.mean()
+    return np.asarray(means - (means @ along / (along @ along))[:, None] * along)
+
+
 def _solve(rests: Sequence[_Rest], frequency_hz: float, orders: Sequence[int]) -> tuple[FloatArray, FloatArray]:
     """Return amplitudes, cosine and sine by turns, then a line a rest, (n, n_channels), and the pulls they answer to.
 
@@ -260,9 +266,7 @@ class _Rests:
         size = even_transform_size(2.2 * longest)
         brought = np.zeros(size // 2 + 1)
         for time_s, means in self.rests:
-            along = time_s - time_s.mean()
-            level = means - (means @ along / (along @ along))[:, None] * along
-            spectrum = np.fft.rfft(level, size, axis=1)
+            spectrum = np.fft.rfft(_levelled(time_s, means), size, axis=1)
             brought += (2.0 / time_s.size / self._variance) @ (spectrum.real**2 + spectrum.imag**2)
         hz = np.arange(brought.size) / (size * spacing_s)
         near = np.zeros(hz.size, dtype=np.bool_)
@@ -279,8 +283,7 @@ class _Rests:
         """
         amplitude, count = np.zeros((around_hz.size, self._variance.size), dtype=np.complex128), 0
         for time_s, means in self.rests:
-            along = time_s - time_s.mean()
-            level = means - (means @ along / (along @ along))[:, None] * along
+            level = _levelled(time_s, means)
             first = np.flatnonzero(np.diff(np.floor(time_s * nominal_hz), prepend=-1.0))
             periods = np.add.reduceat(level * np.exp(-2j * np.pi * nominal_hz * time_s), first, axis=1)
             amplitude += np.exp(-2j * np.pi * np.outer(around_hz, time_s[first] + 0.5 / nominal_hz)) @ periods.T

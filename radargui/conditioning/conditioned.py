@@ -128,11 +128,6 @@ class Conditioned:
         return int(self.time_s.size)
 
     @property
-    def has_rest(self) -> bool:
-        """Whether the tracer rests before it moves."""
-        return bool(self.onset_s > self.time_s[0])
-
-    @property
     def unusable_share(self) -> FloatArray:
         """Share of each receiver's samples that cannot be used, shape (n_receivers,)."""
         return np.asarray((~self.usable).reshape(self.n_receivers, 2, -1).any(axis=1).mean(axis=1))

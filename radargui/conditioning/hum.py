@@ -77,11 +77,6 @@ class Hum:
     sine_v: FloatArray
 
     @property
-    def amplitude_v(self) -> FloatArray:
-        """Amplitude of the strongest harmonic in each channel, shape (n_channels,)."""
-        return np.asarray(np.hypot(self.cosine_v, self.sine_v).max(axis=1))
-
-    @property
     def lines_hz(self) -> tuple[float, ...]:
         """Frequencies of the harmonics found."""
         return tuple(order * self.frequency_hz for order in self.orders)

@@ -180,7 +180,6 @@ def _conditioned(
     if phase_sign < 0:
         volts = volts.copy()
         volts[1::2] *= -1.0
-        hum = _inverted(hum)
     n_channels, moving = volts.shape[0], slice(motion.first, motion.last)
     delay_s = channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64)
     # after the hum: its slow swing would hide that a channel stands at its end
@@ -217,11 +216,9 @@ def _conditioned(
         volts,
         usable,
         noise_v,
-        hum,
         Segment(motion.first, motion.last, 0, int(np.searchsorted(time_s, rest.end_s))),
         rest.onset_s,
         rest.end_s,
-        lines,
         doppler,
         echoes,
         faults,
@@ -366,10 +363,3 @@ def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion, settings
     # what looks at rest for as long again before it may be creeping already
     end = max(onset - late - settings.before_onset_s, begin + settings.least_s)
     return _Rest(onset, end)
-
-
-def _inverted(hum: Hum | None) -> Hum | None:
-    if hum is None:
-        return None
-    sign = np.where(np.arange(hum.cosine_v.shape[0]) % 2, -1.0, 1.0)[:, None]
-    return Hum(hum.frequency_hz, hum.orders, sign * hum.cosine_v, sign * hum.sine_v)

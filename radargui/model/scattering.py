@@ -251,8 +251,6 @@ class ReceivedField:
 
     Attributes
     ----------
-    direction
-        Unit vector u from the centre to the antenna, shape (3,).
     horizontal, vertical
         h and v, between which the polarisation counts, shape (3,).
     angle_deg, strongest_deg
@@ -261,7 +259,6 @@ class ReceivedField:
         Of the strongest signal, 0 to 1.
     """
 
-    direction: FloatArray
     horizontal: FloatArray
     vertical: FloatArray
     angle_deg: float
@@ -286,5 +283,5 @@ def received_fields(
         # left out: whoever set it up turned it for the strongest signal
         own = best if receiver.polarization_deg is None else receiver.polarization_deg
         got, most = (abs(received_direction(angle, h, v) @ field) for angle in (own, best))
-        out.append(ReceivedField(u, h, v, own, best, float(got / most) if most else 0.0))
+        out.append(ReceivedField(h, v, own, best, float(got / most) if most else 0.0))
     return tuple(out)

@@ -107,7 +107,7 @@ def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
     window = 2 * int((last - first) / max(turns, 1.0)) + 1
     if turns < LEAST_TURNS or window < 5 or window > last - first:
         return None
-    smoothed = savitzky_golay(phase_rad[first:last], window, 2)
+    smoothed = savitzky_golay(phase_rad[first:last], window)
     z = iq[0, first:last] + 1j * iq[1, first:last]
     taper = np.hanning(last - first)
     turned_back, turned_on = (abs((taper * z * np.exp(sign * 1j * smoothed)).sum()) for sign in (-1.0, 1.0))

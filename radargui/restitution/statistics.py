@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.model.rounding import UNKNOWN, concise, quantity
+from radargui.model.rounding import concise, quantity
 
 CONFIDENCE = 0.95
 """Of every interval stated (Student's t, two-sided)."""
@@ -112,13 +112,13 @@ class Statistics:
         own = self.u_single if self.standard_error is None else self.standard_error
         return own if self.combined is None else self.combined
 
-    def words(self, scale: float = 1.0) -> str:
+    def words(self) -> str:
         """Return the mean with its uncertainty `u`."""
-        return UNKNOWN if self.mean is None else quantity(self.mean, self.u, scale=scale)
+        return quantity(self.mean, self.u)
 
-    def brief(self, scale: float = 1.0) -> str:
+    def brief(self) -> str:
         """Return the same in the concise form, 0.8012(23)."""
-        return concise(self.mean, self.u, scale=scale)
+        return concise(self.mean, self.u)
 
 
 NO_VALUE = Statistics(0)

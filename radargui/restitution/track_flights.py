@@ -28,19 +28,14 @@ class Heights:
     time_s: FloatArray
     height_m: FloatArray
 
-    def within(self, flight: Flight) -> tuple[FloatArray, FloatArray]:
-        """Return times and heights of a flight."""
-        inside = slice(*np.searchsorted(self.time_s, [flight.begin_s, flight.end_s]))
-        return self.time_s[inside], self.height_m[inside]
-
     def rising_speed(self, impact_s: float) -> float:
         """Return the upward speed just after an impact from the milliseconds that follow it."""
         # the corner itself is rounded by the low-pass of the correction
         begin = impact_s + 0.001
-        time, height = self.within(Flight(begin, begin + TRACKS.rising_s))
-        if time.size < TRACKS.least_rising:
+        inside = slice(*np.searchsorted(self.time_s, [begin, begin + TRACKS.rising_s]))
+        d, height = self.time_s[inside] - impact_s, self.height_m[inside]
+        if d.size < TRACKS.least_rising:
             return 0.0
-        d = time - impact_s
         # gravity taken off, a line has one unknown less: so few samples bear no parabola
         return max(0.0, float(np.polyfit(d, height + 0.5 * NOMINAL_GRAVITY_M_S2 * d * d, 1)[0]))
 

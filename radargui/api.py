@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, SupportsIndex, overload
 
 import numpy as np
 
-from radargui.files.formats import own_setup_of
+from radargui.files.formats import RUN, format_of, own_setup_of
 from radargui.files.reading import parse_channel_map, read_recording
-from radargui.files.run_layout import SUFFIX
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.recording import Recording
@@ -206,7 +205,7 @@ def open_run(
         setup = read_setup(setup) if setup is not None else own_setup_of(path)
     if setup is None:
         raise UsageError(f"{path} brings no setup", remedy="Give open_run(path, setup=...).")
-    if _is_run(path) and channels is None:
+    if channels is None and format_of(path) is RUN:
         # of an hour only the part with the motion is read
         return Run(read_for_processing(path), setup)
     mapped = None if channels is None else parse_channel_map(channels)
@@ -240,10 +239,6 @@ def process(
     """
     changes = {"processing.correction": correction, "processing.geometry": geometry}
     return Result(process_recording(run.recording, changed(run.setup, changes, "process"), progress))
-
-
-def _is_run(path: Path) -> bool:
-    return path.suffix.lower() == SUFFIX
 
 
 def _view(package: str) -> Any:

@@ -11,7 +11,7 @@ from radargui.conditioning.noise import block_means
 from radargui.conditioning.segment import held
 from radargui.model.arrays import BoolArray, FloatArray, even_transform_size, pieces
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
-from radargui.model.recording import Recording, stored_starts
+from radargui.model.recording import Recording, at_rail, stored_starts
 from radargui.model.setup import Setup
 
 
@@ -149,7 +149,7 @@ def _pooled(recording: Recording, samples: slice, size: int) -> BandSignals:
     elif bad.any():
         volts = held(volts)
     if raw.dtype == np.int16 and (raw.max() >= 32767 or raw.min() <= -32768):
-        bad |= blocks_with((raw <= -32768) | (raw >= 32767), size)
+        bad |= blocks_with(at_rail(raw), size)
     return BandSignals(volts, ~bad, size)
 
 

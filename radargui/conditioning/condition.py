@@ -143,7 +143,7 @@ def _steady_motion(
     volts: FloatArray, usable: BoolArray, rate_hz: float, noise_v: FloatArray, lines_hz: tuple[float, ...]
 ) -> Motion | None:
     """Return the motion of a target too weak to shake the voltages, but whose line one or two receivers show."""
-    pairs = [slice(first, first + 2) for first in range(0, volts.shape[0], 2)]
+    pairs = _pairs(volts)
     if len(pairs) > 2:
         return None
     for pair in pairs:
@@ -168,10 +168,11 @@ def _conditioned(
         motion = find_motion(volts, rate_hz, noise_v) or motion
     # what has no rest to be measured on is told by being there on both sides
     volts, lines = without_standing_lines(volts, rate_hz, noise_v)
-    toned = (False,) * (volts.shape[0] // 2)
+    pairs = _pairs(volts)
+    toned = (False,) * len(pairs)
     if lines:
         found, inner = find_motion(volts, rate_hz, noise_v), without_ends(volts, rate_hz)
-        toned = tuple(find_motion(inner[k : k + 2], rate_hz, noise_v[k : k + 2]) is None for k in _pairs(volts))
+        toned = tuple(find_motion(inner[pair], rate_hz, noise_v[pair]) is None for pair in pairs)
         if found is None or all(toned):
             return NoMotion(f"{_only_tones(lines)} moves the voltages")
         motion = found
@@ -179,7 +180,6 @@ def _conditioned(
     if phase_sign < 0:
         volts = volts.copy()
         volts[1::2] *= -1.0
-        hum = _inverted(hum)
     n_channels, moving = volts.shape[0], slice(motion.first, motion.last)
     delay_s = channel_skew(recording.digitisation, setup.daq).delay_s * np.arange(n_channels, dtype=np.float64)
     # after the hum: its slow swing would hide that a channel stands at its end
@@ -188,7 +188,6 @@ def _conditioned(
         # a mean that reaches beyond a plateau does not stand at its height
         raw = recording.raw[:, samples]
         usable &= ~blocks_with(_plateaus(raw, slice(motion.first * size, motion.last * size)), size)
-    pairs = [slice(first, first + 2) for first in range(0, n_channels, 2)]
     doppler: tuple[Doppler, ...]
     echoes: tuple[Echo | None, ...] = (None,) * len(pairs)
     if len(pairs) < 3:
@@ -217,11 +216,9 @@ def _conditioned(
         volts,
         usable,
         noise_v,
-        hum,
         Segment(motion.first, motion.last, 0, int(np.searchsorted(time_s, rest.end_s))),
         rest.onset_s,
         rest.end_s,
-        lines,
         doppler,
         echoes,
         faults,
@@ -235,9 +232,9 @@ def _only_tones(lines_hz: tuple[float, ...]) -> str:
     return f"nothing but a hum or tones ({', '.join(f'{frequency:.0f}' for frequency in lines_hz[:4])} Hz)"
 
 
-def _pairs(volts: FloatArray) -> range:
-    """Return the first channel of each receiver."""
-    return range(0, volts.shape[0], 2)
+def _pairs(volts: FloatArray) -> list[slice]:
+    """Return the channels of each receiver."""
+    return [slice(first, first + 2) for first in range(0, volts.shape[0], 2)]
 
 
 def _followed(
@@ -303,13 +300,8 @@ def _faults(
 ) -> tuple[str, ...]:
     """Return why a receiver is none, one a receiver."""
     faults = [
-        check_receiver(
-            own.between(moving.start, moving.stop),
-            volts[2 * k : 2 * k + 2, moving],
-            noise_v[2 * k : 2 * k + 2],
-            usable[2 * k : 2 * k + 2, moving],
-        )
-        for k, own in enumerate(doppler)
+        check_receiver(own.between(moving.start, moving.stop), volts[pair, moving], noise_v[pair], usable[pair, moving])
+        for own, pair in zip(doppler, _pairs(volts), strict=True)
     ]
     names, own = [f"{part}{number}" for number in range(1, len(faults) + 1) for part in "IQ"], tuple(faults)
     # a cable on I and on Q of another shows the same where no sign is applied
@@ -371,10 +363,3 @@ def _rest_before(volts: FloatArray, time_s: FloatArray, motion: Motion, settings
     # what looks at rest for as long again before it may be creeping already
     end = max(onset - late - settings.before_onset_s, begin + settings.least_s)
     return _Rest(onset, end)
-
-
-def _inverted(hum: Hum | None) -> Hum | None:
-    if hum is None:
-        return None
-    sign = np.where(np.arange(hum.cosine_v.shape[0]) % 2, -1.0, 1.0)[:, None]
-    return Hum(hum.frequency_hz, hum.orders, sign * hum.cosine_v, sign * hum.sine_v)

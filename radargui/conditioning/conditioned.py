@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from radargui.conditioning.doppler import Doppler
-from radargui.conditioning.hum import Hum
 from radargui.conditioning.skew import remove_skew
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.result import Segment
@@ -35,21 +34,17 @@ class Conditioned:
     time_s
         Of channel 0, shape (n_samples,).
     volts
-        I1, Q1, I2, ... finite, hum taken off, wiring's sign applied, shape (2 n_receivers, n_samples).
+        I1, Q1, I2, ... finite, hum and tones taken off, wiring's sign applied, shape (2 n_receivers, n_samples).
     usable
         False where a channel is clipped or was not a number, shape (2 n_receivers, n_samples).
     noise_v
         Standard deviation of each channel's white noise, shape (2 n_receivers,), above zero.
-    hum
-        Pick-up of the mains that was taken off; None where there is none.
     segment
         Of these samples the motion and the rest before it: until `segment.rest_last` the tracer rests for sure.
     onset_s
         Last time at which the tracer still looks at rest; -inf where the stretch begins in motion.
     rest_end_s
         Until here the tracer rests for sure; the first sample's time where the stretch begins in motion.
-    lines_hz
-        Frequencies of standing lines (hum and tones without a rest to measure them on) that were taken off.
     doppler
         Lines of each receiver's frames: in the motion, of one or two receivers in all samples; samples count from the
         first of these.
@@ -72,11 +67,9 @@ class Conditioned:
     volts: FloatArray = field(repr=False)
     usable: BoolArray = field(repr=False)
     noise_v: FloatArray
-    hum: Hum | None
     segment: Segment
     onset_s: float
     rest_end_s: float
-    lines_hz: tuple[float, ...]
     doppler: tuple[Doppler, ...] = field(repr=False)
     echoes: tuple[Echo | None, ...] = field(repr=False)
     faults: tuple[str, ...]
@@ -92,15 +85,11 @@ class Conditioned:
     def of_receivers(self, numbers: Sequence[int]) -> Conditioned:
         """Return the same of some receivers, numbered from 0."""
         channels = [2 * number + part for number in numbers for part in (0, 1)]
-        hum = self.hum
-        if hum is not None:
-            hum = replace(hum, cosine_v=hum.cosine_v[channels], sine_v=hum.sine_v[channels])
         return replace(
             self,
             volts=self.volts[channels],
             usable=self.usable[channels],
             noise_v=self.noise_v[channels],
-            hum=hum,
             doppler=tuple(self.doppler[number] for number in numbers),
             echoes=tuple(self.echoes[number] for number in numbers),
             faults=tuple(self.faults[number] for number in numbers),
@@ -126,11 +115,6 @@ class Conditioned:
     def n_samples(self) -> int:
         """Number of samples of each channel."""
         return int(self.time_s.size)
-
-    @property
-    def has_rest(self) -> bool:
-        """Whether the tracer rests before it moves."""
-        return bool(self.onset_s > self.time_s[0])
 
     @property
     def unusable_share(self) -> FloatArray:

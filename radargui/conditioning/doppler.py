@@ -123,6 +123,14 @@ class Doppler:
         rows = {name: getattr(self, name)[..., inside] for name in _BY_FRAME}
         return replace(self, **rows)
 
+    def around(self, frames: BoolArray, n_samples: int) -> BoolArray:
+        """Return the samples nearest to some frames, shape (n_samples,)."""
+        out = np.zeros(n_samples, dtype=np.bool_)
+        reach = self.size // 4 + 1
+        for centre in self.centre[frames]:
+            out[max(centre - reach, 0) : centre + reach] = True
+        return out
+
     def without_mains(self, lines_hz: Sequence[float]) -> Doppler:
         """Return the same where no line at a multiple of a mains frequency counts, if one of `lines_hz` is one."""
         hum = np.zeros(self.centre.size, dtype=np.bool_)

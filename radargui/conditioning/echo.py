@@ -12,7 +12,7 @@ from radargui.conditioning.doppler import SETTINGS as LINES, Doppler
 from radargui.conditioning.follows import FollowSettings, missed_frames
 from radargui.conditioning.offset_curve import offset_curve
 from radargui.conditioning.spectral_front_end import front_end_of
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from radargui.model.front_end import FrontEnd, channels_of, point_of
 
 
@@ -178,7 +178,7 @@ def follow_echo(
     other |= ~doppler.clear & ~doppler.mixed & fast & (doppler.power > LINES.strong)
     other |= missed_frames(phase, strong, doppler, ROUGHLY)[0] & doppler.steady
     other |= missed_frames(phase, strong, doppler, STANDS)[0] & doppler.mixed & fast
-    leads = np.asarray(strong & known & held & ~deep & ~_around(doppler, other, wave.size))
+    leads = np.asarray(strong & known & held & ~deep & ~doppler.around(other, wave.size))
     return Echo(
         wave,
         offset,
@@ -198,7 +198,7 @@ def _of_one_target(
     A target that fades is followed all the way down and up again; what is weak from its beginning to its end is what
     shows while the target rests or has gone: another one, and the more likely so at another frequency.
     """
-    runs = np.flatnonzero(np.diff(np.concatenate([[0], leads.astype(np.int8), [0]]))).reshape(-1, 2)
+    runs = runs_of(leads)
     first, last = runs[:, 0], runs[:, 1] - 1
     reach = np.minimum(last - first, near)
     begins, ends = ((phase[at + reach] - phase[at]) / np.maximum(reach, 1) for at in (first, last - reach))
@@ -294,12 +294,3 @@ def _images(doppler: Doppler, front_end: FrontEnd, wave: ComplexArray, settings:
         ahead, back = (np.abs(uniform_filter1d(frame * one, short)) ** 2 for one in (turn, turn.conj()))
         both[k] = np.minimum(ahead, back).sum() > allowed[k] * np.maximum(ahead, back).sum()
     return both
-
-
-def _around(doppler: Doppler, frames: BoolArray, n_samples: int) -> BoolArray:
-    """Return the samples nearest to some frames, shape (n_samples,)."""
-    out = np.zeros(n_samples, dtype=np.bool_)
-    reach = doppler.size // 4 + 1
-    for centre in doppler.centre[frames]:
-        out[max(centre - reach, 0) : centre + reach] = True
-    return out

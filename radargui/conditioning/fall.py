@@ -6,7 +6,7 @@ import numpy as np
 
 from radargui.conditioning.averager import Averager
 from radargui.geometry.path_length import path_gradient, place_antennas
-from radargui.model.arrays import BoolArray, FloatArray, RawArray
+from radargui.model.arrays import BoolArray, FloatArray, RawArray, runs_of
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
@@ -67,7 +67,8 @@ class FallTest:
         wanted = len(falling) if len(falling) < 3 else len(falling) - 1
         # all receivers fall at one time; a cable that is moved does not
         together = np.sum(falling, axis=0) >= wanted
-        return _longest(together) + window >= LEAST_S * self._rate_hz
+        longest = int(np.diff(runs_of(together)).max(initial=0))
+        return longest + window >= LEAST_S * self._rate_hz
 
     def _falling(self, pair_v: FloatArray, rad_per_m: float, window: int) -> BoolArray:
         """Return for each window whether one receiver sees a free fall in it, shape (n - window,)."""
@@ -84,9 +85,3 @@ class FallTest:
         fast = np.abs(weights[:, 1] / rad_per_m) > LEAST_SPEED
         fits = (share > ACCELERATION[0]) & (share < ACCELERATION[1]) & (misfit < LARGEST_MISFIT_RAD)
         return np.asarray(fits & fast)
-
-
-def _longest(flags: BoolArray) -> int:
-    """Return the length of the longest stretch of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
-    return int((edges[1::2] - edges[0::2]).max(initial=0))

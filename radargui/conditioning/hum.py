@@ -77,11 +77,6 @@ class Hum:
     sine_v: FloatArray
 
     @property
-    def amplitude_v(self) -> FloatArray:
-        """Amplitude of the strongest harmonic in each channel, shape (n_channels,)."""
-        return np.asarray(np.hypot(self.cosine_v, self.sine_v).max(axis=1))
-
-    @property
     def lines_hz(self) -> tuple[float, ...]:
         """Frequencies of the harmonics found."""
         return tuple(order * self.frequency_hz for order in self.orders)
@@ -217,6 +212,12 @@ def _pooled(volts: FloatArray, start: int, size: int, rate_hz: float) -> _Rest:
     return middle / rate_hz, means - means.mean(axis=1, keepdims=True)
 
 
+def _levelled(time_s: FloatArray, means: FloatArray) -> FloatArray:
+    """Return the means of a rest, which add up to nothing, less the slope of their line, same shape."""
+    along = time_s - time_s.mean()
+    return np.asarray(means - (means @ along / (along @ along))[:, None] * along)
+
+
 def _solve(rests: Sequence[_Rest], frequency_hz: float, orders: Sequence[int]) -> tuple[FloatArray, FloatArray]:
     """Return amplitudes, cosine and sine by turns, then a line a rest, (n, n_channels), and the pulls they answer to.
 
@@ -260,9 +261,7 @@ class _Rests:
         size = even_transform_size(2.2 * longest)
         brought = np.zeros(size // 2 + 1)
         for time_s, means in self.rests:
-            along = time_s - time_s.mean()
-            level = means - (means @ along / (along @ along))[:, None] * along
-            spectrum = np.fft.rfft(level, size, axis=1)
+            spectrum = np.fft.rfft(_levelled(time_s, means), size, axis=1)
             brought += (2.0 / time_s.size / self._variance) @ (spectrum.real**2 + spectrum.imag**2)
         hz = np.arange(brought.size) / (size * spacing_s)
         near = np.zeros(hz.size, dtype=np.bool_)
@@ -279,8 +278,7 @@ class _Rests:
         """
         amplitude, count = np.zeros((around_hz.size, self._variance.size), dtype=np.complex128), 0
         for time_s, means in self.rests:
-            along = time_s - time_s.mean()
-            level = means - (means @ along / (along @ along))[:, None] * along
+            level = _levelled(time_s, means)
             first = np.flatnonzero(np.diff(np.floor(time_s * nominal_hz), prepend=-1.0))
             periods = np.add.reduceat(level * np.exp(-2j * np.pi * nominal_hz * time_s), first, axis=1)
             amplitude += np.exp(-2j * np.pi * np.outer(around_hz, time_s[first] + 0.5 / nominal_hz)) @ periods.T

@@ -10,7 +10,7 @@ import numpy as np
 from radargui.conditioning.activity import activity, block_size
 from radargui.conditioning.noise import white_noise_v
 from radargui.conditioning.segment import SETTINGS as MOTION, held, without_blips
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, runs_of
 
 PAUSE_S = 2.0
 """Two motions with at least so much rest between them are two."""
@@ -124,9 +124,8 @@ def _regular(pieces: Iterable[FloatArray], length: int) -> Iterator[FloatArray]:
 
 def _motions(moving: BoolArray, pause: int) -> list[tuple[int, int]]:
     """Return begin and end, in blocks, of the motions between pauses."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], moving.astype(np.int8), [0]]))).reshape(-1, 2)
     motions: list[tuple[int, int]] = []
-    for begin, end in edges.tolist():
+    for begin, end in runs_of(moving).tolist():
         if motions and begin - motions[-1][1] < pause:
             motions[-1] = (motions[-1][0], end)
         else:

@@ -9,7 +9,7 @@ import numpy as np
 from radargui.conditioning.activity import activity, block_size, window_blocks
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ, without_mains
 from radargui.conditioning.noise import block_means
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, runs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,9 +139,8 @@ def held(volts: FloatArray) -> FloatArray:
 
 def without_blips(moving: BoolArray, least: int) -> BoolArray:
     """Return `moving` without runs shorter than `least` blocks."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], moving.astype(np.int8), [0]])))
     out = moving.copy()
-    for begin, end in edges.reshape(-1, 2):
+    for begin, end in runs_of(moving):
         if end - begin < least:
             out[begin:end] = False
     return out

@@ -98,7 +98,7 @@ class MotionTrigger:
         self._blocks += count
         if self._noise_v is None or self._means.shape[1] < self._window:
             return self._state
-        self._judge(self._levels_of(self._means, min(count, self._means.shape[1] - self._window + 1)))
+        self._judge(self._levels_of(min(count, self._means.shape[1] - self._window + 1), self._noise_v))
         return self._state
 
     def relearn(self) -> None:
@@ -121,14 +121,11 @@ class MotionTrigger:
             self._noise_v = np.maximum(noise, np.maximum(1e-6 * np.abs(whole).max(axis=1), 1e-9))
             self._early.clear()
 
-    def _levels_of(self, means: FloatArray, count: int) -> FloatArray:
+    def _levels_of(self, count: int, noise_v: FloatArray) -> FloatArray:
         """Return the activity of the windows that end with each of the last `count` blocks."""
-        scaled = means[:, -(count + self._window - 1) :] * (np.sqrt(self._size) / self._noise_or_one())[:, None]
+        scaled = self._means[:, -(count + self._window - 1) :] * (np.sqrt(self._size) / noise_v)[:, None]
         before = self._window // 2
         return sliding_variance(scaled, self._window)[before : before + count]
-
-    def _noise_or_one(self) -> FloatArray:
-        return np.ones(self._means.shape[0]) if self._noise_v is None else self._noise_v
 
     def _judge(self, levels: FloatArray) -> None:
         first_block = self._blocks - levels.size

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, runs_of
 
 if TYPE_CHECKING:
     # loads what only one or two receivers need
@@ -96,7 +96,7 @@ def lasting(
     """
     out, known = stray.copy(), np.flatnonzero(valid & echo.leads & ~stray)
     away = phase_rad - echo.phase_rad
-    for begin, end in np.flatnonzero(np.diff(np.concatenate([[0], stray.astype(np.int8), [0]]))).reshape(-1, 2):
+    for begin, end in runs_of(stray):
         before, after = known[known < begin], known[known >= end]
         if before.size and after.size:
             out[begin:end] = abs(away[after[0]] - away[before[-1]]) > settings.most_rad

@@ -1,4 +1,4 @@
-"""Phase by arctangent, unwrapped by a threshold."""
+"""Phase by arctangent, unwrapped where it steps by more than half a turn."""
 
 from __future__ import annotations
 
@@ -12,30 +12,25 @@ def wrapped_phase(i: FloatArray, q: FloatArray) -> FloatArray:
     return np.arctan2(q, i)
 
 
-def unwrap(phase_rad: FloatArray, threshold_rad: float = np.pi) -> FloatArray:
-    """Add multiples of 2 pi wherever the phase steps by more than the threshold; NaN are passed over.
+def unwrap(phase_rad: FloatArray) -> FloatArray:
+    """Add multiples of 2 pi wherever phases, shape (n_receivers, n_samples), step by more than half a turn.
 
-    Parameters
-    ----------
-    phase_rad
-        Wrapped, shape (n_receivers, n_samples).
-    threshold_rad
-        A larger step between neighbours is a wrap, not motion.
+    A larger step between neighbours is a wrap, not motion. NaN are passed over.
     """
     out = phase_rad.copy()
     for row in out:
         known = np.isfinite(row)
         if known.all():
-            _unwrap(row, threshold_rad)
+            _unwrap(row)
         else:
-            row[known] = _unwrap(row[known], threshold_rad)
+            row[known] = _unwrap(row[known])
     return out
 
 
-def _unwrap(phase_rad: FloatArray, threshold_rad: float) -> FloatArray:
+def _unwrap(phase_rad: FloatArray) -> FloatArray:
     """Unwrap phases (n,) in place: numpy's `unwrap` looks at every sample several times, wraps are few."""
     step = np.diff(phase_rad)
-    wrap = np.flatnonzero(np.abs(step) > threshold_rad)
+    wrap = np.flatnonzero(np.abs(step) > np.pi)
     turns = np.cumsum(np.rint(step[wrap] / (2.0 * np.pi)))
     phase_rad[1:] -= 2.0 * np.pi * np.repeat(np.append(0.0, turns), np.diff(wrap, prepend=0, append=step.size))
     return phase_rad

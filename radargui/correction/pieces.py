@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, runs_of
 
 if TYPE_CHECKING:
     # loads what only one or two receivers need
@@ -71,8 +71,7 @@ def join_pieces(
     out = phase_rad.copy()
     begins = np.zeros(phase_rad.shape[1], dtype=np.intp)
     for row, good, echo in zip_longest(out, valid, echoes[: len(out)]):
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]]))).reshape(-1, 2)
-        runs = [(int(a), int(b)) for a, b in edges if b - a >= settings.least_samples]
+        runs = [(a, b) for a, b in runs_of(good).tolist() if b - a >= settings.least_samples]
         for before, after in pairwise(runs):
             # longer holes are where an echo was lost: there it may have turned round
             short = after[0] - before[1] < settings.longest_s * sample_rate_hz

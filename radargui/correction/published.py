@@ -180,33 +180,27 @@ def find_extremes(smoothed_v: FloatArray, segment: Segment) -> tuple[IntArray, I
     """
     x = smoothed_v[segment.first : segment.last]
     place, peak = turning_points(x)
-    number = standing_out(x, place, PROMINENCE * _swing_at(x, place))
+    number = standing_out(x, place, PROMINENCE * local_swing(x, place))
     found, peak = place[number] + segment.first, peak[number]
     return found[peak], found[~peak]
 
 
-def local_swing(x: FloatArray) -> FloatArray:
-    """Return the peak-to-valley swing around each sample, shape (n_samples,).
+def local_swing(x: FloatArray, turning: IntArray) -> FloatArray:
+    """Return the peak-to-valley swing around each turning point, shape (n_turning,).
 
     Half of the typical swing is taken first to find the alternating extremes; the swing between neighbours of these,
     median over five, then follows a change of amplitude.
     """
-    return _swing_at(x, turning_points(x)[0], np.arange(x.size))
-
-
-def _swing_at(x: FloatArray, turning: IntArray, at: IntArray | None = None) -> FloatArray:
-    """Return `local_swing` at some samples, those of all turning points unless told."""
-    at = turning if at is None else at
     # every fourth sample tells it as well
     lowest, highest = np.percentile(x[::4], [2.0, 98.0])
     typical = float(highest - lowest)
     both = turning[standing_out(x, turning, TYPICAL_PROMINENCE * typical)]
     if both.size <= LEAST_SWINGS:
-        return np.full(at.size, typical)
+        return np.full(turning.size, typical)
     swing = np.abs(np.diff(x[both]))
     middle = 0.5 * (both[1:] + both[:-1])
     around = np.clip(np.arange(swing.size) + np.arange(-2, 3)[:, None], 0, swing.size - 1)
-    return np.asarray(np.interp(at, middle, np.sort(swing[around], axis=0)[2]))
+    return np.asarray(np.interp(turning, middle, np.sort(swing[around], axis=0)[2]))
 
 
 def envelope(smoothed_v: FloatArray, extremes: IntArray, segment: Segment) -> FloatArray:

@@ -69,19 +69,23 @@ def circularity(iq: FloatArray, phase_rad: FloatArray | None = None) -> float:
         Their unwrapped phase, shape (n_samples,).
     """
     radius = np.sqrt(iq[0] ** 2 + iq[1] ** 2)
-    if phase_rad is None:
-        return float(np.sqrt(np.mean((radius - 1.0) ** 2)))
+    if phase_rad is not None:
+        radius = radius / _usual_radius(radius, phase_rad)
+    return float(np.sqrt(np.mean((radius - 1.0) ** 2)))
+
+
+def _usual_radius(radius: FloatArray, phase_rad: FloatArray) -> FloatArray | float:
+    """Return the mean radius of the fringe that each sample lies in, shape (n_samples,); 1 with less than two."""
     turned = np.abs(phase_rad - phase_rad[0]) / (2.0 * np.pi)
     fringe = np.concatenate([[0], np.cumsum(np.diff(np.floor(turned)) != 0)]).astype(np.intp)
     count = np.bincount(fringe)
-    mean = np.bincount(fringe, weights=radius) / np.maximum(count, 1)
     if count.size < 2:
-        return float(np.sqrt(np.mean((radius - 1.0) ** 2)))
-    middle = np.cumsum(count) - 0.5 * count
+        return 1.0
+    mean, middle = np.bincount(fringe, weights=radius) / np.maximum(count, 1), np.cumsum(count) - 0.5 * count
     # incomplete fringes at both ends, and short ones at a turn, do not tell their mean
     whole = count >= 0.3 * np.median(count)
     local = np.interp(np.arange(radius.size) + 0.5, middle[whole], mean[whole])
-    return float(np.sqrt(np.mean((radius / np.maximum(local, 1e-300) - 1.0) ** 2)))
+    return np.asarray(np.maximum(local, 1e-300))
 
 
 def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
@@ -107,7 +111,7 @@ def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
     window = 2 * int((last - first) / max(turns, 1.0)) + 1
     if turns < LEAST_TURNS or window < 5 or window > last - first:
         return None
-    smoothed = savitzky_golay(phase_rad[first:last], window, 2)
+    smoothed = savitzky_golay(phase_rad[first:last], window)
     z = iq[0, first:last] + 1j * iq[1, first:last]
     taper = np.hanning(last - first)
     turned_back, turned_on = (abs((taper * z * np.exp(sign * 1j * smoothed)).sum()) for sign in (-1.0, 1.0))
@@ -117,14 +121,11 @@ def image_rejection_db(iq: FloatArray, phase_rad: FloatArray) -> float | None:
 
 def _longest_one_way(phase_rad: FloatArray) -> tuple[int, int]:
     """Return the stretch between turning points over which the phase changes most."""
-    size = max(1, phase_rad.size // 400)
-    count = phase_rad.size // size
-    if count < 8:
+    coarse, size = _coarse(phase_rad, 400)
+    if coarse.size < 8:
         return 0, 0
-    # noise of each sample, added up over a second, would be hundreds of fringes
-    coarse = phase_rad[: count * size].reshape(count, size).mean(axis=1)
     direction = np.sign(np.diff(coarse))
-    edges = np.concatenate([[0], np.flatnonzero(direction[1:] != direction[:-1]) + 1, [count - 1]])
+    edges = np.concatenate([[0], np.flatnonzero(direction[1:] != direction[:-1]) + 1, [coarse.size - 1]])
     best = int(np.argmax(np.abs(np.diff(coarse[edges]))))
     return int(edges[best]) * size, int(edges[best + 1]) * size
 
@@ -228,9 +229,12 @@ def judge(
 
 def _fringes(phase_rad: FloatArray) -> float:
     """Return the turns of the phase to and fro, noise below a twentieth of a fringe passed over."""
-    if phase_rad.size == 0:
-        return 0.0
-    size = max(1, phase_rad.size // 2000)
-    count = max(1, phase_rad.size // size)
-    coarse = phase_rad[: count * size].reshape(count, size).mean(axis=1)
+    coarse, _ = _coarse(phase_rad, 2000)
     return float(np.abs(np.diff(coarse)).sum() / (2.0 * np.pi))
+
+
+def _coarse(phase_rad: FloatArray, count: int) -> tuple[FloatArray, int]:
+    """Return about so many means of a phase, and of how many samples: noise, added up, would be hundreds of fringes."""
+    size = max(1, phase_rad.size // count)
+    whole = phase_rad.size // size * size
+    return phase_rad[:whole].reshape(-1, size).mean(axis=1), size

@@ -31,13 +31,10 @@ class Side:
         See `files.run_card.summarise`.
     setup
         What it was made with; None where this version cannot read it.
-    processed_at
-        ISO 8601; empty where it was made just now.
     """
 
     summary: Mapping[str, object]
     setup: Setup | None
-    processed_at: str = ""
 
     @classmethod
     def of(cls, result: RunResult) -> "Side":
@@ -200,4 +197,4 @@ def _flat(value: object, place: str = "") -> Iterator[tuple[str, object]]:
 
 
 def _side(stored: StoredResult) -> Side:
-    return Side(stored.summary, stored.setup, stored.processed_at)
+    return Side(stored.summary, stored.setup)

@@ -65,9 +65,10 @@ def live_agreement(span: LiveSpan, first_index: int, result: RunResult) -> LiveA
     place = np.asarray(np.searchsorted(index, span.index - first_index), dtype=np.intp)
     there: BoolArray = np.asarray(place < index.size)
     there[there] = index[place[there]] == (span.index - first_index)[there]
-    begin = _after_first_fringe(result)
-    there &= (place >= begin) & (place < result.segment.last)
-    if begin < 0 or not there.any():
+    # a live track starts when a fringe has passed
+    passed = (np.nan_to_num(np.abs(result.paths.change_m)) > result.setup.radar.wavelength_m).any(axis=0)
+    there &= (place >= np.argmax(passed)) & (place < result.segment.last)
+    if not passed.any() or not there.any():
         return None
     place = place[there]
     valid: BoolArray
@@ -103,15 +104,6 @@ def _without_zeros(apart_m: FloatArray, piece: IntArray | None, place: IntArray,
             if known.any():
                 row[number == one] -= row[known].mean()
     return out
-
-
-def _after_first_fringe(result: RunResult) -> int:
-    """Return the stored sample after which the path has changed by a wavelength; -1 where it never has."""
-    if result.paths is None:
-        return -1
-    change = np.nan_to_num(np.abs(result.paths.change_m)).max(axis=0)
-    beyond = np.flatnonzero(change > result.setup.radar.wavelength_m)
-    return int(beyond[0]) if beyond.size else -1
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Names for the array types of arguments and results; long arrays in pieces, and as few points that hide no peak."""
+"""Names for the array types of arguments and results; long arrays in pieces, runs of flags, peaks kept in sight."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -24,6 +24,11 @@ def pieces(count: int, size: int = _PIECE) -> Iterator[slice]:
     """Yield slices of at most `size` that cover `count` samples."""
     for first in range(0, count, size):
         yield slice(first, min(first + size, count))
+
+
+def runs_of(flags: BoolArray) -> IntArray:
+    """Return where runs of True begin and end, one past the last, shape (n_runs, 2)."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))).reshape(-1, 2)
 
 
 @lru_cache(maxsize=64)

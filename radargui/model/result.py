@@ -140,10 +140,6 @@ class Segment:
         """Whether there is rest before the motion."""
         return self.rest_last > self.rest_first
 
-    def counted_from(self, start: int) -> Segment:
-        """Return the same segment counted from sample `start` on."""
-        return Segment(self.first - start, self.last - start, self.rest_first - start, self.rest_last - start)
-
 
 @dataclass(frozen=True, slots=True)
 class ChannelQuality:

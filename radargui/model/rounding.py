@@ -35,9 +35,9 @@ def quantity(value: float | None, u: float | None, unit: str = "", scale: float 
     return f"{shown} ± {shown_u}"
 
 
-def concise(value: float | None, u: float | None, unit: str = "", scale: float = 1.0) -> str:
+def concise(value: float | None, u: float | None, unit: str = "") -> str:
     """Return "0.8123(12)", the digits of u below the last ones of the value (GUM 7.2.2); see `quantity`."""
-    shown, plus_minus, own = quantity(value, u, scale=scale).partition(" ± ")
+    shown, plus_minus, own = quantity(value, u).partition(" ± ")
     # below one the digits alone, above it with its decimal point: 12.3(1.2)
     digits = own if own[:1].strip("0") else own.replace(".", "").lstrip("0")
     return f"{shown}{f'({digits})' if plus_minus else ''}{f' {unit}' if unit and value is not None else ''}"

@@ -23,17 +23,10 @@ class ConductingSphere:
 
     Attributes
     ----------
-    size
-        x = 2 pi radius / wavelength.
-    electric, magnetic
-        a_n and b_n, shape (n_max,); time factor exp(-i w t), so that a path L gives exp(+i K L).
     series
         Chebyshev coefficients of Re U, Im U, Re V, Im V, shape (n_max, 4).
     """
 
-    size: float
-    electric: ComplexArray
-    magnetic: ComplexArray
     series: FloatArray
 
     def parts(self, cosine: FloatArray) -> tuple[ComplexArray, ComplexArray]:
@@ -49,19 +42,24 @@ class ConductingSphere:
         u, v = values.view(np.complex128).T
         return u.reshape(cosine.shape), v.reshape(cosine.shape)
 
-    def amplitudes(self, cosine: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return S1 (field across the scattering plane) and S2 (in the plane); parameters as of `parts`."""
-        u, v = self.parts(cosine)
-        return np.asarray(u + cosine * v), np.asarray(v + cosine * u)
-
 
 @lru_cache(maxsize=32)
 def conducting_sphere(radius_m: float, wavelength_m: float) -> ConductingSphere:
-    """Return the sphere: a_n = psi_n' / xi_n', b_n = psi_n / xi_n, psi = x j_n, xi = x h_n (Bohren & Huffman, ch. 4).
+    """Return the sphere of this radius at a wavelength."""
+    return ConductingSphere(_series(*scattering_coefficients(2.0 * np.pi * radius_m / wavelength_m)))
+
+
+def scattering_coefficients(size: float) -> tuple[ComplexArray, ComplexArray]:
+    """Return a_n = psi_n' / xi_n', b_n = psi_n / xi_n, psi = x j_n, xi = x h_n (Bohren & Huffman, ch. 4), (n_max,).
 
     The perfect conductor is the limit of an infinite refractive index. Orders up to x + 4 x^(1/3) + 3 (Wiscombe 1980).
+    The time factor is exp(-i w t), so that a path L gives exp(+i K L).
+
+    Parameters
+    ----------
+    size
+        x = 2 pi radius / wavelength.
     """
-    size = 2.0 * np.pi * radius_m / wavelength_m
     order = np.arange(1, int(size + 4.0 * np.cbrt(size) + 3.0) + 1)
     regular, irregular = _spherical_bessel(order.size, size)
     # (x f_n)' = x f_(n-1) - n f_n; the field along the metal vanishes: a_n by the slopes, b_n by the values
@@ -70,7 +68,7 @@ def conducting_sphere(radius_m: float, wavelength_m: float) -> ConductingSphere:
     regular, irregular = regular[1:], irregular[1:]
     electric = np.asarray(regular_slope / (regular_slope + 1j * irregular_slope), dtype=np.complex128)
     magnetic = np.asarray(regular / (regular + 1j * irregular), dtype=np.complex128)
-    return ConductingSphere(size, electric, magnetic, _series(electric, magnetic))
+    return electric, magnetic
 
 
 def _spherical_bessel(most: int, x: float) -> tuple[FloatArray, FloatArray]:
@@ -251,8 +249,6 @@ class ReceivedField:
 
     Attributes
     ----------
-    direction
-        Unit vector u from the centre to the antenna, shape (3,).
     horizontal, vertical
         h and v, between which the polarisation counts, shape (3,).
     angle_deg, strongest_deg
@@ -261,7 +257,6 @@ class ReceivedField:
         Of the strongest signal, 0 to 1.
     """
 
-    direction: FloatArray
     horizontal: FloatArray
     vertical: FloatArray
     angle_deg: float
@@ -286,5 +281,5 @@ def received_fields(
         # left out: whoever set it up turned it for the strongest signal
         own = best if receiver.polarization_deg is None else receiver.polarization_deg
         got, most = (abs(received_direction(angle, h, v) @ field) for angle in (own, best))
-        out.append(ReceivedField(u, h, v, own, best, float(got / most) if most else 0.0))
+        out.append(ReceivedField(h, v, own, best, float(got / most) if most else 0.0))
     return tuple(out)

@@ -11,6 +11,7 @@ import numpy as np
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import Doppler
 from radargui.conditioning.follows import ALONE, TOGETHER, follows, missed_frames
+from radargui.conditioning.segment import without_blips
 from radargui.correction.agreement import lasting, strays
 from radargui.correction.pieces import join_pieces
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
@@ -99,7 +100,7 @@ def checked(motion: MeasuredMotion, conditioned: Conditioned, wavelength_m: floa
         elif not (rested and doppler.clear.mean() < LEAST_CLEAR):
             channels[k] = _judged(channel, phase, good, doppler, alone=alone)
         if alone:
-            _drop_islands(good, max(2, round(LEAST_RUN_S * rate_hz)))
+            good &= without_blips(good, max(2, round(LEAST_RUN_S * rate_hz)))
             known = float(good[moving].mean())
             if channels[k].verdict != "rejected" and known < LEAST_KNOWN:
                 reason = f"only {100.0 * known:.0f} % of the motion can be followed: the echo is lost too often"
@@ -160,14 +161,6 @@ def _drop_jumps(phase_rad: FloatArray, valid: BoolArray, rate_hz: float) -> None
     valid[: count * size] &= ~np.repeat(np.sqrt((residual**2).mean(axis=1)) > MOST_SCATTER_RAD, size)
 
 
-def _drop_islands(valid: BoolArray, least: int) -> None:
-    """Call invalid, in place, runs of fewer samples."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], valid.astype(np.int8), [0]])))
-    for begin, end in edges.reshape(-1, 2):
-        if end - begin < least:
-            valid[begin:end] = False
-
-
 def _judged(
     channel: ChannelQuality, phase_rad: FloatArray, valid: BoolArray, doppler: Doppler, *, alone: bool
 ) -> ChannelQuality:
@@ -175,9 +168,8 @@ def _judged(
     missed, share = missed_frames(phase_rad, valid, doppler)
     if not follows(missed, share, ALONE if alone else TOGETHER):
         return _strayed(channel, share)
-    reach = doppler.size // 4 + 1
-    for centre in doppler.centre[missed] if alone else ():
-        valid[max(centre - reach, 0) : centre + reach] = False
+    if alone:
+        valid &= ~doppler.around(missed, valid.size)
     return channel
 
 

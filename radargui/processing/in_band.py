@@ -1,15 +1,23 @@
 """The way of one or two receivers: each echo in its Doppler band, and circles where the offset is not known there."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radargui.conditioning.conditioned import Conditioned
-from radargui.correction.doppler_band import correct_in_band
+from radargui.correction.quality import assess
+from radargui.model.arrays import FloatArray
 from radargui.model.errors import ProcessingError
 from radargui.model.result import ChannelQuality, CorrectedIQ, PathLengths
 from radargui.processing.continuity import checked
 from radargui.processing.measured_motion import MeasuredMotion
+
+if TYPE_CHECKING:
+    # loads what only one or two receivers need
+    from radargui.conditioning.echo import Echo
 
 ABOVE_NOISE = 1.5
 """What a channel shows over its noise, below which circles are not tried: 4 dB, where no fringe can be counted."""
@@ -69,21 +77,43 @@ def measure_in_band(
 
 
 def _in_band(conditioned: Conditioned, wavelength_m: float) -> MeasuredMotion:
+    """Return the echoes that conditioning followed, on the unit circle; a receiver without one is rejected."""
     shape = (conditioned.n_receivers, conditioned.n_samples)
     i, q, phase, u_phase = (np.full(shape, np.nan) for _ in range(4))
     valid = np.zeros(shape, dtype=np.bool_)
     channels = []
-    for k in range(conditioned.n_receivers):
-        found = correct_in_band(conditioned, k)
-        if found is None:
+    for k, echo in enumerate(conditioned.echoes):
+        if echo is None:
             channels.append(ChannelQuality(str(k + 1), verdict="rejected", reason="no Doppler frequency stands out"))
             continue
-        (i[k], q[k]), phase[k], u_phase[k], valid[k] = found.iq, found.phase_rad, found.u_phase_rad, found.valid
-        channels.append(found.quality)
+        unit = echo.wave / echo.amplitude_v
+        i[k], q[k], phase[k], valid[k] = unit.real, unit.imag, echo.phase_rad, echo.leads
+        quality = _quality(conditioned, k, echo, np.stack([unit.real, unit.imag]))
+        # noise is known; what bends the circle is taken for phase as well, since nobody knows which it is
+        u_phase[k] = np.hypot(echo.u_phase_rad, quality.circularity or 0.0)
+        channels.append(quality)
     corrected = CorrectedIQ(conditioned.time_s, i, q, valid, u_phase, "adaptive", tuple(channels))
     per_rad = wavelength_m / (2.0 * np.pi)
     paths = PathLengths(conditioned.time_s, phase, phase * per_rad, u_phase * per_rad, valid)
     return checked(MeasuredMotion(corrected, paths, None), conditioned, wavelength_m)
+
+
+def _quality(conditioned: Conditioned, number: int, echo: Echo, iq: FloatArray) -> ChannelQuality:
+    """Return the quality of a receiver's echo in the motion; `iq`: on the unit circle, shape (2, n_samples)."""
+    moving, front_end = slice(conditioned.segment.first, conditioned.segment.last), echo.front_end
+    known = echo.leads[moving]
+    return assess(
+        str(number + 1),
+        iq=iq[:, moving],
+        phase_rad=echo.phase_rad[moving],
+        valid=known,
+        noise=float(np.median(echo.u_phase_rad[moving][known])) if known.any() else 1.0,
+        fraction_clipped=float(conditioned.unusable_share[number]),
+        gain_ratio=front_end.gain_ratio,
+        quadrature_error_deg=front_end.quadrature_error_deg,
+        u_gain_ratio=front_end.u_gain_ratio,
+        u_quadrature_error_deg=front_end.u_quadrature_error_deg,
+    )
 
 
 def _known(motion: MeasuredMotion) -> int:

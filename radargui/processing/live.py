@@ -126,15 +126,11 @@ class LiveProcessor:
         self._antennas = place_antennas(setup)
         self._delay = sphere_delay(setup)
         self._release_m = np.array(setup.tracer.release_position_m)
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget everything but the memory: the next sample pushed has index 0 unless `push` says otherwise."""
         # the wiring's sign once, here: behind it a longer path is a larger phase
-        rad_per_m = self._setup.radar.phase_sign * 2.0 * np.pi / self._setup.radar.wavelength_m
-        self._filters = self._memory.filters(rad_per_m, self._setup.n_receivers)
-        self._trigger = MotionTrigger(self._digitisation, self._setup.recording.threshold)
-        self._samples = LiveSamples(self._digitisation, self._setup.daq)
+        rad_per_m = setup.radar.phase_sign * 2.0 * np.pi / setup.radar.wavelength_m
+        self._filters = self._memory.filters(rad_per_m, setup.n_receivers)
+        self._trigger = MotionTrigger(digitisation, setup.recording.threshold)
+        self._samples = LiveSamples(digitisation, setup.daq)
         self._hum: Hum | None = None
         self._hum_from_s = 0.0
         self._past = self._samples.nothing()

@@ -63,7 +63,7 @@ class Whole:
         """Return corrected IQ of all samples and receivers, with the quality of all."""
         return replace(
             corrected,
-            time_s=self._time_s(),
+            time_s=self._recording.time_s(),
             i=self._all(corrected.i),
             q=self._sign * self._all(corrected.q),
             u_phase_rad=self._all(corrected.u_phase_rad),
@@ -87,13 +87,13 @@ class Whole:
             for rows in (phase_rad, change_m):
                 rows -= np.nan_to_num(rows[:, self._rest].mean(axis=1, keepdims=True))
         piece = None if paths.piece is None else self._spread(paths.piece)
-        return PathLengths(self._time_s(), phase_rad, change_m, u_m, self._all(paths.valid), piece)
+        return PathLengths(self._recording.time_s(), phase_rad, change_m, u_m, self._all(paths.valid), piece)
 
     def track(self, track: Track) -> Track:
         """Return the track of all samples."""
         return replace(
             track,
-            time_s=self._time_s(),
+            time_s=self._recording.time_s(),
             position_m=self._spread(track.position_m),
             u_position_m=self._spread(track.u_position_m),
             valid=self._spread(track.valid),
@@ -146,9 +146,6 @@ class Whole:
     def _stored(self, edge: int) -> int:
         """Return the stored sample at which a sample of the band begins; the last ends where its stretch does."""
         return int(self._samples.stop) if edge == self._n_band else self._start + self._size * edge
-
-    def _time_s(self) -> FloatArray:
-        return self._recording.time_s()
 
     def _spread(self, values: _Values) -> _Values:
         count, inside = self._recording.n_samples, self._samples

@@ -17,10 +17,9 @@ from radargui.restitution.track_drag import error_of_e, with_drag
 from radargui.restitution.track_flights import (
     FittedFlights,
     Heights,
-    ImpactVelocities,
     find_flights,
     fit_track_flights,
-    impact_velocities,
+    velocities_of_track,
 )
 
 METHOD = "parabolas with shared g"
@@ -58,7 +57,7 @@ def find_bounces(
     found = _along(track, segment, UP if normal is None else normal, sample_rate_hz)
     u_by_normal, u_found_deg = None, None
     if normal is None and found is not None:
-        at = _velocities(track, segment, found.impacts.time_s)
+        at = velocities_of_track(track, segment, found.impacts.time_s)
         # an impact that gives no e may be no impact: it has no say about the floor
         known = np.isfinite(at.u_side_m_s) & found.impacts.valid
         floor = normal_of_impacts(at.before_m_s[known], at.after_m_s[known], at.u_side_m_s[known], u_tilt_deg)
@@ -79,13 +78,6 @@ def find_bounces(
         impacts = impacts.widened(np.where(told, u_by_normal, 0.0), told | impacts.valid)
     bounces = Bounces(impacts.bounces(METHOD), fall, found.normal, u_found_deg)
     return cross_check(bounces, heights.time_s, heights.height_m, g_m_s2)
-
-
-def _velocities(track: Track, segment: Segment, impact_s: FloatArray) -> ImpactVelocities:
-    part = slice(segment.first, segment.last)
-    position = track.position_m[:, part]
-    known = track.valid[part] & np.isfinite(position).all(axis=0)
-    return impact_velocities(track.time_s[part][known], position[:, known], impact_s)
 
 
 @dataclass(frozen=True, slots=True)

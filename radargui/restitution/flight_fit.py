@@ -74,12 +74,12 @@ class FlightFit:
     @property
     def before_m_s(self) -> FloatArray:
         """Velocities just before the impacts, shape (n_impacts, 3)."""
-        return np.array([self.values[self.layout.before(k)] for k in range(self.layout.n_impacts)]).reshape(-1, 3)
+        return self.layout.velocities(self.values)[0]
 
     @property
     def after_m_s(self) -> FloatArray:
         """Velocities just after the impacts, shape (n_impacts, 3)."""
-        return np.array([self.values[self.layout.after(k)] for k in range(self.layout.n_impacts)]).reshape(-1, 3)
+        return self.layout.velocities(self.values)[1]
 
     @property
     def reduced_misfit(self) -> float:

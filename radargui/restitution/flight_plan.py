@@ -1,6 +1,6 @@
 """Which parts of a motion are free flights, their common fit, and what alternative motions add to its uncertainty."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,17 +42,25 @@ def fit_with_alternatives(
     fit = fit_free_flights(posterior, normal)
     if fit is None:
         return None
-    total, covariance = 1.0, fit.covariance.copy()
-    heaviest = sorted(alternatives, key=lambda one: -one.weight)[: FLIGHTS.most_alternatives]
-    for alternative in heaviest:
+    others = []
+    for alternative in sorted(alternatives, key=lambda one: -one.weight)[: FLIGHTS.most_alternatives]:
         other = fit_free_flights(alternative.posterior, normal)
         # with other impacts the values mean something else, and no mean of them is a result
         if other is not None and other.layout == fit.layout:
-            away = other.values - fit.values
-            # law of total variance over the alternatives
-            covariance += alternative.weight * (other.covariance + np.outer(away, away))
-            total += alternative.weight
-    return replace(fit, covariance=FLIGHTS.widened**2 * covariance / total)
+            others.append((alternative.weight, other.values - fit.values, other.covariance))
+    return replace(fit, covariance=mixed_in(fit.covariance, others))
+
+
+def mixed_in(covariance: FloatArray, others: Iterable[tuple[float, FloatArray, FloatArray]]) -> FloatArray:
+    """Return a covariance (n, n) with alternatives mixed in, of each its weight, how far off it is, and its covariance.
+
+    The law of total variance, and a factor for what no alternative says.
+    """
+    total, mixed = 1.0, covariance.copy()
+    for weight, away, own in others:
+        mixed += weight * (own + np.outer(away, away))
+        total += weight
+    return np.asarray(FLIGHTS.widened**2 * mixed / total)
 
 
 def fit_free_flights(posterior: MotionPosterior, normal: FloatArray) -> FlightFit | None:

@@ -128,6 +128,11 @@ class ImpactLayout:
         """Return where the velocity just after an impact stands, x, y, z."""
         return slice(self.time(impact) + 4, self.time(impact) + 7)
 
+    def velocities(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return those of results (size,) just before and just after the impacts, shape (n_impacts, 3) each."""
+        own = values[self.time(0) :].reshape(-1, 7)
+        return own[:, 1:4], own[:, 4:]
+
 
 @dataclass(frozen=True, slots=True)
 class _Flight:

@@ -77,11 +77,6 @@ class FloorNormal:
         """Standard uncertainty of the angle."""
         return float(np.degrees(np.sqrt(self.slope_variance)))
 
-    @property
-    def azimuth_deg(self) -> float:
-        """Direction in which the floor falls, from the x axis."""
-        return float(np.degrees(np.arctan2(self.normal[1], self.normal[0])) % 360.0)
-
     def e_variance(self, before_m_s: FloatArray, after_m_s: FloatArray) -> FloatArray:
         """Return what the normal adds to the variance of e = -(after . n) / (before . n), of velocities (..., 3)."""
         b, a = (velocity @ self.normal[:, None] for velocity in (before_m_s, after_m_s))

@@ -1,7 +1,6 @@
 """What position, e and g of a joint estimate change by where an input of the setup is off by its uncertainty."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.assumed import CLOCK, TILT, uncertain_inputs
 from radargui.model.result import Bounces
 from radargui.model.setup import Setup
-from radargui.model.uncertainty_budget import InputChange
+from radargui.model.uncertainty_budget import InputChange, Share
 from radargui.restitution.flight_fit import FlightFit
 from radargui.restitution.floor_normal import e_by_tilt
 from radargui.restitution.settings import FLIGHTS
@@ -98,20 +97,15 @@ def joint_changes(
     setup, responses
         What it was estimated with, and how it follows that.
     """
-    time_s = responses.time_s
-    out = [
-        InputChange(
-            key,
-            "sphere" if key in (SPHERE, DIAMETER) else "calibration",
-            time_s,
-            response.moved_m,
-            _e_changes(estimate, bounces, fit, response),
-            _g_change(fit, response),
-        )
-        for key, response in zip(responses.keys, responses.each, strict=True)
-    ]
-    # no direction is more likely than another: the mean square over them
-    out = [_shared(one, responses.n_spheres) if one.key == SPHERE else one for one in out]
+    time_s, out = responses.time_s, []
+    for key, response in zip(responses.keys, responses.each, strict=True):
+        followed = None if fit is None else fit.follow(response)
+        e = _e_changes(estimate, bounces, fit, response, followed)
+        g = float("nan") if fit is None or followed is None else float(followed[fit.layout.gravity])
+        # no possible sphere is more likely than another: their squares add up to the mean square
+        share = 1.0 / np.sqrt(responses.n_spheres) if key == SPHERE else 1.0
+        kind: Share = "sphere" if key in (SPHERE, DIAMETER) else "calibration"
+        out.append(InputChange(key, kind, time_s, share * response.moved_m, share * e, share * g))
     nothing = np.zeros((3, time_s.size))
     for one in uncertain_inputs(setup):
         if one.u > 0.0 and one.key == TILT and "normal" in setup.floor.model_fields_set:
@@ -123,12 +117,12 @@ def joint_changes(
             # true times are (1 + c) as long: velocities change alike, accelerations twice
             none = np.zeros(len(bounces.impacts))
             out.append(InputChange(CLOCK, "calibration", time_s, nothing, none, -2e-6 * one.u * fit.g_m_s2))
-    return tuple(out), FlightTest() if fit is None else _tested(fit, responses.each, list(responses.keys), estimate)
+    return tuple(out), FlightTest() if fit is None else _tested(fit, responses, estimate)
 
 
-def _tested(fit: FlightFit, responses: Sequence[InputResponse], keys: list[str], estimate: JointEstimate) -> FlightTest:
+def _tested(fit: FlightFit, responses: SetupResponses, estimate: JointEstimate) -> FlightTest:
     """Return by what flights that bend widen u, and what is told where neither noise nor the setup explains it."""
-    bends = fit.bends(responses)
+    bends, keys = fit.bends(responses.each), responses.keys
     # of the possible spheres only one is there: their mean counts as one input
     each = np.array([bends[[other == key for other in keys]].mean() for key in dict.fromkeys(keys)])
     if estimate.u_position_m is None:
@@ -154,26 +148,21 @@ def _tested(fit: FlightFit, responses: Sequence[InputResponse], keys: list[str],
     )
 
 
-def _shared(change: InputChange, count: int) -> InputChange:
-    """Return one of `count` possibilities, so that their squares add up to the mean square."""
-    share = 1.0 / np.sqrt(count)
-    return replace(change, moved_m=share * change.moved_m, e=share * change.e, g_m_s2=share * change.g_m_s2)
-
-
-def _g_change(fit: FlightFit | None, response: InputResponse) -> float:
-    return float("nan") if fit is None else float(fit.follow(response)[fit.layout.gravity])
-
-
-def _e_changes(estimate: JointEstimate, bounces: Bounces, fit: FlightFit | None, response: InputResponse) -> FloatArray:
-    """Return de of each impact: of fitted flights by them, of others by the motion's one-sided velocities."""
+def _e_changes(
+    estimate: JointEstimate,
+    bounces: Bounces,
+    fit: FlightFit | None,
+    response: InputResponse,
+    followed: FloatArray | None,
+) -> FloatArray:
+    """Return de of each impact: of fitted flights by what followed, of others by the motion's one-sided velocities."""
     if bounces.normal is None:
         return np.zeros(0)
     n, breaks = np.asarray(bounces.normal), estimate.posterior.breaks
     before, after = response.before_m_s.copy(), response.after_m_s.copy()
-    if fit is not None:
-        values = fit.follow(response)
-        for k in range(fit.layout.n_impacts):
-            before[k], after[k] = values[fit.layout.before(k)], values[fit.layout.after(k)]
+    if fit is not None and followed is not None:
+        count = fit.layout.n_impacts
+        before[:count], after[:count] = fit.layout.velocities(followed)
     places = _impact_breaks(bounces, breaks.time_s)
     speeds = np.array([[one.speed_before_m_s, one.e] for one in bounces.impacts]).reshape(-1, 2).T
     return np.asarray((after[places] @ n + speeds[1] * (before[places] @ n)) / speeds[0])

@@ -14,7 +14,7 @@ from radargui.model.result import Bounce, Bounces, FreeFall
 from radargui.model.setup import Setup
 from radargui.restitution.cross_check import cross_check
 from radargui.restitution.flight_fit import FlightFit
-from radargui.restitution.flight_plan import fit_with_alternatives
+from radargui.restitution.flight_plan import fit_with_alternatives, mixed_in
 from radargui.restitution.floor_normal import FloorNormal, normal_of_impacts
 from radargui.restitution.settings import FLIGHTS
 
@@ -68,14 +68,11 @@ def _reflecting_floor(estimate: JointEstimate, setup_covariance: FloatArray | No
     found = estimate.posterior.floor_slope
     if found is None:
         return None
-    total, covariance = 1.0, found.covariance.copy()
-    for alternative in estimate.alternatives:
-        other = alternative.posterior.floor_slope
-        if other is not None:
-            away = other.slope - found.slope
-            covariance += alternative.weight * (other.covariance + np.outer(away, away))
-            total += alternative.weight
-    covariance = FLIGHTS.widened**2 * covariance / total
+    others = ((one.weight, one.posterior.floor_slope) for one in estimate.alternatives)
+    covariance = mixed_in(
+        found.covariance,
+        ((weight, own.slope - found.slope, own.covariance) for weight, own in others if own is not None),
+    )
     if setup_covariance is not None:
         covariance = covariance + setup_covariance
     normal = np.array([*found.slope, 1.0])

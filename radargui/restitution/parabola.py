@@ -122,17 +122,16 @@ def solve_each(flights: Stretches, height_m: FloatArray) -> FloatArray:
 
 
 def residuals(flights: Stretches, height_m: FloatArray, parabolas: Parabolas) -> FloatArray:
-    """Return heights (n_samples,) less parabolas, same shape."""
-    d = flights.away_s
-    level, slope = flights.spread(parabolas.height_m), flights.spread(parabolas.speed_m_s)
-    return np.asarray(height_m - level - slope * d + 0.5 * parabolas.g_m_s2 * d * d)
+    """Return heights (n_samples,) less parabolas with one g or each its own, same shape."""
+    own = np.broadcast_arrays(parabolas.height_m, parabolas.speed_m_s, parabolas.g_m_s2)
+    d, (level, slope, g) = flights.away_s, (flights.spread(part) for part in own)
+    return np.asarray(height_m - level - slope * d + 0.5 * g * d * d)
 
 
 def misfits_m(flights: Stretches, height_m: FloatArray) -> FloatArray:
     """Return the root mean square by which each flight misses a parabola of its own, shape (n_flights,)."""
-    level, slope, g = (flights.spread(own) for own in solve_each(flights, height_m).T)
-    d = flights.away_s
-    return np.asarray(np.sqrt(flights.means((height_m - level - slope * d + 0.5 * g * d * d) ** 2)))
+    each = _solved(flights, height_m, shared=False)
+    return np.asarray(np.sqrt(flights.means(residuals(flights, height_m, each) ** 2)))
 
 
 def _blocks(flights: Stretches) -> FloatArray:

@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.model.arrays import FloatArray
-from radargui.model.rounding import UNKNOWN, concise, quantity
+from radargui.model.rounding import concise, quantity
 
 CONFIDENCE = 0.95
 """Of every interval stated (Student's t, two-sided)."""
@@ -112,13 +112,13 @@ class Statistics:
         own = self.u_single if self.standard_error is None else self.standard_error
         return own if self.combined is None else self.combined
 
-    def words(self, scale: float = 1.0) -> str:
+    def words(self) -> str:
         """Return the mean with its uncertainty `u`."""
-        return UNKNOWN if self.mean is None else quantity(self.mean, self.u, scale=scale)
+        return quantity(self.mean, self.u)
 
-    def brief(self, scale: float = 1.0) -> str:
+    def brief(self) -> str:
         """Return the same in the concise form, 0.8012(23)."""
-        return concise(self.mean, self.u, scale=scale)
+        return concise(self.mean, self.u)
 
 
 NO_VALUE = Statistics(0)
@@ -156,29 +156,22 @@ def statistics_of(
     deviation = float(array.std(ddof=1))
     error = deviation / math.sqrt(n)
     half = student(n - 1) * error
-    return with_shared(
-        Statistics(
-            n,
-            mean,
-            deviation,
-            error,
-            interval_low=mean - half,
-            interval_high=mean + half,
-            consistency=_consistency(array, np.array(own)) if len(own) == n else None,
-            outliers=tuple(known[place][0] for place in outliers_of(array)),
-        ),
-        shared,
-    )
-
-
-def with_shared(found: Statistics, shared: float | None) -> Statistics:
-    """Return statistics of n > 1 with what the calibration and the sphere, common to all, add."""
-    if shared is None or found.standard_error is None:
-        return found
-    combined = math.hypot(found.standard_error, shared)
+    whole = None if shared is None else math.hypot(error, shared)
     # Welch and Satterthwaite: the shared part counts as exactly known (GUM G.4.2)
-    dof = (found.n - 1) * (combined / found.standard_error) ** 4 if found.standard_error else math.inf
-    return replace(found, combined=combined, shared=shared, expanded=student(min(dof, 1e9)) * combined)
+    dof = (n - 1) * (whole / error) ** 4 if whole is not None and error else math.inf
+    return Statistics(
+        n,
+        mean,
+        deviation,
+        error,
+        combined=whole,
+        shared=shared,
+        interval_low=mean - half,
+        interval_high=mean + half,
+        expanded=None if whole is None else student(min(dof, 1e9)) * whole,
+        consistency=_consistency(array, np.array(own)) if len(own) == n else None,
+        outliers=tuple(known[place][0] for place in outliers_of(array)),
+    )
 
 
 def _consistency(values: FloatArray, u: FloatArray) -> Consistency:

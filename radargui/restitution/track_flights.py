@@ -1,11 +1,13 @@
 """Flights of a track: the stretches between impacts in which only gravity acts, and the velocities at their ends."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
+from radargui.model.result import Segment, Track
 from radargui.restitution.parabola import Parabolas, misfits_m, solve_parabolas
 from radargui.restitution.settings import TRACKS
 from radargui.restitution.stretches import Stretches
@@ -26,19 +28,14 @@ class Heights:
     time_s: FloatArray
     height_m: FloatArray
 
-    def within(self, flight: Flight) -> tuple[FloatArray, FloatArray]:
-        """Return times and heights of a flight."""
-        inside = slice(*np.searchsorted(self.time_s, [flight.begin_s, flight.end_s]))
-        return self.time_s[inside], self.height_m[inside]
-
     def rising_speed(self, impact_s: float) -> float:
         """Return the upward speed just after an impact from the milliseconds that follow it."""
         # the corner itself is rounded by the low-pass of the correction
         begin = impact_s + 0.001
-        time, height = self.within(Flight(begin, begin + TRACKS.rising_s))
-        if time.size < TRACKS.least_rising:
+        inside = slice(*np.searchsorted(self.time_s, [begin, begin + TRACKS.rising_s]))
+        d, height = self.time_s[inside] - impact_s, self.height_m[inside]
+        if d.size < TRACKS.least_rising:
             return 0.0
-        d = time - impact_s
         # gravity taken off, a line has one unknown less: so few samples bear no parabola
         return max(0.0, float(np.polyfit(d, height + 0.5 * NOMINAL_GRAVITY_M_S2 * d * d, 1)[0]))
 
@@ -111,13 +108,9 @@ def fit_track_flights(heights: Heights, flights: tuple[Flight | None, ...]) -> F
 
     A stretch that is no parabola (an impact missed in it, a lost fringe) would spoil the shared g: it is left out.
     """
-    number = np.array([k for k, flight in enumerate(flights) if flight], dtype=np.intp)
-    spans_s = np.array([[flight.begin_s, flight.end_s] for flight in flights if flight]).reshape(-1, 2)
-    begin, end = np.searchsorted(heights.time_s, spans_s.T)
-    enough = end - begin >= TRACKS.least_samples
-    if not enough.any():
+    number, samples = samples_of_flights(heights.time_s, flights, TRACKS.least_samples)
+    if not number.size:
         return None
-    number, samples = number[enough], Stretches.between(heights.time_s, begin[enough], end[enough])
     if samples.size > 2:
         alone = misfits_m(samples, samples.of(heights.height_m))
         # by the run's own median: noise differs from run to run
@@ -125,6 +118,15 @@ def fit_track_flights(heights: Heights, flights: tuple[Flight | None, ...]) -> F
         number, samples = number[fits], samples.chosen(fits)
     height = samples.of(heights.height_m)
     return FittedFlights(samples, height, solve_parabolas(samples, height), {int(k): n for n, k in enumerate(number)})
+
+
+def samples_of_flights(time_s: FloatArray, flights: Sequence[Flight | None], least: int) -> tuple[IntArray, Stretches]:
+    """Return the numbers of the flights that hold enough of the samples at times (n,), and these."""
+    number = np.array([k for k, flight in enumerate(flights) if flight], dtype=np.intp)
+    spans_s = np.array([[flight.begin_s, flight.end_s] for flight in flights if flight]).reshape(-1, 2)
+    begin, end = np.searchsorted(time_s, spans_s.T)
+    enough = end - begin >= least
+    return number[enough], Stretches.between(time_s, begin[enough], end[enough])
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +169,14 @@ def impact_velocities(time_s: FloatArray, position_m: FloatArray, impact_s: Floa
     white *= samples.correlation_lengths(off)
     variance[sides.side, sides.impact] = white.mean(axis=0) / samples.sums(samples.away_s**2)
     return ImpactVelocities(velocity[0], velocity[1], np.sqrt(variance.sum(axis=0)))
+
+
+def velocities_of_track(track: Track, segment: Segment, impact_s: FloatArray) -> ImpactVelocities:
+    """Return `impact_velocities` of the known samples of a track's motion."""
+    part = slice(segment.first, segment.last)
+    position = track.position_m[:, part]
+    known = track.valid[part] & np.isfinite(position).all(axis=0)
+    return impact_velocities(track.time_s[part][known], position[:, known], impact_s)
 
 
 @dataclass(frozen=True, slots=True)

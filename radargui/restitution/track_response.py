@@ -13,8 +13,14 @@ from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import InputChange
 from radargui.restitution.floor_normal import e_by_tilt, mean_normals, normal_of_impacts
 from radargui.restitution.parabola import solve_parabolas
-from radargui.restitution.stretches import Stretches
-from radargui.restitution.track_flights import Flight, find_flights, impact_sides, impact_velocities
+from radargui.restitution.track_flights import (
+    Flight,
+    find_flights,
+    impact_sides,
+    impact_velocities,
+    samples_of_flights,
+    velocities_of_track,
+)
 
 LEAST_SHIFTS = 4
 """Of a flight or of what lies beside an impact: shifts have no noise, and a parabola has three coefficients."""
@@ -88,10 +94,7 @@ def floor_and_clock(track: Track, segment: Segment, bounces: Bounces, setup: Set
     nothing, none, out = np.zeros_like(track.position_m), np.zeros(len(bounces.impacts)), []
     u = {one.key: one.u for one in uncertain_inputs(setup)}
     if "normal" in setup.floor.model_fields_set and u[TILT] and bounces.impacts:
-        part = slice(segment.first, segment.last)
-        known = track.valid[part] & np.isfinite(track.position_m[:, part]).all(axis=0)
-        impact_s = np.array([one.time_s for one in bounces.impacts])
-        at = impact_velocities(track.time_s[part][known], track.position_m[:, part][:, known], impact_s)
+        at = velocities_of_track(track, segment, np.array([one.time_s for one in bounces.impacts]))
         changes = e_by_tilt(at.before_m_s, at.after_m_s, np.asarray(setup.floor.normal), u[TILT])
         out += [InputChange(TILT, "calibration", track.time_s, nothing, e, 0.0) for e in changes]
     if bounces.free_fall is not None:
@@ -137,14 +140,10 @@ class _FlightChanges:
     """
 
     def __init__(self, time_s: FloatArray, height_m: FloatArray, flights: Sequence[Flight | None]) -> None:
-        number = np.array([k for k, one in enumerate(flights) if one], dtype=np.intp)
-        spans_s = np.array([[one.begin_s, one.end_s] for one in flights if one]).reshape(-1, 2)
-        begin, end = np.searchsorted(time_s, spans_s.T)
-        enough = end - begin >= LEAST_SHIFTS
-        self.place = {int(k): n for n, k in enumerate(number[enough])}
+        number, samples = samples_of_flights(time_s, flights, LEAST_SHIFTS)
+        self.place = {int(k): n for n, k in enumerate(number)}
         self.g_m_s2 = np.full(height_m.shape[0], np.nan)
-        if enough.any():
-            samples = Stretches.between(time_s, begin[enough], end[enough])
+        if number.size:
             self._change = solve_parabolas(samples, samples.of(height_m))
             self.g_m_s2 = self._change.g_m_s2
 

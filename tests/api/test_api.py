@@ -111,6 +111,13 @@ def test_other_settings_and_files_of_others(path: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(again.recording.volts(), volts)
 
 
+def test_a_run_is_one_whatever_it_is_named(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radargui.api.read_recording", lambda *_args, **_named: pytest.fail("read whole"))
+    other = tmp_path / "run.HDF5"
+    other.write_bytes(path.read_bytes())
+    np.testing.assert_array_equal(radargui.open_run(other).recording.raw, radargui.open_run(path).recording.raw)
+
+
 def test_what_was_exported_brings_its_own_setup(path: Path, tmp_path: Path) -> None:
     (table,) = export_run(path, EXPORT_FORMATS["csv"], tmp_path)
     assert radargui.open_run(table).setup == radargui.open_run(path).setup

@@ -50,7 +50,7 @@ def conditioned(recording: Recording, setup: Setup | None = None) -> Conditioned
 def test_a_drop_rests_until_a_little_before_its_release() -> None:
     drop, volts = drop_volts()
     found = conditioned(recording_of(volts))
-    assert found.has_rest
+    assert found.segment.has_rest
     assert found.onset_s == pytest.approx(drop.rest_s, abs=0.03)
     assert 0.5 * drop.rest_s < found.segment.rest_last / RATE < drop.rest_s
 
@@ -67,7 +67,7 @@ def test_a_few_samples_are_no_motion() -> None:
 @pytest.mark.parametrize("doppler_hz", [150.0, 187.0, 200.0, 371.0, 400.0, 600.0])
 def test_a_target_in_motion_from_the_first_sample_on_has_no_rest_whatever_its_doppler(doppler_hz: float) -> None:
     found = conditioned(recording_of(turning(2 * np.pi * doppler_hz * np.arange(20000) / RATE)))
-    assert not found.has_rest
+    assert not found.segment.has_rest
     assert found.segment == found.segment.__class__(0, 20000, 0, 0)
     assert found.onset_s == -np.inf
 
@@ -81,7 +81,7 @@ def test_the_stretch_with_a_rest_before_its_motion_is_used() -> None:
     found = conditioned(recording_of(both, gaps=(Gap(first, 500, "lost"),)))
     assert found.samples == slice(first, both.shape[1])
     assert found.time_s[0] == pytest.approx((first + 500) / RATE)
-    assert found.has_rest
+    assert found.segment.has_rest
 
 
 def test_q_is_inverted_once_where_the_wiring_inverts_it() -> None:

@@ -37,7 +37,7 @@ def test_frequency_and_amplitude_of_the_mains_are_found_from_the_rests(frequency
     assert found is not None
     assert found.frequency_hz == pytest.approx(frequency, abs=0.003)
     assert found.orders == (1, 3)
-    assert found.amplitude_v == pytest.approx(np.full(4, 0.05), rel=0.02)
+    assert np.hypot(found.cosine_v, found.sine_v)[:, 0] == pytest.approx(np.full(4, 0.05), rel=0.02)
     assert np.sqrt(np.mean((found.at(np.arange(30000) / RATE) - hum) ** 2)) < 0.0015
 
 
@@ -72,12 +72,11 @@ def test_a_drop_under_a_hum_comes_out_as_if_there_were_none() -> None:
     humming, _ = simulate_recording(changed(setup, simulation={"mains": 0.1}))
     conditioned = conditioned_of(humming, setup)
     left = conditioned.volts - clean.volts()
-    assert conditioned.hum is not None
     assert np.sqrt(np.mean((humming.volts() - clean.volts()) ** 2)) > 0.03
     assert np.sqrt(np.mean(left**2)) < 0.002
 
 
-def test_of_an_inverted_q_the_hum_is_that_of_the_inverted_q() -> None:
+def test_of_an_inverted_q_the_hum_is_taken_off_as_of_a_straight_one() -> None:
     setup = changed(
         read_setup(default_setup_path()), daq={"rate_hz": 10000.0}, simulation={"mismatch": 0.0, "mains": 0.1}
     )
@@ -86,9 +85,6 @@ def test_of_an_inverted_q_the_hum_is_that_of_the_inverted_q() -> None:
     raw[1::2] = -raw[1::2]
     inverted = conditioned_of(replace(recording, raw=raw), changed(setup, radar={"phase_sign": -1}))
     straight = conditioned_of(recording, setup)
-    assert inverted.hum is not None
-    assert straight.hum is not None
-    np.testing.assert_allclose(inverted.hum.sine_v, straight.hum.sine_v, atol=1e-5)
     np.testing.assert_allclose(inverted.volts, straight.volts, atol=1e-3)
 
 

@@ -1,4 +1,4 @@
-"""Pieces of a path, phases held against spectra, and the correction in the Doppler band."""
+"""Pieces of a path, phases held against spectra, and the echo in its Doppler band."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from radargui.conditioning.echo import follow_echo
 from radargui.conditioning.follows import follows, missed_frames
 from radargui.conditioning.spectral_front_end import front_end_of
 from radargui.correction.agreement import strays
-from radargui.correction.doppler_band import correct_in_band
 from radargui.correction.pieces import join_pieces
 from radargui.model.front_end import channels_of
 
@@ -59,15 +58,13 @@ def test_in_its_band_a_target_is_followed_above_an_offset_that_swings_as_far_as_
     pair = channels_of(z, z, 0.75, np.radians(26.0)) + np.stack([slow, 0.8 * slow + 2.0])
     pair += 0.01 * np.random.default_rng(0).normal(size=pair.shape)
     found = conditioned(recording_of(pair), setup_of())
-    band = correct_in_band(found, 0)
-    assert band is not None
     echo = found.echoes[0]
     assert echo is not None
     assert echo.front_end.gain_ratio == pytest.approx(0.75, abs=2 * echo.front_end.u_gain_ratio)
     assert echo.front_end.quadrature_error_deg == pytest.approx(26.0, abs=2 * echo.front_end.u_quadrature_error_deg)
     inside = slice(2000, -2000)
-    assert band.valid[inside].all()
-    away = band.phase_rad[inside] - PHASE[inside]
+    assert echo.leads[inside].all()
+    away = echo.phase_rad[inside] - PHASE[inside]
     assert np.ptp(away) < 0.2
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.drops import Drop
 
+from radargui.correction.extremes import turning_points
 from radargui.correction.published import (
     correct_published,
     envelope,
@@ -98,9 +99,11 @@ def test_a_crossing_is_the_first_sample_on_the_other_side_and_between_two_peaks_
 
 def test_the_swing_follows_an_amplitude_that_falls_to_a_fifth() -> None:
     time, phase = sweep()
-    swing = local_swing((1 - 0.8 * time) * np.cos(phase))
-    inner = slice(round(0.1 * RATE), round(0.95 * RATE))
-    assert swing[inner] == pytest.approx(2.0 * (1 - 0.8 * time[inner]), rel=0.08)
+    x = (1 - 0.8 * time) * np.cos(phase)
+    turning, _ = turning_points(x)
+    inner = (turning > 0.1 * RATE) & (turning < 0.95 * RATE)
+    assert inner.sum() > 20
+    assert local_swing(x, turning)[inner] == pytest.approx(2.0 * (1 - 0.8 * time[turning[inner]]), rel=0.08)
 
 
 def test_a_piece_whose_extreme_is_no_extreme_of_the_circle_takes_the_scale_between_its_neighbours() -> None:

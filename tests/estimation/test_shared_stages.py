@@ -85,4 +85,4 @@ def test_onset_is_the_end_of_the_rest_and_none_without_motion() -> None:
 def test_a_wide_parabola_is_the_one_of_scipy(derivative: int) -> None:
     x = np.cumsum(np.random.default_rng(2).standard_normal((2, 3000)), axis=1)
     wanted = savgol_filter(x, 401, 2, deriv=derivative, delta=1e-3, axis=-1)
-    assert savitzky_golay(x, 401, 2, derivative=derivative, spacing=1e-3) == pytest.approx(wanted, rel=1e-9, abs=1e-8)
+    assert savitzky_golay(x, 401, derivative=derivative, spacing=1e-3) == pytest.approx(wanted, rel=1e-9, abs=1e-8)

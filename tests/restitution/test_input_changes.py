@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from radargui.restitution.flight_fit import FlightFit
-from radargui.restitution.input_changes import _tested
+from radargui.restitution.input_changes import SetupResponses, _tested
 
 
 def judged(misfit: tuple[float, int], bend: float) -> Any:
     estimate: Any = SimpleNamespace(time_s=np.zeros(1), u_position_m=np.ones((3, 1)))
     fit: Any = SimpleNamespace(misfit=misfit, bends=lambda _: np.zeros(0), bend_over_u=lambda *_: bend)
     fit.excess = lambda explained: FlightFit.excess(fit, explained)
-    return _tested(fit, (), [], estimate)
+    return _tested(fit, SetupResponses(np.zeros(1), (), ()), estimate)
 
 
 def test_what_noise_makes_is_neither_told_nor_widened() -> None:

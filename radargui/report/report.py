@@ -1,15 +1,21 @@
 """The report of a session or a series: PDF, HTML, CSV, JSON, LaTeX and BibTeX."""
 
+import multiprocessing
+from collections import deque
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from radargui.files.access import Progress, fresh_files, silent
 from radargui.files.run_card import read_run_card
 from radargui.model.drop import RunOrigin
 from radargui.model.errors import RadarGuiError
+from radargui.model.setup import Setup
+from radargui.model.workers import begin_worker
 from radargui.report import sheet
 from radargui.report.document import Chapter
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
@@ -17,10 +23,9 @@ from radargui.report.findings_section import front_chapters
 from radargui.report.numbers import FILES, write_numbers
 from radargui.report.provenance import provenance_of
 from radargui.report.rendering import PdfFile, section_html, write_html
-from radargui.report.run_facts import ResultOf, RunFacts
+from radargui.report.run_facts import ResultOf, RunFacts, study
 from radargui.report.run_section import run_page, run_section
 from radargui.report.sheet import Paper
-from radargui.report.study import studied
 from radargui.restitution.series import drop_labels
 from radargui.restitution.speed_models import ModelName
 from radargui.session.info import REPORT_FOLDER, own_subfolder
@@ -233,3 +238,41 @@ def labels_of(session: Session) -> dict[str, str]:
         (path.stem, origins.get(path.stem), was_drop(rejected.get(path.name, BY_OPERATOR)))
         for path in session.run_paths(with_rejected=True)
     )
+
+
+_FEWEST = 6
+"""Runs from which on a process of its own costs less than it saves: it takes about a second to begin."""
+_AHEAD = 3
+"""Runs that wait for their page: some megabytes."""
+
+
+def studied(
+    paths: Sequence[Path], setup: Setup, result_of: ResultOf, *, detailed: bool, ahead: bool
+) -> Iterator[RunFacts]:
+    """Yield the facts of each run, in order.
+
+    Parameters
+    ----------
+    paths
+        Run files.
+    setup, result_of, detailed
+        See `study`.
+    ahead
+        Whether another process may read the next runs while one is drawn.
+    """
+    work = partial(study, setup=setup, result_of=result_of, detailed=detailed)
+    if not ahead or len(paths) < _FEWEST:
+        yield from map(work, paths)
+        return
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(1, context, begin_worker)
+    try:
+        waiting: deque[Future[RunFacts]] = deque()
+        for path in paths:
+            waiting.append(pool.submit(work, path))
+            if len(waiting) > _AHEAD:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        pool.shutdown(cancel_futures=True)

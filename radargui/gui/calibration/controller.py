@@ -10,10 +10,10 @@ from PySide6.QtCore import QObject
 from radargui.experiment.calibrating import Calibrate
 from radargui.experiment.event import RecordedRun
 from radargui.gui.calibration.dialog import CalibrationDialog
-from radargui.gui.calibration.group import CalibrationGroup
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.services import Services
 from radargui.gui.sessions.browser import SessionBrowser
+from radargui.gui.setup.antenna_panel import CalibrationGroup
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.model.calibrated_setup import too_old

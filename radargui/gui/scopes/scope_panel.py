@@ -26,11 +26,9 @@ from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
 from radargui.gui.scopes.alignment_view import AlignmentView
-from radargui.gui.scopes.level_bar import LevelBar
-from radargui.gui.scopes.scope import HELD, GainDialog, Scope
+from radargui.gui.scopes.scope import HELD, GainDialog, LevelBar, Scope
 from radargui.gui.scopes.shown import Held, Shown
-from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView
-from radargui.gui.scopes.waterfall_view import WaterfallView
+from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView, WaterfallView
 from radargui.gui.theme import Theme
 from radargui.model.arrays import BoolArray, FloatArray
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Qt, QTimer
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QSizePolicy
 
-from radargui.acquisition.channel_facts import ChannelFacts, channel_facts
+from radargui.acquisition.health import ChannelFacts, channel_facts
 from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed

@@ -3,9 +3,10 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -16,17 +17,29 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Choice, OneLine, button, fill, put_page
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
+from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.services import Services
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import UNKNOWN, alone, plain
-from radargui.report.facts import ReportFacts
-from radargui.report.series_curves import COVERED, e_span, mean_gravity, shown_fits, speed_points
+from radargui.report.facts import (
+    COVERED,
+    Glances,
+    ReportFacts,
+    e_span,
+    mean_gravity,
+    report_facts,
+    shown_fits,
+    speed_points,
+)
 from radargui.restitution.findings import SessionFindings
 from radargui.restitution.speed_models import MODELS, SpeedFit
 from radargui.restitution.statistics import Statistics
+from radargui.session.session import Session
 
 _LEFT = 62
 _LONGEST_NAME, _DATE = 24, len("2026-01-31T")
@@ -283,3 +296,50 @@ def _said(facts: ReportFacts) -> list[str]:
     ]
     fits = [fit.words for sample in found.samples for fit in sample.fits if fit.n_impacts]
     return [found.sentence, *(f"{words}." for words in compared), *found.cautions, *out, *fits]
+
+
+class SeriesController(QObject):
+    """Joins the panel with the session that is open and those that it is compared with."""
+
+    def __init__(
+        self, control: RunControl, runs: RunListPanel, panel: SeriesPanel, glances: Glances, services: Services
+    ) -> None:
+        super().__init__(services.parent)
+        self._control, self._panel, self._glances, self._services = control, panel, glances, services
+        self._others: tuple[Path, ...] = ()
+        self._is_reading = self._is_outdated = False
+        panel.seen.connect(self.refresh)
+        panel.alone.clicked.connect(lambda: self.compare(()))
+        for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
+            changed.connect(lambda *_: self.refresh())
+
+    def compare(self, sessions: tuple[Path, ...]) -> None:
+        """Show these sessions beside the one that is open; none: that one alone."""
+        self._others = sessions
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Read what has changed, where the panel is seen; what comes meanwhile is read afterwards."""
+        self._is_outdated = self._is_reading
+        if self._is_reading or not self._panel.isVisible():
+            return
+        own, glances = self._control.session, self._glances
+        others = [path for path in self._others if own is None or path != own.path]
+
+        def work() -> ReportFacts | None:
+            sessions = [*([own] if own else []), *(Session.open(path, write=False) for path in others)]
+            return report_facts([glances.session_facts(one) for one in sessions], "") if sessions else None
+
+        self._is_reading = True
+        self._services.jobs.start("the series", work, self._read, self._failed)
+
+    def _read(self, facts: ReportFacts | None) -> None:
+        self._is_reading = False
+        if self._is_outdated:
+            self.refresh()
+        else:
+            self._panel.show_facts(facts)
+
+    def _failed(self, error: BaseException) -> None:
+        self._is_reading, self._others = False, ()
+        self._services.board.post_error(error)

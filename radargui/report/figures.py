@@ -15,7 +15,7 @@ from radargui.report.canvas import Canvas
 from radargui.report.curves import RunCurves
 from radargui.report.facts import SessionFacts, report_facts
 from radargui.report.run_facts import ResultOf, RunFacts, study
-from radargui.report.run_page import correction, fall, iq_rows, phase
+from radargui.report.run_figures import correction, fall, iq_rows, phase
 from radargui.report.series_figures import draw_falls, draw_speeds
 from radargui.report.sheet import Area
 from radargui.session.session import Session

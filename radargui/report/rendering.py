@@ -11,13 +11,14 @@ from typing import Any, Self
 from urllib.parse import quote
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.backends import backend_pdf
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from radargui import __version__
 from radargui.report import sheet
-from radargui.report.canvas import Canvas
+from radargui.report.canvas import Canvas, Line
 from radargui.report.document import Chapter, Drawing, templates
 from radargui.report.flow import text_pages
 from radargui.report.sheet import Paper
@@ -116,10 +117,11 @@ class PdfFile:
 
     def _page(self, page: Figure, title: str) -> None:
         head = _one_line(title, _HEAD_SIZE)
-        sheet.write(page, sheet.LEFT_MM, 15.0, head, fontsize=_HEAD_SIZE, fontweight="bold")
-        sheet.rule(page, 18.0, width=0.8)
+        canvas, ends_mm = Canvas(page), (sheet.LEFT_MM, sheet.LEFT_MM + sheet.ROOM_MM)
+        canvas.write(sheet.LEFT_MM, 15.0, head, _HEAD_SIZE, bold=True)
+        canvas.line(np.array([(end, 18.0) for end in ends_mm]), Line("#404040", 0.8))
         foot_mm = sheet.size_mm(page)[1] - sheet.FOOT_MM
-        sheet.write(page, sheet.LEFT_MM, foot_mm, _one_line(self._title, 6.5), fontsize=6.5, color="#606060")
+        canvas.write(sheet.LEFT_MM, foot_mm, _one_line(self._title, 6.5), 6.5, colour="#606060")
         self._pages.savefig(page)
         self._bookmarks.append((title, self._file.pageList[-1]))
 

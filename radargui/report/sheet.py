@@ -9,7 +9,6 @@ from typing import Any, Literal, NamedTuple
 import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font, get_font_names
-from matplotlib.lines import Line2D
 
 from radargui.report.decimation import Curve
 
@@ -95,20 +94,6 @@ def size_mm(figure: Figure) -> tuple[float, float]:
     """Return width and height of a figure."""
     width, height = figure.get_size_inches()
     return float(width) * MM_PER_INCH, float(height) * MM_PER_INCH
-
-
-def write(figure: Figure, x_mm: float, y_mm: float, text: str, **looks: Any) -> None:
-    """Write text; x from the left, y from the top, at its base line. The text is never read as mathematics."""
-    width_mm, height_mm = size_mm(figure)
-    figure.text(x_mm / width_mm, 1.0 - y_mm / height_mm, text, parse_math=False, **looks)
-
-
-def rule(figure: Figure, y_mm: float, length_mm: float = ROOM_MM, width: float = 0.5) -> None:
-    """Draw a line from the left margin, y from the top; across the page where no length is given."""
-    width_mm, height_mm = size_mm(figure)
-    y = 1.0 - y_mm / height_mm
-    ends = [LEFT_MM / width_mm, (LEFT_MM + length_mm) / width_mm]
-    figure.add_artist(Line2D(ends, [y, y], transform=figure.transFigure, linewidth=width, color="#404040"))
 
 
 def largest(curves: Sequence[Curve]) -> float:

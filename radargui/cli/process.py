@@ -9,8 +9,8 @@ import typer
 from radargui.cli.app import Import, Process
 from radargui.cli.bar import progress_bar, show_table
 from radargui.cli.console import fail, fail_unexpected, one_line
-from radargui.cli.setup_choice import COMMAND_LINE, own_setup, positive, processing_changes
-from radargui.files.formats import format_of
+from radargui.cli.setup_choice import COMMAND_LINE, positive, processing_changes
+from radargui.files.formats import format_of, own_setup_of
 from radargui.files.raw_file import RawLayout, parse_raw_layout
 from radargui.files.reading import ChannelMap, parse_channel_map
 from radargui.files.run_layout import SUFFIX
@@ -152,7 +152,7 @@ def _setup_of(one: Input, options: Process, raw: RawLayout | None) -> Setup | Ra
     file = one.source.files[0]
     try:
         format_of(file, raw)
-        setup = read_setup(options.setup) if options.setup else None if raw else own_setup(file)
+        setup = read_setup(options.setup) if options.setup else None if raw else own_setup_of(file)
     except RadarGuiError as error:
         if isinstance(error, SetupError | UsageError):
             raise

@@ -22,7 +22,6 @@ from radargui.gui.control.state import (
     Reached,
     RunRequest,
     WorkerState,
-    at_once,
     card_of,
     edge_words,
     restart_words,
@@ -33,7 +32,7 @@ from radargui.processing.live import LiveMemory
 from radargui.session.info import calibration_of_file
 from radargui.session.session import BY_OPERATOR, Session
 from radargui.sources.contract import Source
-from radargui.sources.factory import SourceKind
+from radargui.sources.factory import SourceKind, at_once
 
 _HEALTH_S = 0.2
 """How often the worker takes a snapshot: as often as the window shows one."""

@@ -116,9 +116,9 @@ _MOST_NAMED = 4
 
 
 def _setup_in(path: Path) -> Setup | None:
-    from radargui.experiment.importing import first_own_setup
+    from radargui.experiment.importing import valid_setup_of
 
-    return first_own_setup([path])
+    return valid_setup_of(path)
 
 
 class ReplayForm(Group):

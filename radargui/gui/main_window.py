@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
-from radargui.gui.calibration.controller import CalibrationController
+from radargui.gui.calibration.dialog import CalibrationController
 from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, MessagePlace
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest

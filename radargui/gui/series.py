@@ -271,9 +271,8 @@ class SeriesPanel(QWidget):
         """Show what one session or several found; None: there is none."""
         self.facts = facts
         found = facts.findings.sessions if facts else ()
-        self.rows.replace_all(row for one in found for row in rows_of(one))
         self.table.setColumnHidden(0, len(found) < 2)
-        self.table.fit_all()
+        self.table.show_rows(row for one in found for row in rows_of(one))
         self.alone.setVisible(len(found) > 1)
         kind = f"{found[0].series.kind}, " if found and found[0].series.kind not in (None, "measured") else ""
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0

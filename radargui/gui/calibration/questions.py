@@ -97,8 +97,7 @@ class RecordingList(QWidget):
         return [self.entries[index.row()] for index in self.table.selectionModel().selectedRows()]
 
     def _replace(self, entries: Iterable[Recorded]) -> None:
-        self.rows.replace_all(list(entries))
-        self.table.fit_all()
+        self.table.show_rows(entries)
         self._show_buttons()
         self.changed.emit()
 

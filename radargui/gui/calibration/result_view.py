@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Iterable, Sequence
-from operator import itemgetter
 
 import numpy as np
 from PySide6.QtCore import Qt
@@ -12,7 +11,7 @@ from PySide6.QtWidgets import QLabel, QSplitter, QVBoxLayout, QWidget
 from radargui.gui.layout import Paragraph, PlainLabel, fill, follow
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.words import called
-from radargui.gui.table import RowModel, RowTable
+from radargui.gui.table import WordTable
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.calibrated_setup import Change, change, changes_since, correlations, setup_key
 from radargui.model.calibration import Calibration, Residual
@@ -26,21 +25,6 @@ _RECEIVERS, _MOST_NAMED, _TOGETHER = 4, 2, 0.9
 _KEY = re.compile(r"\b(?:receiver|transmitter|tracer)(?:\.\w+)+")
 
 
-class _Lines(RowTable[tuple[str, ...]]):
-    """Lines of words under titles."""
-
-    def __init__(self, titles: tuple[str, ...], name: str) -> None:
-        columns = {title: itemgetter(at) for at, title in enumerate(titles)}
-        self.lines = RowModel[tuple[str, ...]](columns)
-        super().__init__(self.lines, name)
-        self.setAccessibleName(name.replace(".", ": "))
-
-    def show_lines(self, lines: Iterable[tuple[str, ...]]) -> None:
-        """Show other lines."""
-        self.lines.replace_all(lines)
-        self.fit_all()
-
-
 class ResultView(QWidget):
     """Tables, plot and words of one calibration."""
 
@@ -51,8 +35,8 @@ class ResultView(QWidget):
         self.title, self.words = PlainLabel(), Paragraph()
         self.title.setFont(scaled_font(self.font(), _TITLE, bold=True))
         self.compared = PlainLabel()
-        self.parameters = _Lines(_PARAMETERS, "calibration.parameters")
-        self.residuals = _Lines(_RESIDUALS, "calibration.residuals")
+        self.parameters = WordTable(_PARAMETERS, "calibration.parameters")
+        self.residuals = WordTable(_RESIDUALS, "calibration.residuals")
         self.plot = Plot(theme, "recording", "rms residual [mm]")
         self.plot.setLogMode(y=True)
         self.plot.getPlotItem().getAxis("bottom").setTickSpacing(major=5, minor=1)
@@ -85,7 +69,7 @@ class ResultView(QWidget):
         rows = [
             (one.file, str(one.receiver) if one.receiver else "all", *map(_mm, _rms(one))) for one in found.residuals
         ]
-        self.residuals.show_lines(rows)
+        self.residuals.show_rows(rows)
         self._draw(found.residuals)
         self._colour()
 
@@ -99,7 +83,7 @@ class ResultView(QWidget):
         for one in changes:
             in_u = f"{one.in_u:+.1f}" if math.isfinite(one.in_u) else UNKNOWN
             rows.append((f"{called(setup_key(one.name))}, {one.unit}", one.old, one.new, one.difference, in_u))
-        self.parameters.show_lines(rows)
+        self.parameters.show_rows(rows)
 
     def _draw(self, residuals: Sequence[Residual]) -> None:
         self._receivers = max((one.receiver for one in residuals), default=0)

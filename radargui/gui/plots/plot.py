@@ -246,11 +246,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._hint.setVisible(self.view.zoomed)
 
     def _entry(self, menu: QMenu, words: str, key: str, does: Callable[[], object]) -> QAction:
-        action = menu.addAction(words)
-        action.setShortcut(QKeySequence(key))
+        action = menu.addAction(words, QKeySequence(key), does)
         # only said here: the plot hears its keys itself
         action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        action.triggered.connect(does)
         return action
 
     def relabel(self, bottom: str, left: str | None = None) -> None:

@@ -173,21 +173,13 @@ class RawPlot(Plot):
             # told apart by their shape: all hues mean something else
             "peaks": self.marker("text", "t1", 7, "peaks"),
             "valleys": self.marker("text", "t", 7, "valleys"),
-            "crossings": self.marker("faint", "+", 6, "zero crossings"),
+            "zero_crossings": self.marker("faint", "+", 6, "zero crossings"),
         }
 
     def show_steps(self, steps: StepCurves) -> None:
         """Draw what the published procedure found."""
-        curves: dict[str, Curve] = {
-            "upper": steps.upper,
-            "lower": steps.lower,
-            "bias": steps.bias,
-            "peaks": steps.peaks,
-            "valleys": steps.valleys,
-            "crossings": steps.zero_crossings,
-        }
         for name, item in self.found.items():
-            curve = curves.get(name, EMPTY)
+            curve: Curve = getattr(steps, name, EMPTY)
             item.setData(curve.x, curve.y)
 
 

@@ -108,8 +108,7 @@ class MethodsView(QWidget):
         self.compute.setEnabled(bool(self._missing) and not self._is_busy)
 
     def _refresh(self) -> None:
-        self.rows.replace_all(self._all)
-        self.table.fit_all()
+        self.table.show_rows(self._all)
         names = dict.fromkeys(name for one in self._all for name in one.curves)
         before = self.quantity.currentData()
         with QSignalBlocker(self.quantity):

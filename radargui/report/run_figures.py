@@ -136,13 +136,23 @@ def correction(canvas: Canvas, area: Area, curves: RunCurves, receivers: tuple[R
 
 
 def _part(
-    canvas: Canvas, area: Area, curves: RunCurves, part: StepCurves | CircleCurves, *, bottom: bool, key: bool
+    canvas: Canvas,
+    area: Area,
+    curves: RunCurves,
+    part: StepCurves | CircleCurves,
+    *,
+    bottom: bool,
+    key: bool,
+    detailed: bool = False,
 ) -> None:
     factor, unit = sheet.scaled(curves.unit, part.signal.largest)
     colour = sheet.I_COLOUR if part.name.startswith("I") else sheet.Q_COLOUR
-    panel = Panel(canvas, area, curves.span_s, span_of([part.signal], factor))
+    spanned = [part.signal, part.scale] if detailed and isinstance(part, StepCurves) else [part.signal]
+    panel = Panel(canvas, area, curves.span_s, span_of(spanned, factor))
     lines: list[tuple[Curve, Line, str]] = []
     if isinstance(part, StepCurves):
+        if detailed:
+            panel.shade(*part.segment_s, "#eef3f8")
         spline = Line(colour, 0.6)
         lines += [(part.scale, Line(_SCALE_COLOUR, 0.6), "scale"), (part.bias, Line(sheet.FIT_COLOUR, 0.6), "bias")]
         lines += [(part.upper, spline, "splines"), (part.lower, spline, "")]
@@ -158,10 +168,15 @@ def _part(
             panel.key(name, line)
     for curve, line, _ in reversed(lines):
         panel.curve(curve, line, factor)
+    title = f"{part.name} / {unit}"
     if isinstance(part, StepCurves):
-        for extremes in (part.peaks, part.valleys):
-            panel.dots(extremes.x, extremes.y * factor, "black", 1.0)
-    _over_time(panel, curves, f"{part.name} / {unit}", bottom=bottom)
+        places = {"peaks": part.peaks, "valleys": part.valleys}
+        if detailed:
+            places["zero crossings"] = part.zero_crossings
+            title += ": " + ", ".join(f"{len(one.x)} {name}" for name, one in places.items())
+        for one in places.values():
+            panel.dots(one.x, one.y * factor, sheet.FIT_COLOUR if one is part.zero_crossings else "black", 1.0)
+    _over_time(panel, curves, title, bottom=bottom)
 
 
 def phase(canvas: Canvas, area: Area, curves: RunCurves) -> None:
@@ -258,40 +273,13 @@ def signals_page(curves: RunCurves, paper: Paper) -> Figure:
 
 
 def steps_page(curves: RunCurves, paper: Paper) -> Figure:
-    """Return the page: signal, splines, extremes and bias of each channel, its scale at the right."""
+    """Return the page: signal, splines, extremes, bias and scale of each channel."""
     figure, canvas, area = _new_page(paper)
     steps = [step for receiver in curves.receivers for step in receiver.steps]
-    for step, row in zip(
-        steps, _rows(area._replace(height=min(area.height, 45.0 * len(steps))), len(steps)), strict=True
-    ):
-        _step(canvas, row, curves, step, first=step is steps[0], bottom=step is steps[-1])
+    area = area._replace(height=min(area.height, 45.0 * len(steps)))
+    for step, row in zip(steps, _rows(area, len(steps)), strict=True):
+        _part(canvas, row, curves, step, bottom=step is steps[-1], key=step is steps[0], detailed=True)
     return figure
-
-
-def _step(canvas: Canvas, area: Area, curves: RunCurves, step: StepCurves, *, first: bool, bottom: bool) -> None:
-    factor, unit = sheet.scaled(curves.unit, step.signal.largest)
-    colour = sheet.I_COLOUR if step.name.startswith("I") else sheet.Q_COLOUR
-    beside = 0.25 * area.width
-    span = span_of([step.signal, step.upper, step.lower], factor)
-    panel = Panel(canvas, area._replace(width=area.width - beside - _TICKS_MM), curves.span_s, span)
-    panel.shade(*step.segment_s, "#eef3f8")
-    lines = (
-        (step.signal, Line(sheet.RAW_COLOUR, 0.5), "signal"),
-        (step.upper, Line(colour, 0.8), "upper, lower spline"),
-        (step.lower, Line(colour, 0.8), ""),
-        (step.bias, Line(sheet.FIT_COLOUR, 0.8), "bias"),
-    )
-    for curve, line, name in lines:
-        panel.curve(curve, line, factor, name if first else "")
-    places = {"peaks": step.peaks, "valleys": step.valleys, "zero crossings": step.zero_crossings}
-    for name, one in places.items():
-        panel.dots(one.x, one.y * factor, sheet.FIT_COLOUR if name == "zero crossings" else "black", 1.5)
-    counts = ", ".join(f"{len(one.x)} {name}" for name, one in places.items())
-    _over_time(panel, curves, f"{step.name} / {unit}: {counts}", bottom=bottom)
-    right = area.inside(area.width - beside, 0.0, beside, area.height)
-    scale = Panel(canvas, right, curves.span_s, (0.0, span_of([step.scale], factor)[1]))
-    scale.curve(step.scale, Line(colour, 0.6), factor)
-    _over_time(scale, curves, f"scale of {step.name} / {unit}", bottom=bottom)
 
 
 _Lines = Sequence[tuple[Curve, Line, str]]

@@ -5,14 +5,14 @@ from functools import partial
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt, QTimer
+from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 from shiboken6 import isValid
 
 from radargui.experiment.event import RecordedRun
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import Dialog, PlainLabel, button, fill
+from radargui.gui.layout import Dialog, PlainLabel, button, fill, ticking
 from radargui.gui.panels import Panels
 from radargui.gui.plots.plot import Plot
 from radargui.gui.services import Services
@@ -166,8 +166,7 @@ class EmptyPlots(QObject):
         self._words: dict[str, tuple[str, str]] = resource_table("window/guide")["empty"]
         self._panels = {name: panel for name, panel in panels.items() if name in self._words}
         self.labels: dict[str, QLabel] = {}
-        timer = QTimer(self, interval=_LOOK_MS)
-        timer.timeout.connect(self.refresh)
+        timer = ticking(self, _LOOK_MS, self.refresh)
         timer.start()
 
     def refresh(self) -> None:

@@ -3,11 +3,11 @@
 import time
 from collections.abc import Callable
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Signal
 
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked
-from radargui.gui.layout import Strip, button
+from radargui.gui.layout import Strip, button, ticking
 
 _LOOK_MS = 50
 """Whether all has ended is looked at so often: soon enough to seem at once."""
@@ -47,8 +47,7 @@ class ClosingStrip(Strip):
         self._unfinished, self._hurry, self._clock = unfinished, hurry, clock
         self._began_s = 0.0
         self._hurried_s: float | None = None
-        self._timer = QTimer(self, interval=_LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer = ticking(self, _LOOK_MS, self._look)
 
     @property
     def active(self) -> bool:

@@ -5,12 +5,12 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt, QTimer, Signal, SignalInstance
+from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QSplitter, QVBoxLayout, QWidget
 
 from radargui.gui.background import Jobs, Task, WorkStrip
-from radargui.gui.layout import FRAMED, TIPS, Dialog, FaultText, PlainLabel, button, fill
+from radargui.gui.layout import FRAMED, TIPS, Dialog, FaultText, PlainLabel, button, fill, ticking
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
@@ -40,8 +40,7 @@ class SearchForm(QWidget):
         super().__init__()
         self.fields: dict[str, QLineEdit] = {}
         self.faults: dict[str, FaultText] = {}
-        self._wait = QTimer(self, singleShot=True, interval=_WAIT_MS)
-        self._wait.timeout.connect(self.changed)
+        self._wait = ticking(self, _WAIT_MS, self.changed, once=True)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         for name, words, example, _, row, column in _FIELDS:
@@ -119,8 +118,7 @@ class SessionBrowser(Dialog):
         self.looking = self._look_later = False
         self._folder_words = ""
         # the first look at a large folder takes its time
-        self._timer = QTimer(self, interval=_SHARE_MS)
-        self._timer.timeout.connect(self._show_share)
+        self._timer = ticking(self, _SHARE_MS, self._show_share)
         self.search = SearchForm()
         self.model = RowModel(COLUMNS, lambda one: one.problem or one.notes or str(one.path))
         self.table = RowTable(self.model, "sessions.list", many=True)

@@ -60,7 +60,7 @@ def make_source(
     match kind:
         case "simulated":
             # brings the integration of motions along, which neither a device nor the start of the window waits for
-            from radargui.sources.simulated import SimulatedSource
+            from radargui.sources.simulated.model import SimulatedSource
 
             return SimulatedSource(setup, run=run, realtime=realtime, clock=clock, repeat=repeat)
         case "replay":
@@ -81,7 +81,7 @@ def at_once(setup: Setup) -> Setup:
 
 def _device(setup: Setup, clock: Clock) -> Source:
     # loads NI's client, which a computer without it must not need
-    from radargui.sources.ni import NiSource
+    from radargui.sources.ni.source import NiSource
 
     # a run of fixed length about an edge cannot be continued
     if not setup.recording.restart_after_error or setup.daq.start_pretrigger:

@@ -21,7 +21,7 @@ from radargui.gui.scopes.scope import Gain, GainDialog
 from radargui.gui.scopes.shown import ago
 from radargui.model.arrays import RawArray
 from radargui.model.setup import write_setup
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 RATE_HZ, DOPPLER_HZ = 10_000.0, 137.0
 

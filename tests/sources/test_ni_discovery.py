@@ -9,7 +9,7 @@ import pytest
 from support.ni_samples import code_recording
 from support.ni_server import daqpad_6015, delta_sigma, digital_only, serve, usb_6356
 
-from radargui.sources.ni import NiDevice, driver_version, find_devices
+from radargui.sources.ni.discovery import NiDevice, driver_version, find_devices
 
 
 def test_devices_are_told_with_all_they_can_do() -> None:

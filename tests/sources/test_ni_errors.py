@@ -20,9 +20,10 @@ from support.ni_samples import code_recording, ni_setup
 from support.ni_server import ByHand, NiServer, digital_only, serve, usb_6356
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni import NiSource, driver, driver_version, find_devices
+from radargui.sources.ni import driver
+from radargui.sources.ni.discovery import driver_version, find_devices
 from radargui.sources.ni.explain import explained
-from radargui.sources.ni.source import EMPTY_READS, READ_SLICE_S
+from radargui.sources.ni.source import EMPTY_READS, READ_SLICE_S, NiSource
 
 
 def told(action: Callable[[], object]) -> str:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLay
 
 from radargui.experiment.calibrating import Calibrate, CalibrationOrder
 from radargui.experiment.event import RecordedRun
-from radargui.files.calibration_file import free_path, read_calibration, write_calibration
+from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import WorkStrip
 from radargui.gui.calibration.questions import RecordingList, UnknownsForm
 from radargui.gui.calibration.result_view import ResultView
@@ -25,6 +25,7 @@ from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import scaled_font
 from radargui.model.calibrated_setup import calibrated, too_old
 from radargui.model.calibration import Calibration
+from radargui.model.calibration_file import read_calibration
 from radargui.model.errors import RadarGuiError
 from radargui.processing.calibration_check import CalibrationCheck, check_calibration
 from radargui.session.session import Session

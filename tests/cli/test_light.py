@@ -19,7 +19,7 @@ from radargui.cli.app import app
 from radargui.cli.console import guarded
 unwanted, sessions, commands = json.loads(sys.argv[1])
 if ["figures", "SESSION"] in [command[:2] for command in commands]:
-    from radargui.report import figures
+    from radargui.report import report
     figures.FORMATS = ("svg",)  # the report has loaded what the others need
 statuses = []
 for command in commands:

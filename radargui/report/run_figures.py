@@ -9,10 +9,9 @@ from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
-from radargui.report.canvas import Canvas, Line
+from radargui.report.canvas import SIZE, Canvas, Line, Panel, span_of
 from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves, TrackCurves
 from radargui.report.decimation import Curve
-from radargui.report.panel import SIZE, Panel, span_of
 from radargui.report.sheet import Area, Paper
 
 _GAP_MM, _LABELS_MM, _TICKS_MM = 4.5, 10.0, 9.0

@@ -185,7 +185,7 @@ def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any, monk
 
 
 def test_a_method_that_fails_says_why(qtbot: QtBot, theme: Theme, by: Any) -> None:
-    from radargui.gui.runs.methods_view import MethodsView
+    from radargui.gui.runs.correction_view import MethodsView
 
     view = MethodsView(theme)
     qtbot.addWidget(view)

@@ -13,8 +13,7 @@ from radargui.experiment.calibrating import Calibrate, CalibrationOrder
 from radargui.experiment.event import RecordedRun
 from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import WorkStrip
-from radargui.gui.calibration.questions import RecordingList, UnknownsForm
-from radargui.gui.calibration.result_view import ResultView
+from radargui.gui.calibration.pages import RecordingList, ResultView, UnknownsForm
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Dialog, FaultText, PlainLabel, button, fill
 from radargui.gui.services import Services

@@ -13,9 +13,8 @@ from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QKeyEvent, QKeySeq
 from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
 from radargui.gui.layout import TIPS, follow
-from radargui.gui.plots.copying import picture_of, table_of
-from radargui.gui.plots.cursors import Cursors, unit_of
 from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Marker
+from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
 from radargui.gui.plots.view import View
 from radargui.gui.theme import LIGHT, Colours, Theme
 from radargui.model.arrays import FloatArray

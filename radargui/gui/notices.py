@@ -211,7 +211,7 @@ class NoticeStrip(QWidget):
 
     def _row(self, notice: Notice) -> Strip:
         whole = "\n".join(filter(None, (notice.text, notice.details)))
-        copy = button("Copy", lambda: QGuiApplication.clipboard().setText(whole), "Copy the text with its details")
+        copy = button("Copy", lambda: QGuiApplication.clipboard().setText(whole))
         row = Strip(_EDGES[notice.level], copy, button("Dismiss", lambda: self._board.dismiss(notice)))
         times = f" ({notice.count} times)" if notice.count > 1 else ""
         row.words.setText(f"{_WORDS[notice.level]}{times}: {notice.text}")

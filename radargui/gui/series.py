@@ -237,9 +237,8 @@ class SeriesPanel(QWidget):
         for title, page in {"Statistics": self.table, **drawn, "In words": self.words}.items():
             self.pages.addTab(page, title)
         self._title = OneLine("No session")
-        tip = "Select several in the list of sessions: other heights, samples, days"
-        self.compare = button("Compare sessions…", ask_sessions, tip)
-        self.alone = button("Only this one", lambda: None, "Take the other sessions out of the comparison")
+        self.compare = button("Compare sessions…", ask_sessions)
+        self.alone = button("Only this one", lambda: None)
         top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)
         self.pages.currentChanged.connect(self._draw)

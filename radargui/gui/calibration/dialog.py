@@ -76,7 +76,7 @@ class CalibrationDialog(Dialog):
             self.pages.addWidget(page)
         self.back = button("Back", self._back)
         self.next = button("Next", self._next, default=True)
-        self.use = button("Use in the setup", self._use, "Keep it beside the setup file, and take its values over")
+        self.use = button("Use in the setup", self._use)
         self.save = button("Save as…", self._ask_save)
         self.compare = button("Compare with an older one…", self._ask_older)
         self.discard = button("Discard", self.reject)

@@ -78,8 +78,8 @@ class RecordingList(QWidget):
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.table.setAccessibleName("Recordings")
         self.add = button("Add recordings…", self._ask_files)
-        self.fall = button("Known: free fall", lambda: self.say_known(FALL), "Gravity is known, and straight")
-        self.path = button("Known: path…", self._ask_path, "A stage, turntable or pendulum (TOML), or a table (CSV)")
+        self.fall = button("Known: free fall", lambda: self.say_known(FALL))
+        self.path = button("Known: path…", self._ask_path)
         self.remove = button("Remove", lambda: self._replace(one for one in self.entries if one not in self._chosen))
         buttons = fill(QHBoxLayout(), self.add, self.fall, self.path, 1, self.remove, spacing=6)
         words = (

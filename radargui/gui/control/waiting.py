@@ -41,8 +41,7 @@ class ClosingStrip(Strip):
         hurry: Callable[[], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        tip = "What was recorded is kept. Runs that are still to be computed can be computed later: radargui batch"
-        self.leave = button("Leave now", self.leave_now, tip)
+        self.leave = button("Leave now", self.leave_now)
         super().__init__("link", self.leave)
         self._unfinished, self._hurry, self._clock = unfinished, hurry, clock
         self._began_s = 0.0
@@ -90,10 +89,8 @@ class StoppingStrip(Strip):
     """
 
     def __init__(self, control: RunControl, clock: Callable[[], float] = time.monotonic) -> None:
-        tip = "Keep the preliminary result, where the setup has one; it is marked as preliminary"
-        self.quick = button("Use the quick result", lambda: control.end(Asked.CANCEL), tip)
-        tip = "What was recorded is kept; offered at the next start, or: radargui batch"
-        self.later = button("Compute later", lambda: control.end(Asked.LEAVE), tip)
+        self.quick = button("Use the quick result", lambda: control.end(Asked.CANCEL))
+        self.later = button("Compute later", lambda: control.end(Asked.LEAVE))
         super().__init__("link", self.quick, self.later)
         self._control, self._clock = control, clock
         self._began_s: float | None = None

@@ -223,7 +223,7 @@ class MethodsView(QWidget):
             box = self.boxes[method] = QCheckBox(method)
             box.setToolTip(words)
             box.toggled.connect(lambda _on: self._show_buttons())
-        self.compute = button("Compute", self._ask, "Corrects the samples by the methods chosen; nothing is stored")
+        self.compute = button("Compute", self._ask)
         self.quantity = Choice()
         self.quantity.setAccessibleName("Quantity")
         self.quantity.currentIndexChanged.connect(self._draw)

@@ -42,12 +42,11 @@ class RunListPanel(QWidget):
         for action in (does.reject, does.exclude, does.note_run):
             self.table.addAction(action)
 
-        self.report = button("Make report", does.report.trigger, "PDF, HTML, CSV and JSON of this session")
-        self.preview = button("Preview", does.preview.trigger, "The report's first page, as the runs come in")
+        self.report = button("Make report", does.report.trigger)
+        self.preview = button("Preview", does.preview.trigger)
         self.open_report = button("Open report", lambda: self._open(self._report_file))
         self.open_folder = button("Open folder", lambda: self._open(self._folder))
-        tip = "track.csv, bounces.csv and result.json of the chosen run"
-        self.export = button("Export tables…", does.export.trigger, tip)
+        self.export = button("Export tables…", does.export.trigger)
         self.rejected = QCheckBox("Show rejected")
         self.rejected.setToolTip("Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back")
         self.rejected.toggled.connect(does.show_rejected.setChecked)

@@ -182,7 +182,7 @@ class GainDialog(Dialog):
             grid.addWidget(QLabel(name), row + 1, 0)
             self.fields.append((factor, offset))
         says = QLabel("For the eye only: files, results and what is copied stay in volts.")
-        reset = button("All as they are", self.reset, "Gain 1, offset 0 V")
+        reset = button("All as they are", self.reset)
         self.lay_out(says, grid, 1, fill(QHBoxLayout(), reset, 1, button("Close", self.accept, default=True)))
 
     def reset(self) -> None:

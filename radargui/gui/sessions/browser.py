@@ -130,10 +130,8 @@ class SessionBrowser(Dialog):
         self.review = button("Open for review", lambda: self._ask(self.open_asked), default=True)
         self.take_setup = button("Set up as in this session", lambda: self._ask(self.setup_asked))
         self.calibrate = button("What do these drops say about the antennas?", lambda: self._ask(self.calibrate_asked))
-        self.series = button(
-            "Report as a series…", self._ask_series, "Select several sessions: other heights, samples, days"
-        )
-        self.compare = button("Compare", self._ask_compare, "Beside the session that is open, in the panel Series")
+        self.series = button("Report as a series…", self._ask_series)
+        self.compare = button("Compare", self._ask_compare)
         self.elsewhere = button("Open another folder…", self.elsewhere_asked)
         self._lay_out()
         self.search.changed.connect(self.refresh)

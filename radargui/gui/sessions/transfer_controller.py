@@ -78,8 +78,7 @@ class ReprocessDialog(Dialog):
         self.work = WorkStrip(jobs)
         self.settings, self.words = PlainLabel(), PlainLabel()
         self.table = WordTable(HEADS, "comparison")
-        tip = "They take the place of the stored ones, whose figures stay beside them"
-        self.keep = button("Keep the new results", self._keep, tip)
+        self.keep = button("Keep the new results", self._keep)
         self.discard = button("Discard", self.reject)
         ends = side_by_side(self.keep, self.discard)
         self.lay_out(group, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
@@ -203,7 +202,7 @@ class ExportDialog(Dialog):
         self.go = go = button("Export", self._order, default=True)
         group = Group()
         group.row("What", self.what)
-        group.row("Format", self.kind, "Each file carries the settings and units")
+        group.row("Format", self.kind)
         group.row("Folder", self.folder, fault=self.fault)
         group.whole(self.replace)
         ends = side_by_side(go, button("Cancel", self.reject))

@@ -300,7 +300,7 @@ class CalibrationGroup(Group):
         super().__init__("Calibration")
         self._model = model
         self.words, self.checked, self.fault = PlainLabel(), PlainLabel(), FaultText()
-        self.begin = button("Calibrate the antennas…", self.asked, "From drops, or a known motion (Shift+F7)")
+        self.begin = button("Calibrate the antennas…", self.asked)
         for part in (self.words, self.fault, self.checked, self.begin):
             self.whole(part)
         self.checked.hide()

@@ -209,8 +209,7 @@ class NiForm(SetupForm):
         start = self.fields["daq.start"]
         if isinstance(start, Choice):
             start.activated.connect(lambda _index: self._settle(start.currentData()))
-        tip = "Tries it on the device without sampling, and says what will be in force"
-        self.check_button = button("Check this setup", self.try_out, tip)
+        self.check_button = button("Check this setup", self.try_out)
         self.whole(self.check_button)
         self.whole(self.checked)
         model.changed.connect(self._setup_changed)

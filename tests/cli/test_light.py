@@ -20,7 +20,7 @@ from radargui.cli.console import guarded
 unwanted, sessions, commands = json.loads(sys.argv[1])
 if ["figures", "SESSION"] in [command[:2] for command in commands]:
     from radargui.report import report
-    figures.FORMATS = ("svg",)  # the report has loaded what the others need
+    report.FORMATS = ("svg",)  # the report has loaded what the others need
 statuses = []
 for command in commands:
     newest = str(next(Path(sessions).glob("*"), ""))

@@ -126,6 +126,12 @@ def _low_pass(step: int) -> FloatArray:
     return np.asarray(taps / taps.sum())
 
 
+def _spectra(frames: ComplexArray) -> FloatArray:
+    """Return the amplitude spectra of frames along their last axis, without their means, by a Hann window."""
+    window = np.hanning(frames.shape[-1] + 1)[:-1]
+    return np.asarray(np.abs(fft((frames - frames.mean(axis=-1, keepdims=True)) * window, axis=-1)) / window.sum())
+
+
 class Baseband:
     """I + jQ of the last seconds within +-`half_band_hz`, low-passed and thinned out of a ring; pulled, never pushed.
 
@@ -196,8 +202,7 @@ class Baseband:
         count = samples.shape[1]
         if count < _LEAST_POINTS:
             return None
-        window = np.hanning(count + 1)[:-1]
-        spectra = np.abs(fft((samples - samples.mean(axis=1, keepdims=True)) * window, axis=1)) / window.sum()
+        spectra = _spectra(samples)
         frequency = fftshift(fftfreq(count, 1.0 / self.rate_hz))
         inside = np.abs(frequency) <= self.half_band_hz
         return Spectrum(frequency[inside], fftshift(spectra, axes=1)[:, inside], count / self.rate_hz)
@@ -211,8 +216,7 @@ class Baseband:
         if samples.shape[1] < size:
             return np.empty((samples.shape[0], 0, 0))
         frames = sliding_window_view(samples, size, axis=1)[:, ::-1][:, ::hop][:, ::-1]
-        window = np.hanning(size + 1)[:-1]
-        spectra = np.abs(fft((frames - frames.mean(axis=2, keepdims=True)) * window, axis=2)) / window.sum()
+        spectra = _spectra(frames)
         inside = np.abs(fftshift(fftfreq(size, 1.0 / self.rate_hz))) <= self.half_band_hz
         return np.asarray(fftshift(spectra, axes=2)[:, :, inside], dtype=np.float64)
 

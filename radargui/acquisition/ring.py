@@ -83,11 +83,6 @@ class Ring:
         """Return all samples held from absolute index `index` on."""
         return self.span(index, self.latest)
 
-    def recent(self, count: int) -> RingSpan:
-        """Return the last `count` samples."""
-        end = self.latest
-        return self.span(end - count, end)
-
     def thinned(self, count: int, most: int) -> FloatArray:
         """Return volts of at most `most` evenly spaced of the last `count` samples, the newest one among them.
 

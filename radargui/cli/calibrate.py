@@ -11,11 +11,10 @@ import typer
 from radargui.calibration.unknowns import chosen_groups
 from radargui.cli.app import Calibrate
 from radargui.cli.bar import progress_bar, show_table
-from radargui.cli.setup_choice import own_setup
 from radargui.experiment.batch.task import find_runs
 from radargui.experiment.calibrating import CalibrationOrder, calibrate_files
 from radargui.files.calibration_file import write_calibration
-from radargui.files.formats import RUN, format_of
+from radargui.files.formats import RUN, format_of, own_setup_of
 from radargui.files.reading import read_recording
 from radargui.model.calibrated_setup import calibrated
 from radargui.model.calibration import Calibration
@@ -108,7 +107,7 @@ def _files(paths: Sequence[Path], known: Sequence[str]) -> list[tuple[Path, str]
 
 def _setup_of(files: Sequence[Path]) -> Setup:
     for file in files:
-        setup = own_setup(file)
+        setup = own_setup_of(file)
         if setup is not None:
             return setup
     raise UsageError("no setup: give --setup FILE, or runs that bring theirs")
@@ -120,7 +119,7 @@ def _check(run: Path, setup_file: Path | None) -> int:
     if len(files) != 1:
         raise UsageError(f"--check {run}: {len(files)} runs, allowed: one")
     setup = read_setup(setup_file) if setup_file is not None else _setup_of(files)
-    brought = own_setup(files[0])
+    brought = own_setup_of(files[0])
     if brought is not None:
         place = {"release_position_m": brought.tracer.release_position_m}
         setup = setup.model_copy(update={"tracer": setup.tracer.model_copy(update=place)})

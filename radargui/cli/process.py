@@ -1,4 +1,4 @@
-"""The command process: tables of the results of files of any format."""
+"""The commands process and import: recordings of any format as results, or as a new session."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -8,9 +8,10 @@ import typer
 
 from radargui.cli.app import Import, Process
 from radargui.cli.bar import progress_bar, show_table
-from radargui.cli.console import fail, fail_unexpected, one_line
-from radargui.cli.setup_choice import COMMAND_LINE, own_setup, positive, processing_changes
-from radargui.files.formats import format_of
+from radargui.cli.console import FAILED, fail, fail_unexpected, one_line
+from radargui.cli.setup_choice import COMMAND_LINE, positive, processing_changes
+from radargui.experiment.importing import ImportOrder, common_setup, guess_of, import_recordings, remember_map
+from radargui.files.formats import format_of, own_setup_of
 from radargui.files.raw_file import RawLayout, parse_raw_layout
 from radargui.files.reading import ChannelMap, parse_channel_map
 from radargui.files.run_layout import SUFFIX
@@ -22,6 +23,7 @@ from radargui.model.setup import Setup, changed, read_setup
 from radargui.processing.long_recording import read_for_processing
 from radargui.processing.offline import process
 from radargui.report.tables import write_tables
+from radargui.session.info import default_data_folder
 from radargui.session.transfer import ImportInput
 
 
@@ -152,7 +154,7 @@ def _setup_of(one: Input, options: Process, raw: RawLayout | None) -> Setup | Ra
     file = one.source.files[0]
     try:
         format_of(file, raw)
-        setup = read_setup(options.setup) if options.setup else None if raw else own_setup(file)
+        setup = read_setup(options.setup) if options.setup else None if raw else own_setup_of(file)
     except RadarGuiError as error:
         if isinstance(error, SetupError | UsageError):
             raise
@@ -167,3 +169,67 @@ def _row(one: Input, result: RunResult) -> tuple[str, ...]:
     first = next((bounce for bounce in bounces if bounce.valid), None)
     e = quantity(first.e, first.u_stated) if first else UNKNOWN
     return (one.name, result.status.replace("_", " "), str(len(bounces)), e, str(one.folder))
+
+
+def import_files(options: Import) -> int:
+    """Write the recordings as a new session, print its folder and what became of each, and return the exit status.
+
+    Raises
+    ------
+    UsageError
+        Options that do not go together, or no setup.
+    SetupError
+        The setup is not valid.
+    SessionError
+        The session cannot be made.
+    """
+    raw, chosen = layout_and_map(options)
+    status, inputs = _imports(options, raw, chosen)
+    if not inputs:
+        return status
+    setup = read_setup(options.setup) if options.setup else common_setup([one.files[0] for one in inputs])
+    if setup is None:
+        raise UsageError(f"{inputs[0].label} brings no setup", remedy="Give --setup FILE.")
+    folder = options.output or default_data_folder()
+    words = {"operator": options.operator, "notes": options.notes}
+    order = ImportOrder(lambda: inputs, setup, options.setup, folder, process=False, **words)
+    with progress_bar("import") as report:
+        imported = import_recordings(order, report)
+    for run in imported.runs:
+        if run.error is not None:
+            status = fail(run.error, run.source.label) and FAILED
+    if imported.session is not None:
+        typer.echo(f"Session: {imported.session}")
+    for run in imported.runs:
+        if run.path is not None:
+            typer.echo(f"{run.path.name}: {run.source.label}")
+    return status
+
+
+def _imports(options: Import, raw: RawLayout | None, chosen: ChannelMap | None) -> tuple[int, list[ImportInput]]:
+    sources = sources_of(options, raw, chosen)
+    if chosen is not None and chosen.has_paths:
+        return 0, sources
+    status, inputs = 0, []
+    for one in sources:
+        try:
+            inputs.append(replace(one, channel_map=_map_of(one.files[0], chosen, raw)))
+        except RadarGuiError as error:
+            status = fail(error, one.label) and FAILED
+    return status, inputs
+
+
+def _map_of(file: Path, chosen: ChannelMap | None, raw: RawLayout | None) -> ChannelMap | None:
+    """Return the map of a file: chosen and from now on remembered, else remembered or guessed, which is said."""
+    if chosen is not None:
+        remember_map(file, chosen, raw)
+        return chosen
+    guess = guess_of(file, raw)
+    if guess is None:
+        return None
+    if guess.channel_map is not None and guess.basis != "names":
+        said = ",".join(f"{entry.target}={entry.variable}" for entry in guess.channel_map.entries)
+        guessed = "guessed from the order, correct it with --channels"
+        why = "as chosen before" if guess.basis == "remembered" else guessed
+        typer.echo(f"{file.name}: {said} ({why})", err=True)
+    return guess.channel_map

@@ -8,9 +8,10 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from radargui.cli.app import Record
 from radargui.cli.bar import Bar, show_table
 from radargui.cli.console import FAILED, fail, one_line
-from radargui.cli.setup_choice import COMMAND_LINE, named_or_default, own_setup, parse_release, positive
+from radargui.cli.setup_choice import COMMAND_LINE, named_or_default, parse_release, positive
 from radargui.experiment.event import Event, EventKind, ExperimentState, RecordedRun
 from radargui.experiment.experiment import Experiment
+from radargui.files.formats import own_setup_of
 from radargui.files.run_card import origin_attributes, summarise
 from radargui.model.calibrated_setup import too_old
 from radargui.model.drop import figure_in, gravity_words, restitution_words
@@ -126,7 +127,7 @@ def _setup(options: Record, like: SessionInfo | None) -> Setup:
         raise UsageError("--fast, allowed: only with --source simulated or replay; a device keeps its own time")
     if like is not None and options.setup is not None:
         raise UsageError("--like and --setup, allowed: one of them")
-    setup = like.setup if like else own_setup(options.file) if options.file and options.setup is None else None
+    setup = like.setup if like else own_setup_of(options.file) if options.file and options.setup is None else None
     if setup is None and options.file is not None and options.setup is None and options.file.exists():
         # the antennas of the shipped setup are not those of this recording
         raise UsageError(f"{options.file} brings no setup", remedy="Give --setup FILE.")

@@ -22,22 +22,6 @@ def named_or_default(path: Path | None) -> Setup:
     return read_setup(path or default_setup_path())
 
 
-def own_setup(file: Path) -> Setup | None:
-    """Return the setup that a recording brings with it, a run or what was exported of one; None where it has none.
-
-    Raises
-    ------
-    FileError
-        The file cannot be read.
-    SetupError
-        The setup in it is not valid for this version.
-    """
-    # what reads files is not needed before there is one
-    from radargui.files.formats import own_setup_of
-
-    return own_setup_of(file)
-
-
 def processing_changes(correction: str | None, geometry: str | None) -> dict[str, str]:
     """Return what options say instead of any setup, for `changed`; refused before any work where no setup allows it.
 

@@ -10,7 +10,7 @@ from radargui.model.errors import RadarGuiError, UsageError
 from radargui.model.setup import Setup, write_setup
 from radargui.processing.wiring import WiringReport
 from radargui.sources.contract import Source
-from radargui.sources.factory import make_source
+from radargui.sources.factory import at_once, make_source
 
 
 def check_wiring(options: Wiring) -> int:
@@ -84,5 +84,4 @@ def _source(options: Wiring, setup: Setup) -> Source:
         from radargui.sources.simulated.model import WiringScene
 
         return WiringScene(setup, realtime=not options.fast)
-    at_once = setup.daq.model_copy(update={"start": "now", "start_source": None, "start_pretrigger": False})
-    return make_source("ni", setup.model_copy(update={"daq": at_once}))
+    return make_source("ni", at_once(setup))

@@ -1,6 +1,6 @@
 """Two results of a run side by side: what was set differently, and what came of it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.drop import figure_in
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, changed
+from radargui.model.setup_error import flattened
 
 FIGURES = (
     ("e", "u_e", "u_e_combined", ""),
@@ -178,22 +179,11 @@ def changed_settings(before: Setup, after: Setup) -> tuple[ChangedSetting, ...]:
     # of a calibration its file is named, not each covariance
     left_out = {"calibration": {"content"}}
     old, new = (
-        dict(_flat(one.model_dump(by_alias=True, exclude_none=True, mode="json", exclude=left_out)))
+        dict(flattened(one.model_dump(by_alias=True, exclude_none=True, mode="json", exclude=left_out)))
         for one in (before, after)
     )
     keys = [*old, *(key for key in new if key not in old)]
     return tuple(ChangedSetting(key, old.get(key), new.get(key)) for key in keys if old.get(key) != new.get(key))
-
-
-def _flat(value: object, place: str = "") -> Iterator[tuple[str, object]]:
-    if isinstance(value, Mapping):
-        for key, below in value.items():
-            yield from _flat(below, f"{place}.{key}" if place else str(key))
-    elif isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
-        for number, below in enumerate(value, 1):
-            yield from _flat(below, f"{place}[{number}]")
-    else:
-        yield place, list(value) if isinstance(value, tuple) else value
 
 
 def _side(stored: StoredResult) -> Side:

@@ -257,7 +257,7 @@ def common_setup(files: Iterable[Path]) -> Setup | None:
     """
     found: tuple[Setup, Path] | None = None
     for file in files:
-        own = first_own_setup([file])
+        own = valid_setup_of(file)
         if own is None:
             continue
         if found is None:
@@ -270,16 +270,12 @@ def common_setup(files: Iterable[Path]) -> Setup | None:
     return found[0] if found else None
 
 
-def first_own_setup(files: Sequence[Path]) -> Setup | None:
-    """Return the setup that the first of the files brings that has a valid one; None where none has."""
-    for file in files:
-        try:
-            setup = own_setup_of(file)
-        except RadarGuiError:
-            continue
-        if setup is not None:
-            return setup
-    return None
+def valid_setup_of(file: Path) -> Setup | None:
+    """Return the setup that a file brings; None where it brings none, or one that is not valid."""
+    try:
+        return own_setup_of(file)
+    except RadarGuiError:
+        return None
 
 
 def _map_of(file: Path, chosen: ChannelMap, raw: RawLayout | None) -> ChannelMap | None:

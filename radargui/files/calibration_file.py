@@ -4,9 +4,7 @@ from pathlib import Path
 
 from radargui.files.access import refuse_existing, write_whole
 from radargui.model.calibration import Calibration
-from radargui.model.calibration_file import calibration_text, read_calibration
-
-__all__ = ["free_path", "read_calibration", "write_calibration"]
+from radargui.model.calibration_file import calibration_text
 
 
 def write_calibration(path: Path, calibration: Calibration, *, force: bool = False) -> None:

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Protocol
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import button, fill, take_out
+from radargui.gui.layout import button, fill, take_out, ticking
 from radargui.model.errors import CancelledError
 
 Work = Callable[[], Any]
@@ -61,8 +61,7 @@ class Mailbox(QObject):
         super().__init__(parent)
         self._owner = threading.get_ident()
         self._calls: queue.SimpleQueue[tuple[Callable[..., None], tuple[Any, ...]]] = queue.SimpleQueue()
-        self._timer = QTimer(self, interval=LOOK_MS)
-        self._timer.timeout.connect(self.deliver)
+        self._timer = ticking(self, LOOK_MS, self.deliver)
         self._timer.start()
 
     @property
@@ -246,8 +245,7 @@ class _Row(QWidget):
         self._cancel.setAccessibleName(f"Cancel: {what}")
         words = QLabel(f"{what[:1].upper()}{what[1:]} …")
         fill(QHBoxLayout(self), words, (self._bar, 1), self._cancel, 1, margins=(8, 2, 4, 2), spacing=6)
-        timer = QTimer(self, interval=_LOOK_MS)
-        timer.timeout.connect(self._look)
+        timer = ticking(self, _LOOK_MS, self._look)
         timer.start()
 
     def _look(self) -> None:

@@ -1,10 +1,10 @@
 """The titles of the panels: said once, on the tab or above the panel, with buttons that are seen in every look."""
 
-from PySide6.QtCore import QObject, QPoint, QRectF, Qt, QTimer
+from PySide6.QtCore import QObject, QPoint, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QAbstractButton, QDockWidget, QMainWindow, QMenu, QTabBar, QWidget
 
-from radargui.gui.layout import follow
+from radargui.gui.layout import follow, ticking
 from radargui.gui.theme import Theme
 
 _BUTTONS = {"float": "Let the panel stand by itself, or put it back", "close": "Close the panel; View brings it back"}
@@ -18,8 +18,7 @@ class DockTitles(QObject):
     def __init__(self, holder: QMainWindow, theme: Theme) -> None:
         super().__init__(holder)
         self._holder, self._theme = holder, theme
-        self._soon = QTimer(self, singleShot=True, interval=0)
-        self._soon.timeout.connect(self.refresh)
+        self._soon = ticking(self, 0, self.refresh, once=True)
         self._known: set[QTabBar] = set()
         for dock in self._docks():
             for changed in (dock.visibilityChanged, dock.topLevelChanged, dock.dockLocationChanged):

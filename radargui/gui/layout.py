@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from PySide6 import QtWidgets
-from PySide6.QtCore import QSignalBlocker, QSize, Qt, SignalInstance
+from PySide6.QtCore import QObject, QSignalBlocker, QSize, Qt, QTimer, SignalInstance
 from PySide6.QtGui import QPaintEvent, QWheelEvent
 
 from radargui.model.resources import resource_table
@@ -159,6 +159,15 @@ def follow(changed: SignalInstance, show: Callable[[], None]) -> None:
     """Show what there is now, and again with each change."""
     changed.connect(show)
     show()
+
+
+def ticking(
+    parent: QObject, interval_ms: int, does: Callable[..., Any] | SignalInstance, *, once: bool = False
+) -> QTimer:
+    """Return a timer that calls each so many milliseconds while it runs, or once each time it is started."""
+    made = QTimer(parent, interval=interval_ms, singleShot=once)
+    made.timeout.connect(does)
+    return made
 
 
 def side_by_side(*widgets: QtWidgets.QWidget) -> QtWidgets.QWidget:

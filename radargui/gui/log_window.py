@@ -6,11 +6,10 @@ from collections import deque
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
 from PySide6.QtGui import QFontDatabase, QGuiApplication, QTextCursor
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QLineEdit, QPlainTextEdit
 
-from radargui.gui.layout import Choice, Dialog, PlainLabel, button, fill
+from radargui.gui.layout import Choice, Dialog, PlainLabel, button, fill, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.model.resources import LOG_FORMAT, log_path
@@ -92,11 +91,10 @@ class LogWindow(Dialog):
         label = QLabel("Show")
         label.setBuddy(self.level)
         top = fill(QHBoxLayout(), label, self.level, (self.words, 1), nexts, self.follows, spacing=6)
-        copies = button("Copy for a bug report", self.copy_report, "Versions, the last entries and the setup, as text")
-        ends = fill(QHBoxLayout(), copies, 1, button("Close", self.reject, "Close this window"), spacing=6)
+        copies = button("Copy for a bug report", self.copy_report)
+        ends = fill(QHBoxLayout(), copies, 1, button("Close", self.reject), spacing=6)
         self.lay_out(top, (self.view, 1), self.said, ends)
-        self._timer = QTimer(self, interval=_LOOK_MS)
-        self._timer.timeout.connect(self.refresh)
+        self._timer = ticking(self, _LOOK_MS, self.refresh)
         self.finished.connect(lambda _result: self._timer.stop())
 
     def come_up(self) -> None:

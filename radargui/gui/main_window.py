@@ -9,30 +9,26 @@ from PySide6.QtWidgets import QMainWindow, QMessageBox, QVBoxLayout, QWidget
 
 from radargui.experiment.calibrating import Calibrate, calibrate_files
 from radargui.gui.background import Jobs, WorkStrip
-from radargui.gui.calibration.controller import CalibrationController
-from radargui.gui.control.across_view import AcrossView
+from radargui.gui.calibration.dialog import CalibrationController
 from radargui.gui.control.control_bar import MOST_RUNS, ControlBar, HealthLine, MessagePlace
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked, MakeSource, RunRequest
 from radargui.gui.control.waiting import ClosingStrip, StoppingStrip
 from radargui.gui.dock_titles import DockTitles
-from radargui.gui.guide.empty_plots import EmptyPlots
-from radargui.gui.guide.first_steps import FirstSteps
-from radargui.gui.help import show_help
+from radargui.gui.guide import EmptyPlots, FirstSteps
 from radargui.gui.layout import fill
 from radargui.gui.log_window import LogWindow
 from radargui.gui.notices import NoticeBoard, NoticeStrip
 from radargui.gui.opengl_probe import OpenGLProbe
-from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, facts, fill_menus
-from radargui.gui.runs.across_controller import AcrossController
+from radargui.gui.panels import About, Actions, FocusMark, Panels, RunKeys, facts, fill_menus, show_help
+from radargui.gui.runs.across import AcrossController, AcrossView
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_keeping import RunKeeping
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_panel import RunPanel
 from radargui.gui.scopes.iq_plane_panel import IQPlanePanel
 from radargui.gui.scopes.scope_panel import WINDOWS_S, ScopePanel
-from radargui.gui.series.series_controller import SeriesController
-from radargui.gui.series.series_panel import SeriesPanel
+from radargui.gui.series import SeriesController, SeriesPanel
 from radargui.gui.services import Services
 from radargui.gui.sessions.session_controller import LaterOffer, RecoveryOffer, SessionController
 from radargui.gui.sessions.transfer_controller import TransferController
@@ -46,7 +42,7 @@ from radargui.gui.theme import Theme
 from radargui.gui.track.track_panel import TrackPanel
 from radargui.gui.wiring_check import WiringCheck
 from radargui.model.errors import SessionError
-from radargui.report.glances import Glances
+from radargui.report.facts import Glances
 from radargui.session.info import default_data_folder
 from radargui.sources.factory import SourceKind, make_source
 

@@ -16,7 +16,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from radargui.gui.background import Mailbox
-from radargui.gui.layout import Edge, Strip, button, fill, follow, take_out
+from radargui.gui.layout import Edge, Strip, button, fill, follow, take_out, ticking
 from radargui.model.errors import RadarGuiError
 
 Level = Literal["error", "warning", "info"]
@@ -66,8 +66,7 @@ class NoticeBoard(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.notices: tuple[Notice, ...] = ()
-        self._soon = QTimer(self, singleShot=True, interval=_CALM_MS)
-        self._soon.timeout.connect(self.changed)
+        self._soon = ticking(self, _CALM_MS, self.changed, once=True)
         self._mailbox = Mailbox(self)
 
     def post(self, level: Level, text: str, details: str = "", *, topic: str = "") -> None:
@@ -212,7 +211,7 @@ class NoticeStrip(QWidget):
 
     def _row(self, notice: Notice) -> Strip:
         whole = "\n".join(filter(None, (notice.text, notice.details)))
-        copy = button("Copy", lambda: QGuiApplication.clipboard().setText(whole), "Copy the text with its details")
+        copy = button("Copy", lambda: QGuiApplication.clipboard().setText(whole))
         row = Strip(_EDGES[notice.level], copy, button("Dismiss", lambda: self._board.dismiss(notice)))
         times = f" ({notice.count} times)" if notice.count > 1 else ""
         row.words.setText(f"{_WORDS[notice.level]}{times}: {notice.text}")

@@ -7,8 +7,18 @@ from pathlib import Path
 
 import pyqtgraph
 from PySide6 import QtWidgets, __version__ as pyside_version
-from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtGui import QAction, QActionGroup, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPalette
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QUrl
+from PySide6.QtGui import (
+    QAction,
+    QActionGroup,
+    QDesktopServices,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+)
+from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QWidget
 
 from radargui import __version__
 from radargui.gui.control.state import AppState
@@ -16,7 +26,7 @@ from radargui.gui.layout import Dialog, Scroll, button, fill, fit_screen
 from radargui.gui.plots.plot import Plot
 from radargui.gui.settings import LAYOUT_VERSION, Settings
 from radargui.gui.theme import CHOICES, Theme
-from radargui.model.resources import resource_table
+from radargui.model.resources import help_page, resource_table
 
 TITLES = {
     "hardware": "Hardware setup",
@@ -351,3 +361,23 @@ class About(Dialog):
         super().__init__("About RadarGUI", (560, 220), parent)
         view = QtWidgets.QPlainTextEdit(text, readOnly=True)
         self.lay_out(view, fill(QtWidgets.QHBoxLayout(), 1, button("Close", self.reject, default=True)))
+
+
+def show_help(parent: QWidget) -> None:
+    """Open the help; without a browser it is shown here."""
+    page = help_page()
+    url = QUrl.fromLocalFile(str(page))
+    if page.suffix == ".html" and QDesktopServices.openUrl(url):
+        return
+    HelpBrowser(url, parent).show()
+
+
+class HelpBrowser(Dialog):
+    """One page after the other, as their links lead."""
+
+    def __init__(self, url: QUrl, parent: QWidget) -> None:
+        super().__init__("Help", (820, 720), parent)
+        self.pages = QTextBrowser(openExternalLinks=True)
+        self.pages.setSource(url)
+        back = button("Back", self.pages.backward)
+        self.lay_out(self.pages, fill(QHBoxLayout(), back, 1, button("Close", self.reject, default=True)))

@@ -1,6 +1,7 @@
 """Rows under titles, and the list of them to choose one from, whose columns the operator may set."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from operator import itemgetter
 from typing import Any, Generic, TypeVar
 
 from PySide6.QtCore import (
@@ -11,7 +12,7 @@ from PySide6.QtCore import (
     QSortFilterProxyModel,
     Qt,
 )
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QHeaderView, QTableView
 
 from radargui.gui.layout import TIPS
@@ -109,7 +110,7 @@ class RowTable(QTableView, Generic[_R]):
 
     def __init__(self, model: RowModel[_R], name: str, *, many: bool = False) -> None:
         super().__init__()
-        self._rows = model
+        self.rows = model
         # else what listens to the rows keeps them, and they keep it
         model.setParent(self)
         self._sorted = _Sorted(self)
@@ -137,11 +138,8 @@ class RowTable(QTableView, Generic[_R]):
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
         header.setSortIndicatorClearable(True)
         self.setSortingEnabled(True)
-        copies = QAction("Copy rows with headers", self)
-        copies.setShortcut(QKeySequence(QKeySequence.StandardKey.Copy))
+        copies = self.addAction("Copy rows with headers", QKeySequence.StandardKey.Copy, self.copy_rows)
         copies.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        copies.triggered.connect(self.copy_rows)
-        self.addAction(copies)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     @property
@@ -164,14 +162,14 @@ class RowTable(QTableView, Generic[_R]):
 
     def choose(self, wanted: Callable[[_R], bool]) -> bool:
         """Select the first row that is wanted; return whether there is one."""
-        row = next((number for number, one in enumerate(self._rows.entries) if wanted(one)), None)
+        row = next((number for number, one in enumerate(self.rows.entries) if wanted(one)), None)
         if row is not None:
             self.selectRow(self.shown_row(row))
         return row is not None
 
     def shown_row(self, row: int) -> int:
         """Return where a row of the model stands in the table as it is sorted."""
-        return self._sorted.mapFromSource(self._rows.index(row, 0)).row()
+        return self._sorted.mapFromSource(self.rows.index(row, 0)).row()
 
     def copy_rows(self) -> None:
         """Put the selected rows, all where none is, with their titles on the clipboard: a spreadsheet takes them."""
@@ -184,7 +182,12 @@ class RowTable(QTableView, Generic[_R]):
         QApplication.clipboard().setText("\n".join("\t".join(line) for line in lines) + "\n")
 
     def _entry(self, index: QModelIndex) -> _R:
-        return self._rows.entries[self._sorted.mapToSource(index).row()]
+        return self.rows.entries[self._sorted.mapToSource(index).row()]
+
+    def show_rows(self, entries: Iterable[_R]) -> None:
+        """Show other entries, in columns that fit them."""
+        self.rows.replace_all(entries)
+        self.fit_all()
 
     def fit(self, column: int, width: int) -> None:
         """Set a width, unless the operator has set the columns."""
@@ -204,3 +207,12 @@ class RowTable(QTableView, Generic[_R]):
         # the last one takes what room is left; to hide one is no width that the operator set
         if not self._fitting and old and new and column < self.model().columnCount() - 1:
             self.columns_chosen = True
+
+
+class WordTable(RowTable[tuple[str, ...]]):
+    """Rows of words under titles."""
+
+    def __init__(self, titles: Sequence[str], name: str) -> None:
+        columns = {title: itemgetter(at) for at, title in enumerate(titles)}
+        super().__init__(RowModel[tuple[str, ...]](columns), name)
+        self.setAccessibleName(name.replace(".", ": "))

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout, QW
 from radargui.experiment.wiring import GuideState, WiringGuide
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import Dialog, PlainLabel, Scroll, button, fill, take_out
+from radargui.gui.layout import Dialog, PlainLabel, Scroll, button, fill, take_out, ticking
 from radargui.gui.services import Services
 from radargui.gui.setup.hardware_panel import HardwarePanel
 from radargui.gui.setup.setup_model import SetupModel
@@ -77,8 +77,7 @@ class WiringCheck(Dialog):
         self.lay_out(*parts, margins=(18, 14, 18, 12), spacing=10)
         services.theme.changed.connect(self._colour)
         self._show("Are the wires right?", _WELCOME)
-        self._timer = QTimer(self, interval=LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer = ticking(self, LOOK_MS, self._look)
         self.finished.connect(lambda _result: self.end())
         control.feed_changed.connect(self._feed_changed)
         control.state_changed.connect(self._state_changed)

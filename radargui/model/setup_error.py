@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
@@ -193,6 +193,18 @@ def dotted(loc: Sequence[int | str]) -> str:
         else:
             text += f".{key_text(part)}" if text else key_text(part)
     return text
+
+
+def flattened(value: object, place: str = "", *, every: bool = False) -> Iterator[tuple[str, Any]]:
+    """Yield each value below tables with its dotted key; tables of a list, or every entry of one, count from 1."""
+    if isinstance(value, Mapping):
+        for key, below in value.items():
+            yield from flattened(below, f"{place}.{key}" if place else str(key), every=every)
+    elif isinstance(value, list | tuple) and (every or (value and isinstance(value[0], Mapping))):
+        for number, below in enumerate(value, 1):
+            yield from flattened(below, f"{place}[{number}]", every=every)
+    else:
+        yield place, list(value) if isinstance(value, tuple) else value
 
 
 def key_text(key: str) -> str:

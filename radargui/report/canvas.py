@@ -1,7 +1,8 @@
-"""Lines and words handed to matplotlib's renderer as they are: artists of its own take a second for a full page."""
+"""What a page is drawn on: the canvas, and panels with axes, curves and names on it."""
 
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -12,10 +13,12 @@ from matplotlib.backends.backend_pdf import Op
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.path import Path
+from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox, IdentityTransform
 
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
+from radargui.report.decimation import Curve
 from radargui.report.sheet import Area
 
 
@@ -147,3 +150,151 @@ def _draw_word(renderer: Any, gc: Any, x: float, y: float, word: _Written) -> No
 @lru_cache(maxsize=32)
 def _font(size: float, bold: bool) -> FontProperties:
     return FontProperties(family=list(sheet.fonts()), size=size, weight="bold" if bold else "normal")
+
+
+SIZE = 6.0
+"""Of all text in a panel, in points."""
+_FRAME = "#404040"
+_TICK_MM, _TITLE_MM = 0.8, 1.0
+_STEPS = (1, 2, 5, 10)
+Span = tuple[float, float]
+
+
+def span_of(curves: Sequence[Curve], factor: float = 1.0, margin: float = 0.06) -> Span:
+    """Return the range of the known values of curves times `factor`, and a margin; -1 to 1 where nothing is known."""
+    known = np.concatenate([one.y[np.isfinite(one.y)] for one in curves] or [np.empty(0)])
+    if known.size == 0:
+        return -1.0, 1.0
+    low, high = float(known.min()) * factor, float(known.max()) * factor
+    room = margin * (high - low) or 0.5 * abs(high) or 1.0
+    return low - room, high + room
+
+
+@dataclass
+class Panel:
+    """One frame with its two axes.
+
+    Parameters
+    ----------
+    canvas
+        What it is drawn on.
+    area
+        The frame, without the words around it.
+    x, y
+        First and last value of the axes.
+    """
+
+    canvas: Canvas
+    area: Area
+    x: Span
+    y: Span
+    size: float = SIZE
+    _key_mm: float = field(default=0.0, init=False)
+
+    def place(self, x: Any, y: Any) -> FloatArray:
+        """Return where values lie, shape (n, 2), in mm."""
+        (left, top, width, height), (x0, x1), (y0, y1) = self.area, self.x, self.y
+        across = left + width * (np.asarray(x, np.float64) - x0) / (x1 - x0)
+        # far outside is outside: a page knows no kilometres
+        up = np.clip((np.asarray(y, np.float64) - y0) / (y1 - y0), -5.0, 6.0)
+        return np.column_stack([across, top + height * (1.0 - up)])
+
+    def curve(self, curve: Curve, line: Line, factor: float = 1.0, name: str = "") -> bool:
+        """Draw a curve times `factor`; False where nothing of it is known."""
+        known = bool(np.isfinite(curve.y).any())
+        if known:
+            self.canvas.line(self.place(curve.x, curve.y * factor), line, self.area)
+            if name:
+                self.key(name, line)
+        return known
+
+    def dots(self, x: FloatArray, y: FloatArray, colour: str, size: float = 0.35) -> None:
+        """Draw a dot at each place."""
+        places = self.place(x, y)
+        places = np.repeat(places[np.isfinite(places).all(axis=1)], 2, axis=0)
+        # a line without length is not drawn
+        places[1::2, 0] += 0.04
+        codes = np.tile(np.array([Path.MOVETO, Path.LINETO], np.uint8), len(places) // 2)
+        self.canvas.line(places, Line(colour, size), self.area, codes=codes)
+
+    def upright(self, times: Sequence[float], line: Line) -> None:
+        """Draw a line from top to bottom at each of the values of x."""
+        inside = [one for one in times if self.x[0] < one < self.x[1]]
+        if inside:
+            x = np.repeat(np.array(inside, np.float64), 3)
+            y = np.tile(np.array([self.y[0], self.y[1], np.nan]), len(inside))
+            self.canvas.line(self.place(x, y), line, self.area)
+
+    def shade(self, first: float, last: float, colour: str) -> None:
+        """Shade a range of x."""
+        first, last = max(first, self.x[0]), min(last, self.x[1])
+        if first < last:
+            corners = self.place([first, last, last, first], [self.y[0], self.y[0], self.y[1], self.y[1]])
+            self.canvas.line(corners, Line(colour, 0.0), self.area, filled=True)
+
+    def key(self, name: str, line: Line) -> None:
+        """Name a line above the frame, from the right."""
+        right, base = self.area.left + self.area.width - self._key_mm, self.area.top - _TITLE_MM
+        begin = right - sheet.width_mm(name, self.size)
+        self.canvas.write(begin, base, name, self.size)
+        middle = base - 0.1 * self.size
+        self.canvas.line(np.array([[begin - 3.6, middle], [begin - 0.8, middle]]), Line(line.colour, 0.8, line.dashes))
+        self._key_mm += right - begin + 5.5
+
+    def clear(self, margin_mm: float) -> None:
+        """Hide what lies below the frame and the words around it."""
+        left, top, width, height = self.area
+        x = np.array([left - margin_mm, left + width, left + width, left - margin_mm]) + 0.5
+        y = np.array([top, top, top + height, top + height]) + np.array([-1.0, -1.0, 1.0, 1.0]) * 0.6 * margin_mm
+        self.canvas.line(np.column_stack([x, y]), Line("white", 0.0), filled=True)
+
+    def say(self, text: str) -> None:
+        """Write in the middle that there is nothing to draw."""
+        left, top, width, height = self.area
+        self.canvas.write(left + 0.5 * width, top + 0.5 * height, text, self.size, 0.5, colour="#808080")
+
+    def frame(self, title: str, label: str = "", *, ticks: bool = True, numbers: bool = True) -> None:
+        """Draw the frame, its ticks and numbers, the title above and the name of the axis beneath.
+
+        Parameters
+        ----------
+        title
+            Above the frame.
+        label
+            Of the axis of x.
+        ticks
+            Whether there are any ticks.
+        numbers
+            Whether the axis of x has numbers.
+        """
+        left, top, width, height = self.area
+        bottom = top + height
+        corners = np.array([[left, top], [left + width, top], [left + width, bottom], [left, bottom], [left, top]])
+        marks: list[tuple[float, float]] = []
+        if ticks:
+            for value in _ticks(self.x, max(2, min(6, round(width / 11.0)))):
+                x = self.place([value], [self.y[0]])[0, 0]
+                marks += [(x, bottom), (x, bottom + _TICK_MM), (np.nan, np.nan)]
+                if numbers:
+                    self.canvas.write(x, bottom + 0.48 * self.size, _number(value), self.size, 0.5)
+            for value in _ticks(self.y, max(1, min(6, round(height / 6.0)))):
+                y = self.place([self.x[0]], [value])[0, 1]
+                marks += [(left, y), (left - _TICK_MM, y), (np.nan, np.nan)]
+                self.canvas.write(left - 1.2, y + 0.13 * self.size, _number(value), self.size, 1.0)
+            self.canvas.line(np.array(marks).reshape(-1, 2), Line(_FRAME, 0.5))
+        self.canvas.line(corners, Line(_FRAME, 0.5))
+        self.canvas.write(left, top - _TITLE_MM, title, self.size)
+        if label:
+            self.canvas.write(left + 0.5 * width, bottom + 0.93 * self.size, label, self.size, 0.5)
+
+
+def _ticks(span: Span, most: int) -> list[float]:
+    """Return round values within a range."""
+    low, high = span
+    slack = 1e-9 * (high - low)
+    found = MaxNLocator(most, steps=_STEPS).tick_values(low, high)
+    return [float(one) for one in found if low - slack <= one <= high + slack]
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}".replace("-", "−") if abs(value) > 1e-12 else "0"

@@ -9,9 +9,8 @@ from radargui.model.rounding import UNKNOWN, alone, plain, quantity
 from radargui.model.uncertainty_budget import BudgetLine, variance_shares
 from radargui.report.document import Chapter, Content, Drawing, Facts, Grid, Note
 from radargui.report.facts import ReportFacts, SessionFacts
-from radargui.report.latex import bibtex
-from radargui.report.methods import methods
 from radargui.report.provenance import RunProvenance
+from radargui.report.publication import bibtex, methods
 from radargui.report.run_facts import RunFacts, all_simulated
 from radargui.report.setup_section import setup_blocks
 from radargui.restitution.findings import Findings, SampleFindings, SessionFindings

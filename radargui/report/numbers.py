@@ -11,8 +11,7 @@ from radargui.model.recording import Gap
 from radargui.model.result import Bounce
 from radargui.processing.locate import LEAST_RECEIVERS
 from radargui.report.facts import ReportFacts, SessionFacts
-from radargui.report.latex import bibtex, latex_tables
-from radargui.report.methods import methods
+from radargui.report.publication import bibtex, latex_tables, methods
 from radargui.report.run_facts import RunFacts
 from radargui.report.tables import csv_bytes, free_fall_document, json_bytes
 from radargui.restitution.findings import SampleFindings, SessionFindings

@@ -4,7 +4,6 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from radargui.files.access import reading
 from radargui.files.hdf5 import text
@@ -13,6 +12,7 @@ from radargui.files.run_file import opened_run, read_gaps, read_run_setup
 from radargui.files.stored_results import StoredResult, read_stored_results
 from radargui.model.errors import RadarGuiError
 from radargui.model.setup import Setup, dump_setup
+from radargui.model.setup_error import flattened
 from radargui.report.run_facts import RunFacts
 from radargui.session.info import versions
 from radargui.session.session import Session
@@ -223,18 +223,7 @@ def _processing(one: StoredResult, setup: Setup) -> Processing:
 
 def setting_changes(before: Setup, after: Setup) -> Iterator[str]:
     """Give what differs between two setups, as `key: before -> after`."""
-    old, new = (dict(_flat("", setup.model_dump(mode="json", by_alias=True))) for setup in (before, after))
+    old, new = (dict(flattened(setup.model_dump(mode="json", by_alias=True))) for setup in (before, after))
     for key in dict.fromkeys((*old, *new)):
         if old.get(key) != new.get(key):
             yield f"{key}: {old.get(key)} -> {new.get(key)}"
-
-
-def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
-    if isinstance(value, dict):
-        for name, one in value.items():
-            yield from _flat(f"{key}.{name}" if key else str(name), one)
-    elif isinstance(value, list) and value and isinstance(value[0], dict):
-        for number, one in enumerate(value, 1):
-            yield from _flat(f"{key}[{number}]", one)
-    else:
-        yield key, value

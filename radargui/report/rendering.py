@@ -11,11 +11,14 @@ from typing import Any, Self
 from urllib.parse import quote
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.backends import backend_pdf
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from radargui import __version__
 from radargui.report import sheet
+from radargui.report.canvas import Canvas, Line
 from radargui.report.document import Chapter, Drawing, templates
 from radargui.report.flow import text_pages
 from radargui.report.sheet import Paper
@@ -114,10 +117,11 @@ class PdfFile:
 
     def _page(self, page: Figure, title: str) -> None:
         head = _one_line(title, _HEAD_SIZE)
-        sheet.write(page, sheet.LEFT_MM, 15.0, head, fontsize=_HEAD_SIZE, fontweight="bold")
-        sheet.rule(page, 18.0, width=0.8)
+        canvas, ends_mm = Canvas(page), (sheet.LEFT_MM, sheet.LEFT_MM + sheet.ROOM_MM)
+        canvas.write(sheet.LEFT_MM, 15.0, head, _HEAD_SIZE, bold=True)
+        canvas.line(np.array([(end, 18.0) for end in ends_mm]), Line("#404040", 0.8))
         foot_mm = sheet.size_mm(page)[1] - sheet.FOOT_MM
-        sheet.write(page, sheet.LEFT_MM, foot_mm, _one_line(self._title, 6.5), fontsize=6.5, color="#606060")
+        canvas.write(sheet.LEFT_MM, foot_mm, _one_line(self._title, 6.5), 6.5, colour="#606060")
         self._pages.savefig(page)
         self._bookmarks.append((title, self._file.pageList[-1]))
 
@@ -153,14 +157,26 @@ def _utf16(text: str) -> bytes:
 def section_html(chapter: Chapter, name: str) -> str:
     """Return a chapter for the HTML file, with its figures in it."""
     blocks = chapter.blocks if chapter.screen is None else chapter.screen
-    pictures = [
-        {"title": one.title, "uri": _inline(page := one.draw("a4"), sheet.body(page))} for one in chapter.pictures
-    ]
+    pictures = [{"title": one.title, "uri": _inline(page := one.draw("a4"), body(page))} for one in chapter.pictures]
     return (
         templates()
         .get_template("section.html")
         .render(name=name, section=chapter, blocks=blocks, pictures=pictures, picture_of=picture_of)
     )
+
+
+_LABELS_MM = 12.0
+"""Below the lowest axes."""
+
+
+def body(page: Figure) -> Bbox:
+    """Return the part of a page from the header down to its lowest words or axes, in inches: what HTML shows."""
+    width_mm, height_mm = sheet.size_mm(page)
+    words = (word for one in page.get_children() if isinstance(one, Canvas) for word in one.words)
+    lowest_mm = [height_mm - y_mm - 2.0 for _, _, y_mm, _ in words]
+    lowest_mm += [axes.get_position().y0 * height_mm - _LABELS_MM for axes in page.axes]
+    edges_mm = (2.0, max(min(lowest_mm, default=0.0), 0.0), width_mm - 2.0, height_mm - sheet.TOP_MM + 4.0)
+    return Bbox.from_extents(*(edge / sheet.MM_PER_INCH for edge in edges_mm))
 
 
 def write_html(path: Path, title: str, sections: Iterable[tuple[str, str, str]]) -> None:

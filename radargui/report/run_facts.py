@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,16 +14,21 @@ from radargui.files.stored_results import read_findings, read_first_fall
 from radargui.model.arrays import FloatArray
 from radargui.model.drop import Drop, RunOrigin, drop_of, figure_in
 from radargui.model.errors import CancelledError, RadarGuiError, fault_of
+from radargui.model.plugins import load_plugin, plugins
 from radargui.model.recording import Gap, Recording
 from radargui.model.result import Bounces, ChannelQuality, FreeFall, RunResult
 from radargui.model.rounding import UNKNOWN
 from radargui.model.setup import Setup
 from radargui.model.uncertainty_budget import UncertaintyBudget
-from radargui.report.added_pictures import added_pictures
 from radargui.report.curves import RunCurves, fall_curves, take_curves
 from radargui.report.decimation import COLUMNS, COMPACT, Curve
 from radargui.report.document import Picture
 from radargui.restitution.site_gravity import SiteCheck, site_check
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from radargui.report.sheet import Paper
 
 _logger = logging.getLogger(__name__)
 ResultOf = Callable[[Path, Setup, Progress | None], RunResult]
@@ -241,3 +247,27 @@ def _falls(time_s: FloatArray, place_m: FloatArray, fall: FreeFall, normal: Sequ
 def _duration_s(recording: Recording) -> float:
     lost = sum(gap.count for gap in recording.gaps)
     return (recording.n_samples + lost) / recording.digitisation.sample_rate_hz
+
+
+AddedFigure = Callable[[RunResult], "Callable[[Paper], Figure] | None"]
+"""A plug-in of the group `radargui.figures`.
+
+Given a result it returns what draws its page on a paper (`report.sheet.new_page`), or None where there is nothing to
+draw. What draws keeps only what the page needs: a night has many runs.
+"""
+
+
+def added_pictures(result: RunResult) -> tuple[Picture, ...]:
+    """Return the figures that plug-ins draw of a result; one that fails is left out and logged."""
+    pictures = []
+    for name in plugins("figures"):
+        try:
+            added: AddedFigure = load_plugin("figures", name)
+            draw = added(result)
+        except Exception:
+            # a plug-in must not cost the report
+            _logger.exception("The figure %s was left out", name)
+            continue
+        if draw is not None:
+            pictures.append(Picture(name.replace("-", " "), draw))
+    return tuple(pictures)

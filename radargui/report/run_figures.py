@@ -1,286 +1,383 @@
-"""Pages of a run: IQ raw and corrected, the steps of the published correction, phase and path length, the track."""
+"""Figures of a run: IQ, the correction at work, phase and path length, the fall; on one page, alone, or in detail."""
 
 import math
+from collections.abc import Callable, Sequence
 from itertools import combinations
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
-from radargui.report.curves import ReceiverCurves, RunCurves, StepCurves, TrackCurves
+from radargui.report.canvas import SIZE, Canvas, Line, Panel, span_of
+from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves, TrackCurves
 from radargui.report.decimation import Curve
-from radargui.report.sheet import Paper
+from radargui.report.sheet import Area, Paper
 
-_CORRECTED_LIMIT = 1.6
+_GAP_MM, _LABELS_MM, _TICKS_MM = 4.5, 10.0, 9.0
+_LIMIT = 1.6
+_THIN = 0.3
+_IMPACTS = Line("#808080", 0.25, (3.0, 2.5))
+_SCALE_COLOUR = "#009e73"
+_DASHES = (3.0, 2.0)
+_MOST_HIGH_MM, _NARROW_MM = 30.0, 120.0
+
+DrawPart = Callable[[Canvas, Area], None]
+
+
+def run_figures(figure: Figure, area: Area, curves: RunCurves) -> None:
+    """Draw all figures of a run into what its page has left."""
+    every = curves.receivers
+    parts: list[tuple[float, int, DrawPart]] = [(1.0, len(every), lambda on, where: iq_rows(on, where, curves, every))]
+    if any(one.steps or one.circles for one in every):
+        parts.append((0.7, 2, lambda on, where: correction(on, where, curves, every)))
+    if any(one.phase.largest for one in every):
+        parts.append((2.4, 1, lambda on, where: _phase_and_fall(on, where, curves)))
+    gaps = sum((rows - 1) * _GAP_MM for _, rows, _ in parts) + (len(parts) - 1) * _LABELS_MM
+    unit = min((area.height - gaps) / sum(share * rows for share, rows, _ in parts), _MOST_HIGH_MM)
+    canvas, top = Canvas(figure), area.top
+    for share, rows, draw in parts:
+        height = share * rows * unit + (rows - 1) * _GAP_MM
+        draw(canvas, area._replace(top=top, height=height))
+        top += height + _LABELS_MM
+
+
+def run_on_screen(figure: Figure, area: Area, curves: RunCurves) -> None:
+    """Draw phase and fall of a run, or its signals where there are none."""
+    if any(one.phase.largest for one in curves.receivers):
+        _phase_and_fall(Canvas(figure), area, curves)
+    else:
+        iq_rows(Canvas(figure), area, curves, curves.receivers)
+
+
+def _phase_and_fall(canvas: Canvas, area: Area, curves: RunCurves) -> None:
+    left, right = _columns(area, 2)
+    track = curves.track
+    phase(canvas, left if track else area, curves)
+    if track is not None:
+        fall(canvas, right, curves, track)
+
+
+def _rows(area: Area, count: int) -> list[Area]:
+    height = (area.height - (count - 1) * _GAP_MM) / count
+    return [area.inside(0.0, number * (height + _GAP_MM), area.width, height) for number in range(count)]
+
+
+def _columns(area: Area, count: int) -> list[Area]:
+    width = (area.width - (count - 1) * _TICKS_MM) / count
+    return [area.inside(number * (width + _TICKS_MM), 0.0, width, area.height) for number in range(count)]
+
+
+def _over_time(panel: Panel, curves: RunCurves, title: str, *, bottom: bool = True) -> None:
+    """Finish a panel against time: lost samples, restarts, impacts, frame."""
+    for first, last in curves.gaps_s:
+        panel.shade(first, last, sheet.GAP_COLOUR)
+    panel.upright(curves.restarts_s, Line(sheet.GAP_COLOUR, 1.0))
+    panel.upright([time_s for time_s, _ in curves.impacts], _IMPACTS)
+    panel.frame(title, f"time after the {curves.since} / s" if bottom else "", numbers=bottom)
+
+
+def iq_rows(
+    canvas: Canvas, area: Area, curves: RunCurves, receivers: tuple[ReceiverCurves, ...], *, stacked: bool = False
+) -> None:
+    """Draw one row a receiver: raw and corrected IQ, each against time and in the plane."""
+    known = any(np.isfinite(one.corrected.i.y).any() for one in receivers)
+    shown = [(one, corrected) for one in receivers for corrected in ((False, True) if known else (False,))]
+    # in the column of a journal they stand below each other
+    beside = 1 if stacked or area.width < _NARROW_MM else 1 + known
+    rows = _rows(area, len(shown) // beside)
+    places = [column for row in rows for column in _columns(row, beside)]
+    for (receiver, corrected), place in zip(shown, places, strict=True):
+        _pair(canvas, place, curves, receiver, corrected=corrected, bottom=place.top == rows[-1].top)
+
+
+def _pair(
+    canvas: Canvas, area: Area, curves: RunCurves, receiver: ReceiverCurves, *, corrected: bool, bottom: bool
+) -> None:
+    i, q, plane = receiver.corrected if corrected else receiver.raw
+    side = min(area.height, 0.35 * area.width)
+    # in amplitudes, which have no unit
+    factor, unit = (1.0, "") if corrected else sheet.scaled(curves.unit, sheet.largest([i, q]))
+    span = span_of([i, q], factor)
+    if corrected:
+        limit = min(_LIMIT, max(1.15, *map(abs, span)))
+        span = -limit, limit
+    panel = Panel(canvas, area._replace(width=area.width - side - _TICKS_MM), curves.span_s, span)
+    drawn = [panel.curve(i, Line(sheet.I_COLOUR, _THIN), factor, "I")]
+    drawn.append(panel.curve(q, Line(sheet.Q_COLOUR, _THIN), factor, "Q"))
+    what = "corrected IQ" if corrected else f"raw IQ / {unit}"
+    _over_time(panel, curves, f"Receiver {receiver.name}: {what}", bottom=bottom)
+    beside = area.inside(area.width - side, area.height - side, side, side)
+    limit = _LIMIT if corrected else max(map(abs, span))
+    in_plane = Panel(canvas, beside, (-limit, limit), (-limit, limit))
+    if any(drawn):
+        _plane(in_plane, plane, factor, corrected=corrected)
+    else:
+        panel.say("not known")
+    in_plane.frame("Q against I", numbers=bottom)
+
+
+def _plane(panel: Panel, plane: Curve, factor: float, *, corrected: bool) -> None:
+    panel.dots(plane.x * factor, plane.y * factor, sheet.I_COLOUR if corrected else sheet.RAW_COLOUR)
+    turn = np.linspace(0.0, 2.0 * np.pi, 61)
+    cross = Curve(np.array([-0.08, 0.08, np.nan, 0.0, 0.0]), np.array([0.0, 0.0, np.nan, -0.08, 0.08]))
+    panel.curve(Curve(np.cos(turn), np.sin(turn)) if corrected else cross, Line("#404040", 0.4))
+
+
+def correction(canvas: Canvas, area: Area, curves: RunCurves, receivers: tuple[ReceiverCurves, ...]) -> None:
+    """Draw the correction at work: I above Q, one column a receiver."""
+    rows = _rows(area, 2)
+    for number, (receiver, column) in enumerate(zip(receivers, _columns(area, len(receivers)), strict=True)):
+        parts: tuple[StepCurves | CircleCurves, ...] = receiver.steps or receiver.circles
+        for place, part in enumerate(parts):
+            where = column._replace(top=rows[place].top, height=rows[place].height)
+            _part(canvas, where, curves, part, bottom=place == 1, key=number == place == 0)
+
+
+def _part(
+    canvas: Canvas,
+    area: Area,
+    curves: RunCurves,
+    part: StepCurves | CircleCurves,
+    *,
+    bottom: bool,
+    key: bool,
+    detailed: bool = False,
+) -> None:
+    factor, unit = sheet.scaled(curves.unit, part.signal.largest)
+    colour = sheet.I_COLOUR if part.name.startswith("I") else sheet.Q_COLOUR
+    spanned = [part.signal, part.scale] if detailed and isinstance(part, StepCurves) else [part.signal]
+    panel = Panel(canvas, area, curves.span_s, span_of(spanned, factor))
+    lines: list[tuple[Curve, Line, str]] = []
+    if isinstance(part, StepCurves):
+        if detailed:
+            panel.shade(*part.segment_s, "#eef3f8")
+        spline = Line(colour, 0.6)
+        lines += [(part.scale, Line(_SCALE_COLOUR, 0.6), "scale"), (part.bias, Line(sheet.FIT_COLOUR, 0.6), "bias")]
+        lines += [(part.upper, spline, "splines"), (part.lower, spline, "")]
+    else:
+        lines += [
+            (part.rest, Line(sheet.FIT_COLOUR, _THIN), f"raw − {part.kind}"),
+            (part.fitted, Line(colour, _THIN), part.kind),
+        ]
+    lines.append((part.signal, Line(sheet.RAW_COLOUR, _THIN), "raw"))
+    # the names stand from the right, the lines lie on each other from below
+    for _, line, name in lines if key else ():
+        if name:
+            panel.key(name, line)
+    for curve, line, _ in reversed(lines):
+        panel.curve(curve, line, factor)
+    title = f"{part.name} / {unit}"
+    if isinstance(part, StepCurves):
+        places = {"peaks": part.peaks, "valleys": part.valleys}
+        if detailed:
+            places["zero crossings"] = part.zero_crossings
+            title += ": " + ", ".join(f"{len(one.x)} {name}" for name, one in places.items())
+        for one in places.values():
+            panel.dots(one.x, one.y * factor, sheet.FIT_COLOUR if one is part.zero_crossings else "black", 1.0)
+    _over_time(panel, curves, title, bottom=bottom)
+
+
+def phase(canvas: Canvas, area: Area, curves: RunCurves) -> None:
+    """Draw the phase of every receiver without (dashed) and with correction; L over the whole recording as inset."""
+    own = list(zip(curves.receivers, sheet.RECEIVER_COLOURS, strict=False))
+    low, high = span_of([one.phase for one in curves.receivers])
+    known = np.concatenate([one.phase.y[np.isfinite(one.phase.y)] for one in curves.receivers])
+    # the inset lies above or below the curves, where it hides none of them
+    above = float(np.median(known)) < 0.5 * (low + high)
+    room = 0.6 * (high - low)
+    panel = Panel(canvas, area, curves.span_s, (low, high + room) if above else (low - room, high))
+    for receiver, colour in reversed(own):
+        panel.curve(receiver.phase_raw, Line(colour, 0.8, _DASHES))
+        panel.curve(receiver.phase, Line(colour, 0.5), name=receiver.name)
+    _over_time(panel, curves, "Phase / rad (dashed: uncorrected)")
+    factor, unit = sheet.scaled("m", sheet.largest([one.whole_change for one in curves.receivers]))
+    whole = [one.whole_change for one in curves.receivers]
+    times = np.concatenate([one.x for one in whole])
+    width, height = 0.62 * area.width, 0.22 * area.height
+    inside = area.inside(0.97 * area.width - width, 4.0 if above else area.height - height - 4.5, width, height)
+    inset = Panel(canvas, inside, (float(times.min()), float(times.max())), span_of(whole, factor), 5.0)
+    inset.clear(5.5)
+    for receiver, colour in own:
+        inset.curve(receiver.whole_change, Line(colour, 0.4), factor)
+    inset.frame(f"L / {unit}, whole recording")
+
+
+def fall(
+    canvas: Canvas,
+    area: Area,
+    curves: RunCurves,
+    track: TrackCurves,
+    *,
+    detailed: bool = False,
+    floor_m: float | None = None,
+) -> None:
+    """Draw the height over the fitted parabola, and below it what the fit leaves; in detail with impacts and floor."""
+    upper = 0.6 * (area.height - _LABELS_MM)
+    panel = Panel(canvas, area._replace(height=upper), curves.span_s, span_of([track.height], 1e3))
+    if track.parabola is not None:
+        panel.curve(track.parabola, Line(sheet.FIT_COLOUR, 1.2, _DASHES), 1e3, "parabola")
+    if not panel.curve(track.height, Line(sheet.RECEIVER_COLOURS[0], 0.6), 1e3, "sphere"):
+        panel.say("not known")
+    if detailed:
+        _name_impacts(panel, curves)
+    if floor_m is not None and track.level:
+        panel.curve(Curve(np.array(panel.x), np.full(2, floor_m)), Line("#808080", 0.6), 1e3, "floor")
+    _over_time(panel, curves, "Height along the floor's normal / mm" if detailed and not track.level else "Height / mm")
+    below = area.inside(0.0, upper + _LABELS_MM, area.width, area.height - upper - _LABELS_MM)
+    residual = track.residual
+    if residual is None or not residual.largest:
+        panel = Panel(canvas, below, curves.span_s, (-1.0, 1.0))
+        panel.say("no fall was fitted")
+        panel.frame("Residual", ticks=False)
+        return
+    factor, unit = sheet.scaled("m", residual.largest)
+    # drawn over its own time: a fall is a small part of what a sphere does that bounces
+    panel = Panel(canvas, below, (float(residual.x[0]), float(residual.x[-1])), span_of([residual], factor))
+    panel.curve(residual, Line(sheet.FIT_COLOUR, 0.4), factor)
+    _over_time(panel, curves, f"Residual of the fall / {unit}")
+
+
+def _name_impacts(panel: Panel, curves: RunCurves) -> None:
+    """Write number and e beside each impact, as much as there is room for before the next."""
+    begin, end = curves.span_s
+    for number, (time_s, e) in enumerate(curves.impacts, 1):
+        following = curves.impacts[number][0] if number < len(curves.impacts) else end
+        room_mm = (min(following, end) - time_s) / (end - begin) * panel.area.width - 1.5
+        texts = [f"{number}: e = {e}", f"{number}", ""] if e else [f"{number}", ""]
+        text = next(text for text in texts if sheet.width_mm(text, SIZE) <= max(room_mm, 0.0))
+        if begin <= time_s <= end:
+            panel.canvas.write(panel.place([time_s], [0.0])[0, 0] + 0.7, panel.area.top + 2.5, text, SIZE)
+
+
+_PAGE_LEFT_MM, _PAGE_TOP_MM, _PAGE_BELOW_MM = 28.0, 30.0, 26.0
+_LEAST_HALF_SPAN_M = 0.005
+"""A sphere at rest shall not fill the plane with its noise."""
+_VIEW_AZIMUTH_DEG, _VIEW_ELEVATION_DEG = -60.0, 25.0
+
+
+def _new_page(paper: Paper) -> tuple[Figure, Canvas, Area]:
+    figure = sheet.new_page(paper)
+    width, height = sheet.size_mm(figure)
+    room = width - _PAGE_LEFT_MM - sheet.RIGHT_MM, height - _PAGE_TOP_MM - _PAGE_BELOW_MM
+    return figure, Canvas(figure), Area(_PAGE_LEFT_MM, _PAGE_TOP_MM, *room)
 
 
 def signals_page(curves: RunCurves, paper: Paper) -> Figure:
     """Return the page: raw and, where there is any, corrected below; time at the left, the plane at the right."""
-    figure = sheet.new_page(paper)
-    known = any(np.isfinite(receiver.corrected.i.y).any() for receiver in curves.receivers)
-    shown = [
-        (receiver, corrected) for receiver in curves.receivers for corrected in ((False, True) if known else (False,))
-    ]
-    rows = sheet.add_rows(figure, len(shown), 27.0, 42.0, 6.0, (22.0, 124.0), (163.0, 33.0))
-    for (receiver, corrected), (axes, plane) in zip(shown, rows, strict=True):
-        _pair(axes, plane, curves, receiver, corrected=corrected, labelled=axes is rows[-1][0])
+    figure, canvas, area = _new_page(paper)
+    area = area._replace(height=min(area.height, 90.0 * len(curves.receivers)))
+    iq_rows(canvas, area, curves, curves.receivers, stacked=True)
     return figure
-
-
-def _pair(
-    against_time: Axes, in_plane: Axes, curves: RunCurves, receiver: ReceiverCurves, *, corrected: bool, labelled: bool
-) -> None:
-    i, q, plane = receiver.corrected if corrected else receiver.raw
-    lines = [(i, sheet.I_COLOUR, f"I{receiver.name}"), (q, sheet.Q_COLOUR, f"Q{receiver.name}")]
-    factor, unit = (1.0, "amplitude") if corrected else sheet.scaled(curves.unit, sheet.largest([i, q]))
-    title = f"Receiver {receiver.name}, {'corrected' if corrected else 'raw'}"
-    of_axis, given = ("I, Q / amplitude", "") if corrected else ("I, Q", curves.unit)
-    sheet.draw_panel(against_time, curves, title, of_axis, lines, unit=given, labelled=labelled)
-    if corrected and np.isfinite([*i.y, *q.y]).any():
-        limit = min(_CORRECTED_LIMIT, max(1.15, 1.05 * sheet.largest([i, q])))
-        against_time.set_ylim(-limit, limit)
-    (left, bottom), (right, top) = in_plane.get_position().get_points()
-    # room for the words beneath
-    room = 4.0 / sheet.size_mm(sheet.figure_of(in_plane))[1]
-    in_plane.set_position((left, bottom + room, right - left, top - bottom - room))
-    in_plane.set_box_aspect(1.0)
-    in_plane.set_anchor("NW")
-    _plane(in_plane, plane, factor, corrected=corrected)
-    in_plane.set_xlabel(f"I{receiver.name} / {unit}", labelpad=0.5)
-    in_plane.set_ylabel(f"Q{receiver.name} / {unit}", labelpad=0.5)
-
-
-def _plane(axes: Axes, plane: Curve, factor: float, *, corrected: bool) -> None:
-    axes.set_aspect("equal", adjustable="datalim")
-    known = np.isfinite(plane.x) & np.isfinite(plane.y)
-    if not known.any():
-        sheet.say_nothing_known(axes)
-        axes.set_xticks([])
-        return
-    colour = sheet.I_COLOUR if corrected else sheet.RAW_COLOUR
-    axes.plot(plane.x * factor, plane.y * factor, ",", color=colour, rasterized=True)
-    if corrected:
-        turn = np.linspace(0.0, 2.0 * np.pi, 90)
-        axes.plot(np.cos(turn), np.sin(turn), color="#404040", linewidth=0.5)
-        axes.set_aspect("equal", adjustable="box")
-        axes.set_xlim(-_CORRECTED_LIMIT, _CORRECTED_LIMIT)
-        axes.set_ylim(-_CORRECTED_LIMIT, _CORRECTED_LIMIT)
-    else:
-        axes.plot(0.0, 0.0, "+", color="#404040", markersize=4.0, markeredgewidth=0.5)
-        axes.margins(0.08)
 
 
 def steps_page(curves: RunCurves, paper: Paper) -> Figure:
-    """Return the page: one row a channel; splines, bias and extremes over the signal, the scale beside."""
-    figure = sheet.new_page(paper)
+    """Return the page: signal, splines, extremes, bias and scale of each channel."""
+    figure, canvas, area = _new_page(paper)
     steps = [step for receiver in curves.receivers for step in receiver.steps]
-    rows = sheet.add_rows(figure, len(steps), 33.0, 42.0, 7.0, (22.0, 118.0), (154.0, 42.0))
-    for step, (axes, beside) in zip(steps, rows, strict=True):
-        _step_row(axes, beside, curves, step, first=step is steps[0], labelled=step is steps[-1])
+    area = area._replace(height=min(area.height, 45.0 * len(steps)))
+    for step, row in zip(steps, _rows(area, len(steps)), strict=True):
+        _part(canvas, row, curves, step, bottom=step is steps[-1], key=step is steps[0], detailed=True)
     return figure
 
 
-def _step_row(axes: Axes, beside: Axes, curves: RunCurves, step: StepCurves, *, first: bool, labelled: bool) -> None:
-    factor, unit = sheet.scaled(curves.unit, step.signal.largest)
-    axes.axvspan(*step.segment_s, color="#eef3f8", linewidth=0, zorder=0)
-    sheet.draw_curve(axes, step.signal, factor, color=sheet.RAW_COLOUR, linewidth=0.5, label="signal")
-    colour = sheet.I_COLOUR if step.name.startswith("I") else sheet.Q_COLOUR
-    sheet.draw_curve(axes, step.upper, factor, color=colour, linewidth=0.8, label="upper, lower spline")
-    sheet.draw_curve(axes, step.lower, factor, color=colour, linewidth=0.8)
-    sheet.draw_curve(axes, step.bias, factor, color=sheet.FIT_COLOUR, linewidth=0.8, label="bias")
-    _marks(axes, step.peaks, factor, "^", "black", "peaks")
-    _marks(axes, step.valleys, factor, "v", "black", "valleys")
-    _marks(axes, step.zero_crossings, factor, "o", sheet.FIT_COLOUR, "zero crossings")
-    sheet.time_axis(axes, curves, labelled=labelled)
-    axes.set_ylabel(f"{step.name} / {unit}")
-    if first:
-        sheet.legend(axes, raised=True)
-    counts = f"{len(step.peaks.x)} peaks, {len(step.valleys.x)} valleys, {len(step.zero_crossings.x)} zero crossings"
-    axes.set_title(f"{step.name}: {counts}")
-    sheet.draw_curve(beside, step.scale, factor, color=colour)
-    sheet.time_axis(beside, curves, labelled=labelled)
-    beside.set_ylim(bottom=0.0)
-    beside.set_title(f"scale of {step.name} / {unit}")
+_Lines = Sequence[tuple[Curve, Line, str]]
 
 
-def _marks(axes: Axes, places: Curve, factor: float, marker: str, colour: str, label: str) -> None:
-    size = 1.2 if marker == "o" else 2.4
-    looks = {"linestyle": "", "color": colour, "marker": marker, "markersize": size, "markeredgewidth": 0.0}
-    sheet.draw_curve(axes, places, factor, label=label, **looks)
+def _several(
+    canvas: Canvas, area: Area, curves: RunCurves, title: str, lines: _Lines, unit: str = "", *, from_zero: bool = False
+) -> None:
+    """Draw curves over time into one panel, the first on top."""
+    drawn = [curve for curve, _, _ in lines]
+    factor, prefixed = sheet.scaled(unit, sheet.largest(drawn)) if unit else (1.0, "rad")
+    low, high = span_of(drawn, factor)
+    panel = Panel(canvas, area, curves.span_s, (0.0 if from_zero else low, high))
+    known = [panel.curve(curve, line, factor, name) for curve, line, name in reversed(lines)]
+    if not any(known):
+        panel.say("not known")
+    _over_time(panel, curves, f"{title} / {prefixed}")
 
 
 def paths_page(curves: RunCurves, paper: Paper) -> Figure:
-    """Return the page: one row a receiver, phase left and path right; below what the correction changed, and u."""
-    figure = sheet.new_page(paper)
-    columns = (22.0, 80.0), (118.0, 80.0)
-    *rows, (change, below) = sheet.add_rows(figure, len(curves.receivers) + 1, 29.0, 64.0, 13.0, *columns)
-    for receiver, (left, right), colour in zip(curves.receivers, rows, sheet.RECEIVER_COLOURS, strict=False):
-        phases = [(receiver.phase_raw, sheet.RAW_COLOUR, "uncorrected"), (receiver.phase, "black", "corrected")]
-        sheet.draw_panel(left, curves, f"Phase of receiver {receiver.name}", "phase / rad", phases, first_width=1.8)
-        _path(right, curves, receiver, colour)
+    """Return the page: phase and path length of each receiver, what the correction changed, standard uncertainty."""
+    figure, canvas, area = _new_page(paper)
     own = list(zip(curves.receivers, sheet.RECEIVER_COLOURS, strict=False))
-    changed = [(receiver.phase_difference, colour, receiver.name) for receiver, colour in own]
-    sheet.draw_panel(change, curves, "Change by the correction", "uncorrected − corrected / rad", changed)
-    u = [(receiver.u_change, colour, f"L{receiver.name}") for receiver, colour in own]
-    sheet.draw_panel(below, curves, "Standard uncertainty of L", "u(L)", u, unit="m", from_zero=True)
+    spaced = area.height - len(own) * (_LABELS_MM - _GAP_MM)
+    rows = _rows(area._replace(height=min(spaced, 60.0 * (len(own) + 1))), len(own) + 1)
+    rows = [row._replace(top=row.top + number * (_LABELS_MM - _GAP_MM)) for number, row in enumerate(rows)]
+    lost = ", path lost at each yellow line: another zero" if curves.restarts_s else ""
+    for (one, colour), row in zip(own, rows, strict=False):
+        left, right = _columns(row, 2)
+        phases = ((one.phase, Line("black"), "corrected"), (one.phase_raw, Line(sheet.RAW_COLOUR, 1.5), "uncorrected"))
+        _several(canvas, left, curves, f"Phase of receiver {one.name}", phases)
+        u = np.interp(one.change.x, one.u_change.x, one.u_change.y) if len(one.u_change.x) else 0.0
+        ends = [Curve(one.change.x, one.change.y + sign * 2.0 * u) for sign in (-1.0, 1.0)]
+        band = [(end, Line(colour, 0.2), name) for end, name in zip(ends, ("± 2 u", ""), strict=True)]
+        lines = [(one.change, Line(colour, 0.6), ""), *band]
+        _several(canvas, right, curves, f"Change of path length L{one.name}{lost}", lines, "m")
+    left, right = _columns(rows[-1], 2)
+    changed = [(one.phase_difference, Line(colour), one.name) for one, colour in own]
+    _several(canvas, left, curves, "Uncorrected − corrected phase", changed)
+    u_lines = [(one.u_change, Line(colour), f"L{one.name}") for one, colour in own]
+    _several(canvas, right, curves, "u(L)", u_lines, "m", from_zero=True)
     return figure
-
-
-def _path(axes: Axes, curves: RunCurves, receiver: ReceiverCurves, colour: str) -> None:
-    name, path, u_path = f"L{receiver.name}", receiver.change, receiver.u_change
-    lines = [(path, colour, name)]
-    factor = sheet.draw_panel(axes, curves, f"Change of path length {name}", name, lines, unit="m")
-    if curves.restarts_s:
-        axes.set_xlabel("time / s (path lost at each yellow line: another zero)")
-    if np.isfinite(path.y).any():
-        u = np.interp(path.x, u_path.x, u_path.y) if len(u_path.x) else 0.0
-        band = (path.y - 2 * u) * factor, (path.y + 2 * u) * factor
-        axes.fill_between(path.x, *band, color=colour, alpha=0.25, linewidth=0, label="± 2 u")
-        sheet.legend(axes)
-
-
-_LEFT, _WIDTH = 22.0, 176.0
-_VIEW_AZIMUTH_DEG, _VIEW_ELEVATION_DEG = -60.0, 25.0
-_LEAST_HALF_SPAN_M = 0.005
-"""The cube is never smaller than 1 cm: the noise of a sphere at rest would look like a motion."""
-_SMALL = 6.0
 
 
 def track_page(curves: RunCurves, track: TrackCurves, floor_m: float | None, paper: Paper) -> Figure:
-    """Return the page of a track.
+    """Return the page: height and what the fall leaves of it, sideways, uncertainties, in space and in projections.
 
-    Parameters
-    ----------
-    curves
-        Of the run.
-    track
-        Its track.
-    floor_m
-        Height of the sphere's centre when it touches the floor, where the setup says it.
-    paper
-        To draw on.
+    `floor_m` is the height of the centre of the sphere at contact; None where the setup does not say.
     """
-    figure = sheet.new_page(paper)
-    # on paper that is less high everything moves up and shrinks
-    high = sheet.size_mm(figure)[1] / sheet.PAPERS_MM["a4"][1]
-
-    def axes(left: float, top: float, width: float, height: float) -> Axes:
-        return sheet.add_axes(figure, left, 24.0 + (top - 24.0) * high, width, height * high)
-
-    _height(axes(_LEFT, 30.0, _WIDTH, 70.0), curves, track, floor_m)
-    _residual(axes(_LEFT, 115.0, 80.0, 36.0), curves, track)
+    figure, canvas, area = _new_page(paper)
+    fall(canvas, area._replace(height=0.5 * area.height), curves, track, detailed=True, floor_m=floor_m)
+    left, right = _columns(area.inside(0.0, 0.5 * area.height + _LABELS_MM, area.width, 0.2 * area.height), 2)
     of_z, *colours = sheet.RECEIVER_COLOURS[:3]
-    sideways = [(track.x, colours[0], "x"), (track.y, colours[1], "y")]
-    sheet.draw_panel(axes(118.0, 115.0, 80.0, 36.0), curves, "Sideways", "x, y", sideways, unit="m")
-    u = list(zip(track.u, (*colours, of_z), "xyz", strict=True))
-    title = "Standard uncertainty of the position"
-    sheet.draw_panel(axes(_LEFT, 167.0, 80.0, 36.0), curves, title, "u", u, unit="m", from_zero=True)
-    _in_space(axes(118.0, 166.0, 80.0, 40.0), track)
-    for number, (across, up) in enumerate(((0, 2), (1, 2), (0, 1))):
-        _projection(axes(_LEFT + 64.5 * number, 218.0, 47.0 * high, 47.0), track, across, up)
+    sideways = [(one, Line(colour), name) for one, colour, name in zip((track.x, track.y), colours, "xy", strict=True)]
+    _several(canvas, left, curves, "Sideways: x, y", sideways, "m")
+    u = [(one, Line(colour), name) for one, colour, name in zip(track.u, (*colours, of_z), "xyz", strict=True)]
+    _several(canvas, right, curves, "u of the position", u, "m", from_zero=True)
+    if np.isfinite(track.places_m).any():
+        below = area.inside(0.0, 0.7 * area.height + 2.0 * _LABELS_MM, area.width, 0.0)
+        _places(canvas, [one._replace(height=one.width) for one in _columns(below, 4)], track.places_m)
     return figure
 
 
-def _height(axes: Axes, curves: RunCurves, track: TrackCurves, floor_m: float | None) -> None:
-    sheet.time_axis(axes, curves)
-    along = "" if track.level else " along the floor's normal"
-    name = "z" if track.level else "height"
-    axes.set_title(f"Height of the centre of the sphere{along}")
-    axes.set_ylabel(f"{name} / mm")
-    if not sheet.draw_curve(axes, track.height, 1e3, color=sheet.RECEIVER_COLOURS[0], linewidth=0.9, label=name):
-        sheet.say_nothing_known(axes)
-        return
-    if track.parabola is not None:
-        sheet.draw_curve(
-            axes, track.parabola, 1e3, color=sheet.FIT_COLOUR, linewidth=0.9, linestyle=(0, (5, 2)), label="fitted fall"
-        )
-    if floor_m is not None and track.level:
-        axes.axhline(floor_m * 1e3, color="#808080", linewidth=0.6, label="floor")
-    low, high = axes.get_ylim()
-    axes.set_ylim(low - 0.03 * (high - low), high + 0.12 * (high - low))
-    _name_impacts(axes, curves)
-    sheet.legend(axes)
-
-
-def _name_impacts(axes: Axes, curves: RunCurves) -> None:
-    """Write number and e beside each impact, as far as there is room before the next one."""
-    begin, end = curves.span_s
-    for number, (time_s, e) in enumerate(curves.impacts, 1):
-        following = curves.impacts[number][0] if number < len(curves.impacts) else end
-        room_mm = (min(following, end) - time_s) / (end - begin) * _WIDTH - 1.5
-        texts = [f"{number}: e = {e}", f"{number}", ""] if e else [f"{number}", ""]
-        text = next(text for text in texts if sheet.width_mm(text, _SMALL) <= max(room_mm, 0.0))
-        if begin <= time_s <= end:
-            axes.annotate(
-                text,
-                (time_s, 1.0),
-                xycoords=("data", "axes fraction"),
-                xytext=(2.0, -8.0),
-                textcoords="offset points",
-                color=sheet.IMPACT_COLOUR,
-                fontsize=_SMALL,
-            )
-
-
-def _residual(axes: Axes, curves: RunCurves, track: TrackCurves) -> None:
-    axes.set_title("Height less the fitted fall")
-    axes.set_xlabel(f"time after the {curves.since} / s")
-    if track.residual is None or not track.residual.largest:
-        sheet.say_nothing_known(axes, "no fall was fitted")
-        return
-    factor, unit = sheet.scaled("m", track.residual.largest)
-    sheet.draw_curve(axes, track.residual, factor, color=sheet.FIT_COLOUR)
-    axes.axhline(0.0, color="#404040", linewidth=0.4)
-    axes.set_ylabel(f"residual / {unit}")
-
-
-def _projection(axes: Axes, track: TrackCurves, across: int, up: int) -> None:
-    axes.set_title(f"{'xyz'[across]}-{'xyz'[up]} plane")
-    axes.set_xlabel(f"{'xyz'[across]} / mm")
-    axes.set_ylabel(f"{'xyz'[up]} / mm")
-    if not np.isfinite(track.places_m).any():
-        sheet.say_nothing_known(axes)
-        return
-    axes.plot(track.places_m[across] * 1e3, track.places_m[up] * 1e3, color=sheet.RECEIVER_COLOURS[0])
-    middle, half = _cube(track.places_m if up == 2 else track.places_m[:2])
-    axes.set_xlim(*1e3 * (middle[across] + np.array([-half, half])))
-    axes.set_ylim(*1e3 * (middle[up] + np.array([-half, half])))
+def _places(canvas: Canvas, squares: list[Area], places_m: FloatArray) -> None:
+    """Draw the track in three planes and in a cube seen from the side."""
+    line = Line(sheet.RECEIVER_COLOURS[0], 0.6)
+    for square, (across, up) in zip(squares, ((0, 2), (1, 2), (0, 1)), strict=False):
+        middle, half = _cube(places_m if up == 2 else places_m[:2])
+        x, y = ((1e3 * (middle[axis] - half), 1e3 * (middle[axis] + half)) for axis in (across, up))
+        panel = Panel(canvas, square, x, y)
+        panel.curve(Curve(1e3 * places_m[across], 1e3 * places_m[up]), line)
+        panel.frame(f"{'xyz'[up]} / mm", f"{'xyz'[across]} / mm")
+    middle, half = _cube(places_m)
+    grey, edge = Line("#b0b0b0", 0.4), (-1.6 * half, 1.6 * half)
+    panel = Panel(canvas, squares[-1], edge, edge)
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64) * half
+    for ends in combinations(corners, 2):
+        if np.count_nonzero(ends[0] != ends[1]) == 1:
+            panel.curve(_seen(np.stack(ends, axis=1)), grey)
+    x, y, z = places_m - middle[:, None]
+    panel.curve(_seen(np.stack([x, y, np.full_like(z, -half)])), Line("#b0b0b0", 0.8))
+    panel.curve(_seen(np.stack([x, y, z])), line)
+    for name, end in (("x", (0.0, -1.3, -1.0)), ("y", (1.3, 0.0, -1.0)), ("z", (-1.2, -1.2, 0.0))):
+        at = _seen(np.array([end]).T * half)
+        ((across_mm, down_mm),) = panel.place(at.x, at.y)
+        canvas.write(across_mm, down_mm, name, SIZE, 0.5)
+    canvas.write(squares[-1].left, squares[-1].top - 1.0, f"In space, cube of {2e3 * half:.0f} mm", SIZE)
 
 
 def _cube(places_m: FloatArray) -> tuple[FloatArray, float]:
-    """Return middle and half the side of the cube around the track: the views from the side share one scale."""
+    """Return middle and half of the side of a cube that holds all places."""
     low, high = np.nanmin(places_m, axis=1), np.nanmax(places_m, axis=1)
     return 0.5 * (low + high), max(_LEAST_HALF_SPAN_M, 0.55 * float((high - low).max()))
 
 
-def _in_space(axes: Axes, track: TrackCurves) -> None:
-    """Draw the track from the side and above, in a wire cube: parallel projection."""
-    axes.set_axis_off()
-    axes.set_aspect("equal")
-    axes.set_title("Track in space")
-    if not np.isfinite(track.places_m).any():
-        sheet.say_nothing_known(axes)
-        return
-    middle, half = _cube(track.places_m)
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64) * half
-    for edge in combinations(corners, 2):
-        if np.count_nonzero(edge[0] != edge[1]) == 1:
-            axes.plot(*_seen(np.stack(edge, axis=1)), color="#b0b0b0", linewidth=0.4)
-    x, y, z = track.places_m - middle[:, None]
-    axes.plot(*_seen(np.stack([x, y, np.full_like(z, -half)])), color="#b0b0b0", linewidth=0.8)
-    axes.plot(*_seen(np.stack([x, y, z])), color=sheet.RECEIVER_COLOURS[0], linewidth=0.9)
-    for name, end in (("x", (0.0, -1.3, -1)), ("y", (1.3, 0.0, -1)), ("z", (-1.2, -1.2, 0.0))):
-        place = _seen(np.array([end], dtype=np.float64).T * half)
-        axes.text(float(place[0, 0]), float(place[1, 0]), name, ha="center", va="center", fontsize=7.0)
-    axes.text(1.0, 0.0, f"cube of {2e3 * half:.0f} mm", transform=axes.transAxes, ha="right", va="top", fontsize=6.0)
-
-
-def _seen(places: FloatArray) -> FloatArray:
-    """Return right and up on the paper of places, shape (2, n)."""
+def _seen(places: FloatArray) -> Curve:
+    """Return places as they are seen from the side and a little above."""
     azimuth, elevation = math.radians(_VIEW_AZIMUTH_DEG), math.radians(_VIEW_ELEVATION_DEG)
     right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
     across = math.sin(elevation)
     up = np.array([-across * math.cos(azimuth), -across * math.sin(azimuth), math.cos(elevation)])
-    return np.stack([right, up]) @ places
+    return Curve(right @ places, up @ places)

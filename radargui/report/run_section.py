@@ -27,7 +27,7 @@ def run_page(run: RunFacts) -> Chapter:
     if run.failure or run.curves is None:
         return Chapter(_title(run), (Note(f"No result: {run.failure or 'no samples'}", warning=True),))
     # matplotlib is loaded only where a report is made: the window shows the same words without it
-    from radargui.report.run_page import run_figures, run_on_screen
+    from radargui.report.run_figures import run_figures, run_on_screen
 
     rows = {
         "Result": " – ".join(part for part in (run.said, run.reason) if part),

@@ -7,12 +7,10 @@ from matplotlib.figure import Figure
 
 from radargui.model.arrays import FloatArray
 from radargui.report import sheet
-from radargui.report.canvas import Canvas, Line
+from radargui.report.canvas import Canvas, Line, Panel, Span, span_of
 from radargui.report.decimation import Curve
-from radargui.report.facts import ReportFacts
-from radargui.report.panel import Panel, Span, span_of
+from radargui.report.facts import COVERED, ReportFacts, e_span, mean_gravity, shown_fits, speed_points
 from radargui.report.run_facts import RunFacts
-from radargui.report.series_curves import COVERED, e_span, mean_gravity, shown_fits, speed_points
 from radargui.report.sheet import Area
 from radargui.restitution.speed_models import MODELS, SpeedFit
 

@@ -176,17 +176,15 @@ class About(TypedDict, total=False):
 
 
 def about_setup_file(path: Path | None) -> About:
-    """Return the name and the calibration of a setup file; nothing where there is none."""
-    return About() if path is None else About(calibration=calibration_of_file(path), setup_name=path.stem)
-
-
-def calibration_of_file(path: Path) -> Calibration:
-    """Return the calibration that a setup file brings: its name, and when it was last changed."""
+    """Return the name and the calibration of a setup file, which is when it was last changed; nothing without one."""
+    if path is None:
+        return About()
     try:
         changed_at = datetime.fromtimestamp(path.stat().st_mtime, UTC).astimezone().isoformat(timespec="seconds")
     except OSError:
         changed_at = ""
-    return Calibration(made_at=changed_at, origin=f"setup file {path.name}, as last changed then")
+    origin = f"setup file {path.name}, as last changed then"
+    return About(calibration=Calibration(made_at=changed_at, origin=origin), setup_name=path.stem)
 
 
 def copied_calibration(setup: Setup, folder: Path) -> Calibration | None:

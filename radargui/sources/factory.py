@@ -60,7 +60,7 @@ def make_source(
     match kind:
         case "simulated":
             # brings the integration of motions along, which neither a device nor the start of the window waits for
-            from radargui.sources.simulated import SimulatedSource
+            from radargui.sources.simulated.model import SimulatedSource
 
             return SimulatedSource(setup, run=run, realtime=realtime, clock=clock, repeat=repeat)
         case "replay":
@@ -73,16 +73,21 @@ def make_source(
     return made
 
 
+def at_once(setup: Setup) -> Setup:
+    """Return the setup whose device starts without waiting for an edge: to look only, or again after an error."""
+    changes = {"start": "now", "start_source": None, "start_pretrigger": False}
+    return setup.model_copy(update={"daq": setup.daq.model_copy(update=changes)})
+
+
 def _device(setup: Setup, clock: Clock) -> Source:
     # loads NI's client, which a computer without it must not need
-    from radargui.sources.ni import NiSource
+    from radargui.sources.ni.source import NiSource
 
     # a run of fixed length about an edge cannot be continued
     if not setup.recording.restart_after_error or setup.daq.start_pretrigger:
         return NiSource(setup, clock=clock)
-    at_once = setup.model_copy(update={"daq": setup.daq.model_copy(update={"start": "now", "start_source": None})})
     return RestartingSource(
-        lambda again: NiSource(at_once if again else setup, clock=clock),
+        lambda again: NiSource(at_once(setup) if again else setup, clock=clock),
         within_s=setup.recording.restart_within_s,
         clock=clock,
     )

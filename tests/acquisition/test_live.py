@@ -12,7 +12,7 @@ from radargui.acquisition.ring import LiveTrack, LiveWorker, Ring
 from radargui.model.arrays import RawArray
 from radargui.model.recording import Block, Gap
 from radargui.processing.live import LiveEstimate, LiveProcessor
-from radargui.sources.simulated import SimulatedSource
+from radargui.sources.simulated.model import SimulatedSource
 
 
 def estimate(first: int, count: int, step: int = 1) -> LiveEstimate:

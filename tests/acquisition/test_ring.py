@@ -48,7 +48,9 @@ def test_a_gap_longer_than_the_ring_leaves_nothing_old_behind() -> None:
     a_ring = ring(4)
     a_ring.append(block(0, 4))
     a_ring.append(block(1000, 1, gap=Gap(4, 996)))
-    np.testing.assert_allclose(a_ring.recent(4).volts[0] / VOLTS_PER_CODE, [np.nan, np.nan, np.nan, 1000])
+    np.testing.assert_allclose(
+        a_ring.since(a_ring.latest - 4).volts[0] / VOLTS_PER_CODE, [np.nan, np.nan, np.nan, 1000]
+    )
 
 
 def test_the_raw_blocks_between_gaps_are_bit_exact() -> None:

@@ -36,7 +36,7 @@ from radargui.model.recording import Block
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.session.session import Session
-from radargui.sources.ni import NiSource
+from radargui.sources.ni.source import NiSource
 
 SETTLED_S = 15.0
 """Ring and caches are full by then: from here on memory must be flat."""

@@ -19,7 +19,7 @@ from radargui.model.setup import changed
 from radargui.processing.result_of_run import stored_or_computed
 from radargui.report.report import Layout, write_report
 from radargui.session.session import Session
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 LIMIT_S, LIMIT_MB, LIMIT_FILES_MB = 30.0, 600.0, 20.0

@@ -17,7 +17,7 @@ from radargui.calibration.unknowns import Unknown, antenna_unknowns, fall_unknow
 from radargui.model.errors import UsageError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 RELEASE = "tracer.release_position_m"
 

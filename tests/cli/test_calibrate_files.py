@@ -11,7 +11,7 @@ from support.calibrations import calibration_of
 from support.command_line import Command
 
 from radargui.calibration.rough_fit import KnownRecording
-from radargui.files.calibration_file import read_calibration
+from radargui.model.calibration_file import read_calibration
 from radargui.model.setup import Setup, read_setup
 
 

@@ -16,8 +16,7 @@ import radargui
 from radargui.model.errors import RadarGuiError
 from radargui.model.plugins import load_plugin, plugins
 from radargui.model.setup import changed
-from radargui.report.added_pictures import added_pictures
-from radargui.report.run_facts import take_facts
+from radargui.report.run_facts import added_pictures, take_facts
 from radargui.report.run_section import run_page, run_section
 from radargui.sources.factory import make_source, source_kinds
 

@@ -27,7 +27,7 @@ from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
 from radargui.session.session import Session
 from radargui.sources.contract import Source
-from radargui.sources.simulated import SimulatedSource, simulate_recording
+from radargui.sources.simulated.model import SimulatedSource, simulate_recording
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 QUIET = {"recording": {"pretrigger_s": 0.3, "quiet_s": 0.3, "maximum_s": 5.0, "wait_s": 20.0}}

@@ -34,7 +34,7 @@ from radargui.model.setup import Setup
 from radargui.session.session import Session
 from radargui.sources.contract import Source
 from radargui.sources.factory import make_source
-from radargui.sources.ni import NiSource
+from radargui.sources.ni.source import NiSource
 
 QUICK = changed(simulated_setup(), processing={"correction": "ellipse"})
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)

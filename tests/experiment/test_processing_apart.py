@@ -23,7 +23,7 @@ from radargui.model.errors import CancelledError, FileError, ProcessingError
 from radargui.model.result import RunResult
 from radargui.processing.offline import STOPPED
 from radargui.session.session import Session
-from radargui.sources.simulated import SimulatedSource
+from radargui.sources.simulated.model import SimulatedSource
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 

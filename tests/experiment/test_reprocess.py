@@ -15,7 +15,7 @@ from radargui.files.run_writer import RunWriter
 from radargui.model.errors import FileError, UsageError
 from radargui.model.recording import Block
 from radargui.model.setup import Setup, dump_setup
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 SETUP = simulated_setup(mismatch=0.0, snr_db=50.0, restitution=0.5, settle_s=0.2)
 

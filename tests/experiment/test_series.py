@@ -30,8 +30,7 @@ from radargui.model.errors import DeviceError
 from radargui.model.setup import Setup
 from radargui.session.session import Session
 from radargui.sources.contract import Source
-from radargui.sources.simulated import SimulatedSource
-from radargui.sources.simulated.model import SimulatedRadar
+from radargui.sources.simulated.model import SimulatedRadar, SimulatedSource
 
 NOW = datetime(2026, 11, 20, 15, 4, 5, tzinfo=UTC)
 

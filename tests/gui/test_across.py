@@ -11,10 +11,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from support.controlled_source import ControlledSource, codes
 
-from radargui.gui.control.across_view import _WIDEST, AcrossView, Situation
-from radargui.gui.control.sounds import PATTERNS_MS
 from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
+from radargui.gui.runs.across import _WIDEST, AcrossView, Situation
+from radargui.gui.runs.run_keeping import PATTERNS_MS
 
 
 @pytest.fixture

@@ -17,9 +17,10 @@ from support.calibrations import calibration_of
 
 from radargui.calibration.unknowns import GROUPS
 from radargui.experiment.calibrating import CalibrationOrder
-from radargui.files.calibration_file import read_calibration, write_calibration
+from radargui.files.calibration_file import write_calibration
 from radargui.gui.main_window import MainWindow
 from radargui.model.calibrated_setup import calibrated
+from radargui.model.calibration_file import read_calibration
 from radargui.model.errors import UsageError
 from radargui.model.setup import read_setup, write_setup
 
@@ -76,8 +77,8 @@ def test_the_keys_lead_from_recordings_to_a_setup_that_refers_to_its_calibration
     assert order.free == ("tilt", "distance", "release")
     assert dialog.view.title.text() == "Good"
     assert "The data cannot tell: a common scale" in dialog.view.words.text()
-    assert dialog.view.parameters.lines.entries[0][:2] == ("Receiver 1: Tilt, °", "40.00 ± 0.60")
-    assert dialog.view.parameters.lines.entries[0][3:] == ("+0.60", "+0.9")
+    assert dialog.view.parameters.rows.entries[0][:2] == ("Receiver 1: Tilt, °", "40.00 ± 0.60")
+    assert dialog.view.parameters.rows.entries[0][3:] == ("+0.60", "+0.9")
     dialog.use.click()
     assert not dialog.isVisible()
     path = setup_path.with_name("calibration-2025-11-03.json")
@@ -165,7 +166,7 @@ def test_a_result_is_saved_elsewhere_and_compared_with_an_older_one(
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(tmp_path / "older.json"), ""))
     dialog.compare.click()
     assert dialog.view.compared.text() == "Before: older.json, of 2024-05-01"
-    assert dialog.view.parameters.lines.entries[0][1] == "40.00 ± 0.30"
+    assert dialog.view.parameters.rows.entries[0][1] == "40.00 ± 0.30"
     (tmp_path / "older.json").write_text("{}")
     dialog.compare.click()
     assert "older.json is damaged" in dialog.fault.text()

@@ -20,7 +20,7 @@ from radargui.gui.setup.channels import MOMENT_S
 from radargui.model.setup import write_setup
 from radargui.sources.factory import make_source
 from radargui.sources.ni.discovery import NiDevice
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 
 def read(window: MainWindow, wait_for: Any) -> Any:

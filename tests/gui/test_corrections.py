@@ -23,7 +23,7 @@ from radargui.model.recording import Recording
 from radargui.model.result import RunResult
 from radargui.processing.offline import process
 from radargui.report.curves import take_curves
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 SETUP = changed(quick_setup(), daq={"rate_hz": 3000.0, "channel_skew_s": 0.0, "channels": None})
 
@@ -185,7 +185,7 @@ def test_a_method_that_cannot_be_computed_does_not_stop_the_others(by: Any, monk
 
 
 def test_a_method_that_fails_says_why(qtbot: QtBot, theme: Theme, by: Any) -> None:
-    from radargui.gui.runs.methods_view import MethodsView
+    from radargui.gui.runs.correction_view import MethodsView
 
     view = MethodsView(theme)
     qtbot.addWidget(view)

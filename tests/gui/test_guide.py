@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QLabel
 from support.processing_here import ProcessingHere
 
 from radargui.gui.control.state import AppState
-from radargui.gui.guide.empty_plots import is_empty
+from radargui.gui.guide import is_empty
 from radargui.gui.main_window import MainWindow
 from radargui.gui.plots.plot import Plot
 

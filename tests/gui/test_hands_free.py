@@ -10,10 +10,11 @@ from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QApplication
 from support.controlled_source import ControlledSource, codes
 
-from radargui.gui.control.state import AppState, at_once
+from radargui.gui.control.state import AppState
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_model import COLUMNS
 from radargui.session.session import Session
+from radargui.sources.factory import at_once
 
 
 @pytest.fixture

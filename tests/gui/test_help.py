@@ -9,8 +9,8 @@ from PySide6.QtCore import QUrl
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from radargui.gui.help import HelpBrowser, show_help
 from radargui.gui.main_window import MainWindow
+from radargui.gui.panels import HelpBrowser, show_help
 from radargui.model import resources
 
 
@@ -18,7 +18,7 @@ from radargui.model import resources
 def opened(monkeypatch: pytest.MonkeyPatch) -> list[QUrl]:
     """What the browser was asked for; it is there and says so."""
     asked: list[QUrl] = []
-    monkeypatch.setattr("radargui.gui.help.QDesktopServices.openUrl", lambda url: asked.append(url) is None)
+    monkeypatch.setattr("radargui.gui.panels.QDesktopServices.openUrl", lambda url: asked.append(url) is None)
     return asked
 
 
@@ -36,7 +36,7 @@ def test_the_built_help_opens_in_the_browser(
 
 def test_without_a_build_the_texts_are_shown(qtbot: QtBot, opened: list[QUrl], monkeypatch: pytest.MonkeyPatch) -> None:
     text = Path(__file__).parents[2] / "docs" / "tutorial.md"
-    monkeypatch.setattr("radargui.gui.help.help_page", lambda: text)
+    monkeypatch.setattr("radargui.gui.panels.help_page", lambda: text)
     parent = QWidget()
     qtbot.addWidget(parent)
     show_help(parent)

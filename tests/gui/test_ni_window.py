@@ -12,7 +12,7 @@ from support.small_setups import quick_setup
 from radargui.gui.control.state import AppState
 from radargui.model.setup import write_setup
 from radargui.sources.factory import make_source
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 
 @pytest.mark.parametrize("restart", [False, True])

@@ -16,7 +16,7 @@ from radargui.gui.plots.plot import Plot
 
 HEAVY = (
     "radargui.experiment.finished.process",
-    "radargui.acquisition.channel_facts.white_noise_v",
+    "radargui.acquisition.health.white_noise_v",
     "radargui.gui.setup.uncertainty_map.map_of",
     "radargui.gui.log_window.about_lines",
     "radargui.session.session.Session.new_run",
@@ -77,11 +77,12 @@ def test_what_the_scopes_draw_does_not_grow_with_the_rate(make_window: Any, setu
 
 def test_no_axis_has_a_prefix_of_its_own(window: MainWindow, record_one: Any) -> None:
     record_one(window)
+    window.scopes.show_view("spectrum")
     for name in window.panels.docks:
         window.panels.go_to(name)
         QApplication.processEvents()
     # made when they are looked at
-    assert all((window.scopes.spectrum.plot, window.series.speeds, window.series.falls))
+    assert all((window.scopes.spectrum.plots, window.series.speeds, window.series.falls))
     plots = window.findChildren(Plot)
     assert len(plots) > 15
     for plot in plots:

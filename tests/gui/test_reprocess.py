@@ -39,7 +39,7 @@ def test_old_and_new_are_compared_and_nothing_changes_until_kept(
     dialog.compare.click()
     assert not dialog.compare.isEnabled()
     wait_for(lambda: not dialog.work.busy)
-    lines = dialog.lines.entries
+    lines = dialog.table.rows.entries
     assert [line[0] for line in lines if line[0]] == ["run-0001", "run-0002"]
     assert [line[1] for line in lines[:5]] == ["Verdict", "e", "Drop height [mm]", "Impact speed [m/s]", "g [m/s²]"]
     assert f"processing.correction: {old} → ellipse" in dialog.settings.text()
@@ -93,7 +93,7 @@ def test_a_damaged_run_is_told_and_the_others_are_compared(
     session.run_paths()[0].write_bytes(b"no run any more")
     dialog.compare.click()
     wait_for(lambda: not dialog.work.busy)
-    lines = dialog.lines.entries
+    lines = dialog.table.rows.entries
     assert lines[0][:2] == ("run-0001", "failed")
     assert lines[1][:2] == ("run-0002", "Verdict")
 

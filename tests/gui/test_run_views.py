@@ -29,7 +29,7 @@ from radargui.report.document import Grid
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
 from radargui.report.tables import write_tables
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 
 def result_of(setup: Setup, **tables: Any) -> RunResult:

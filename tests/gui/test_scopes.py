@@ -21,7 +21,7 @@ from radargui.gui.scopes.scope import Gain, GainDialog
 from radargui.gui.scopes.shown import ago
 from radargui.model.arrays import RawArray
 from radargui.model.setup import write_setup
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 RATE_HZ, DOPPLER_HZ = 10_000.0, 137.0
 
@@ -92,12 +92,12 @@ def test_the_spectrum_reads_frequency_speed_and_amplitude(
         assert line.frequency_hz == pytest.approx(137.0, abs=0.05)
         assert line.amplitude_v == pytest.approx(amplitude, rel=0.02)
     assert f"+137.0 Hz = +{137.0 * wavelength:.3f} m/s, -6.0 dB" in view.words.text()
-    top = view.plot.getPlotItem().getAxis("top")
+    top = view.plots[0].getPlotItem().getAxis("top")
     assert top.scale == wavelength
     assert "[m/s]" in top.labelText
-    view.plot.show_cursors(True)
-    view.plot.cursors.put(0, 137.0, -6.0)
-    at_cursor = view.plot.cursors.text.splitlines()[0].partition(" = ")[2]
+    view.plots[0].show_cursors(True)
+    view.plots[0].cursors.put(0, 137.0, -6.0)
+    at_cursor = view.plots[0].cursors.text.splitlines()[0].partition(" = ")[2]
     assert at_cursor.split()[1] == "m/s"
     assert float(at_cursor.split()[0]) == pytest.approx(137.0 * wavelength, abs=0.5 * wavelength)
 
@@ -108,11 +108,11 @@ def test_a_hum_is_found_in_the_spectrum(live: MainWindow, source: ControlledSour
     view = live.scopes.spectrum
     wait_for(lambda: "mains ▼ 50.0 Hz" in view.words.text())
     # by hand as well: a cursor near the peak stands on it
-    view.plot.show_cursors(True)
+    view.plots[0].show_cursors(True)
     level = 20.0 * np.log10(0.01 / np.sqrt(2.0))
-    view.plot.cursors.put(0, 50.2, level)
-    assert view.plot.cursors.marks[0].pos().x() == pytest.approx(50.0, abs=view.spectrum.resolution_hz)
-    assert view.plot.cursors.marks[0].pos().y() == pytest.approx(level, abs=1.5)
+    view.plots[0].cursors.put(0, 50.2, level)
+    assert view.plots[0].cursors.marks[0].pos().x() == pytest.approx(50.0, abs=view.spectrum.resolution_hz)
+    assert view.plots[0].cursors.marks[0].pos().y() == pytest.approx(level, abs=1.5)
 
 
 def test_the_hum_of_a_simulated_laboratory_is_found(make_window: Any, tmp_path: Path, wait_for: Any) -> None:

@@ -15,10 +15,11 @@ from support.gui_sessions import make_height, make_session
 from radargui.gui.main_window import MainWindow
 from radargui.gui.runs.run_keeping import REASONS
 from radargui.gui.runs.run_model import COLUMNS as RUN_COLUMNS
-from radargui.gui.series.series_panel import COLUMNS, role_of
+from radargui.gui.series import COLUMNS, role_of
 from radargui.gui.table import sort_key
 from radargui.model.rounding import plain
 from radargui.processing.result_of_run import stored_result
+from radargui.report import facts
 from radargui.report.facts import report_facts
 from radargui.report.findings_section import front_chapters
 from radargui.report.report import study_session
@@ -128,10 +129,8 @@ def test_the_series_runs_along_with_each_run_and_reads_nothing_unseen(
     own_window: MainWindow, wait_for: Any, record_one: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     read: list[str] = []
-    from radargui.report import glances
-
-    glance = glances.glance
-    monkeypatch.setattr(glances, "glance", lambda path, normal: read.append(path.stem) or glance(path, normal))
+    glance = facts.glance
+    monkeypatch.setattr(facts, "glance", lambda path, normal: read.append(path.stem) or glance(path, normal))
     record_one(own_window)
     idle(own_window, wait_for)
     assert read == []

@@ -21,7 +21,7 @@ from radargui.model.recording import Block
 from radargui.model.setup import dump_setup, read_setup
 from radargui.session.info import default_data_folder
 from radargui.sources.ni.discovery import NiDevice
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 OTHER = {"antennas": "hardware", "hardware": "antennas"}
 

@@ -380,7 +380,7 @@ def test_the_preview_follows_the_runs_and_reads_nothing_before_it_is_opened(
         read.append(path.stem)
         return glance(path, normal)
 
-    monkeypatch.setattr("radargui.report.glances.glance", noted)
+    monkeypatch.setattr("radargui.report.facts.glance", noted)
     path = make_session(tmp_path / "data", 4, sample="<b>steel</b>")
     opened(own_window, path, wait_for)
     wait_for(lambda: not own_window.jobs.running)

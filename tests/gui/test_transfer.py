@@ -22,7 +22,7 @@ from radargui.model.errors import CancelledError
 from radargui.model.recording import Block
 from radargui.model.setup import dump_setup
 from radargui.session.info import read_info
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 NAMES = ["ai0", "ai1", "ai2", "ai3", "ai4", "ai5"]
 

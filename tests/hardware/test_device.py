@@ -26,7 +26,8 @@ from radargui.model.errors import DeviceError
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.sources.factory import make_source
-from radargui.sources.ni import NiSource, check_setup, find_devices
+from radargui.sources.ni.discovery import find_devices
+from radargui.sources.ni.source import NiSource, check_setup
 
 pytestmark = [pytest.mark.hardware, pytest.mark.timeout(300)]
 

@@ -11,8 +11,7 @@ from radargui.model.arrays import FloatArray
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.processing.live import LiveEstimate, LiveMemory, LiveProcessor
-from radargui.sources.simulated import SimulatedSource
-from radargui.sources.simulated.model import SimulatedRadar
+from radargui.sources.simulated.model import SimulatedRadar, SimulatedSource
 
 
 @pytest.fixture(scope="module")

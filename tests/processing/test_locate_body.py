@@ -9,7 +9,7 @@ from support.changed import changed
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import Setup, read_setup
 from radargui.processing.offline import process
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 CLEAN = {"mismatch": 0.0, "snr_db": 50.0, "sphere": "metal", "lateral_speed_m_s": 0.05}
 

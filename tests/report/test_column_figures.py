@@ -12,7 +12,7 @@ from support.pdf_text import pdf_streams, pdf_words
 
 from radargui.model.errors import UsageError
 from radargui.processing.result_of_run import result_of_run
-from radargui.report.figures import parse_width, write_figures
+from radargui.report.report import parse_width, write_figures
 from radargui.session.session import Session
 
 
@@ -30,7 +30,7 @@ def test_a_width_that_no_column_has_is_refused(text: str) -> None:
 def test_every_figure_is_there_as_pdf_svg_and_png_in_this_width(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("radargui.report.figures._DPI", 100)
+    monkeypatch.setattr("radargui.report.report._DPI", 100)
     session = Session.open(make_session(tmp_path / "data", 4), write=False)
     names = write_figures(session, result_of_run, tmp_path / "out", 86.0)
     of_receivers = [f"run-0001-receiver-{k}-{part}" for k in (1, 2, 3) for part in ("iq", "correction")]

@@ -24,10 +24,9 @@ from radargui.model.recording import Block, Gap
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup, dump_setup
 from radargui.report.facts import ReportFacts, SessionFacts, report_facts
-from radargui.report.latex import escaped
-from radargui.report.methods import methods
 from radargui.report.numbers import FILES, report_document, write_numbers
 from radargui.report.provenance import provenance_of, setting_changes
+from radargui.report.publication import escaped, methods
 from radargui.report.run_facts import RunFacts, take_facts
 from radargui.report.tables import json_bytes
 from radargui.session.session import Session

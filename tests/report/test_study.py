@@ -11,7 +11,7 @@ from support.stored_runs import store_runs
 from radargui.model.errors import ProcessingError
 from radargui.model.result import RunResult
 from radargui.processing.result_of_run import stored_or_computed
-from radargui.report.study import studied
+from radargui.report.report import studied
 
 
 @pytest.mark.parametrize("ahead", [False, True])

@@ -15,7 +15,7 @@ from radargui.model.errors import FileError, SourceError
 from radargui.model.recording import Block
 from radargui.sources.factory import make_source
 from radargui.sources.paced import ReplaySource
-from radargui.sources.simulated import SimulatedSource, simulate_recording
+from radargui.sources.simulated.model import SimulatedSource, simulate_recording
 
 
 def test_simulated_gives_the_simulated_source_of_that_run() -> None:

@@ -12,7 +12,7 @@ from support.ni_server import serve
 from radargui.acquisition.acquisition import Acquisition
 from radargui.model.errors import DeviceError
 from radargui.sources.factory import make_source
-from radargui.sources.ni import NiSource
+from radargui.sources.ni.source import NiSource
 
 
 def own_threads() -> int:

@@ -9,7 +9,7 @@ import pytest
 from support.ni_samples import code_recording
 from support.ni_server import daqpad_6015, delta_sigma, digital_only, serve, usb_6356
 
-from radargui.sources.ni import NiDevice, driver_version, find_devices
+from radargui.sources.ni.discovery import NiDevice, driver_version, find_devices
 
 
 def test_devices_are_told_with_all_they_can_do() -> None:
@@ -59,13 +59,13 @@ def test_the_version_of_a_remote_driver_is_told() -> None:
         assert driver_version(server.address) == "24.8.0"
 
 
-@pytest.mark.parametrize("module", ["radargui.sources.ni", "radargui.sources.factory"])
+@pytest.mark.parametrize("module", ["radargui.sources.ni.source", "radargui.sources.factory"])
 def test_nidaqmx_and_grpc_are_not_loaded_before_a_device_is_asked_for(module: str) -> None:
     code = (
-        f"import sys; import {module}; import radargui.sources.ni\n"
+        f"import sys; import {module}; import radargui.sources.ni.source\n"
         "from radargui.model.resources import shipped_setups\n"
         "from radargui.model.setup import read_setup\n"
-        "radargui.sources.ni.NiSource(read_setup(shipped_setups()[0]))\n"
+        "radargui.sources.ni.source.NiSource(read_setup(shipped_setups()[0]))\n"
         "sys.exit(bool({'nidaqmx', 'grpc'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False, timeout=60).returncode == 0

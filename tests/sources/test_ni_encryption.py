@@ -11,7 +11,9 @@ from support.ni_server import serve
 from support.ni_server.server import CERTIFICATES
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni import NiSource, driver, driver_version, find_devices
+from radargui.sources.ni import driver
+from radargui.sources.ni.discovery import driver_version, find_devices
+from radargui.sources.ni.source import NiSource
 
 AUTHORITY, STRANGER = str(CERTIFICATES / "authority.pem"), str(CERTIFICATES / "stranger.pem")
 

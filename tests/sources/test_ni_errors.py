@@ -20,9 +20,10 @@ from support.ni_samples import code_recording, ni_setup
 from support.ni_server import ByHand, NiServer, digital_only, serve, usb_6356
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni import NiSource, driver, driver_version, find_devices, words
+from radargui.sources.ni import driver
+from radargui.sources.ni.discovery import driver_version, find_devices
 from radargui.sources.ni.explain import explained
-from radargui.sources.ni.source import EMPTY_READS, READ_SLICE_S
+from radargui.sources.ni.source import EMPTY_READS, READ_SLICE_S, NiSource
 
 
 def told(action: Callable[[], object]) -> str:
@@ -348,14 +349,14 @@ def test_any_host_with_a_port_is_an_address(host: str, port: int) -> None:
 def test_every_error_has_words_with_a_place_for_each_fact_and_no_words_are_left_over() -> None:
     calls = [
         node
-        for file in Path(words.__file__).parent.glob("*.py")
+        for file in Path(driver.__file__).parent.glob("*.py")
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "device_error"
     ]
     told = {call.args[0].value: {one.arg for one in call.keywords} for call in calls}
     assert len(told) == len(calls), "each error is told at one place"
-    assert set(told) == set(words.WORDS) - {"code"}
+    assert set(told) == set(driver.WORDS) - {"code"}
     for name, facts in told.items():
-        text = " ".join((words.WORDS[name]["fact"], words.WORDS[name].get("remedy", "")))
+        text = " ".join((driver.WORDS[name]["fact"], driver.WORDS[name].get("remedy", "")))
         fields = {field.partition(".")[0] for _, field, *_ in Formatter().parse(text) if field}
         assert fields == facts, name

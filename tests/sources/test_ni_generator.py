@@ -8,7 +8,7 @@ from support.ni_generator import generator
 
 from radargui.model.resources import default_setup_path
 from radargui.model.setup import read_setup
-from radargui.sources.ni import NiSource
+from radargui.sources.ni.source import NiSource
 from radargui.sources.simulated.model import SimulatedRadar
 
 

@@ -14,9 +14,9 @@ from support.ni_server import ByHand, NiServer, RealTime, StandInDevice, delta_s
 from radargui.model.errors import DeviceError
 from radargui.model.recording import Digitisation
 from radargui.model.setup import Setup
-from radargui.sources.ni import NiSource
 from radargui.sources.ni.checks import checked_settings, rate_sentence
 from radargui.sources.ni.discovery import NiDevice
+from radargui.sources.ni.source import NiSource
 
 
 @contextmanager

@@ -15,9 +15,9 @@ from support.ni_server import ByHand, StandInDevice, delta_sigma, serve, usb_635
 from radargui.model.errors import DeviceError
 from radargui.model.recording import Block, Recording
 from radargui.model.setup import Setup
-from radargui.sources.ni import NiSource
 from radargui.sources.ni.checks import checked_settings
 from radargui.sources.ni.discovery import NiDevice
+from radargui.sources.ni.source import NiSource
 
 PAD = NiDevice(
     "Dev1",

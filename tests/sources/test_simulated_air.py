@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from support.simulated_setup import perfect_setup
 
 from radargui.model.setup import Setup
-from radargui.sources.simulated import simulate_recording
 from radargui.sources.simulated.fall import contact_plane
+from radargui.sources.simulated.model import simulate_recording
 from radargui.sources.simulated.scene import Scene
 
 G = 9.81

@@ -9,8 +9,7 @@ import pytest
 
 from radargui.model.resources import shipped_setups
 from radargui.model.setup import Processing, dump_setup, parse_setup, read_setup
-from radargui.sources.simulated import simulate_recording
-from radargui.sources.simulated.model import SimulatedRadar
+from radargui.sources.simulated.model import SimulatedRadar, simulate_recording
 
 SETUPS = shipped_setups()
 

@@ -15,8 +15,7 @@ from radargui.model.errors import SourceError
 from radargui.model.recording import Block
 from radargui.model.setup import Setup
 from radargui.sources.contract import Clock, Source
-from radargui.sources.simulated import SimulatedSource, simulate_recording
-from radargui.sources.simulated.model import CHUNK, SimulatedRadar
+from radargui.sources.simulated.model import CHUNK, SimulatedRadar, SimulatedSource, simulate_recording
 
 LONGEST_S = 20.0
 

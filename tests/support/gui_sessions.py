@@ -14,7 +14,7 @@ from support.stored_runs import SETUP
 from radargui.experiment.reprocess import process_run
 from radargui.model.recording import Block
 from radargui.session.session import Session
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 
 def make_session(data_folder: Path, day: int, *, n_runs: int = 1, finish: bool = True, **said: str) -> Path:

@@ -13,7 +13,7 @@ from support.simulated_setup import simulated_setup
 from radargui.files.run_writer import RunWriter
 from radargui.model.recording import Block
 from radargui.model.setup import dump_setup
-from radargui.sources.simulated import simulate_recording
+from radargui.sources.simulated.model import simulate_recording
 
 # wide beams: narrow ones look like a floor, and a joint correction takes three times as long
 SETUP = simulated_setup(

@@ -1,23 +1,33 @@
 """The guided dialog: recordings, unknowns, the fit with its progress, and what to do with what it found."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from radargui.experiment.calibrating import Calibrate, CalibrationOrder
-from radargui.files.calibration_file import free_path, read_calibration, write_calibration
+from radargui.experiment.event import RecordedRun
+from radargui.files.calibration_file import free_path, write_calibration
 from radargui.gui.background import WorkStrip
-from radargui.gui.calibration.questions import RecordingList, UnknownsForm
-from radargui.gui.calibration.result_view import ResultView
+from radargui.gui.calibration.pages import RecordingList, ResultView, UnknownsForm
+from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Dialog, FaultText, PlainLabel, button, fill
 from radargui.gui.services import Services
+from radargui.gui.sessions.browser import SessionBrowser
+from radargui.gui.setup.antenna_panel import CalibrationGroup
+from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.theme import scaled_font
-from radargui.model.calibrated_setup import calibrated
+from radargui.model.calibrated_setup import calibrated, too_old
 from radargui.model.calibration import Calibration
+from radargui.model.calibration_file import read_calibration
 from radargui.model.errors import RadarGuiError
+from radargui.processing.calibration_check import CalibrationCheck, check_calibration
+from radargui.session.session import Session
 
 STEPS = ("1 of 4: recordings", "2 of 4: what is unknown", "3 of 4: calibrating", "4 of 4: result")
 _RECORDINGS, _UNKNOWNS, _FIT, _RESULT = range(4)
@@ -66,7 +76,7 @@ class CalibrationDialog(Dialog):
             self.pages.addWidget(page)
         self.back = button("Back", self._back)
         self.next = button("Next", self._next, default=True)
-        self.use = button("Use in the setup", self._use, "Keep it beside the setup file, and take its values over")
+        self.use = button("Use in the setup", self._use)
         self.save = button("Save as…", self._ask_save)
         self.compare = button("Compare with an older one…", self._ask_older)
         self.discard = button("Discard", self.reject)
@@ -201,3 +211,59 @@ class CalibrationDialog(Dialog):
             return False
         self.fault.say("")
         return True
+
+
+@dataclass(eq=False, repr=False)
+class CalibrationController(QObject):
+    """Joins dialog, antenna panel, session browser and the runs that are recorded."""
+
+    control: RunControl
+    model: SetupModel
+    panel: SessionPanel
+    browser: SessionBrowser
+    group: CalibrationGroup
+    calibrate: Calibrate
+    services: Services
+
+    def __post_init__(self) -> None:
+        super().__init__(self.services.parent)
+        self.group.asked.connect(self.begin)
+        self.browser.calibrate_asked.connect(self.begin_with)
+        self.control.run_recorded.connect(self._recorded)
+
+    @cached_property
+    def dialog(self) -> CalibrationDialog:
+        """Made when it is first wanted: the window starts sooner without it."""
+        panel = self.panel
+        made = CalibrationDialog(
+            self.model, self.calibrate, lambda: panel.data_folder, lambda: panel.details.operator, self.services
+        )
+        self.services.settings.restore_sizes(made)
+        return made
+
+    def begin(self) -> None:
+        """Calibrate from the runs of the session that is open, or from what the operator adds."""
+        session = self.control.session
+        self.dialog.begin(() if session is None else session.run_paths())
+
+    def begin_with(self, session: Path) -> None:
+        """Ask what the drops of a session say about the antennas."""
+        jobs = self.services.jobs
+        jobs.start("the runs of a session", lambda: Session.open(session, write=False).run_paths(), self.dialog.begin)
+
+    def warn(self) -> None:
+        """Say that the calibration is too old; called before runs are recorded."""
+        if words := too_old(self.model.setup, datetime.now().astimezone()):
+            self.services.board.post_once("warning", f"{words[0].upper()}{words[1:]}.")
+
+    def _recorded(self, run: RecordedRun) -> None:
+        """Let the first drop of a series say whether the calibration still holds."""
+        result = run.result
+        if result is not None and result.setup.calibration.content and self.control.kept == 1 and not run.set_aside:
+            self.services.jobs.start("the check of the calibration", lambda: check_calibration(result), self._checked)
+
+    def _checked(self, check: CalibrationCheck | None) -> None:
+        self.group.show_check(check)
+        if check is not None:
+            words = f"{check.words[0].upper()}{check.words[1:]}."
+            self.services.board.post("info" if check.holds else "warning", words)

@@ -7,7 +7,7 @@ from PySide6.QtGui import QAction, QColor, QFont, QFontMetrics, QFontMetricsF, Q
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_plan import AcquisitionState
 from radargui.gui.control.state import AppState
-from radargui.gui.layout import ALARM, OneLine, Scroll, fill
+from radargui.gui.layout import ALARM, TIPS, OneLine, Scroll, fill
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.rounding import UNKNOWN
 
@@ -177,24 +177,14 @@ _RATE_TOLERANCE = 0.02
 """The rate is measured over half a second of blocks of 20 ms: it is not known better."""
 
 
-_TIPS = {
-    "rate": "Samples per second of each channel, as they really come in",
-    "lost": "Samples of each channel that the device lost, or that were not written in time",
-    "backlog": "Samples that wait in the device's buffer",
-    "queue": "How full the queue to the disk is",
-    "disk": "Free space of the disk that is recorded to",
-    "lag": "How far the live track is behind the newest sample",
-}
-
-
 class HealthLine(QtWidgets.QWidget):
     """One label a figure."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.labels = {name: QtWidgets.QLabel() for name in _TIPS}
+        self.labels = {name: QtWidgets.QLabel() for name in TIPS["health"]}
         for name, label in self.labels.items():
-            label.setToolTip(_TIPS[name])
+            label.setToolTip(TIPS["health"][name])
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         # never makes the window wider
         self.run = OneLine()
@@ -223,7 +213,7 @@ def figures(health: Health | None) -> dict[str, tuple[str, bool]]:
     """Return each figure's words and whether it is bad."""
     if health is None:
         words = ("Rate –", "Lost 0", "Backlog 0", "Queue –", "Disk –", "Live lag –")
-        return {name: (text, False) for name, text in zip(_TIPS, words, strict=True)}
+        return {name: (text, False) for name, text in zip(TIPS["health"], words, strict=True)}
     promised = health.sample_rate_hz
     # the rate means something only while samples come in, and after a first second
     counts = health.state is AcquisitionState.RUNNING and health.samples_read > (promised or 0.0)

@@ -22,7 +22,6 @@ from radargui.gui.control.state import (
     Reached,
     RunRequest,
     WorkerState,
-    at_once,
     card_of,
     edge_words,
     restart_words,
@@ -30,10 +29,10 @@ from radargui.gui.control.state import (
 from radargui.model.errors import SourceError
 from radargui.model.setup import Setup
 from radargui.processing.live import LiveMemory
-from radargui.session.info import calibration_of_file
+from radargui.session.info import about_setup_file
 from radargui.session.session import BY_OPERATOR, Session
 from radargui.sources.contract import Source
-from radargui.sources.factory import SourceKind
+from radargui.sources.factory import SourceKind, at_once
 
 _HEALTH_S = 0.2
 """How often the worker takes a snapshot: as often as the window shows one."""
@@ -164,8 +163,7 @@ class RunControl(QObject):
                 request.data_folder,
                 setup,
                 **request.details._asdict(),
-                calibration=calibration_of_file(request.setup_file) if request.setup_file else None,
-                setup_name=request.setup_file.stem if request.setup_file else "",
+                **about_setup_file(request.setup_file),
                 now=datetime.now().astimezone(),
             )
             if session is None:

@@ -120,12 +120,6 @@ class RunRequest:
         return self.kind == "simulated" and self.n_runs > 1 and self.setup.simulation.scene in _FALLING
 
 
-def at_once(setup: Setup) -> Setup:
-    """Return the setup for looking only: the device starts without waiting for an edge."""
-    changes = {"start": "now", "start_source": None, "start_pretrigger": False}
-    return setup.model_copy(update={"daq": setup.daq.model_copy(update=changes)})
-
-
 class Backlog:
     """Counts what was recorded since Record was asked for; results come in the order of the runs."""
 

@@ -3,11 +3,11 @@
 import time
 from collections.abc import Callable
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Signal
 
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Asked
-from radargui.gui.layout import Strip, button
+from radargui.gui.layout import Strip, button, ticking
 
 _LOOK_MS = 50
 """Whether all has ended is looked at so often: soon enough to seem at once."""
@@ -41,14 +41,12 @@ class ClosingStrip(Strip):
         hurry: Callable[[], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        tip = "What was recorded is kept. Runs that are still to be computed can be computed later: radargui batch"
-        self.leave = button("Leave now", self.leave_now, tip)
+        self.leave = button("Leave now", self.leave_now)
         super().__init__("link", self.leave)
         self._unfinished, self._hurry, self._clock = unfinished, hurry, clock
         self._began_s = 0.0
         self._hurried_s: float | None = None
-        self._timer = QTimer(self, interval=_LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer = ticking(self, _LOOK_MS, self._look)
 
     @property
     def active(self) -> bool:
@@ -91,10 +89,8 @@ class StoppingStrip(Strip):
     """
 
     def __init__(self, control: RunControl, clock: Callable[[], float] = time.monotonic) -> None:
-        tip = "Keep the preliminary result, where the setup has one; it is marked as preliminary"
-        self.quick = button("Use the quick result", lambda: control.end(Asked.CANCEL), tip)
-        tip = "What was recorded is kept; offered at the next start, or: radargui batch"
-        self.later = button("Compute later", lambda: control.end(Asked.LEAVE), tip)
+        self.quick = button("Use the quick result", lambda: control.end(Asked.CANCEL))
+        self.later = button("Compute later", lambda: control.end(Asked.LEAVE))
         super().__init__("link", self.quick, self.later)
         self._control, self._clock = control, clock
         self._began_s: float | None = None

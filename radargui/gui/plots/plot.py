@@ -13,10 +13,8 @@ from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QKeyEvent, QKeySeq
 from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
 from radargui.gui.layout import TIPS, follow
-from radargui.gui.plots.axis import Axis
-from radargui.gui.plots.copying import picture_of, table_of
-from radargui.gui.plots.cursors import Cursors, unit_of
-from radargui.gui.plots.items import Band, Dot, LiveCurve, Marker
+from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Marker
+from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
 from radargui.gui.plots.view import View
 from radargui.gui.theme import LIGHT, Colours, Theme
 from radargui.model.arrays import FloatArray
@@ -247,11 +245,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._hint.setVisible(self.view.zoomed)
 
     def _entry(self, menu: QMenu, words: str, key: str, does: Callable[[], object]) -> QAction:
-        action = menu.addAction(words)
-        action.setShortcut(QKeySequence(key))
+        action = menu.addAction(words, QKeySequence(key), does)
         # only said here: the plot hears its keys itself
         action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        action.triggered.connect(does)
         return action
 
     def relabel(self, bottom: str, left: str | None = None) -> None:

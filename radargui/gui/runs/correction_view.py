@@ -1,9 +1,11 @@
-"""How the mismatch was removed, whatever the method: what it found, over the samples, and what it left of them."""
+"""The correction of a run at work, receiver by receiver; and several corrections of it laid over each other."""
 
 import math
+from collections.abc import Callable
 
-from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
+    QCheckBox,
     QComboBox,
     QFrame,
     QHBoxLayout,
@@ -15,11 +17,16 @@ from PySide6.QtWidgets import (
 )
 
 from radargui.correction.ellipse import Ellipse
-from radargui.gui.layout import fill
+from radargui.experiment.overlaid import OverlaidMethod
+from radargui.gui.layout import Choice, button, fill
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
+from radargui.gui.setup.words import words_of
+from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
+from radargui.model.drop import gravity_words, restitution_words
 from radargui.model.result import RunResult
+from radargui.model.rounding import UNKNOWN, plain
 from radargui.report.curves import CircleCurves, ReceiverCurves, RunCurves, StepCurves
 from radargui.report.decimation import EMPTY, Curve, every
 
@@ -173,21 +180,13 @@ class RawPlot(Plot):
             # told apart by their shape: all hues mean something else
             "peaks": self.marker("text", "t1", 7, "peaks"),
             "valleys": self.marker("text", "t", 7, "valleys"),
-            "crossings": self.marker("faint", "+", 6, "zero crossings"),
+            "zero_crossings": self.marker("faint", "+", 6, "zero crossings"),
         }
 
     def show_steps(self, steps: StepCurves) -> None:
         """Draw what the published procedure found."""
-        curves: dict[str, Curve] = {
-            "upper": steps.upper,
-            "lower": steps.lower,
-            "bias": steps.bias,
-            "peaks": steps.peaks,
-            "valleys": steps.valleys,
-            "crossings": steps.zero_crossings,
-        }
         for name, item in self.found.items():
-            curve = curves.get(name, EMPTY)
+            curve: Curve = getattr(steps, name, EMPTY)
             item.setData(curve.x, curve.y)
 
 
@@ -197,3 +196,127 @@ def _ellipse_words(found: object) -> str:
     centre = f"offset of I {1e3 * found.i0_v:.4g} mV, of Q {1e3 * found.q0_v:.4g} mV"
     shape = f"amplitude {found.amplitude_v:.4g} V, gain Q/I {found.gain_ratio:.4f}"
     return f"Ellipse: {centre}, {shape}, quadrature error {math.degrees(found.quadrature_error_rad):.2f}°."
+
+
+_COLUMNS: dict[str, Callable[[OverlaidMethod], str]] = {
+    "Method": lambda one: one.method,
+    "e": lambda one: restitution_words(one.summary),
+    "g [m/s²]": lambda one: gravity_words(one.summary),
+    "Largest Δz [mm]": lambda one: UNKNOWN if one.largest_m is None else plain(one.largest_m, 3, scale=1e3),
+    "Said": lambda one: one.problem or str(one.summary.get("verdict") or ""),
+}
+
+
+class MethodsView(QWidget):
+    """Boxes to choose methods, a table of what each gave, curves above, differences below."""
+
+    asked = Signal(object)
+
+    def __init__(self, theme: Theme) -> None:
+        super().__init__()
+        self._all: list[OverlaidMethod] = []
+        self._own = ""
+        self._is_busy = False
+        self._since = "time [s]"
+        self.boxes: dict[str, QCheckBox] = {}
+        for method, words in words_of("processing.correction").choices.items():
+            box = self.boxes[method] = QCheckBox(method)
+            box.setToolTip(words)
+            box.toggled.connect(lambda _on: self._show_buttons())
+        self.compute = button("Compute", self._ask)
+        self.quantity = Choice()
+        self.quantity.setAccessibleName("Quantity")
+        self.quantity.currentIndexChanged.connect(self._draw)
+        self.words = QLabel()
+        self.words.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.rows = RowModel(_COLUMNS)
+        self.table = RowTable(self.rows, "methods")
+        self.curves = Plot(theme, "", "z [mm]", left_px=_LEFT)
+        self.curves.getPlotItem().getAxis("bottom").setStyle(showValues=False)
+        self.differences = Plot(theme, "time [s]", "Δz [mm]", left_px=_LEFT)
+        self.curves.setXLink(self.differences)
+        self.key = Key(theme)
+        chosen = fill(QHBoxLayout(), *self.boxes.values(), 1, margins=(6, 3, 6, 0), spacing=8)
+        below = fill(QHBoxLayout(), self.compute, self.quantity, (self.words, 1), margins=(6, 0, 6, 0), spacing=6)
+        plots = ((self.curves, 3), (self.differences, 2))
+        fill(QVBoxLayout(self), chosen, below, (self.table, 2), self.key, *plots, spacing=1)
+        # three methods and the titles
+        self.table.setMinimumHeight(5 * self.fontMetrics().height())
+        self.clear()
+
+    def show_result(self, result: RunResult) -> None:
+        """Begin anew with the result that the others are laid over."""
+        self.clear()
+        quality = result.quality
+        self._own = quality.method if quality else ""
+        for method, box in self.boxes.items():
+            box.setChecked(method == self._own)
+            box.setEnabled(bool(self._own) and method != self._own)
+        self._since = f"time after {result.zero[1]} [s]"
+        said = f"Tick what is to be laid over {self._own}." if self._own else "Nothing was corrected."
+        self.words.setText(said)
+        self.curves.when_empty = said
+
+    def clear(self) -> None:
+        """Forget the run."""
+        self._all, self._own = [], ""
+        self.show_busy(busy=False)
+        self.words.setText("")
+        self.curves.when_empty = ""
+        self._refresh()
+
+    def show_busy(self, *, busy: bool) -> None:
+        """Say that methods are being computed, or no more."""
+        self._is_busy = busy
+        self._show_buttons()
+
+    def add(self, one: OverlaidMethod) -> None:
+        """Lay one more method over the others; the first is what they differ from."""
+        self._all = [known for known in self._all if known.method != one.method] + [one]
+        self.words.setText("")
+        self._refresh()
+
+    def _ask(self) -> None:
+        self.asked.emit(self._missing)
+
+    @property
+    def _missing(self) -> tuple[str, ...]:
+        known = {one.method for one in self._all}
+        ticked = (method for method, box in self.boxes.items() if box.isChecked())
+        return tuple(method for method in ticked if method not in known and method != self._own)
+
+    def _show_buttons(self) -> None:
+        self.compute.setEnabled(bool(self._missing) and not self._is_busy)
+
+    def _refresh(self) -> None:
+        self.table.show_rows(self._all)
+        names = dict.fromkeys(name for one in self._all for name in one.curves)
+        before = self.quantity.currentData()
+        with QSignalBlocker(self.quantity):
+            self.quantity.clear()
+            for name in names:
+                self.quantity.addItem(name, name)
+            self.quantity.setCurrentIndex(max(0, self.quantity.findData(before)))
+        self._show_buttons()
+        self._draw()
+
+    def _draw(self, _index: int = 0) -> None:
+        name = self.quantity.currentData() or "z"
+        for plot in (self.curves, self.differences):
+            plot.take_all_out()
+        entries = []
+        for number, one in enumerate(self._all):
+            # the first lies beneath the others
+            role = "text" if number == 0 else f"compared.{number - 1}"
+            for plot, curves in ((self.curves, one.curves), (self.differences, one.differences)):
+                if name in curves:
+                    plot.still_line(role, one.method).setData(curves[name].x, 1e3 * curves[name].y)
+            if name in one.curves:
+                entries.append(("▬", role, one.method))
+        self.key.show_entries(*entries)
+        first = self._all[0].method if self._all else ""
+        self.curves.relabel("", f"{name} [mm]")
+        self.differences.relabel(self._since, f"Δ{name} [mm]")
+        self.differences.setToolTip(f"{name} of each method less that of {first}" if first else "")
+        for plot in (self.curves, self.differences):
+            plot.enableAutoRange()

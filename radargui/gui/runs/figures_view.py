@@ -1,17 +1,22 @@
-"""What the report says of a run, as a page of plain text; and what its uncertainties are made of, as stripes."""
+"""Figures of a run, and the report so far, as the report writes them."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from html import escape
 
 from PySide6.QtGui import QTextOption
 from PySide6.QtWidgets import QTextBrowser
 
+from radargui.gui.layout import Dialog
+from radargui.gui.services import Services
 from radargui.gui.theme import Theme
 from radargui.model.result import RunResult
 from radargui.model.uncertainty_budget import SHARES, UncertaintyBudget, variance_shares
 from radargui.report.document import Grid, Note, templates
+from radargui.report.facts import Glances
 from radargui.report.run_facts import take_facts
 from radargui.report.run_section import run_section
+from radargui.session.session import Session
 
 LEAST_SHOWN = 0.005
 """Share of a variance below which a part of the budget is no stripe that anybody would see."""
@@ -77,3 +82,66 @@ def _stripes(budget: UncertaintyBudget, theme: Theme) -> Iterator[str]:
             said = ", ".join(f"{share} {part} %" for share, part in shares.items())
             yield f"<p>What makes u of {name}, by squares: {said}</p>"
             yield f"<table width='100%' cellspacing='0'><tr>{''.join(bar)}</tr></table>"
+
+
+class ReportPreview(Dialog):
+    """Reads what the results say, in a thread, and only while it is seen; a run is read again when its file changes."""
+
+    def __init__(self, glances: Glances, services: Services) -> None:
+        super().__init__("Preview of the report", (760, 820), services.parent, "report_preview")
+        self._services, self._glances = services, glances
+        self._session: Session | None = None
+        self._is_reading = self._is_outdated = False
+        self.page = QTextBrowser()
+        self.page.setOpenLinks(False)
+        self.lay_out((self.page, 1))
+        services.theme.changed.connect(self.refresh)
+
+    def show_session(self, session: Session | None) -> None:
+        """Follow a session."""
+        self._session = session
+        if session is None:
+            self.page.setPlainText("No session is open.")
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Read what has changed, where the page is seen."""
+        session = self._session
+        self._is_outdated = self._is_reading
+        if session is None or not self.isVisible() or self._is_reading:
+            return
+        self._is_reading, glances, alarm = True, self._glances, self._services.theme.colours.alarm
+        self._services.jobs.start(
+            "the preview of the report", lambda: _front_page(session, glances, alarm), self._read, self._failed
+        )
+
+    def _read(self, page: str) -> None:
+        self._is_reading = False
+        if self._is_outdated:
+            self.refresh()
+            return
+        bar = self.page.verticalScrollBar()
+        place = bar.value()
+        self.page.setHtml(page)
+        bar.setValue(place)
+
+    def _failed(self, error: BaseException) -> None:
+        self._is_reading = False
+        self.page.setPlainText(str(error))
+
+
+def _front_page(session: Session, glances: Glances, alarm: str) -> str:
+    """Return the page; in the thread of the work, where matplotlib may take its time."""
+    from radargui.report.facts import report_facts
+    from radargui.report.findings_section import findings_blocks, runs_table
+    from radargui.report.rendering import pixels_of
+    from radargui.report.report import labels_of
+
+    labels, found = labels_of(session), glances.session_facts(session)
+    runs = tuple(replace(facts, label=labels[facts.name]) for facts in found.runs)
+    facts = report_facts([replace(found, runs=runs)], "")
+    blocks = list(findings_blocks(facts))
+    if runs:
+        blocks.append(runs_table(facts.findings.sessions[0], runs))
+    page = templates().get_template("blocks.html").render(blocks=blocks, picture_of=pixels_of)
+    return SHEET.format(alarm=alarm) + page

@@ -20,7 +20,7 @@ from radargui.files.overview import read_overview
 from radargui.files.run_card import RunCard, summarise
 from radargui.files.stored_results import read_stored_results
 from radargui.gui.background import Task
-from radargui.gui.runs.report_preview import ReportPreview
+from radargui.gui.runs.figures_view import ReportPreview
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.runs.run_model import RunEntry, entry_of_recorded, notes_of_file
 from radargui.gui.runs.run_panel import SCREEN_COLUMNS, RunPanel
@@ -32,7 +32,7 @@ from radargui.model.result import RunResult
 from radargui.model.setup import Setup
 from radargui.processing.offline import STOPPED
 from radargui.processing.result_of_run import result_of_run, setup_of_result, stored_result
-from radargui.report.glances import Glances
+from radargui.report.facts import Glances
 from radargui.session.info import REPORT_FOLDER
 from radargui.session.session import Session
 

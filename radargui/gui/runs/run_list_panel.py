@@ -3,11 +3,11 @@
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QItemSelection, QTimer, QUrl, Signal
+from PySide6.QtCore import QItemSelection, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QCheckBox, QSizePolicy, QToolBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import PlainLabel, button, fill
+from radargui.gui.layout import PlainLabel, button, fill, ticking
 from radargui.gui.panels import Actions
 from radargui.gui.runs.run_model import COLUMNS, RunEntry, RunModel
 from radargui.gui.table import RowTable
@@ -33,8 +33,7 @@ class RunListPanel(QWidget):
         # once the widths have settled: lines change them where a scroll bar comes or goes. One line a turn of the event
         # loop: a line takes milliseconds, and what is drawn live has to be drawn in between
         self._unfit: list[int] = []
-        self._settle = QTimer(self, singleShot=True, interval=0)
-        self._settle.timeout.connect(self._fit_next_row)
+        self._settle = ticking(self, 0, self._fit_next_row, once=True)
         self.table.horizontalHeader().sectionResized.connect(lambda *_sizes: self._fit_rows())
         self.table.verticalScrollBar().valueChanged.connect(lambda _value: self._fit_rows())
         self.table.selectionModel().selectionChanged.connect(self._chosen)
@@ -43,12 +42,11 @@ class RunListPanel(QWidget):
         for action in (does.reject, does.exclude, does.note_run):
             self.table.addAction(action)
 
-        self.report = button("Make report", does.report.trigger, "PDF, HTML, CSV and JSON of this session")
-        self.preview = button("Preview", does.preview.trigger, "The report's first page, as the runs come in")
+        self.report = button("Make report", does.report.trigger)
+        self.preview = button("Preview", does.preview.trigger)
         self.open_report = button("Open report", lambda: self._open(self._report_file))
         self.open_folder = button("Open folder", lambda: self._open(self._folder))
-        tip = "track.csv, bounces.csv and result.json of the chosen run"
-        self.export = button("Export tables…", does.export.trigger, tip)
+        self.export = button("Export tables…", does.export.trigger)
         self.rejected = QCheckBox("Show rejected")
         self.rejected.setToolTip("Runs that do not count: no fall, or rejected (Del); Del takes the chosen one back")
         self.rejected.toggled.connect(does.show_rejected.setChecked)

@@ -15,9 +15,8 @@ from radargui.gui.background import Start, at_once
 from radargui.gui.layout import fill, put_page, take_out
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import Plot
-from radargui.gui.runs.correction_view import CorrectionView
+from radargui.gui.runs.correction_view import CorrectionView, MethodsView
 from radargui.gui.runs.figures_view import FiguresView
-from radargui.gui.runs.methods_view import MethodsView
 from radargui.gui.theme import Theme
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult

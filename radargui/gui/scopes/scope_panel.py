@@ -26,11 +26,9 @@ from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
 from radargui.gui.scopes.alignment_view import AlignmentView
-from radargui.gui.scopes.level_bar import LevelBar
-from radargui.gui.scopes.scope import HELD, GainDialog, Scope
+from radargui.gui.scopes.scope import HELD, GainDialog, LevelBar, Scope
 from radargui.gui.scopes.shown import Held, Shown
-from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView
-from radargui.gui.scopes.waterfall_view import WaterfallView
+from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView, WaterfallView
 from radargui.gui.theme import Theme
 from radargui.model.arrays import BoolArray, FloatArray
 
@@ -54,7 +52,7 @@ class TimeView(QWidget):
         self._envelope: Envelope | None = None
         self._live: tuple[object, ...] = ()
         self._held: tuple[object, ...] = ()
-        self.gain = button("Gain…", self.ask_gain, "Gain and offset of each channel, for the eye only")
+        self.gain = button("Gain…", self.ask_gain)
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setSpacing(2)
@@ -180,7 +178,7 @@ class ScopePanel(QWidget):
         self.band.setAccessibleName("Band of the spectrum")
         self.band.setToolTip("Band: frequencies that the spectrum shows, at most half the rate of the samples")
         self.band.setCurrentIndex(1)
-        self.let_go = button("Hold anew", self.alignment.bars.let_go, "Forget the highest amplitudes so far")
+        self.let_go = button("Hold anew", self.alignment.bars.let_go)
         self.pause = QCheckBox("Pause")
         self.pause.setToolTip("Holds the picture; recording goes on. What is held can be scrolled back and zoomed")
         self.key = Key(theme, *IQ_KEY)

@@ -5,12 +5,12 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt, QTimer, Signal, SignalInstance
+from PySide6.QtCore import Qt, Signal, SignalInstance
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QSplitter, QVBoxLayout, QWidget
 
 from radargui.gui.background import Jobs, Task, WorkStrip
-from radargui.gui.layout import FRAMED, TIPS, Dialog, FaultText, PlainLabel, button, fill
+from radargui.gui.layout import FRAMED, TIPS, Dialog, FaultText, PlainLabel, button, fill, ticking
 from radargui.gui.runs.run_model import RunEntry
 from radargui.gui.sessions.session_model import COLUMNS, ThumbnailView, look_at
 from radargui.gui.table import RowModel, RowTable
@@ -40,8 +40,7 @@ class SearchForm(QWidget):
         super().__init__()
         self.fields: dict[str, QLineEdit] = {}
         self.faults: dict[str, FaultText] = {}
-        self._wait = QTimer(self, singleShot=True, interval=_WAIT_MS)
-        self._wait.timeout.connect(self.changed)
+        self._wait = ticking(self, _WAIT_MS, self.changed, once=True)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         for name, words, example, _, row, column in _FIELDS:
@@ -119,8 +118,7 @@ class SessionBrowser(Dialog):
         self.looking = self._look_later = False
         self._folder_words = ""
         # the first look at a large folder takes its time
-        self._timer = QTimer(self, interval=_SHARE_MS)
-        self._timer.timeout.connect(self._show_share)
+        self._timer = ticking(self, _SHARE_MS, self._show_share)
         self.search = SearchForm()
         self.model = RowModel(COLUMNS, lambda one: one.problem or one.notes or str(one.path))
         self.table = RowTable(self.model, "sessions.list", many=True)
@@ -132,10 +130,8 @@ class SessionBrowser(Dialog):
         self.review = button("Open for review", lambda: self._ask(self.open_asked), default=True)
         self.take_setup = button("Set up as in this session", lambda: self._ask(self.setup_asked))
         self.calibrate = button("What do these drops say about the antennas?", lambda: self._ask(self.calibrate_asked))
-        self.series = button(
-            "Report as a series…", self._ask_series, "Select several sessions: other heights, samples, days"
-        )
-        self.compare = button("Compare", self._ask_compare, "Beside the session that is open, in the panel Series")
+        self.series = button("Report as a series…", self._ask_series)
+        self.compare = button("Compare", self._ask_compare)
         self.elsewhere = button("Open another folder…", self.elsewhere_asked)
         self._lay_out()
         self.search.changed.connect(self.refresh)

@@ -144,9 +144,9 @@ class ImportDialog(Dialog):
 
         files, how = Group("Files"), Group("Session")
         files.row("Chosen", side_by_side(self._named, button("Choose files…", self._choose)))
-        how.row("Sample rate [Hz]", self.rate, "Where the file does not say it, or says it wrong")
+        how.row("Sample rate [Hz]", self.rate)
         other = button("Another setup file…", self._choose_setup)
-        how.row("Setup", side_by_side(self.setup, other), "Antennas and processing")
+        how.row("Setup", side_by_side(self.setup, other))
         for part in (self.files_fault, self.together, self.binary):
             files.whole(part)
         for part in (self.setup_fault, self.process):

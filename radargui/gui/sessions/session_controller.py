@@ -14,7 +14,7 @@ from radargui.files.access import Outcome, Progress, each_run
 from radargui.gui.background import Task
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import Asked, Details
-from radargui.gui.layout import Edge, Strip, button
+from radargui.gui.layout import Edge, Strip, button, ticking
 from radargui.gui.runs.run_controller import RunController
 from radargui.gui.runs.run_list_panel import RunListPanel
 from radargui.gui.services import Services
@@ -230,8 +230,7 @@ class SessionController(QObject):
         self.browser.setup_asked.connect(self.take_setup)
         self.browser.elsewhere_asked.connect(self.ask_folder)
         self.browser.series_asked.connect(self.report_series)
-        self._save = QTimer(self, singleShot=True, interval=_SAVE_DETAILS_MS)
-        self._save.timeout.connect(self._save_aside)
+        self._save = ticking(self, _SAVE_DETAILS_MS, self._save_aside, once=True)
         panel.details_changed.connect(self._save.start)
         self._held: Session | None = None
         self._typed: Details | None = None

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ from radargui.gui.sessions.session_controller import SessionController
 from radargui.gui.setup.session_panel import SessionPanel
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import words_of
-from radargui.gui.table import RowModel, RowTable
+from radargui.gui.table import WordTable
 from radargui.model.errors import FileError
 from radargui.model.rounding import alone, plain, quantity
 from radargui.model.setup import Setup
@@ -78,10 +77,8 @@ class ReprocessDialog(Dialog):
         self.compare = button("Process and compare", self._compare, default=True)
         self.work = WorkStrip(jobs)
         self.settings, self.words = PlainLabel(), PlainLabel()
-        self.lines = RowModel[tuple[str, ...]]({title: itemgetter(place) for place, title in enumerate(HEADS)})
-        self.table = RowTable(self.lines, "comparison")
-        tip = "They take the place of the stored ones, whose figures stay beside them"
-        self.keep = button("Keep the new results", self._keep, tip)
+        self.table = WordTable(HEADS, "comparison")
+        self.keep = button("Keep the new results", self._keep)
         self.discard = button("Discard", self.reject)
         ends = side_by_side(self.keep, self.discard)
         self.lay_out(group, self.compare, self.work, self.settings, (self.table, 1), self.words, ends)
@@ -117,8 +114,7 @@ class ReprocessDialog(Dialog):
         self._show_buttons()
 
     def _show_outcomes(self, outcomes: tuple[Outcome[Comparison], ...]) -> None:
-        self.lines.replace_all(line for outcome in outcomes for line in lines_of(outcome))
-        self.table.fit_all()
+        self.table.show_rows(line for outcome in outcomes for line in lines_of(outcome))
         compared = [one.value for one in outcomes if one.value is not None]
         self._good = tuple(one.run for one in compared)
         self.settings.setText(settings_words(compared[0]) if compared else "")
@@ -137,7 +133,7 @@ class ReprocessDialog(Dialog):
     def _forget(self) -> None:
         self._good = ()
         self.settings.setText("")
-        self.lines.replace_all(())
+        self.table.rows.replace_all(())
         self._ended("")
 
     def _show_buttons(self) -> None:
@@ -206,7 +202,7 @@ class ExportDialog(Dialog):
         self.go = go = button("Export", self._order, default=True)
         group = Group()
         group.row("What", self.what)
-        group.row("Format", self.kind, "Each file carries the settings and units")
+        group.row("Format", self.kind)
         group.row("Folder", self.folder, fault=self.fault)
         group.whole(self.replace)
         ends = side_by_side(go, button("Cancel", self.reject))

@@ -2,24 +2,27 @@
 
 import math
 from dataclasses import dataclass, replace
+from datetime import datetime
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
-from radargui.gui.calibration.group import CalibrationGroup
 from radargui.gui.layout import FaultText, Group, PlainLabel, button, fill, follow
 from radargui.gui.setup.fields import AntennaGrid, FormPanel, SetupForm
 from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
 from radargui.gui.setup.uncertainty_map import UncertaintyMapView
+from radargui.gui.setup.words import in_words
 from radargui.gui.theme import Theme
 from radargui.model.assumed import ASSUMED
+from radargui.model.calibrated_setup import calibration_words, edited_since, too_old
 from radargui.model.scattering import LEAST_SHARE, received_fields
+from radargui.processing.calibration_check import CalibrationCheck
 
 _ASSUMED_DEG = ASSUMED["u_polarization_deg"]
 _HEIGHT, _MARGIN = 108, 4
@@ -286,3 +289,32 @@ class TMatrixView(QWidget):
         elif number > LARGE_CONDITION:
             words = f"grows up to {number:.0f} times in the position. Spread the antennas further."
             self.warning.say(f"An error of path length {words}")
+
+
+class CalibrationGroup(Group):
+    """Beside the antennas: which calibration they have, what is wrong with it, and the way to another."""
+
+    asked = Signal()
+
+    def __init__(self, model: SetupModel) -> None:
+        super().__init__("Calibration")
+        self._model = model
+        self.words, self.checked, self.fault = PlainLabel(), PlainLabel(), FaultText()
+        self.begin = button("Calibrate the antennas…", self.asked)
+        for part in (self.words, self.fault, self.checked, self.begin):
+            self.whole(part)
+        self.checked.hide()
+        follow(model.changed, self.refresh)
+
+    def refresh(self) -> None:
+        """Show what holds for the setup now."""
+        setup = self._model.setup
+        words = calibration_words(setup) or "none: angles and distances as measured by hand"
+        self.words.setText(f"{words[0].upper()}{words[1:]}")
+        faults = filter(None, (too_old(setup, datetime.now().astimezone()), in_words(edited_since(setup))))
+        self.fault.say(". ".join(f"{one[0].upper()}{one[1:]}" for one in faults))
+
+    def show_check(self, check: CalibrationCheck | None) -> None:
+        """Show what the last first drop said."""
+        self.checked.setText("" if check is None else f"Last check: {check.words}")
+        self.checked.setVisible(check is not None)

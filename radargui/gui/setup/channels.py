@@ -6,15 +6,15 @@ from datetime import datetime
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, QTimer
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QSizePolicy
 
-from radargui.acquisition.channel_facts import ChannelFacts, channel_facts
+from radargui.acquisition.health import ChannelFacts, channel_facts
 from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import Group, PlainLabel, button, follow
+from radargui.gui.layout import Group, PlainLabel, button, follow, ticking
 from radargui.gui.panels import Actions
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.table import RowModel, RowTable
@@ -138,8 +138,7 @@ class ChannelWatch(QObject):
         self._feed: Feed | None = None
         self._own = self._busy = False
         self._looks = 0
-        self._timer = QTimer(self, interval=_LOOK_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer = ticking(self, _LOOK_MS, self._look)
         control.feed_changed.connect(self._feed_changed)
         control.state_changed.connect(self._state_changed)
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -57,11 +57,8 @@ class Changed(QToolButton):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.clicked.connect(self._undo)
-        action = QAction("Undo this value", field)
-        action.setShortcut(QKeySequence("Ctrl+U"))
+        action = field.addAction("Undo this value", QKeySequence("Ctrl+U"), self._undo)
         action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        action.triggered.connect(self._undo)
-        field.addAction(action)
         self.setFixedWidth(field.sizeHint().height() - 2 * _EDGE)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         fill(QHBoxLayout(field), 1, self, margins=(0, _EDGE, _EDGE + beside, _EDGE))

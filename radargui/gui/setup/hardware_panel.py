@@ -1,25 +1,27 @@
 """The hardware setup panel: setup file, source and its settings, the search for NI devices, recording, processing."""
 
+import re
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QFileDialog, QProgressBar, QWidget
 
 from radargui.gui.background import Jobs, Then, Work
-from radargui.gui.layout import Answer, Choice, Group, PlainLabel, button, follow, side_by_side
+from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, follow, side_by_side
 from radargui.gui.panels import Actions
 from radargui.gui.setup.channels import ChannelGroup
 from radargui.gui.setup.fields import FormPanel, SetupForm
-from radargui.gui.setup.rate_view import RateView
-from radargui.gui.setup.replay_form import ReplayForm
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import called
+from radargui.gui.setup.words import called, in_words
 from radargui.gui.theme import Theme
+from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
-from radargui.model.setup import Setup
+from radargui.model.setup import MEASURING, Setup
 from radargui.sources.factory import SourceKind
+from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
+from radargui.sources.ni.discovery import NiDevice
 
 _START = (
     *("daq.start", "daq.start_source", "daq.start_edge", "daq.start_level_v", "daq.start_pretrigger"),
@@ -43,6 +45,142 @@ def check_on_device(setup: Setup) -> Any:
     from radargui.sources.ni.source import check_setup
 
     return check_setup(setup)
+
+
+_UNKNOWN = "“Find devices” or “Check this setup” tells the limit of the device."
+
+
+class RateView(Group):
+    """The aggregate rate of the setup against the limit of its device, where that is known.
+
+    Attributes
+    ----------
+    fault
+        Why the device cannot sample so; empty while it can, or nobody knows.
+    """
+
+    def __init__(self, model: SetupModel) -> None:
+        super().__init__("Rate of all channels")
+        self._model = model
+        self._known: dict[tuple[str | None, str], NiDevice] = {}
+        self.fault = ""
+        self.words, self.bar, self.wrong = PlainLabel(), QProgressBar(maximum=1000, textVisible=False), FaultText()
+        self.bar.setFixedHeight(10)
+        for part in (self.words, self.bar, self.wrong):
+            self.whole(part)
+        follow(model.changed, self.refresh)
+
+    def take(self, *devices: NiDevice) -> None:
+        """Remember what devices can do, each at the place where it was asked for."""
+        place = self._model.setup.daq.remote
+        self._known |= {(place, one.name.casefold()): one for one in devices if isinstance(one, NiDevice)}
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show what the setup asks for, and what there is."""
+        setup, daq = self._model.setup, self._model.setup.daq
+        device, count, rate_hz = (
+            self._known.get((daq.remote, daq.device.casefold())),
+            setup.n_receivers * 2,
+            daq.rate_hz,
+        )
+        limit_hz = None if device is None else rate_limit_hz(device, count)
+        said = rate_sentence(device or NiDevice(setup.daq.device), count, rate_hz)
+        self.fault = ""
+        if device is None:
+            said = f"{said}. {_UNKNOWN}"
+        else:
+            how = (
+                "simultaneous: each has a converter" if device.simultaneous else "multiplexed: they share one converter"
+            )
+            said = f"{said} ({device.title}, {how})"
+            try:
+                check_rate(setup, device, count)
+            except DeviceError as error:
+                self.fault = in_words(str(error))
+        self.words.setText(said)
+        self.wrong.say(self.fault)
+        self.bar.setVisible(limit_hz is not None)
+        if limit_hz is not None:
+            self.bar.setValue(round(1000.0 * min(1.0, rate_hz / limit_hz)))
+            self.bar.setToolTip(
+                f"{rate_hz / limit_hz:.0%} of the highest rate that the device has for {count} channels, S/s"
+            )
+        self.bar.setStyleSheet(
+            f"QProgressBar::chunk {{ background: palette({'bright-text' if self.fault else 'highlight'}); }}"
+        )
+
+
+FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf);;All files (*)"
+_MOST_NAMED = 4
+
+
+def _setup_in(path: Path) -> Setup | None:
+    from radargui.experiment.importing import valid_setup_of
+
+    return valid_setup_of(path)
+
+
+class ReplayForm(Group):
+    """The file whose samples are played back in real time; it says where the setup is not that of the recording."""
+
+    def __init__(self, model: SetupModel, jobs: Jobs, path: Path | None = None) -> None:
+        super().__init__("Replay")
+        self._model, self._jobs = model, jobs
+        self._own: Setup | None = None
+        self._file = PathField("File to replay", path, FILTER)
+        self._file.line.setPlaceholderText("recording to play back")
+        self._file.line.setObjectName("replay.file")
+        self.fault = self._file.fault
+        self.row("File", self._file, fault=self.fault)
+        self.whole(PlainLabel("Runs of RadarGUI, CSV, MATLAB, TDMS and SigMF files with channels I1, Q1, …"))
+        self.other = PlainLabel()
+        self.take_own = button("Use the recording's setup", self._take)
+        for part in (self.other, self.take_own):
+            self.whole(part)
+        self._file.line.textChanged.connect(self._look)
+        model.changed.connect(self._compare)
+        self._look()
+
+    @property
+    def path(self) -> Path | None:
+        """The chosen file."""
+        return self._file.path
+
+    def choose(self, path: Path) -> None:
+        """Take a file."""
+        self._file.line.setText(str(path))
+
+    def _look(self) -> None:
+        self._found(None)
+        path = self.path
+        # a name that is being typed is no file yet
+        if path is not None and path.suffix:
+            what = "the setup of the recording"
+            self._jobs.start(what, partial(_setup_in, path), self._found, self._unknown, lambda: path == self.path)
+
+    def _unknown(self, _error: BaseException) -> None:
+        # what is wrong with the file is said when it is played
+        self._found(None)
+
+    def _found(self, setup: Setup | None) -> None:
+        self._own = setup
+        self._compare()
+
+    def _compare(self) -> None:
+        keys = [] if self._own is None else self._model.unlike(self._own)
+        keys = [key for key in keys if re.split(r"[.\[]", key)[0] in MEASURING]
+        named = ", ".join(map(called, keys[:_MOST_NAMED])) + (" …" if len(keys) > _MOST_NAMED else ".")
+        self.other.setText(f"This recording was made with another setup, and is computed with the one here: {named}")
+        self.take_own.setToolTip("Takes the place of the values here; Undo all changes brings back those of the file")
+        for part in (self.other, self.take_own):
+            part.setVisible(bool(keys))
+        # what was edited and stands in no file would be lost
+        self.take_own.setEnabled(not self._model.unsaved)
+
+    def _take(self) -> None:
+        if self._own is not None:
+            self._model.replace(self._own)
 
 
 class NiForm(SetupForm):
@@ -71,8 +209,7 @@ class NiForm(SetupForm):
         start = self.fields["daq.start"]
         if isinstance(start, Choice):
             start.activated.connect(lambda _index: self._settle(start.currentData()))
-        tip = "Tries it on the device without sampling, and says what will be in force"
-        self.check_button = button("Check this setup", self.try_out, tip)
+        self.check_button = button("Check this setup", self.try_out)
         self.whole(self.check_button)
         self.whole(self.checked)
         model.changed.connect(self._setup_changed)

@@ -28,7 +28,7 @@ class SessionPanel(QWidget):
         self._folder.line.setPlaceholderText(str(default_data_folder()))
         self._folder.line.textChanged.connect(lambda _text: self.folder_changed.emit())
         self.folder_fault = self._folder.fault
-        group.row("Data folder", self._folder, "A new session makes its folder here", self.folder_fault)
+        group.row("Data folder", self._folder, fault=self.folder_fault)
         self._operator = self._line("operator", operator)
         self._sample, self._target = self._line("sample"), self._line("target")
         for field, words, tip in (
@@ -50,7 +50,7 @@ class SessionPanel(QWidget):
         self._mark.setPlaceholderText("kept with time and sample")
         self._mark.returnPressed.connect(self.ask_mark)
         self._keep_mark = button("Keep", self.ask_mark)
-        group.row("Note now", side_by_side(self._mark, self._keep_mark), "Also while a run is recorded (Ctrl+M)")
+        group.row("Note now", side_by_side(self._mark, self._keep_mark))
         self._marked, self._open = PlainLabel(), PlainLabel()
         group.row("", self._marked)
         group.row("Now open", self._open)

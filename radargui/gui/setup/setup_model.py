@@ -16,6 +16,7 @@ from radargui.model.errors import RadarGuiError, SetupError
 from radargui.model.radar import Radar
 from radargui.model.resources import default_setup_path, shipped_setups
 from radargui.model.setup import Setup, dump_setup, parse_setup, plain, read_setup, write_setup
+from radargui.model.setup_error import flattened
 
 MOST_RECEIVERS = 4
 _TABLES = {name: info.default for name, info in Setup.model_fields.items()} | {"radar": Radar()}
@@ -92,7 +93,8 @@ class SetupModel(QObject):
         """Return whether a value is not the file's; those of a receiver that the file does not have are no change."""
         if _receiver(key) >= min(self.n_receivers, self._saved.n_receivers):
             return False
-        return _flat(self.value(key)) != _flat(self.saved_value(key))
+        own, saved = (dict(flattened(one, every=True)) for one in (self.value(key), self.saved_value(key)))
+        return own != saved
 
     def unlike(self, other: Setup) -> list[str]:
         """Return the keys whose values are not those of another setup."""
@@ -217,21 +219,10 @@ def _found(tables: Any, key: str) -> Any:
 
 def _changes(tables: Any, others: Any) -> dict[str, Any]:
     """Return the keys whose values differ, with those of the first tables."""
-    before, now = _flat(tables), _flat(others)
+    before, now = (dict(flattened(one, every=True)) for one in (tables, others))
     # of a calibration its file is named, not each covariance
     keys = (key for key in before | now if not key.startswith("calibration.content"))
     return {key: before.get(key) for key in keys if before.get(key) != now.get(key)}
-
-
-def _flat(value: Any, name: str = "") -> dict[str, Any]:
-    """Return every single value below a table by its dotted name, lists counted from 1."""
-    if isinstance(value, dict):
-        parts = [(f"{name}.{key}".lstrip("."), one) for key, one in value.items()]
-    elif isinstance(value, (list, tuple)):
-        parts = [(f"{name}[{number}]", one) for number, one in enumerate(value, start=1)]
-    else:
-        return {name: value}
-    return {key: one for part, below in parts for key, one in _flat(below, part).items()}
 
 
 FILTER = "Setup files (*.toml);;All files (*)"

@@ -5,12 +5,12 @@ from functools import cached_property, partial
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, QTimer
+from PySide6.QtCore import QPointF, QRectF, QSignalBlocker
 from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QSizePolicy, QWidget
 
 from radargui.gui.background import Jobs
-from radargui.gui.layout import Group, PlainLabel, fill
+from radargui.gui.layout import Group, PlainLabel, fill, ticking
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.gui.setup.setup_model import SetupModel
@@ -124,8 +124,7 @@ class UncertaintyMapView(Group):
         self._row = fill(QHBoxLayout(both))
         for part in (both, self.scale, self.words, self.here):
             self.whole(part)
-        self._soon = QTimer(self, singleShot=True, interval=_CALM_MS)
-        self._soon.timeout.connect(self._begin)
+        self._soon = ticking(self, _CALM_MS, self._begin, once=True)
         model.changed.connect(self._changed)
         self.snr.valueChanged.connect(self._snr_changed)
 

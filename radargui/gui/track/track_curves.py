@@ -7,7 +7,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
-from radargui.gui.layout import fill
+from radargui.gui.layout import TIPS, fill
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import LAST, NOW, Plot
 from radargui.gui.plots.ranges import SteadyRange
@@ -22,12 +22,6 @@ COVERED = 2.0
 """Standard uncertainties that a band reaches to either side."""
 Detail = Literal["speed", "residual", "x", "y"]
 _LABELS: Mapping[Detail, str] = {"speed": "v [m/s]", "residual": "Δz [µm]", "x": "x [mm]", "y": "y [mm]"}
-_TIPS: Mapping[Detail, str] = {
-    "speed": "Speed of the sphere, slopes of parabolas over 20 ms that never reach across an impact",
-    "residual": "Height less the fitted parabola of the first fall, with ± 2 u (statistical)",
-    "x": "x of the sphere's centre with its ± 2 u",
-    "y": "y of the sphere's centre with its ± 2 u",
-}
 
 
 class HeightPlot(Plot):
@@ -188,7 +182,7 @@ class TrackCurves(QWidget):
         for number, name in enumerate(_LABELS):
             self.tabs.addTab(name.capitalize() if len(name) > 1 else f"{name} ± 2 u")
             self.tabs.setTabData(number, name)
-            self.tabs.setTabToolTip(number, _TIPS[name])
+            self.tabs.setTabToolTip(number, TIPS["curves"][name])
         self.tabs.currentChanged.connect(self._choose)
         fill(QVBoxLayout(self), self._words_above, (self.height_plot, 3), self.tabs, (self.detail, 2), spacing=0)
         self.setMinimumHeight(self.minimumSizeHint().height())

@@ -8,7 +8,7 @@ from radargui.model.daq import Daq
 from radargui.model.errors import DeviceError
 from radargui.model.setup import Setup
 from radargui.sources.ni.discovery import NiDevice
-from radargui.sources.ni.words import device_error
+from radargui.sources.ni.driver import device_error
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni.driver import Driver, load_nidaqmx
+from radargui.sources.ni.driver import Driver, device_error, load_nidaqmx
 from radargui.sources.ni.explain import NOT_CONNECTED, device_errors, error_code, of_code
-from radargui.sources.ni.words import device_error
 
 TerminalChoice: TypeAlias = Literal["differential", "rse", "nrse", "pseudodifferential"]
 TERMINALS: dict[TerminalChoice, str] = {

@@ -1,4 +1,4 @@
-"""The way to NI-DAQmx: the package, loaded when first needed, and the local driver or a remote device server."""
+"""The way to NI-DAQmx: its package, the local driver or a remote device server; the words when it fails (resources)."""
 
 import socket
 import ssl
@@ -8,7 +8,17 @@ from types import ModuleType
 from typing import Any
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni.words import device_error
+from radargui.model.resources import resource_table
+
+WORDS = resource_table("ni/errors")
+
+
+def device_error(name: str, /, **facts: object) -> DeviceError:
+    """Return the error of a name, with facts in the places that its words leave for them."""
+    words = WORDS[name]
+    fact, remedy = (words.get(part, "").format_map(facts) for part in ("fact", "remedy"))
+    return DeviceError(fact, reasons=words.get("reasons", ()), remedy=remedy)
+
 
 _HOSTNAME_MISMATCH = (62, 64)
 """OpenSSL: the certificate is for another name, or for another address."""

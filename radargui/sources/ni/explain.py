@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from radargui.model.errors import DeviceError
-from radargui.sources.ni.driver import driver_errors, load_nidaqmx
-from radargui.sources.ni.words import WORDS, device_error
+from radargui.sources.ni.driver import WORDS, device_error, driver_errors, load_nidaqmx
 
 TIMEOUT = -200284
 """NI-DAQmx: some or all of the samples requested have not yet been acquired."""

@@ -12,10 +12,9 @@ from radargui.model.setup import Setup
 from radargui.sources.contract import SYSTEM_CLOCK, Clock, Source
 from radargui.sources.ni.checks import StartEdge, checked_settings, rate_sentence
 from radargui.sources.ni.discovery import NiDevice, find_device
-from radargui.sources.ni.driver import Driver, driver_errors
+from radargui.sources.ni.driver import Driver, device_error, driver_errors
 from radargui.sources.ni.explain import TIMEOUT, of_code
 from radargui.sources.ni.task import InputTask
-from radargui.sources.ni.words import device_error
 
 _log = logging.getLogger(__name__)
 

@@ -4,7 +4,3 @@ From motion to samples: `scene` (a motion between two rests; drop and fall onto 
 (antennas and their images in floor and walls) -> `mismatch` (what moves with the tracer; mixers) -> `noise` -> the
 converter of `mismatch`; `model` joins them. A new motion is one more trajectory, another disturbance one more term.
 """
-
-from radargui.sources.simulated.model import SimulatedSource, simulate_recording
-
-__all__ = ["SimulatedSource", "simulate_recording"]

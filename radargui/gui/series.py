@@ -3,9 +3,10 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -16,17 +17,29 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from radargui.gui.control.run_control import RunControl
 from radargui.gui.layout import Choice, OneLine, button, fill, put_page
 from radargui.gui.plots.key import Key
 from radargui.gui.plots.plot import Plot
+from radargui.gui.runs.run_list_panel import RunListPanel
+from radargui.gui.services import Services
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
 from radargui.model.rounding import UNKNOWN, alone, plain
-from radargui.report.facts import ReportFacts
-from radargui.report.series_curves import COVERED, e_span, mean_gravity, shown_fits, speed_points
+from radargui.report.facts import (
+    COVERED,
+    Glances,
+    ReportFacts,
+    e_span,
+    mean_gravity,
+    report_facts,
+    shown_fits,
+    speed_points,
+)
 from radargui.restitution.findings import SessionFindings
 from radargui.restitution.speed_models import MODELS, SpeedFit
 from radargui.restitution.statistics import Statistics
+from radargui.session.session import Session
 
 _LEFT = 62
 _LONGEST_NAME, _DATE = 24, len("2026-01-31T")
@@ -224,9 +237,8 @@ class SeriesPanel(QWidget):
         for title, page in {"Statistics": self.table, **drawn, "In words": self.words}.items():
             self.pages.addTab(page, title)
         self._title = OneLine("No session")
-        tip = "Select several in the list of sessions: other heights, samples, days"
-        self.compare = button("Compare sessions…", ask_sessions, tip)
-        self.alone = button("Only this one", lambda: None, "Take the other sessions out of the comparison")
+        self.compare = button("Compare sessions…", ask_sessions)
+        self.alone = button("Only this one", lambda: None)
         top = fill(QHBoxLayout(), (self._title, 1), self.compare, self.alone, margins=(6, 3, 6, 0), spacing=6)
         fill(QVBoxLayout(self), top, (self.pages, 1), spacing=1)
         self.pages.currentChanged.connect(self._draw)
@@ -258,9 +270,8 @@ class SeriesPanel(QWidget):
         """Show what one session or several found; None: there is none."""
         self.facts = facts
         found = facts.findings.sessions if facts else ()
-        self.rows.replace_all(row for one in found for row in rows_of(one))
         self.table.setColumnHidden(0, len(found) < 2)
-        self.table.fit_all()
+        self.table.show_rows(row for one in found for row in rows_of(one))
         self.alone.setVisible(len(found) > 1)
         kind = f"{found[0].series.kind}, " if found and found[0].series.kind not in (None, "measured") else ""
         n_runs = sum(len(one.runs) for one in facts.sessions) if facts else 0
@@ -283,3 +294,50 @@ def _said(facts: ReportFacts) -> list[str]:
     ]
     fits = [fit.words for sample in found.samples for fit in sample.fits if fit.n_impacts]
     return [found.sentence, *(f"{words}." for words in compared), *found.cautions, *out, *fits]
+
+
+class SeriesController(QObject):
+    """Joins the panel with the session that is open and those that it is compared with."""
+
+    def __init__(
+        self, control: RunControl, runs: RunListPanel, panel: SeriesPanel, glances: Glances, services: Services
+    ) -> None:
+        super().__init__(services.parent)
+        self._control, self._panel, self._glances, self._services = control, panel, glances, services
+        self._others: tuple[Path, ...] = ()
+        self._is_reading = self._is_outdated = False
+        panel.seen.connect(self.refresh)
+        panel.alone.clicked.connect(lambda: self.compare(()))
+        for changed in (runs.model.rowsInserted, runs.model.dataChanged, runs.model.modelReset):
+            changed.connect(lambda *_: self.refresh())
+
+    def compare(self, sessions: tuple[Path, ...]) -> None:
+        """Show these sessions beside the one that is open; none: that one alone."""
+        self._others = sessions
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Read what has changed, where the panel is seen; what comes meanwhile is read afterwards."""
+        self._is_outdated = self._is_reading
+        if self._is_reading or not self._panel.isVisible():
+            return
+        own, glances = self._control.session, self._glances
+        others = [path for path in self._others if own is None or path != own.path]
+
+        def work() -> ReportFacts | None:
+            sessions = [*([own] if own else []), *(Session.open(path, write=False) for path in others)]
+            return report_facts([glances.session_facts(one) for one in sessions], "") if sessions else None
+
+        self._is_reading = True
+        self._services.jobs.start("the series", work, self._read, self._failed)
+
+    def _read(self, facts: ReportFacts | None) -> None:
+        self._is_reading = False
+        if self._is_outdated:
+            self.refresh()
+        else:
+            self._panel.show_facts(facts)
+
+    def _failed(self, error: BaseException) -> None:
+        self._is_reading, self._others = False, ()
+        self._services.board.post_error(error)

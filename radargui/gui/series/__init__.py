@@ -1,1 +1,0 @@
-"""The series: statistics, e against the impact speed, falls over one parabola, of one session or several."""

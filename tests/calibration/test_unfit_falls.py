@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from support.calibrations import calibration_of
 from support.simulated_setup import simulated_setup
 
-from radargui.calibration import calibrate as calibrating
+from radargui.calibration import calibrate as calibrating, rough_fit as rough_fitting
 from radargui.calibration.calibrate import Calibrated, calibrate
 from radargui.calibration.rough_fit import KnownRecording, UnfitFallError, rough_fit
 from radargui.calibration.shares import Shares
@@ -35,6 +37,32 @@ def test_which_recording_is_no_fall_is_told() -> None:
     with pytest.raises(UnfitFallError, match="no free fall") as caught:
         rough_fit(given, setup, USUAL, Shares(lambda _: None, len(given)))
     assert caught.value.number == 1
+
+
+def test_one_drop_that_stands_out_is_told_before_the_order_of_the_receivers_is_doubted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    setup = simulated_setup(daq=RATE)
+    given = recorded(setup, ["first", "second", "third", "fourth"])
+    world, _ = rough_fitting._world(setup, given)
+
+    def found(left_m: Sequence[float]) -> Any:
+        locals_ = [SimpleNamespace(residual_m=np.full((3, 50), each)) for each in left_m]
+        return SimpleNamespace(locals_=locals_, world=world, z=np.zeros(len(world.unknowns)))
+
+    class OrderDoubtedError(Exception):
+        pass
+
+    def doubted(_: Setup) -> Any:
+        raise OrderDoubtedError
+
+    monkeypatch.setattr(rough_fitting, "other_orders", doubted)
+    with pytest.raises(UnfitFallError, match="third: its paths are 7.0 mm off") as caught:
+        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), given, [], lambda: None)
+    assert caught.value.number == 2
+    with pytest.raises(OrderDoubtedError):
+        rough_fitting._refuse_misfit(found([6e-3, 5e-3, 7e-3, 8e-3]), given, [None] * 4, lambda: None)
+    rough_fitting._refuse_misfit(found([4e-4, 5e-4, 3e-3, 4e-4]), given, [], lambda: None)
 
 
 @pytest.mark.parametrize("n_unfit", [0, 3, 4])

@@ -57,7 +57,7 @@ def test_one_drop_that_stands_out_is_told_before_the_order_of_the_receivers_is_d
         raise OrderDoubtedError
 
     monkeypatch.setattr(rough_fitting, "other_orders", doubted)
-    with pytest.raises(UnfitFallError, match="third: its paths are 7.0 mm off") as caught:
+    with pytest.raises(UnfitFallError, match=r"third: its paths are 7\.0 mm off") as caught:
         rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), given, [], lambda: None)
     assert caught.value.number == 2
     with pytest.raises(OrderDoubtedError):

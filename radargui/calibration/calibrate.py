@@ -47,7 +47,7 @@ it is 2.15 times what it should be once in so many. Beside a wall u counts twice
 with all values inside 2u."""
 MOST_UNFIT = 1.0 / 3.0
 """Share of the recordings that are left out because they are no falls, pushed ones, or such in which a receiver loses
-fringes: in two of 46 rooms one did in all drops from one place of three, where its echo is as weak as the floor's."""
+fringes: in one of 101 rooms one did in all drops from one place of three, where its echo is as weak as the floor's."""
 
 
 @dataclass(frozen=True)

@@ -145,7 +145,7 @@ def rough_fit(recordings: Sequence[KnownRecording], setup: Setup, groups: Sequen
     prepared = _measured_again(rough, prepared)
     by_paths = [replace(one, measured=ready.measured) for one, ready in zip(by_paths, prepared, strict=True)]
     rough, by_paths, slips = _put_right(world, by_paths, held, shares.round_done)
-    _refuse_misfit(rough, recordings, prepared, shares.round_done)
+    _refuse_misfit(rough, recordings, shares.round_done)
     return Rough(rough, tuple(by_paths), tuple(prepared), tuple(slips))
 
 
@@ -210,9 +210,7 @@ def _world(
     return World(setup, tuple(unknowns)), places
 
 
-def _refuse_misfit(
-    rough: Fit, recordings: Sequence[KnownRecording], prepared: Sequence[Prepared], round_done: Callable[[], None]
-) -> None:
+def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording], round_done: Callable[[], None]) -> None:
     """Say why paths do not fit what is known; nothing where they do.
 
     Raises
@@ -229,16 +227,16 @@ def _refuse_misfit(
     if worst < MISFIT_M and np.abs(rough.z[antennas]).max(initial=0.0) < FAR:
         return
     stride = max(1, len(recordings) // MOST_COMPARED)
-    some = list(zip(recordings, prepared, strict=True))[::stride][:MOST_COMPARED]
+    some = list(recordings)[::stride][:MOST_COMPARED]
 
     def cost(setup: Setup, fitted: Callable[..., Fit] = fit_paths) -> float:
-        world, _ = _world(setup, [one for one, _ in some])
-        # a known motion's paths were measured against the phases of the antennas as they were said to be
-        ready = [
-            was if one.trajectory is None else prepare_known(one.recording, _hung(setup, one.rest_m), one.trajectory)
-            for one, was in some
-        ]
-        paths = [PathLikelihood(one.measured, one.motion, setup.radar.wavelength_m) for one in ready]
+        world, places = _world(setup, some)
+        # paths were measured with the antennas as they were said to be: by their phases, or fringes that they foretell
+        ready = [_prepare(one, _hung(setup, one.rest_m), place) for one, place in zip(some, places, strict=True)]
+        sound = [one for one in ready if isinstance(one, Prepared)]
+        if len(sound) < len(ready):
+            return np.inf
+        paths = [PathLikelihood(one.measured, one.motion, setup.radar.wavelength_m) for one in sound]
         held = np.zeros(len(world.unknowns), dtype=bool)
         return fitted(world, paths, held, round_done, LOOSE[:2], FEW_STEPS).cost
 
@@ -251,8 +249,11 @@ def _refuse_misfit(
 
     # a lost fringe that another order makes up for is none: both without
     if least < cost(setup) - GAIN and cost(best, righted) < cost(setup, righted) - GAIN:
+        alike = [also for other, also, _ in tried if also != words and other < least + GAIN]
+        # in drops near the axis a swap looks like a mirror image of another one
+        told = f"; or, which they cannot tell from that, where {'; or '.join(alike)}" if alike else ""
         raise ProcessingError(
-            f"the recordings do not fit the setup, but they do where {words}",
+            f"the recordings do not fit the setup, but they do where {words}{told}",
             remedy="Correct the wiring, or the order and azimuths of the receivers in the setup.",
         )
     refuse_above(MISFIT_M, rough, recordings)

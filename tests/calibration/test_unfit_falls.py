@@ -58,11 +58,23 @@ def test_one_drop_that_stands_out_is_told_before_the_order_of_the_receivers_is_d
 
     monkeypatch.setattr(rough_fitting, "other_orders", doubted)
     with pytest.raises(UnfitFallError, match=r"third: its paths are 7\.0 mm off") as caught:
-        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), given, [], lambda: None)
+        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), given, lambda: None)
     assert caught.value.number == 2
     with pytest.raises(OrderDoubtedError):
-        rough_fitting._refuse_misfit(found([6e-3, 5e-3, 7e-3, 8e-3]), given, [None] * 4, lambda: None)
-    rough_fitting._refuse_misfit(found([4e-4, 5e-4, 3e-3, 4e-4]), given, [], lambda: None)
+        rough_fitting._refuse_misfit(found([6e-3, 5e-3, 7e-3, 8e-3]), given, lambda: None)
+    rough_fitting._refuse_misfit(found([4e-4, 5e-4, 3e-3, 4e-4]), given, lambda: None)
+
+
+@pytest.mark.slow
+def test_swapped_receivers_are_named_by_drops_alone_though_their_paths_were_followed_with_wrong_antennas() -> None:
+    true, given = simulated_setup(daq=RATE), list[KnownRecording]()
+    for number, place in enumerate(((0.0, 0.0, 0.12), (0.08, 0.02, 0.10), (-0.03, 0.09, 0.14))):
+        recording, _ = simulate_recording(simulated_setup(daq=RATE, release=place))
+        given.append(KnownRecording(recording, f"drop-{number}", "", None, place))
+    first, second, third = true.receiver
+    swapped = true.model_copy(update={"receiver": (third, second, first)})
+    with pytest.raises(ProcessingError, match="they do where receivers 1 and 3 are swapped"):
+        rough_fit(given, swapped, USUAL, Shares(lambda _: None, len(given)))
 
 
 @pytest.mark.parametrize("n_unfit", [0, 3, 4])

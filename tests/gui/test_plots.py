@@ -118,14 +118,16 @@ def test_a_small_plane_comes_to_rest(theme: Theme, size: tuple[int, int]) -> Non
 def test_numbers_beside_a_low_plot_stand_apart(theme: Theme, height: int) -> None:
     plot = Plot(theme, "Time [s]", "Speed [m/s]")
     axis = plot.getPlotItem().getAxis("left")
-    letters = QFontMetricsF(axis.font()).height()
+    digit = QFontMetricsF(axis.font()).capHeight()
     for least, most in ((0.0, 1.0), (0.0, 2.5), (-3.0, 4.0), (0.0, 1.5e-3), (5.0, 6e4)):
         spacing = axis.tickSpacing(least, most, height)[0][0]
-        assert spacing * height / (most - least) >= letters
+        assert spacing * height / (most - least) >= 1.2 * digit
         assert round(spacing / 10.0 ** np.floor(np.log10(spacing * 1.001)), 9) in (1.0, 2.0, 5.0)
+        # one number alone would tell no scale
+        assert height < 40 or (most - least) / spacing >= 1.0
         # no farther than they must, or than pyqtgraph has them
         usual = pg.AxisItem.tickSpacing(axis, least, most, height)[0][0]
-        assert spacing == usual or spacing * height / (most - least) < 3.0 * letters
+        assert spacing == usual or spacing * height / (most - least) < 3.5 * digit
 
 
 def test_a_band_lies_between_its_curves_and_is_broken_where_either_is_unknown() -> None:

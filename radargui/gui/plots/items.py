@@ -78,8 +78,8 @@ class Band(QGraphicsPathItem):
         self.setBrush(shade)
 
 
-_APART = 1.2
-"""Least distance of numbers above one another, in heights of their letters."""
+_APART = 1.3
+"""Least distance of numbers above one another, in heights of a digit: farther apart a low plot would show one alone."""
 
 
 class Axis(pg.AxisItem):  # type: ignore[misc] # pyqtgraph has no types
@@ -109,8 +109,8 @@ class Axis(pg.AxisItem):  # type: ignore[misc] # pyqtgraph has no types
         """Return spacings and offsets; numbers of a low plot stand farther apart, for pyqtgraph lets them overlap."""
         levels: list[tuple[float, float]] = super().tickSpacing(minVal, maxVal, size)
         if self.orientation in ("left", "right") and levels and size > 0.0:
-            letters = QFontMetricsF(self.style["tickFont"] or self.font()).height()
-            least = abs(maxVal - minVal) * _APART * letters / size
+            digit = QFontMetricsF(self.style["tickFont"] or self.font()).capHeight()
+            least = abs(maxVal - minVal) * _APART * digit / size
             if levels[0][0] < least:
                 decade = 10.0 ** np.floor(np.log10(least))
                 levels[0] = (decade * min(one for one in (1.0, 2.0, 5.0, 10.0) if one * decade >= least), 0.0)

@@ -221,13 +221,14 @@ def _refuse_misfit(rough: Fit, recordings: Sequence[KnownRecording], round_done:
     each = [float(np.nanmax(rms_m(one.residual_m))) for one in rough.locals_]
     worst = max(each)
     # one that lost a fringe for good draws all values along, and another order may then seem to fit better
-    if len(each) >= LEAST_OTHERS and worst > STANDS_OUT * float(np.median(each)):
+    is_fall = recordings[int(np.argmax(each))].trajectory is None
+    if is_fall and len(each) >= LEAST_OTHERS and worst > STANDS_OUT * float(np.median(each)):
         refuse_above(MISFIT_M, rough, recordings)
     antennas = np.array([bool(one.key) for one in rough.world.unknowns])
     if worst < MISFIT_M and np.abs(rough.z[antennas]).max(initial=0.0) < FAR:
         return
     stride = max(1, len(recordings) // MOST_COMPARED)
-    some = list(recordings)[::stride][:MOST_COMPARED]
+    some = recordings[::stride][:MOST_COMPARED]
 
     def cost(setup: Setup, fitted: Callable[..., Fit] = fit_paths) -> float:
         world, places = _world(setup, some)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -64,6 +65,10 @@ def test_one_drop_that_stands_out_is_told_before_the_order_of_the_receivers_is_d
     with pytest.raises(OrderDoubtedError):
         rough_fitting._refuse_misfit(found([6e-3, 5e-3, 7e-3, 8e-3]), given, lambda: None)
     rough_fitting._refuse_misfit(found([4e-4, 5e-4, 3e-3, 4e-4]), given, lambda: None)
+    # a known motion that stands out is what tells the order
+    known = replace(given[2], trajectory=SimpleNamespace(words="circle"))  # type: ignore[arg-type]
+    with pytest.raises(OrderDoubtedError):
+        rough_fitting._refuse_misfit(found([4e-4, 5e-4, 7e-3, 4e-4]), [*given[:2], known, given[3]], lambda: None)
 
 
 @pytest.mark.slow

@@ -87,7 +87,8 @@ def walked(
         moved = last_image(found[0], middle) - last_image(best, middle)
         stays = float(np.linalg.norm(moved)) < 2.0 * distance * settings.least_move
         settled = stays or log_evidence(found[0]) < log_evidence(best) + WALLS.worthwhile
-        if settled and not _is_held(found[0], settings.most_deviations):
+        # from the same wall all would begin and end the same
+        if found[0] is best or (settled and not _is_held(found[0], settings.most_deviations)):
             break
     return found
 

@@ -332,7 +332,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     multiplexer = None if signals.before is None else Multiplexer(signals.before, 1.0 / signals.rate_hz)
     data = BinnedData(
         bins, antennas, here[:, 0], wavelength_m, bins.last_s < signals.rest_end_s, signals.delay_s, signals.onset_s,
-        polarised_sphere(setup), multiplexer,
+        polarised_sphere(setup), multiplexer, drift.uncorrelated(bins),
     )  # fmt: skip
     used = motion.known(bins.time_s)
     k = 2.0 * np.pi / wavelength_m
@@ -352,7 +352,7 @@ def sample_problem(ready: Prepared, setup: Setup, values: dict[str, float], own:
     )
     spline = first_motion(data, here, signals.rest_end_s, breaks)
     length_m = FALL_BIAS_M if isinstance(motion, Falls) else KNOWN_BIAS_M
-    return initial_problem(data, spline, constants, (floor,), length_m, drift)
+    return initial_problem(data, spline, constants, (floor,), length_m)
 
 
 def _constants(circle: FloatArray) -> ReceiverConstants:

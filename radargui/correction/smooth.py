@@ -11,8 +11,6 @@ from radargui.model.arrays import FloatArray
 from radargui.model.weighed_sums import weighed_sums
 
 SMOOTHING_S = 0.001
-_WIDE = 256
-"""Samples of a window from which Fourier transforms pay."""
 
 
 def smooth(x: FloatArray, sample_rate_hz: float, *, window_s: float = SMOOTHING_S, slope: bool = False) -> FloatArray:
@@ -53,15 +51,8 @@ def savitzky_golay(x: FloatArray, window: int, *, derivative: int = 0, spacing: 
     half, unit = window // 2, spacing**derivative
     fit, values = _parabolas(window, derivative)
     weights = np.asarray(values[half] @ fit) / unit
-    if window < _WIDE:
-        rows = [weighed_sums(row, weights) for row in x.reshape(-1, x.shape[-1])]
-        middle = np.stack(rows).reshape(*x.shape[:-1], -1)
-    else:
-        # half a second to load, and only long stretches at a high rate need it
-        from scipy.signal import oaconvolve
-
-        kernel = weights[::-1].reshape((1,) * (x.ndim - 1) + (window,))
-        middle = oaconvolve(x, kernel, mode="valid", axes=-1)
+    rows = [weighed_sums(row, weights) for row in x.reshape(-1, x.shape[-1])]
+    middle = np.stack(rows).reshape(*x.shape[:-1], -1)
     begin, end = x[..., :window] @ fit.T @ values[:half].T, x[..., -window:] @ fit.T @ values[half + 1 :].T
     return np.asarray(np.concatenate([begin / unit, middle, end / unit], axis=-1), dtype=np.float64)
 

@@ -164,7 +164,7 @@ def test_other_breaks_part_other_flights_and_their_law_starts_anew() -> None:
     made = small_problem()
     solution = converge(flying(minimise(made.start, 2)), 2, lambda: None)
     motion = respline(solution.at.spline, solution.state.coefficients, np.array([BOUNCE_S, 0.4]), np.zeros(0))
-    start = problem_with_breaks(made.data, solution, motion)
+    start = problem_with_breaks(solution, motion)
     rows = LawRows.of(start.problem.spline, start.problem.in_flight)
     assert rows.is_flight.sum() == start.problem.in_flight.sum() + 3
     assert start.problem.law_sd[rows.is_flight] == pytest.approx(0.1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.small_problem import BOUNCE_S, RELEASE_M, SmallProblem, positions, small_problem
+from support.small_problem import BOUNCE_S, RELEASE_M, START_S, SmallProblem, positions, small_problem
 
 from radargui.estimation.select.breaks import BreakSettings, misfit_times, respline, sharp_turns
 from radargui.estimation.select.converge import converge, settle_breaks
@@ -21,7 +21,7 @@ def nothing() -> None:
 
 def settled(made: SmallProblem) -> Solution:
     solution = converge(made.start, 4, nothing)
-    return settle_breaks(made.data, solution, UP, nothing)
+    return settle_breaks(START_S, solution, UP, nothing)
 
 
 @pytest.fixture(scope="module")

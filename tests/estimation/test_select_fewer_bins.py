@@ -6,27 +6,45 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_problem import BOUNCE_S, FLOOR_PLANE, SmallProblem, small_problem
+from support.small_problem import BOUNCE_S, END_S, FLOOR_PLANE, SmallProblem, small_problem
 
-from radargui.estimation.forward.bins import weighted_means
-from radargui.estimation.select.fewer_bins import with_bins_of, with_fewer_bins
+from radargui.estimation.forward.bins import BinnedData, weighted_means
+from radargui.estimation.forward.slow_noise import Drift
+from radargui.estimation.select.fewer_bins import begins_of_fewer, with_bins_of
 from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
 from radargui.estimation.solve.problem import Start
+
+BREAKS_S = np.array([BOUNCE_S])
+
+
+def together(made: SmallProblem, most: int) -> BinnedData:
+    return made.data.together(begins_of_fewer(made.data, BREAKS_S, most))
 
 
 @pytest.fixture(scope="module")
 def made() -> SmallProblem:
-    """Bins of 0.3 ms, 1/24 fringe where it is fastest."""
-    return small_problem((FLOOR_PLANE,), reflection=0.2, n_bins=1500)
+    """Bins of 0.3 ms, 1/24 fringe where it is fastest, and slow noise that the model knows."""
+    drift = Drift(0.0, END_S, 4, np.full((6, 4), 0.01), np.zeros(6))
+    return small_problem((FLOOR_PLANE,), reflection=0.2, n_bins=1500, drift=drift)
 
 
 @pytest.fixture(scope="module")
-def fewer(made: SmallProblem) -> Solution:
-    return solved_at(with_fewer_bins(made.start, 3))
+def whole(made: SmallProblem) -> Solution:
+    theta = made.start.state.theta.copy()
+    for own in made.problem.layout.receivers:
+        theta[own.drift_i.start] = theta[own.drift_q.start + 1] = 1.0
+    return solved_at(Start(made.problem, replace(made.start.state, theta=theta)))
 
 
-def test_what_fewer_bins_should_show_is_the_mean_of_what_the_bins_should(made: SmallProblem, fewer: Solution) -> None:
-    whole, bins = solved_at(made.start), fewer.problem.bins
+@pytest.fixture(scope="module")
+def fewer(made: SmallProblem, whole: Solution) -> Solution:
+    return with_bins_of(whole, together(made, 3))
+
+
+def test_what_fewer_bins_should_show_is_the_mean_of_what_the_bins_should(
+    made: SmallProblem, whole: Solution, fewer: Solution
+) -> None:
+    bins = fewer.problem.bins
     begin = np.searchsorted(made.data.bins.first_s, bins.first_s)
     assert bins.n_bins < 0.4 * made.data.bins.n_bins
     for many, few in zip(whole.at.signals, fewer.at.signals, strict=True):
@@ -35,33 +53,37 @@ def test_what_fewer_bins_should_show_is_the_mean_of_what_the_bins_should(made: S
         assert np.abs(few.value - mean)[:, fewer.problem.use].max() < 3e-4
 
 
-def test_a_bin_that_does_not_count_stays_apart_and_so_does_what_lies_behind_a_break(
+def test_a_bin_that_holds_a_break_stays_apart_and_so_do_what_lies_behind_it_and_the_rest(
     made: SmallProblem, fewer: Solution
 ) -> None:
-    use, bins = fewer.problem.use, fewer.problem.bins
-    assert bins.count[~use].sum() == made.data.bins.count[~made.start.problem.use].sum()
+    use, data = fewer.problem.use, together(made, 3)
+    bins = data.bins
+    assert bins.count[~use].sum() == made.data.bins.count[~made.start.problem.use].sum() > 0
     assert ((bins.last_s < BOUNCE_S) | (bins.first_s > BOUNCE_S))[use].all()
+    assert bins.count[data.rest].sum() == made.data.bins.count[made.data.rest].sum()
 
 
 def test_bins_stay_as_they_are_where_the_noise_would_show_what_fewer_are_off_by() -> None:
     quiet = small_problem(n_bins=600, sigma=1e-5)
-    assert with_fewer_bins(quiet.start, 3).problem.bins.n_bins == 600
+    assert together(quiet, 3).bins.n_bins == 600
 
 
 def test_what_a_change_costs_is_the_same_on_fewer_bins(made: SmallProblem) -> None:
+    whole = solved_at(made.start)
+
     def cost(most: int) -> float:
-        at_truth = made.start
-        theta = at_truth.state.theta.copy()
-        theta[at_truth.problem.layout.transmitter_reflection] *= 0.98
-        beside = Start(at_truth.problem, replace(at_truth.state, theta=theta))
-        first, second = (log_evidence(solved_at(with_fewer_bins(one, most))) for one in (at_truth, beside))
+        theta = whole.state.theta.copy()
+        theta[whole.problem.layout.transmitter_reflection] *= 0.98
+        beside = replace(whole, state=replace(whole.state, theta=theta))
+        first, second = (log_evidence(with_bins_of(one, together(made, most))) for one in (whole, beside))
         return first - second
 
     assert 20.0 < cost(3) == pytest.approx(cost(1), rel=0.05)
 
 
-def test_back_on_all_bins_a_solution_is_what_it_was(made: SmallProblem, fewer: Solution) -> None:
-    back, whole = with_bins_of(fewer, made.start.problem), solved_at(made.start)
+def test_back_on_all_bins_a_solution_is_what_it_was(made: SmallProblem, whole: Solution, fewer: Solution) -> None:
+    back = with_bins_of(fewer, made.data)
     assert back.problem.bins is made.data.bins
+    assert back.problem.inputs.drift is made.data.drift
     assert back.at.cost == pytest.approx(whole.at.cost, abs=0.01)
     assert log_evidence(back) == pytest.approx(log_evidence(whole), abs=0.01)

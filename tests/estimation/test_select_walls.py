@@ -83,6 +83,15 @@ def test_no_wall_is_invented_where_none_reflects(clean: Solution) -> None:
     assert search_wall(clean, UP, nothing, thorough=False).gain < WALLS.convincing
 
 
+def test_where_no_place_is_foretold_to_come_near_what_convinces_none_is_tried(clean: Solution) -> None:
+    foretold, _ = gains(clean)
+    hopeless = replace(WALLS, convincing=-float(foretold.max()) - 0.5)
+    search = search_wall(clean, UP, nothing, thorough=True, settings=hopeless)
+    assert search.tried == ()
+    assert search.gain == pytest.approx(float(foretold.max()))
+    assert search_wall(clean, UP, nothing, thorough=False, settings=replace(hopeless, convincing=1e3)).tried
+
+
 def test_upright_planes_face_the_middle_at_their_distance() -> None:
     middle = np.array([0.01, 0.02, 0.0])
     planes = upright_planes(middle, UP, np.array([0.0, 2.0]), np.array([0.1, 0.2]))
@@ -129,7 +138,17 @@ def test_a_wall_far_from_where_it_was_sought_is_sought_from_where_it_stands(
     theta[made.problem.layout.planes] = turned_rad, 0.0, 0.0
     solution = solved_at(Start(made.problem, State(made.truth.coefficients, theta)))
     monkeypatch.setattr(wall_walk, "_elsewhere", lambda *given: [])
-    monkeypatch.setattr(wall_walk, "race", lambda starts, *given: tried.append(starts) or [])
+
+    found = [solution]
+
+    def race(starts: list[Start], *given: object) -> list[Solution]:
+        tried.append(starts)
+        found.append(replace(solution))
+        return found[-1:]
+
+    # each is a little better than what was there, by less than is worth a step
+    monkeypatch.setattr(wall_walk, "log_evidence", lambda one: 0.1 * [one is other for other in found].index(True))
+    monkeypatch.setattr(wall_walk, "race", race)
     walked(solution, UP, nothing, WalkSettings(steps=3))
     assert len(tried) == steps
     # the first trial: the same wall, held by nothing

@@ -12,7 +12,6 @@ from support.small_problem import (
     FLOOR_PLANE,
     START_S,
     WALL_PLANE,
-    no_drift,
     positions,
     small_problem,
 )
@@ -55,7 +54,7 @@ def test_the_first_motion_follows_the_places_and_rests_before_it_starts() -> Non
 def test_the_initial_problem_starts_with_the_constants_found_and_nothing_else() -> None:
     made = small_problem((FLOOR_PLANE,))
     motion = SplineMotion(made.problem.spline, made.truth.coefficients)
-    start = initial_problem(made.data, motion, CONSTANTS, (FLOOR_PLANE,), 0.09, no_drift())
+    start = initial_problem(made.data, motion, CONSTANTS, (FLOOR_PLANE,), 0.09)
     theta, layout = start.state.theta, start.problem.layout
     assert theta[layout.breaks] == pytest.approx([BOUNCE_S])
     for own, constants in zip(layout.receivers, CONSTANTS, strict=True):
@@ -70,7 +69,7 @@ def test_the_initial_problem_starts_with_the_constants_found_and_nothing_else() 
 def test_bins_that_hold_a_break_do_not_count() -> None:
     made = small_problem()
     bins = made.data.bins
-    use = usable_bins(made.data, np.array([0.1001, 0.2503]))
+    use = usable_bins(bins, np.array([0.1001, 0.2503]))
     assert (~use).sum() == 2
     for moment in (0.1001, 0.2503):
         assert not use[(bins.first_s < moment) & (bins.last_s > moment)].any()
@@ -126,7 +125,7 @@ def test_other_breaks_keep_every_other_parameter_and_its_prior() -> None:
     made = small_problem((FLOOR_PLANE,), reflection=0.1)
     solution = minimise(made.start, 2)
     motion = respline(solution.at.spline, solution.state.coefficients, np.array([0.15, BOUNCE_S, 0.35]), np.zeros(0))
-    start = problem_with_breaks(made.data, solution, motion)
+    start = problem_with_breaks(solution, motion)
     assert start.state.theta[:3].tolist() == [0.15, BOUNCE_S, 0.35]
     assert start.state.theta[3:] == pytest.approx(solution.state.theta[1:])
     assert start.problem.prior.sd[3:] == pytest.approx(solution.problem.prior.sd[1:])

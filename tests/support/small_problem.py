@@ -116,12 +116,13 @@ def small_problem(
     delay = delay_s * np.arange(6.0)
     multiplexer = None if crosstalk is None else Multiplexer(np.array([0.8, 1.0, 1.25, 1.0, 0.7, 1.0]), 2e-4)
     data = BinnedData(
-        bins, ANTENNAS, RELEASE_M, WAVELENGTH_M, middle < START_S, delay, START_S, multiplexer=multiplexer
-    )
+        bins, ANTENNAS, RELEASE_M, WAVELENGTH_M, middle < START_S, delay, START_S, multiplexer=multiplexer,
+        slow_noise=None if drift is None else drift.uncorrelated(bins),
+    )  # fmt: skip
     motion = first_motion(data, positions(middle), START_S, np.array([BOUNCE_S]))
 
     def made(mirrors: tuple[MirrorPlane, ...]) -> Start:
-        return initial_problem(data, motion, CONSTANTS, mirrors, 0.09, drift or no_drift())
+        return initial_problem(data, motion, CONSTANTS, mirrors, 0.09)
 
     in_data = made(planes if shown is None else shown)
     theta = with_reflection(in_data, reflection)

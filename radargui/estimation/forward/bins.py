@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -156,6 +156,8 @@ class BinnedData:
         The tracer and the antennas' polarisation; None where it counts as a point.
     multiplexer
         What the channels may have of each other; None where that is not looked for.
+    slow_noise
+        Functions of slow noise at the bins (`Drift.uncorrelated`), shape (n_channels, n_bins, n); None without any.
     """
 
     bins: Bins
@@ -167,6 +169,17 @@ class BinnedData:
     onset_s: float
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None
+    slow_noise: FloatArray | None = None
+
+    @property
+    def drift(self) -> FloatArray:
+        """Functions of slow noise, shape (n_channels, n_bins, n), n = 0 without any."""
+        return np.zeros((*self.bins.value.shape, 0)) if self.slow_noise is None else self.slow_noise
+
+    def together(self, begin: IntArray) -> BinnedData:
+        """Return the data with runs of bins, none of them partly at rest, as one bin each."""
+        drift = weighted_means(self.drift.swapaxes(1, 2), self.bins.count, begin).swapaxes(1, 2)
+        return replace(self, bins=self.bins.together(begin), rest=self.rest[begin], slow_noise=drift)
 
 
 def weighted_means(values: FloatArray, weight: IntArray, begin: IntArray) -> FloatArray:

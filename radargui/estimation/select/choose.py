@@ -8,22 +8,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.adaptive.found import AdaptiveRounds
-from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor, walls_of
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.converge import converge, race, settle_breaks
-from radargui.estimation.select.fewer_bins import with_bins_of, with_fewer_bins
+from radargui.estimation.select.fewer_bins import begins_of_fewer, with_bins_of
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.wall_walk import walked
 from radargui.estimation.select.walls import WallSearch, WallTrial, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_flights, problem_with_mirrors
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
-from radargui.estimation.solve.minimise import Solution, chi_square, local_chi_square, log_evidence, solved_at
-from radargui.estimation.solve.problem import JointProblem, Start
+from radargui.estimation.solve.minimise import Solution, chi_square, local_chi_square, log_evidence
+from radargui.estimation.solve.problem import Start
 from radargui.model.arrays import FloatArray
 
 
@@ -49,6 +48,8 @@ class ChoiceSettings:
         Deviation of the bias maps, in amplitudes, above which they explain something beside a floor.
     most_walls
         Searched one after the other.
+    most_bins
+        Neighbours that count as one while models are compared: 1/8 fringe, which two nodes tell to 1e-4; half the time.
     shortest_length_m
         Of the bias maps: shorter ones take what mirrors do.
     other_lengths_m, few_fringes
@@ -72,6 +73,7 @@ class ChoiceSettings:
     hopeless_misfit: float = 100.0
     grown_bias: float = 0.002
     most_walls: int = 2
+    most_bins: int = 3
     shortest_length_m: float = 0.09
     other_lengths_m: tuple[float, ...] = (0.14, 0.22)
     few_fringes: float = 6.0
@@ -154,7 +156,7 @@ def choose_model(
     solution, gain, alternatives = selection.floor()
     entered("flights")
     solution, alternatives = selection.with_flights(solution, alternatives)
-    typical = np.median(local_chi_square(solution), axis=1)
+    typical = selection.misfit(solution)
     if typical.max() > settings.hopeless_misfit:
         # walls would only be fitted to what no echo of one body is
         raise NoSingleBodyError(typical)
@@ -167,8 +169,8 @@ def choose_model(
     entered("walls")
     try:
         if float(np.ptp(found.last.phase_rad, axis=1).min()) < 2.0 * np.pi * settings.few_fringes:
-            solution, others = selection.other_lengths(solution)
-            alternatives += others
+            solution, lengths = selection.other_lengths(solution)
+            alternatives += lengths
         choices.append(f"Bias maps with a correlation length of {solution.problem.bias_basis.length_m:.2f} m.")
         solution, undecided, sentences = selection.walls(solution)
         choices += sentences
@@ -181,15 +183,17 @@ def choose_model(
     undecided = [replace(other, weight=among * other.weight) for other in undecided]
     ended_early, budget.left = budget.left < 0, settings.last_rounds
     entered("last")
-    solution = selection.converged(Start(solution.problem, solution.state), settings.last_rounds)
+    whole = with_bins_of(solution, selection.whole)
+    solution = selection.converged(Start(whole.problem, whole.state), settings.last_rounds)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
+    others = [replace(one, solution=with_bins_of(one.solution, selection.whole)) for one in (*alternatives, *undecided)]
+    unseen: list[Alternative] = []
     if not ended_early:
-        fewer = solved_at(with_fewer_bins(Start(solution.problem, solution.state), WALLS.most_bins))
-        moved, weight = unseen_mirrors(fewer, normal, settings.temper)
+        moved, weight = unseen_mirrors(with_bins_of(solution, selection.data), normal, settings.temper)
         # a question of its own: it counts against all other answers together
-        weight *= 1.0 + sum(other.weight for other in (*alternatives, *undecided))
-        undecided += [Alternative(replace(solution, state=one), weight) for one in moved]
-    return ChosenModel(solution, (*alternatives, *undecided), tuple(choices), ended_early)
+        weight *= 1.0 + sum(other.weight for other in others)
+        unseen = [Alternative(replace(solution, state=one), weight) for one in moved]
+    return ChosenModel(solution, (*others, *unseen), tuple(choices), ended_early)
 
 
 class _Selection:
@@ -204,10 +208,18 @@ class _Selection:
         known_front_ends: Sequence[LogFrontEnd] | None,
         settings: ChoiceSettings,
     ) -> None:
-        self.found, self.drift, self.normal, self.round_done = found, drift, normal, round_done
+        self.found, self.normal, self.round_done = found, normal, round_done
         self.known_front_ends, self.settings = known_front_ends, settings
         self.compared: list[Solution] = []
-        self.data: BinnedData = replace(found.data, bins=drift.widen(found.data.bins))
+        bins = drift.widen(found.data.bins)
+        self.whole = replace(found.data, bins=bins, slow_noise=drift.uncorrelated(bins))
+        # a model of few bins and one of all of them are told apart alike; the chosen one converges on all
+        self.begin = begins_of_fewer(self.whole, _breaks(found), settings.most_bins)
+        self.data = self.whole.together(self.begin)
+
+    def misfit(self, solution: Solution) -> FloatArray:
+        """Return the median over all bins of each receiver's local chi-square, shape (n_receivers,)."""
+        return np.asarray(np.median(local_chi_square(with_bins_of(solution, self.whole)), axis=1))
 
     def converged(self, start: Start, rounds: int) -> Solution:
         """Return the solution after some rounds."""
@@ -215,7 +227,7 @@ class _Selection:
 
     def gain_of(self, bare: Solution | None, floored: Solution | None) -> float:
         """Return what a floor gains in ln E, the least it does where one of the two was given up."""
-        least = self.settings.most_behind[-1] * self.data.bins.value.size
+        least = self.settings.most_behind[-1] * self.whole.bins.value.size
         if bare is None or floored is None:
             return least if bare is None else -least
         return log_evidence(floored) - log_evidence(bare)
@@ -227,16 +239,16 @@ class _Selection:
 
     def raced(self, starts: Sequence[Start]) -> list[Solution | None]:
         """Return the solutions of models with and without a floor, None for one that cannot be right."""
-        first, later = (share * self.data.bins.value.size for share in self.settings.most_behind)
+        first, later = (share * self.whole.bins.value.size for share in self.settings.most_behind)
         return race(starts, self.settings.first_rounds, self.round_done, (first, later))
 
     def from_rounds(self, found: AdaptiveRounds, length_m: float, *, reflects: bool) -> Start:
         """Return the model of the last adaptive round with bias maps of a length, with or without a floor."""
-        start, breaks = found.last, np.sort(np.concatenate([found.impact_s, found.turn_s]))
-        motion = first_motion(self.data, start.place, self.found.signals.rest_end_s, breaks)
+        start = found.last
+        motion = first_motion(self.whole, start.place, found.signals.rest_end_s, _breaks(found))
         planes = (self.floor_below(start.place),) if reflects else ()
         constants = start.receiver_constants()
-        return initial_problem(self.data, motion, constants, planes, length_m, self.drift, self.known_front_ends)
+        return initial_problem(self.data, motion, constants, planes, length_m, self.known_front_ends)
 
     def floor(self) -> tuple[Solution, float, tuple[Alternative, ...]]:
         """Return the solution with or without a floor, its breaks settled, what the floor gains, and what is left."""
@@ -254,8 +266,8 @@ class _Selection:
         best = self.preferred(*tried)
         alternatives = self._alternatives(best, self.compared)
         # at a misfit of hundreds a missing break looks like a floor: a dead stop invented one, and 0.8 mm
-        blind = _typical_misfit(best) > settings.bad_misfit
-        solution = settle_breaks(self.data, best, self.normal, self.round_done)
+        blind = self.misfit(best).max() > settings.bad_misfit
+        solution = settle_breaks(self.data.onset_s, best, self.normal, self.round_done)
         if blind or 0.0 < gain < settings.beyond_doubt:
             solution, gain, alternatives = self.floor_compared_again(solution)
         return solution, gain, alternatives
@@ -324,7 +336,7 @@ class _Selection:
         undecided: list[Alternative] = []
         sentences: list[str] = []
         for number in range(self.settings.most_walls):
-            misfit_asks = _typical_misfit(solution) > self.settings.good_misfit
+            misfit_asks = bool(self.misfit(solution).max() > self.settings.good_misfit)
             # a second wall costs as much as the first and is hardly ever there: only residuals ask for it
             asked = self._asks_for_walls(solution) if number == 0 else misfit_asks
             if not asked and not (number == 0 and solution.problem.inputs.planes):
@@ -332,9 +344,9 @@ class _Selection:
             search = search_wall(solution, self.normal, self.round_done, thorough=asked)
             sentences.append(_decided("A wall that reflects", search.gain, WALLS.convincing))
             if search.gain <= WALLS.convincing:
-                undecided += self._with_bins_of(solution.problem, search.tried)
+                undecided += self._weighed(search.tried)
                 break
-            solution, undecided = self.moved_on(search, solution.problem)
+            solution, undecided = self.moved_on(search)
             if not has_floor(solution.problem.inputs.planes):
                 # maps that stood for the wall stood for the floor, too
                 solution, gain, others = self.floor_compared_again(solution)
@@ -344,36 +356,32 @@ class _Selection:
                 undecided = [*others, *(replace(one, weight=lower * one.weight) for one in undecided)]
         return solution, undecided, sentences
 
-    def moved_on(self, search: WallSearch, whole: JointProblem) -> tuple[Solution, list[Alternative]]:
-        """Return the best of a search on all bins of `whole`, breaks settled, wall moved, and what stays possible."""
-        found = with_bins_of(search.tried[0].solution, whole)
-        settled = settle_breaks(self.data, found, self.normal, self.round_done)
-        start = solved_at(with_fewer_bins(Start(settled.problem, settled.state), WALLS.most_bins))
-        best, *moved = walked(start, self.normal, self.round_done)
+    def moved_on(self, search: WallSearch) -> tuple[Solution, list[Alternative]]:
+        """Return the best of a search with its breaks settled and its wall moved, and what stays possible."""
+        onset_s = self.data.onset_s
+        settled = settle_breaks(onset_s, search.tried[0].solution, self.normal, self.round_done)
+        best, *moved = walked(settled, self.normal, self.round_done)
         # other places of the wall say how well the motion is known: evidence alone does not tell them apart
-        ahead, behind = log_evidence(best), log_evidence(start) - search.gain
+        ahead, behind = log_evidence(best), log_evidence(settled) - search.gain
         left = [replace(trial, gain=trial.gain + behind - ahead) for trial in search.tried[1:]]
-        others = [WallTrial(one, log_evidence(one) - ahead) for one in moved]
-        undecided = [*self._with_bins_of(whole, left), *self._with_bins_of(settled.problem, others)]
-        if best is start:
-            return settled, undecided
-        # bounces that a wall out of place hid
-        moved_wall = with_bins_of(best, settled.problem)
-        return settle_breaks(self.data, moved_wall, self.normal, self.round_done), undecided
+        undecided = self._weighed([*left, *(WallTrial(one, log_evidence(one) - ahead) for one in moved)])
+        if best is not settled:
+            # bounces that a wall out of place hid
+            best = settle_breaks(onset_s, best, self.normal, self.round_done)
+        return best, undecided
 
-    def _with_bins_of(self, whole: JointProblem, trials: Sequence[WallTrial]) -> list[Alternative]:
-        """Return the trials that have weight, their gains counted from the best, on all bins."""
-        weighed = [(trial.solution, self._weight(trial.gain)) for trial in trials]
-        least = self.settings.least_weight
-        return [Alternative(with_bins_of(one, whole), weight) for one, weight in weighed if weight > least]
+    def _weighed(self, trials: Sequence[WallTrial]) -> list[Alternative]:
+        """Return the trials that have weight, their gains counted from the best."""
+        weighed = [Alternative(trial.solution, self._weight(trial.gain)) for trial in trials]
+        return [one for one in weighed if one.weight > self.settings.least_weight]
 
     def _asks_for_walls(self, solution: Solution) -> bool:
         """Return whether residuals, or bias maps that grow although a floor is there, ask for another reflector."""
         problem, settings = solution.problem, self.settings
-        misfit = _typical_misfit(solution)
         # beside a floor in the model, bias maps have nothing to do but to stand for a mirror that is missing
         bias = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers)
-        return misfit > settings.good_misfit or (len(problem.inputs.planes) > 0 and bias > settings.grown_bias)
+        grown = len(problem.inputs.planes) > 0 and bias > settings.grown_bias
+        return grown or bool(self.misfit(solution).max() > settings.good_misfit)
 
     def _weight(self, gain: float) -> float:
         """Return the tempered weight of an alternative against the best, exp(gain in ln E / 5), at most one."""
@@ -393,6 +401,5 @@ def _decided(what: str, gain: float, least: float = 0.0) -> str:
     return f"{what} is {'kept' if gain > least else 'left out'}: log evidence {value}."
 
 
-def _typical_misfit(solution: Solution) -> float:
-    """Return the largest over the receivers of the median local chi-square."""
-    return float(np.median(local_chi_square(solution), axis=1).max())
+def _breaks(found: AdaptiveRounds) -> FloatArray:
+    return np.sort(np.concatenate([found.impact_s, found.turn_s]))

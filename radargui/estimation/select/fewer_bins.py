@@ -1,4 +1,4 @@
-"""A solution on fewer and longer bins, on which models are compared at less cost, and back (method 4, Walls)."""
+"""Fewer and longer bins, on which models are compared at less cost, and back to all of them (method 4, Bins)."""
 
 from __future__ import annotations
 
@@ -6,41 +6,38 @@ from dataclasses import replace
 
 import numpy as np
 
-from radargui.estimation.forward.bins import BINS, Bins, weighted_means
+from radargui.estimation.forward.bins import BINS, BinnedData, Bins
+from radargui.estimation.solve.initial_problem import usable_bins
 from radargui.estimation.solve.minimise import Solution, solved_at
-from radargui.estimation.solve.problem import JointProblem, Start, State
+from radargui.estimation.solve.problem import Start
+from radargui.model.arrays import FloatArray, IntArray
 
 MOST_OFF = 0.2
 """What two nodes may be off from the mean of a wave, in deviations of the noise."""
 
 
-def with_fewer_bins(start: Start, most: int) -> Start:
-    """Return a start with up to so many neighbouring bins in one, none across a break."""
-    problem, bins = start.problem, start.problem.bins
-    break_s = start.state.theta[problem.layout.breaks]
+def begins_of_fewer(data: BinnedData, break_s: FloatArray, most: int) -> IntArray:
+    """Return where runs of up to so many neighbouring bins begin, none across a break or the end of the rest."""
+    bins = data.bins
     before, after = (np.searchsorted(break_s, edge_s) for edge_s in (bins.first_s, bins.last_s))
     # what does not count must not be in a mean, and a mean over an impact is a point on no circle
-    joins = (problem.use[1:] == problem.use[:-1]) & (after[1:] == before[:-1])
-    begin = bins.runs(np.append(False, joins), _allowed(bins, most))
-    drift = weighted_means(problem.inputs.drift.swapaxes(1, 2), bins.count, begin).swapaxes(1, 2)
-    fewer = replace(problem, bins=bins.together(begin), use=problem.use[begin])
-    return _carried(start.state, replace(fewer, inputs=replace(problem.inputs, drift=drift)))
+    use = before == after
+    joins = (use[1:] == use[:-1]) & (after[1:] == before[:-1]) & (data.rest[1:] == data.rest[:-1])
+    return bins.runs(np.append(False, joins), _allowed(bins, most))
 
 
-def with_bins_of(solution: Solution, whole: JointProblem) -> Solution:
-    """Return a solution's state with the bins of another problem, no step taken."""
-    problem = replace(solution.problem, bins=whole.bins, use=whole.use)
-    inputs = replace(problem.inputs, drift=whole.inputs.drift)
-    return solved_at(_carried(solution.state, replace(problem, inputs=inputs)))
+def with_bins_of(solution: Solution, data: BinnedData) -> Solution:
+    """Return a solution's state with the bins of other data of the same samples, no step taken."""
+    state, problem = solution.state, solution.problem
+    break_s = state.theta[problem.layout.breaks]
+    inputs = replace(problem.inputs, drift=data.drift)
+    problem = replace(problem, bins=data.bins, use=usable_bins(data.bins, break_s), inputs=inputs)
+    spline = problem.spline.with_breaks(break_s)
+    place = spline.offset(data.bins.time_s, state.coefficients) + problem.inputs.release_m
+    return solved_at(Start(problem.at_places(place.T, state.theta), state))
 
 
 def _allowed(bins: Bins, most: int) -> int:
     """Return how many bins two nodes may stand for: a wave of one is off by (pi / bins a fringe)^4 / 270."""
     sigma = float(np.median(bins.sigma)) / np.sqrt(most)
     return int(np.clip(BINS.per_fringe / np.pi * (270.0 * MOST_OFF * sigma) ** 0.25, 1.0, most))
-
-
-def _carried(state: State, problem: JointProblem) -> Start:
-    spline = problem.spline.with_breaks(state.theta[problem.layout.breaks])
-    place = spline.offset(problem.bins.time_s, state.coefficients) + problem.inputs.release_m
-    return Start(problem.at_places(place.T, state.theta), state)

@@ -30,8 +30,6 @@ class WallSettings:
 
     Attributes
     ----------
-    most_bins
-        Neighbours that count as one while walls are sought: 1/8 fringe, which two nodes tell to 1e-4; half the time.
     azimuths, distances_m
         Grid around the middle of the motion: 9 degrees apart, within what one converges from, and geometric steps to
         1 m: for a wall beyond the grid a false one is taken.
@@ -62,7 +60,6 @@ class WallSettings:
         A wall is kept at this gain in ln E, since many are tried; what the prior of its reflection costs is in it.
     """
 
-    most_bins: int = 3
     azimuths: int = 40
     distances_m: tuple[float, ...] = (0.08, 0.115, 0.165, 0.235, 0.34, 0.485, 0.695, 1.0)
     fine_deg: tuple[float, ...] = (-16.0, -12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 12.0, 16.0)

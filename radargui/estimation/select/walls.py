@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from radargui.estimation.select.converge import COARSE, converge, race
-from radargui.estimation.select.fewer_bins import with_fewer_bins
 from radargui.estimation.select.wall_grid import (
     WALLS,
     WallSettings,
@@ -38,15 +37,23 @@ class WallSearch:
     Attributes
     ----------
     tried
-        Converged solutions with one more wall, on fewer bins, the best first.
+        Converged solutions with one more wall, the best first.
+    foretold
+        What the best place of the grid gains, linearised.
     """
 
-    tried: tuple[WallTrial, ...]
+    tried: tuple[WallTrial, ...] = ()
+    foretold: float = -np.inf
 
     @property
     def gain(self) -> float:
-        """What the best wall gains, -inf where none was tried."""
-        return self.tried[0].gain if self.tried else -np.inf
+        """What the best wall gains, as foretold where none was tried."""
+        return self.tried[0].gain if self.tried else self.foretold
+
+    def with_more(self, trials: Sequence[Solution | None], without: float) -> WallSearch:
+        """Return the search with more that were tried, gains counted from the ln E without the wall."""
+        more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
+        return replace(self, tried=tuple(sorted([*self.tried, *more], key=lambda one: -one.gain)))
 
 
 def search_wall(
@@ -76,15 +83,17 @@ def search_wall(
     settings
         Grid and limits.
     """
-    solution = solved_at(with_fewer_bins(Start(solution.problem, solution.state), settings.most_bins))
     # distances count from the middle of the motion: there a wall's detour turns as the search believes
     mirrors, middle = solution.problem.inputs.planes, positions_at_bins(solution).mean(axis=1)
     azimuth, distance = wall_grid(settings)
-    base, tried, without, likeliest = solution, WallSearch(()), -np.inf, -np.inf
+    base, search, before, without = solution, WallSearch(), -np.inf, -np.inf
     for number in range(settings.searches):
         planes = upright_planes(middle, normal, azimuth, distance, settings)
         gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
-        likeliest = max(likeliest, float(gains.max()))
+        search = replace(search, foretold=max(search.foretold, float(gains.max())))
+        # where no wall stands, none has gained so much more than was foretold
+        if search.foretold < -settings.convincing:
+            return search
         most = settings.carried if thorough and number == 0 else settings.carried_again
         # maxima, not the best places: neighbours of one maximum converge to the same wall
         numbers = peaks(gains, around=True)[: settings.tried]
@@ -95,19 +104,17 @@ def search_wall(
             # not in the race, in which its bias maps would lead at first
             bare = converge(problem_with_mirrors(solution, mirrors), settings.rounds, round_done, COARSE)
             without = log_evidence(bare)
-        before = tried.gain
-        more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
-        tried = WallSearch(tuple(sorted([*tried.tried, *more], key=lambda one: -one.gain)))
+        search = search.with_more(trials, without)
         promising = -settings.convincing if thorough else settings.promising
         # what is kept looks around again as it walks; what no place of the grid shows hides behind no motion
-        if tried.gain > settings.beyond_doubt or max(likeliest, tried.gain) < 0.0:
-            return tried
-        if tried.gain < max(before + settings.worthwhile, promising):
+        if search.gain > settings.beyond_doubt or max(search.foretold, search.gain) < 0.0:
+            return search
+        if search.gain < max(before + settings.worthwhile, promising):
             break
-        best = tried.tried[0].solution
+        before, best = search.gain, search.tried[0].solution
         # what the wall has straightened stays straight: from there its place shows better than from the bent motion
         base = without_last_mirror(best, solution.problem)
-    return _run_off(tried, round_done, settings)
+    return _run_off(search, round_done, settings)
 
 
 def best_started(starts: Sequence[Start], most: int, round_done: Callable[[], None]) -> list[Start]:
@@ -127,8 +134,7 @@ def _run_off(search: WallSearch, round_done: Callable[[], None], settings: WallS
     without = log_evidence(level[0].solution) - level[0].gain
     starts = [Start(one.solution.problem, one.solution.state) for one in level]
     trials = race(starts, settings.last_rounds, round_done, settings.most_behind, COARSE, same_place)
-    more = [WallTrial(trial, log_evidence(trial) - without) for trial in trials if trial is not None]
-    return WallSearch(tuple(sorted([*more, *search.tried[len(level) :]], key=lambda one: -one.gain)))
+    return replace(search, tried=search.tried[len(level) :]).with_more(trials, without)
 
 
 def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:

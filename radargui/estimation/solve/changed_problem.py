@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from radargui.estimation.forward.bins import BinnedData
 from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.motion_law import LawRows, spans_in_flight
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineMotion
@@ -35,13 +34,11 @@ _STIFF_M_S2 = 0.01
 that nothing excludes would do to it (physical seed 4036: 64 instead of 99 % inside 2u). Chosen by hand."""
 
 
-def problem_with_breaks(data: BinnedData, solution: Solution, motion: SplineMotion) -> Start:
+def problem_with_breaks(solution: Solution, motion: SplineMotion) -> Start:
     """Return a solution's problem with other breaks or knots, everything else as the solution has it.
 
     Parameters
     ----------
-    data
-        Its data.
     solution
         Converged.
     motion
@@ -70,7 +67,7 @@ def problem_with_breaks(data: BinnedData, solution: Solution, motion: SplineMoti
         prior=prior,
         in_flight=in_flight,
         law_sd=np.where(rows.is_flight, _OFF_GRAVITY_M_S2, np.exp(jerk_sd[rows.span])),
-        use=usable_bins(data, spline.break_s),
+        use=usable_bins(problem.bins, spline.break_s),
     )
     return Start(changed, State(motion.coefficients, np.concatenate([spline.break_s, solution.state.theta[others]])))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radargui.estimation.forward.bins import BinnedData
+from radargui.estimation.forward.bins import BinnedData, Bins
 from radargui.estimation.forward.mirrors import MirrorPlane, walls_of
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
 from radargui.estimation.forward.parameters import (
@@ -19,7 +19,6 @@ from radargui.estimation.forward.parameters import (
 )
 from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.signal_model import ModelInputs
-from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.solve.assemble import diagonal
 from radargui.estimation.solve.normal import solve_sparse
@@ -101,7 +100,6 @@ def initial_problem(
     constants: Sequence[ReceiverConstants],
     planes: tuple[MirrorPlane, ...],
     bias_length_m: float,
-    drift: Drift,
     known_front_ends: Sequence[LogFrontEnd] | None = None,
     settings: InitialSettings = INITIAL,
 ) -> Start:
@@ -119,8 +117,6 @@ def initial_problem(
         Mirrors to include.
     bias_length_m
         Correlation length of the bias maps.
-    drift
-        Slow noise.
     known_front_ends
         What earlier runs say about ln g and eps, one a receiver.
     settings
@@ -132,7 +128,7 @@ def initial_problem(
     visited = place[:, ~data.rest]
     # one basis for all receivers: they look at the same places
     bias, amplitude = make_basis(visited, bias_length_m), make_basis(visited, settings.amplitude_map_length_m)
-    n_receivers, slow = data.antennas.n_receivers, drift.uncorrelated(bins)
+    n_receivers, drift = data.antennas.n_receivers, data.drift
     layout = make_layout(
         Sizes(
             breaks=spline.break_s.size,
@@ -140,7 +136,7 @@ def initial_problem(
             receivers=n_receivers,
             bias=bias.size,
             amplitude_map=amplitude.size,
-            drift=slow.shape[2],
+            drift=drift.shape[2],
             polarization=0 if data.sphere is None else 1,
             crosstalk=0 if data.multiplexer is None else 1,
             walls=len(walls_of(planes)),
@@ -174,13 +170,13 @@ def initial_problem(
             bias=not_yet,
             amplitude_map=not_yet,
             range_factor=np.zeros((n_receivers, 0)),
-            drift=slow,
+            drift=drift,
         ),
         prior=prior,
         in_flight=np.zeros(sum(spline.spans), dtype=bool),
         law_sd=np.full(sum(spline.spans), settings.jerk_m_s3),
         noise_scale=np.ones(n_receivers),
-        use=usable_bins(data, spline.break_s),
+        use=usable_bins(bins, spline.break_s),
         bias_basis=bias,
         amplitude_basis=amplitude,
         released_s=data.onset_s + settings.release_s,
@@ -190,9 +186,9 @@ def initial_problem(
     return Start(problem.at_places(place, theta), State(motion.coefficients, theta))
 
 
-def usable_bins(data: BinnedData, break_s: FloatArray) -> BoolArray:
+def usable_bins(bins: Bins, break_s: FloatArray) -> BoolArray:
     """Return which bins hold no break."""
     # breaks move while they are settled, bins do not
-    before = np.searchsorted(break_s, data.bins.first_s)
-    after = np.searchsorted(break_s, data.bins.last_s)
+    before = np.searchsorted(break_s, bins.first_s)
+    after = np.searchsorted(break_s, bins.last_s)
     return np.asarray(before == after)

@@ -13,7 +13,7 @@ from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
-from radargui.estimation.select.converge import converge, race, settle_breaks
+from radargui.estimation.select.converge import COARSE, ROUNDS, RoundSettings, converge, race, settle_breaks
 from radargui.estimation.select.fewer_bins import begins_of_fewer, with_bins_of
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
@@ -184,7 +184,7 @@ def choose_model(
     ended_early, budget.left = budget.left < 0, settings.last_rounds
     entered("last")
     whole = with_bins_of(solution, selection.whole)
-    solution = selection.converged(Start(whole.problem, whole.state), settings.last_rounds)
+    solution = selection.converged(Start(whole.problem, whole.state), settings.last_rounds, ROUNDS)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     others = [replace(one, solution=with_bins_of(one.solution, selection.whole)) for one in (*alternatives, *undecided)]
     unseen: list[Alternative] = []
@@ -221,9 +221,9 @@ class _Selection:
         """Return the median over all bins of each receiver's local chi-square, shape (n_receivers,)."""
         return np.asarray(np.median(local_chi_square(with_bins_of(solution, self.whole)), axis=1))
 
-    def converged(self, start: Start, rounds: int) -> Solution:
+    def converged(self, start: Start, rounds: int, settings: RoundSettings = COARSE) -> Solution:
         """Return the solution after some rounds."""
-        return converge(start, rounds, self.round_done)
+        return converge(start, rounds, self.round_done, settings)
 
     def gain_of(self, bare: Solution | None, floored: Solution | None) -> float:
         """Return what a floor gains in ln E, the least it does where one of the two was given up."""
@@ -240,7 +240,7 @@ class _Selection:
     def raced(self, starts: Sequence[Start]) -> list[Solution | None]:
         """Return the solutions of models with and without a floor, None for one that cannot be right."""
         first, later = (share * self.whole.bins.value.size for share in self.settings.most_behind)
-        return race(starts, self.settings.first_rounds, self.round_done, (first, later))
+        return race(starts, self.settings.first_rounds, self.round_done, (first, later), COARSE)
 
     def from_rounds(self, found: AdaptiveRounds, length_m: float, *, reflects: bool) -> Start:
         """Return the model of the last adaptive round with bias maps of a length, with or without a floor."""
@@ -279,16 +279,13 @@ class _Selection:
 
         From here on mirrors are told apart by what they make of the flights, too.
         """
-        flying = self.flying(solution)
-        if flying is solution:
+        flying = problem_with_flights(solution)
+        if flying is None:
             return solution, alternatives
-        others = [self.flying(other.solution) for other in alternatives]
-        return flying, self._alternatives(flying, others)
-
-    def flying(self, solution: Solution) -> Solution:
-        """Return a solution converged with the law of free flight, or itself."""
-        start = problem_with_flights(solution)
-        return solution if start is None else self.converged(start, self.settings.first_rounds)
+        others = [(problem_with_flights(one.solution), one.solution) for one in alternatives]
+        best, *tried = self.raced([flying, *(start or Start(one.problem, one.state) for start, one in others)])
+        best = best or self.converged(flying, self.settings.first_rounds)
+        return best, self._alternatives(best, [one for one in tried if one is not None])
 
     def floor_below(self, place: FloatArray) -> MirrorPlane:
         """Return where the floor is sought for places (3, n)."""

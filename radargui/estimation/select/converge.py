@@ -60,8 +60,8 @@ class RoundSettings:
 
 
 ROUNDS = RoundSettings()
-COARSE = RoundSettings(minimise=MinimiseSettings(close=0.5))
-"""For trials of which one will go on: evidences are told apart by units."""
+COARSE = RoundSettings(minimise=MinimiseSettings(close=0.5, nothing=0.25))
+"""While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 
 def converge(start: Start, rounds: int, round_done: Callable[[], None], settings: RoundSettings = ROUNDS) -> Solution:
@@ -151,7 +151,7 @@ def settle_breaks(
     solution: Solution,
     normal: FloatArray,
     round_done: Callable[[], None],
-    settings: RoundSettings = ROUNDS,
+    settings: RoundSettings = COARSE,
 ) -> Solution:
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 

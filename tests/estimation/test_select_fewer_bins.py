@@ -38,7 +38,7 @@ def whole(made: SmallProblem) -> Solution:
 
 @pytest.fixture(scope="module")
 def fewer(made: SmallProblem, whole: Solution) -> Solution:
-    return with_bins_of(whole, together(made, 3))
+    return solved_at(with_bins_of(whole, together(made, 3)))
 
 
 def test_what_fewer_bins_should_show_is_the_mean_of_what_the_bins_should(
@@ -75,14 +75,14 @@ def test_what_a_change_costs_is_the_same_on_fewer_bins(made: SmallProblem) -> No
         theta = whole.state.theta.copy()
         theta[whole.problem.layout.transmitter_reflection] *= 0.98
         beside = replace(whole, state=replace(whole.state, theta=theta))
-        first, second = (log_evidence(with_bins_of(one, together(made, most))) for one in (whole, beside))
+        first, second = (log_evidence(solved_at(with_bins_of(one, together(made, most)))) for one in (whole, beside))
         return first - second
 
     assert 20.0 < cost(3) == pytest.approx(cost(1), rel=0.05)
 
 
 def test_back_on_all_bins_a_solution_is_what_it_was(made: SmallProblem, whole: Solution, fewer: Solution) -> None:
-    back = with_bins_of(fewer, made.data)
+    back = solved_at(with_bins_of(fewer, made.data))
     assert back.problem.bins is made.data.bins
     assert back.problem.inputs.drift is made.data.drift
     assert back.at.cost == pytest.approx(whole.at.cost, abs=0.01)

@@ -78,7 +78,7 @@ def test_evidence_is_laplaces_formula_of_the_dense_matrix_and_what_deviations_ar
 def test_the_local_misfit_is_one_for_noise_and_counts_the_noise_scale() -> None:
     made = small_problem()
     solution = minimise(made.start, 3)
-    assert np.median(local_chi_square(solution), axis=1) == pytest.approx(1.0, abs=0.25)
+    assert np.median(local_chi_square(solution.problem, solution.at), axis=1) == pytest.approx(1.0, abs=0.25)
     louder = replace(made.problem, noise_scale=np.full(3, 2.0))
     wider = minimise(replace(made.start, problem=louder), 0)
     assert chi_square(wider) == pytest.approx(chi_square(minimise(made.start, 0)), rel=0.03)

@@ -69,7 +69,7 @@ def at_samples(solution: Solution, signals: ScaledSignals, alternatives: tuple[A
     position = (solution.at.spline.offset(time, solution.state.coefficients) + release).T
     at_rest = path_lengths(release[:, None], inputs.antennas)
     change = path_lengths(position, inputs.antennas) - at_rest
-    misfit = local_chi_square(solution)
+    misfit = local_chi_square(solution.problem, solution.at)
     # where residuals are large the motion is doubtful there, not everywhere
     excess = np.sqrt(np.maximum(misfit / problem.noise_scale[:, None] ** 2, 1.0))
     wide = _few_fringes_factor(change * inputs.wavenumber / (2.0 * np.pi))

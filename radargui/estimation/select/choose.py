@@ -14,14 +14,14 @@ from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.converge import COARSE, ROUNDS, RoundSettings, converge, race, settle_breaks
-from radargui.estimation.select.fewer_bins import begins_of_fewer, with_bins_of
+from radargui.estimation.select.fewer_bins import begins_of_fewer, misfit_on, with_bins_of
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.wall_walk import walked
 from radargui.estimation.select.walls import WallSearch, WallTrial, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_flights, problem_with_mirrors
 from radargui.estimation.solve.initial_problem import first_motion, initial_problem
-from radargui.estimation.solve.minimise import Solution, chi_square, local_chi_square, log_evidence
+from radargui.estimation.solve.minimise import Solution, chi_square, log_evidence, solved_at
 from radargui.estimation.solve.problem import Start
 from radargui.model.arrays import FloatArray
 
@@ -156,7 +156,7 @@ def choose_model(
     solution, gain, alternatives = selection.floor()
     entered("flights")
     solution, alternatives = selection.with_flights(solution, alternatives)
-    typical = selection.misfit(solution)
+    typical = misfit_on(selection.whole, solution)
     if typical.max() > settings.hopeless_misfit:
         # walls would only be fitted to what no echo of one body is
         raise NoSingleBodyError(typical)
@@ -183,13 +183,15 @@ def choose_model(
     undecided = [replace(other, weight=among * other.weight) for other in undecided]
     ended_early, budget.left = budget.left < 0, settings.last_rounds
     entered("last")
-    whole = with_bins_of(solution, selection.whole)
-    solution = selection.converged(Start(whole.problem, whole.state), settings.last_rounds, ROUNDS)
+    solution = selection.converged(with_bins_of(solution, selection.whole), settings.last_rounds, ROUNDS)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
-    others = [replace(one, solution=with_bins_of(one.solution, selection.whole)) for one in (*alternatives, *undecided)]
+    others = [
+        replace(one, solution=solved_at(with_bins_of(one.solution, selection.whole)))
+        for one in (*alternatives, *undecided)
+    ]
     unseen: list[Alternative] = []
     if not ended_early:
-        moved, weight = unseen_mirrors(with_bins_of(solution, selection.data), normal, settings.temper)
+        moved, weight = unseen_mirrors(solved_at(with_bins_of(solution, selection.data)), normal, settings.temper)
         # a question of its own: it counts against all other answers together
         weight *= 1.0 + sum(other.weight for other in others)
         unseen = [Alternative(replace(solution, state=one), weight) for one in moved]
@@ -216,10 +218,6 @@ class _Selection:
         # a model of few bins and one of all of them are told apart alike; the chosen one converges on all
         self.begin = begins_of_fewer(self.whole, _breaks(found), settings.most_bins)
         self.data = self.whole.together(self.begin)
-
-    def misfit(self, solution: Solution) -> FloatArray:
-        """Return the median over all bins of each receiver's local chi-square, shape (n_receivers,)."""
-        return np.asarray(np.median(local_chi_square(with_bins_of(solution, self.whole)), axis=1))
 
     def converged(self, start: Start, rounds: int, settings: RoundSettings = COARSE) -> Solution:
         """Return the solution after some rounds."""
@@ -266,7 +264,7 @@ class _Selection:
         best = self.preferred(*tried)
         alternatives = self._alternatives(best, self.compared)
         # at a misfit of hundreds a missing break looks like a floor: a dead stop invented one, and 0.8 mm
-        blind = self.misfit(best).max() > settings.bad_misfit
+        blind = misfit_on(self.whole, best).max() > settings.bad_misfit
         solution = settle_breaks(self.data.onset_s, best, self.normal, self.round_done)
         if blind or 0.0 < gain < settings.beyond_doubt:
             solution, gain, alternatives = self.floor_compared_again(solution)
@@ -333,7 +331,7 @@ class _Selection:
         undecided: list[Alternative] = []
         sentences: list[str] = []
         for number in range(self.settings.most_walls):
-            misfit_asks = bool(self.misfit(solution).max() > self.settings.good_misfit)
+            misfit_asks = bool(misfit_on(self.whole, solution).max() > self.settings.good_misfit)
             # a second wall costs as much as the first and is hardly ever there: only residuals ask for it
             asked = self._asks_for_walls(solution) if number == 0 else misfit_asks
             if not asked and not (number == 0 and solution.problem.inputs.planes):
@@ -378,7 +376,7 @@ class _Selection:
         # beside a floor in the model, bias maps have nothing to do but to stand for a mirror that is missing
         bias = max(float(problem.prior.sd[own.bias_i.start]) for own in problem.layout.receivers)
         grown = len(problem.inputs.planes) > 0 and bias > settings.grown_bias
-        return grown or bool(self.misfit(solution).max() > settings.good_misfit)
+        return grown or bool(misfit_on(self.whole, solution).max() > settings.good_misfit)
 
     def _weight(self, gain: float) -> float:
         """Return the tempered weight of an alternative against the best, exp(gain in ln E / 5), at most one."""

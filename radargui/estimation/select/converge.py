@@ -60,7 +60,7 @@ class RoundSettings:
 
 
 ROUNDS = RoundSettings()
-COARSE = RoundSettings(minimise=MinimiseSettings(close=0.5, nothing=0.25))
+COARSE = RoundSettings(minimise=MinimiseSettings(close=1.0, nothing=0.25))
 """While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 
@@ -219,7 +219,7 @@ def _bounced_on(
 
 
 def _misfit(solution: Solution) -> float:
-    return float(local_chi_square(solution).mean())
+    return float(local_chi_square(solution.problem, solution.at).mean())
 
 
 def _away(moments: FloatArray, others: FloatArray, same_s: float) -> FloatArray:

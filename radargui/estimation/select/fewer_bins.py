@@ -8,8 +8,8 @@ import numpy as np
 
 from radargui.estimation.forward.bins import BINS, BinnedData, Bins
 from radargui.estimation.solve.initial_problem import usable_bins
-from radargui.estimation.solve.minimise import Solution, solved_at
-from radargui.estimation.solve.problem import Start
+from radargui.estimation.solve.minimise import Solution, local_chi_square
+from radargui.estimation.solve.problem import Start, linearise
 from radargui.model.arrays import FloatArray, IntArray
 
 MOST_OFF = 0.2
@@ -26,15 +26,21 @@ def begins_of_fewer(data: BinnedData, break_s: FloatArray, most: int) -> IntArra
     return bins.runs(np.append(False, joins), _allowed(bins, most))
 
 
-def with_bins_of(solution: Solution, data: BinnedData) -> Solution:
-    """Return a solution's state with the bins of other data of the same samples, no step taken."""
+def with_bins_of(solution: Solution, data: BinnedData) -> Start:
+    """Return a solution's state with the bins of other data of the same samples."""
     state, problem = solution.state, solution.problem
     break_s = state.theta[problem.layout.breaks]
     inputs = replace(problem.inputs, drift=data.drift)
     problem = replace(problem, bins=data.bins, use=usable_bins(data.bins, break_s), inputs=inputs)
     spline = problem.spline.with_breaks(break_s)
     place = spline.offset(data.bins.time_s, state.coefficients) + problem.inputs.release_m
-    return solved_at(Start(problem.at_places(place.T, state.theta), state))
+    return Start(problem.at_places(place.T, state.theta), state)
+
+
+def misfit_on(data: BinnedData, solution: Solution) -> FloatArray:
+    """Return the median over all bins of each receiver's local chi-square, shape (n_receivers,)."""
+    start = with_bins_of(solution, data)
+    return np.asarray(np.median(local_chi_square(start.problem, linearise(start.problem, start.state)), axis=1))
 
 
 def _allowed(bins: Bins, most: int) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -37,6 +38,14 @@ class Assembled:
         SolveError
             None does.
         """
+        return self._undamped if damping == 0.0 else self._damped(damping)
+
+    @cached_property
+    def _undamped(self) -> NormalMatrix:
+        # both a step and what is known at its end ask for it
+        return self._damped(0.0)
+
+    def _damped(self, damping: float) -> NormalMatrix:
         failed: SolveError | None = None
         # as little as will do: jitter is a prior that nobody chose
         for jitter in _JITTERS:

@@ -82,12 +82,12 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE, da
         if improved is None:
             settled = damping <= settings.most_damping
             break
-        # in ln likelihood: less than what any unknown could be told apart by
+        # in ln likelihood: less than what any unknown could be told apart by, and the curvature is what it was
         settled = at.cost - improved[1].cost < settings.close
         state, at = improved
-        assembled = assemble(problem, state, at)
         if settled:
             break
+        assembled = assemble(problem, state, at)
     # the waves have served: kept with every alternative they would be most of its memory
     return Solution(problem, state, replace(at, waves=()), assembled.factor(), settled, damping)
 
@@ -179,13 +179,12 @@ def log_evidence(solution: Solution) -> float:
 
 def chi_square(solution: Solution) -> FloatArray:
     """Return each receiver's mean squared residual in units of the white noise, shape (n_receivers,)."""
-    return np.asarray(local_chi_square(solution)[:, solution.problem.use].mean(axis=1))
+    return np.asarray(local_chi_square(solution.problem, solution.at)[:, solution.problem.use].mean(axis=1))
 
 
-def local_chi_square(solution: Solution) -> FloatArray:
+def local_chi_square(problem: JointProblem, at: Linearised) -> FloatArray:
     """Return the squared residual of both channels averaged over about 40 bins, shape (n_receivers, n_bins)."""
-    problem = solution.problem
-    square = np.where(problem.use, solution.at.residual**2 / problem.bins.expected, 1.0)
+    square = np.where(problem.use, at.residual**2 / problem.bins.expected, 1.0)
     # against the white noise, not against what the misfit has made of it
     pairs = square.reshape(-1, 2, square.shape[1]).mean(axis=1) * problem.noise_scale[:, None] ** 2
     return np.asarray(uniform_filter1d(pairs, _LOCAL_BINS, axis=1, mode="nearest"))

@@ -131,6 +131,6 @@ def updated_noise_scale(solution: Solution, settings: DeviationSettings = DEVIAT
     The median over the record counts, so that a short misfit (unresolved bounces) does not spoil the rest.
     """
     # Birge ratio, never below one: noise was measured from the samples themselves
-    typical = np.median(local_chi_square(solution), axis=1)
+    typical = np.median(local_chi_square(solution.problem, solution.at), axis=1)
     wanted = np.sqrt(np.maximum(typical, 1.0))
     return np.minimum(wanted, settings.largest_noise_step * solution.problem.noise_scale)

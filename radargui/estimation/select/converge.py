@@ -60,7 +60,7 @@ class RoundSettings:
 
 
 ROUNDS = RoundSettings()
-COARSE = RoundSettings(minimise=MinimiseSettings(close=1.0, nothing=0.25))
+COARSE = RoundSettings(steps=4, minimise=MinimiseSettings(close=1.0, nothing=0.25))
 """While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 

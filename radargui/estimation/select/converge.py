@@ -50,6 +50,7 @@ class RoundSettings:
 
     steps: int = 6
     minimise: MinimiseSettings = MINIMISE
+    passing: MinimiseSettings = MINIMISE
     noise_from_round: int = 2
     settled_ln_evidence: float = 0.2
     after_breaks: int = 4
@@ -60,7 +61,11 @@ class RoundSettings:
 
 
 ROUNDS = RoundSettings()
-COARSE = RoundSettings(steps=4, minimise=MinimiseSettings(close=1.0, nothing=0.25))
+COARSE = RoundSettings(
+    steps=4,
+    minimise=MinimiseSettings(close=1.0, nothing=0.25),
+    passing=MinimiseSettings(close=20.0, nothing=0.25, renewed=False),
+)
 """While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 
@@ -126,7 +131,7 @@ def _rounds(
     """Yield the solution and its log evidence after the first minimum and after each round, until they settle."""
     # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
     evidence = -np.inf
-    solution = minimise(start, settings.steps, settings.minimise)
+    solution = minimise(start, settings.steps, settings.passing)
     yield solution, log_evidence(solution)
     for number in range(rounds):
         round_done()
@@ -137,7 +142,8 @@ def _rounds(
         # maps, range and scattering follow the motion without derivatives of theirs
         problem = problem.at_places(positions_at_bins(solution), solution.state.theta)
         # the same valley: what was too far there is too far here
-        solution = minimise(Start(problem, solution.state), settings.steps, settings.minimise, solution.damping)
+        how = settings.minimise if number == rounds - 1 else settings.passing
+        solution = minimise(Start(problem, solution.state), settings.steps, how, solution.damping)
         now = log_evidence(solution)
         yield solution, now
         # the first rounds can stand still while deviations go down by their largest step

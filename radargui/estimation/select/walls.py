@@ -121,7 +121,7 @@ def best_started(starts: Sequence[Start], most: int, round_done: Callable[[], No
     """Return the starts that are best after some steps, there."""
     found = []
     for start in starts:
-        found.append(minimise(start, WALLS.first_steps))
+        found.append(minimise(start, WALLS.first_steps, COARSE.passing))
         round_done()
     return [Start(one.problem, one.state) for one in sorted(found, key=log_evidence, reverse=True)[:most]]
 

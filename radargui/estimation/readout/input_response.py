@@ -15,7 +15,7 @@ from radargui.estimation.solve.assemble import assemble
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.estimation.solve.changed_problem import stiff_law_sd
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.problem import linearise
+from radargui.estimation.solve.problem import signals_at
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import FloatArray, pieces
 from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG, UncertainInput
@@ -143,7 +143,8 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
     problem, state = solution.problem, solution.state
     inputs = replace(problem.inputs, antennas=other.antennas, release_m=other.release_m, wavenumber=other.wavenumber)
     # the motion counts from the release: where that is wrong the whole motion is shifted, and bent by the geometry
-    place = (solution.at.design @ state.coefficients + other.release_m).T
+    node_m = solution.at.node_m + (other.release_m - problem.inputs.release_m)[:, None, None, None]
+    place = node_m.mean(axis=(1, 2))
     unknown = problem.layout.plane_unknowns(state.theta)
     if other.sphere is not None:
         fields = other.sphere.fields(place, other.antennas, other.release_m, inputs.planes, unknown)
@@ -155,8 +156,8 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
         factors = [fields.factors(n, angles[0], angles[1 + n]) for n in range(problem.n_receivers)]
         inputs = replace(inputs, body=tuple(_weakened(own) for own in factors))
     # same unknowns, other world: what the minimum then has to follow
-    moved = linearise(replace(problem, inputs=inputs), state)
-    return np.concatenate([a.value - b.value for a, b in zip(moved.signals, solution.at.signals, strict=True)]) / STEP
+    signals, _, _ = signals_at(replace(problem, inputs=inputs), state.theta, node_m)
+    return np.concatenate([a.value - b.value for a, b in zip(signals, solution.at.signals, strict=True)]) / STEP
 
 
 def _weakened(factors: SphereFactors) -> SphereFactors:

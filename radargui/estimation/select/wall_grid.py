@@ -268,21 +268,21 @@ class DirectWave:
 
     Attributes
     ----------
-    node_m, length_m
-        Places of the nodes, (3, 4 n_bins), and their distances from transmitter and receiver, (2, 4 n_bins).
+    place_m, length_m
+        Places, (3, n_bins), and their distances from transmitter and receiver, (2, n_bins).
     antenna_m
         Transmitter and receiver, shape (2, 3).
     main_lobes
         Exponents of their main lobes, shape (2,).
     lobe
-        ln strength towards the nodes, against the release, shape (2, 4 n_bins).
+        ln strength towards the places, against the release, shape (2, n_bins).
     release_m, wavenumber
         As of `ModelInputs`.
     field
-        As the channels show it (`Waves.path`), shape (2, 2, n_bins).
+        As the channels show it (`Waves.mean`), shape (2, n_bins).
     """
 
-    node_m: FloatArray
+    place_m: FloatArray
     length_m: FloatArray
     antenna_m: FloatArray
     main_lobes: FloatArray
@@ -294,11 +294,13 @@ class DirectWave:
     @staticmethod
     def of(node_m: FloatArray, waves: Waves, inputs: ModelInputs, main_lobes: FloatArray) -> DirectWave:
         """Return that of a receiver's nodes, (3, 2, 2, n_bins), with the exponents of both main lobes, (2,)."""
-        antenna_m, node_m = waves.antenna_m[:, 0], node_m.reshape(3, -1)
-        length_m, field = waves.length_m[:, 0].reshape(2, -1), waves.path[0, 0]
-        q, q_rest = off_axis(axis_of(antenna_m), antenna_m, node_m, length_m, inputs.release_m)
+        # what a detour adds changes by a fringe where the way does so, too: one place a bin will do
+        antenna_m, place_m = waves.antenna_m[:, 0], node_m.mean(axis=(1, 2))
+        length_m = distances(place_m, antenna_m)
+        q, q_rest = off_axis(axis_of(antenna_m), antenna_m, place_m, length_m, inputs.release_m)
         lobe = np.stack([strength_change(*one) for one in zip(main_lobes, q, q_rest, strict=True)])
-        return DirectWave(node_m, length_m, antenna_m, main_lobes, lobe, inputs.release_m, inputs.wavenumber, field)
+        k, field = inputs.wavenumber, waves.mean[0, 0]
+        return DirectWave(place_m, length_m, antenna_m, main_lobes, lobe, inputs.release_m, k, field)
 
     def columns(self, images_m: tuple[FloatArray, FloatArray], scattered: Sequence[ComplexArray] | None) -> FloatArray:
         """Return slopes of the channels by real and imaginary part of T, then of R, (n_planes, 4, 2, n_bins).
@@ -317,17 +319,16 @@ class DirectWave:
         return np.stack([part for one in z for part in (one.real, -one.imag)], axis=1)
 
     def _over(self, image_m: FloatArray, leg: int) -> ComplexArray:
-        direct, away = self.length_m[leg], distances(self.node_m, image_m)
+        direct, away = self.length_m[leg], distances(self.place_m, image_m)
         antenna = self.antenna_m[leg]
         rest = np.linalg.norm(self.release_m - image_m, axis=1) - np.linalg.norm(self.release_m - antenna)
         # the image looks where its antenna does in the mirror; its lobe is that of an ordinary antenna
         axis, normal = axis_of(antenna), axis_of(antenna - image_m)
         turned_axis = axis - 2.0 * (normal @ axis)[:, None] * normal
-        q, q_rest = off_axis(turned_axis, image_m, self.node_m, away, self.release_m)
+        q, q_rest = off_axis(turned_axis, image_m, self.place_m, away, self.release_m)
         share = np.exp(strength_change(self.main_lobes[leg], q, q_rest) - self.lobe[leg]) * direct / away
         ratio = share * turned(self.wavenumber * (away - direct - rest[:, None]))
-        nodes = self.field * ratio.reshape(-1, *self.field.shape)
-        return np.asarray(0.5 * (nodes[:, :, 0] + nodes[:, :, 1]))
+        return np.asarray(self.field * ratio[:, None])
 
 
 def images_of(antennas: Antennas, planes: list[MirrorPlane]) -> FloatArray:

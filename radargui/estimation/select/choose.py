@@ -13,7 +13,7 @@ from radargui.estimation.forward.position_map import make_basis
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
-from radargui.estimation.select.converge import COARSE, ROUNDS, RoundSettings, converge, race, settle_breaks
+from radargui.estimation.select.converge import COARSE, LAST, RoundSettings, converge, race, settle_breaks
 from radargui.estimation.select.fewer_bins import begins_of_fewer, misfit_on, with_bins_of
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
@@ -183,7 +183,7 @@ def choose_model(
     undecided = [replace(other, weight=among * other.weight) for other in undecided]
     ended_early, budget.left = budget.left < 0, settings.last_rounds
     entered("last")
-    solution = selection.converged(with_bins_of(solution, selection.whole), settings.last_rounds, ROUNDS)
+    solution = selection.converged(with_bins_of(solution, selection.whole), settings.last_rounds, LAST)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
     others = [
         replace(one, solution=solved_at(with_bins_of(one.solution, selection.whole)))

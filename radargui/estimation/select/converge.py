@@ -30,12 +30,13 @@ class RoundSettings:
 
     Attributes
     ----------
-    steps, minimise
-        Gauss-Newton steps a round, and when they end before.
+    steps, minimise, passing
+        Gauss-Newton steps a round, and when they end before: in the last, and in those that others follow.
     noise_from_round
         The noise scale follows the misfit from this round on: before it the maps have not grown.
-    settled_ln_evidence
-        A round that changes ln E by less is the last, after the fourth.
+    settled_ln_evidence, least_rounds
+        A round that changes ln E by less is the last, after so many: the first can stand still while deviations go down
+        by their largest step.
     after_breaks
         Rounds of convergence whenever breaks have changed.
     break_rounds
@@ -53,6 +54,7 @@ class RoundSettings:
     passing: MinimiseSettings = MINIMISE
     noise_from_round: int = 2
     settled_ln_evidence: float = 0.2
+    least_rounds: int = 4
     after_breaks: int = 4
     break_rounds: int = 6
     same_s: float = 0.0015
@@ -61,6 +63,8 @@ class RoundSettings:
 
 
 ROUNDS = RoundSettings()
+LAST = replace(ROUNDS, least_rounds=1)
+"""For the chosen model, which has been converged on fewer bins."""
 COARSE = RoundSettings(
     steps=4,
     minimise=MinimiseSettings(close=1.0, nothing=0.25),
@@ -146,8 +150,7 @@ def _rounds(
         solution = minimise(Start(problem, solution.state), settings.steps, how, solution.damping)
         now = log_evidence(solution)
         yield solution, now
-        # the first rounds can stand still while deviations go down by their largest step
-        if number > 3 and abs(now - evidence) < settings.settled_ln_evidence:
+        if number >= settings.least_rounds and abs(now - evidence) < settings.settled_ln_evidence:
             break
         evidence = now
 

@@ -7,7 +7,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import bsr_matrix, csr_matrix
+from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 
 from radargui.estimation.forward.banded_rows import PAIRS
 from radargui.estimation.forward.motion_law import LawDeviation
@@ -115,16 +115,19 @@ class _Sums:
             root = np.sqrt(at.weight[pair, part])
             misfit = root * (signal.value[:, part] - problem.bins.value[pair, part])
             by_motion[receiver] = self._by_motion(slopes.by_position * root[:, None], part)
+            n_own = slopes.columns.shape[2]
+            columns = np.empty((2, n_bins, n_own + layout.sizes.drift + 1))
+            np.multiply(slopes.columns, root[:, :, None], out=columns[:, :, :n_own])
+            np.multiply(inputs.drift[pair], root[:, :, None], out=columns[:, :, n_own:-1])
             # the misfit as one more column: its products with the others are the slope
-            columns = np.concatenate([slopes.columns * root[:, :, None], misfit[:, :, None]], axis=2)
+            columns[:, :, -1] = misfit
             if not layout.sizes.drift:
                 self._add_columns(touched, by_motion[receiver], columns, (shared, own.without_drift))
                 continue
             # slow noise apart: its functions are many and touch one channel each
             for channel, drift in enumerate((own.drift_i, own.drift_q)):
-                heavy = np.insert(columns[channel], [-1], root[channel][:, None] * inputs.drift[pair][channel], axis=1)
                 one = slice(channel, channel + 1)
-                self._add_columns(touched, by_motion[receiver, one], heavy[None], (shared, own.without_drift, drift))
+                self._add_columns(touched, by_motion[receiver, one], columns[one], (shared, own.without_drift, drift))
         self._add_motion(touched, by_motion.reshape(2 * n_receivers, n_bins, -1))
 
     def _by_motion(self, by_position: FloatArray, part: slice) -> FloatArray:
@@ -203,13 +206,13 @@ class _Touched:
             columns = np.concatenate([columns, 3 * self.width + number], axis=1)
         self.per_bin, n_rows = columns.shape[1], n_channels * len(columns)
         index, pointer = np.tile(columns.ravel(), n_channels), self.per_bin * np.arange(n_rows + 1)
-        # the same places for every receiver: only the values are new
-        self._rows = csr_matrix((np.zeros(index.size), index, pointer), shape=(n_rows, 3 * self.width + n_breaks))
+        # the same places for every receiver: only the values are new; rows are the columns of what is transposed
+        self._columns = csc_matrix((np.zeros(index.size), index, pointer), shape=(3 * self.width + n_breaks, n_rows))
 
     def transposed(self, by_motion: FloatArray, columns: FloatArray) -> FloatArray:
         """Return (motion, breaks)^T applied to columns, (n_channels n_bins, k), for slopes (n_channels, n_bins, n)."""
-        self._rows.data = by_motion.ravel()
-        return np.asarray(self._rows.T @ columns)
+        self._columns.data = by_motion.ravel()
+        return np.asarray(self._columns @ columns)
 
 
 def _symmetric(band: FloatArray) -> csr_matrix:

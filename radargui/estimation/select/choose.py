@@ -55,10 +55,8 @@ class ChoiceSettings:
     other_lengths_m, few_fringes
         Lengths tried where a receiver saw fewer fringes: then the adaptive rounds hardly tell them apart.
     temper
-        ln E counts divided by this when alternatives are weighed: evidence is approximate (method 8). With 5, 3, 2 and
-        1 the median of error over u of 20 laboratory drops of 30 dB and more was 0.31, 0.40, 0.54 and 0.63 (honest:
-        0.67), and 91.0, 90.6, 89.7 and 89.4 % of the track lay inside 2u. Six fresh ones had 62 to 100 % with 2.5, 95
-        to 100 % with 5.
+        ln E counts divided by this when alternatives are weighed: evidence is approximate (method 8). Six fresh
+        laboratory drops had 62 to 100 % of the track inside 2u with 2.5, 95 to 100 % with 5.
     least_weight
         Alternatives below this weight against the best are forgotten.
     first_rounds, last_rounds
@@ -137,10 +135,8 @@ def choose_model(
         Upward normal of the floor, shape (3,).
     round_done
         Called once a round; may raise to cancel.
-    known_front_ends
-        What earlier runs say about ln g and eps, one a receiver.
-    settings
-        By what the evidence decides.
+    known_front_ends, settings
+        What earlier runs say about ln g and eps, one a receiver; by what the evidence decides.
     entered
         Called with "flights", "walls" and "last" as these begin.
 
@@ -185,17 +181,13 @@ def choose_model(
     entered("last")
     solution = selection.converged(with_bins_of(solution, selection.whole), settings.last_rounds, LAST)
     choices.append(f"Misfit (chi-square) {', '.join(f'{value:.2f}' for value in chi_square(solution))}.")
+    whole = selection.whole
     others = [
-        replace(one, solution=solved_at(with_bins_of(one.solution, selection.whole)))
-        for one in (*alternatives, *undecided)
+        replace(one, solution=solved_at(with_bins_of(one.solution, whole))) for one in (*alternatives, *undecided)
     ]
-    unseen: list[Alternative] = []
     if not ended_early:
-        moved, weight = unseen_mirrors(solved_at(with_bins_of(solution, selection.data)), normal, settings.temper)
-        # a question of its own: it counts against all other answers together
-        weight *= 1.0 + sum(other.weight for other in others)
-        unseen = [Alternative(replace(solution, state=one), weight) for one in moved]
-    return ChosenModel(solution, (*others, *unseen), tuple(choices), ended_early)
+        others += selection.unseen(solution, 1.0 + sum(other.weight for other in others))
+    return ChosenModel(solution, tuple(others), tuple(choices), ended_early)
 
 
 class _Selection:
@@ -213,11 +205,11 @@ class _Selection:
         self.found, self.normal, self.round_done = found, normal, round_done
         self.known_front_ends, self.settings = known_front_ends, settings
         self.compared: list[Solution] = []
+        self.untried = 0
         bins = drift.widen(found.data.bins)
         self.whole = replace(found.data, bins=bins, slow_noise=drift.uncorrelated(bins))
         # a model of few bins and one of all of them are told apart alike; the chosen one converges on all
-        self.begin = begins_of_fewer(self.whole, _breaks(found), settings.most_bins)
-        self.data = self.whole.together(self.begin)
+        self.data = self.whole.together(begins_of_fewer(self.whole, _breaks(found), settings.most_bins))
 
     def converged(self, start: Start, rounds: int, settings: RoundSettings = COARSE) -> Solution:
         """Return the solution after some rounds."""
@@ -338,6 +330,7 @@ class _Selection:
                 break
             search = search_wall(solution, self.normal, self.round_done, thorough=asked)
             sentences.append(_decided("A wall that reflects", search.gain, WALLS.convincing))
+            self.untried = 0 if search.tried else WALLS.carried
             if search.gain <= WALLS.convincing:
                 undecided += self._weighed(search.tried)
                 break
@@ -364,6 +357,12 @@ class _Selection:
             # bounces that a wall out of place hid
             best = settle_breaks(onset_s, best, self.normal, self.round_done)
         return best, undecided
+
+    def unseen(self, solution: Solution, among: float) -> list[Alternative]:
+        """Return what mirrors that nothing excludes would make of the solution: a question of its own beside others."""
+        fewer = solved_at(with_bins_of(solution, self.data))
+        moved, weight = unseen_mirrors(fewer, self.normal, self.settings.temper, self.untried)
+        return [Alternative(replace(solution, state=one), among * weight) for one in moved]
 
     def _weighed(self, trials: Sequence[WallTrial]) -> list[Alternative]:
         """Return the trials that have weight, their gains counted from the best."""

@@ -9,6 +9,7 @@ from scipy.linalg import solve_triangular
 
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor
 from radargui.estimation.select.wall_grid import WALLS, LinearisedSearch, upright_planes, wall_grid
+from radargui.estimation.select.walls import peaks
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import State
@@ -44,7 +45,7 @@ UNSEEN = UnseenSettings()
 
 
 def unseen_mirrors(
-    solution: Solution, normal: FloatArray, temper: float, settings: UnseenSettings = UNSEEN
+    solution: Solution, normal: FloatArray, temper: float, untried: int = 0, settings: UnseenSettings = UNSEEN
 ) -> tuple[list[State], float]:
     """Return the state moved as mirrors that may be there would move it, and the weight of each against the solution.
 
@@ -61,6 +62,9 @@ def unseen_mirrors(
         Upward normal of the floor, shape (3,).
     temper
         Log evidence counts divided by this.
+    untried
+        So many maxima of the grid of walls were not converged, for they are foretold to convince nobody: each of them
+        is as likely beforehand as none, as those are that were tried.
     settings
         How many count.
     """
@@ -68,13 +72,16 @@ def unseen_mirrors(
     trials: list[tuple[LinearisedSearch, MirrorPlane]] = []
     weights: list[FloatArray] = []
 
-    def weigh(search: LinearisedSearch, planes: list[MirrorPlane]) -> None:
+    def weigh(search: LinearisedSearch, planes: list[MirrorPlane], alone: int = 0) -> None:
         gains = np.concatenate([search.gains(planes[part]) for part in pieces(len(planes), search.together)])
-        weights.append(np.exp(np.minimum(gains, 0.0) / temper) / len(planes))
+        prior = np.full(gains.size, 1.0 / gains.size)
+        if alone:
+            prior[peaks(gains.reshape(grid[0].size, -1), around=True)[:alone]] = 1.0
+        weights.append(prior * np.exp(np.minimum(gains, 0.0) / temper))
         trials.extend((search, plane) for plane in planes)
 
     if here:
-        weigh(LinearisedSearch(solution, WALLS), upright_planes(place_m.mean(axis=1), normal, *grid))
+        weigh(LinearisedSearch(solution, WALLS), upright_planes(place_m.mean(axis=1), normal, *grid), untried)
     if not has_floor(here):
         lowest = place_m[:, np.argmin(normal @ place_m)]
         below = [MirrorPlane(lowest - away * normal, normal, FLOOR) for away in (*settings.floor_below_m, *grid[1])]

@@ -28,8 +28,8 @@ class UnseenSettings:
         Less than this, all places together, is nothing: the same as of an alternative.
     floor_reflection
         Deviation of real and imaginary part of T and R of a floor: tables and plates reflect 0.1 to 0.3.
-    places
-        The likeliest so many stand for all; of 320 they hold most of the weight, or none is likely.
+    places, stand_for
+        At most so many of the likeliest stand for all, fewer where these hold this share of the weight.
     directions
         In which they move the motion: in a drop of six fringes three hold 99 %.
     """
@@ -38,6 +38,7 @@ class UnseenSettings:
     least_weight: float = 0.01
     floor_reflection: float = 0.15
     places: int = 48
+    stand_for: float = 0.98
     directions: int = 3
 
 
@@ -69,7 +70,7 @@ def unseen_mirrors(
         How many count.
     """
     here, place_m, grid = solution.problem.inputs.planes, positions_at_bins(solution), wall_grid()
-    trials: list[tuple[LinearisedSearch, MirrorPlane]] = []
+    trials: list[tuple[LinearisedSearch, list[MirrorPlane]]] = []
     weights: list[FloatArray] = []
 
     def weigh(search: LinearisedSearch, planes: list[MirrorPlane], alone: int = 0) -> None:
@@ -78,7 +79,7 @@ def unseen_mirrors(
         if alone:
             prior[peaks(gains.reshape(grid[0].size, -1), around=True)[:alone]] = 1.0
         weights.append(prior * np.exp(np.minimum(gains, 0.0) / temper))
-        trials.extend((search, plane) for plane in planes)
+        trials.append((search, planes))
 
     if here:
         weigh(LinearisedSearch(solution, WALLS), upright_planes(place_m.mean(axis=1), normal, *grid), untried)
@@ -93,9 +94,11 @@ def unseen_mirrors(
     weight = np.concatenate(weights)
     if weight.sum() < settings.least_weight:
         return [], 0.0
-    likeliest = np.argsort(-weight)[: min(settings.places, np.count_nonzero(weight))]
-    share = weight[likeliest] / weight[likeliest].sum()
-    moved = np.hstack([np.sqrt(own) * _moved(*trials[k]) for own, k in zip(share, likeliest, strict=True)])
+    ordered = np.sort(weight)[::-1]
+    n_likely = min(int(np.searchsorted(np.cumsum(ordered), settings.stand_for * weight.sum())) + 1, settings.places)
+    least = ordered[n_likely - 1]
+    share = [np.where(one >= least, one, 0.0) / ordered[:n_likely].sum() for one in weights]
+    moved = np.hstack([_moved(*one, own) for one, own in zip(trials, share, strict=True) if own.any()])
     n_motion = trials[0][0].n_motion
     at_bins = np.concatenate([solution.at.design @ moved[axis:n_motion:3] for axis in range(3)])
     _, vectors = np.linalg.eigh(at_bins.T @ at_bins)
@@ -108,12 +111,20 @@ def unseen_mirrors(
     return states, float(weight.sum()) / settings.directions
 
 
-def _moved(search: LinearisedSearch, plane: MirrorPlane) -> FloatArray:
-    """Return what the mean of T and R, and each of their standard deviations, moves, (n_motion + n_global, 1 + n)."""
-    slope, a, half, lower = search.marginal([plane])
+def _moved(search: LinearisedSearch, planes: list[MirrorPlane], share: FloatArray) -> FloatArray:
+    """Return what the mean of T and R, and each of their standard deviations, moves, (n_motion + n_global, n).
+
+    Of each place that has a share, times its root.
+    """
+    places = np.flatnonzero(share)
+    slope, a, half, lower = search.marginal([planes[k] for k in places])
     normal = search.normal
     by_global = -solve_triangular(normal.schur[0], lower, lower=True, trans="T", check_finite=False)
     by_motion = -normal.motion.back_solve(half + normal.half @ by_global)
-    root = np.linalg.inv(np.linalg.cholesky(a[0]))
-    values = np.column_stack([-root.T @ (root @ slope[0]), root.T])
-    return np.asarray(np.concatenate([by_motion, by_global]) @ values)
+    root = np.linalg.inv(np.linalg.cholesky(a))
+    spread = root.transpose(0, 2, 1)
+    values = np.concatenate([-spread @ (root @ slope[:, :, None]), spread], axis=2)
+    values *= np.sqrt(share[places])[:, None, None]
+    both = np.concatenate([by_motion, by_global])
+    out = both.reshape(len(both), places.size, -1).swapaxes(0, 1) @ values
+    return np.asarray(out.swapaxes(0, 1).reshape(len(both), -1))

@@ -205,7 +205,7 @@ class _Selection:
         self.found, self.normal, self.round_done = found, normal, round_done
         self.known_front_ends, self.settings = known_front_ends, settings
         self.compared: list[Solution] = []
-        self.untried = 0
+        self.foretold: FloatArray | None = None
         bins = drift.widen(found.data.bins)
         self.whole = replace(found.data, bins=bins, slow_noise=drift.uncorrelated(bins))
         # a model of few bins and one of all of them are told apart alike; the chosen one converges on all
@@ -330,7 +330,7 @@ class _Selection:
                 break
             search = search_wall(solution, self.normal, self.round_done, thorough=asked)
             sentences.append(_decided("A wall that reflects", search.gain, WALLS.convincing))
-            self.untried = 0 if search.tried else WALLS.carried
+            self.foretold = None if search.tried else search.foretold
             if search.gain <= WALLS.convincing:
                 undecided += self._weighed(search.tried)
                 break
@@ -361,7 +361,7 @@ class _Selection:
     def unseen(self, solution: Solution, among: float) -> list[Alternative]:
         """Return what mirrors that nothing excludes would make of the solution: a question of its own beside others."""
         fewer = solved_at(with_bins_of(solution, self.data))
-        moved, weight = unseen_mirrors(fewer, self.normal, self.settings.temper, self.untried)
+        moved, weight = unseen_mirrors(fewer, self.normal, self.settings.temper, self.foretold)
         return [Alternative(replace(solution, state=one), among * weight) for one in moved]
 
     def _weighed(self, trials: Sequence[WallTrial]) -> list[Alternative]:

@@ -46,7 +46,11 @@ UNSEEN = UnseenSettings()
 
 
 def unseen_mirrors(
-    solution: Solution, normal: FloatArray, temper: float, untried: int = 0, settings: UnseenSettings = UNSEEN
+    solution: Solution,
+    normal: FloatArray,
+    temper: float,
+    foretold: FloatArray | None = None,
+    settings: UnseenSettings = UNSEEN,
 ) -> tuple[list[State], float]:
     """Return the state moved as mirrors that may be there would move it, and the weight of each against the solution.
 
@@ -63,9 +67,9 @@ def unseen_mirrors(
         Upward normal of the floor, shape (3,).
     temper
         Log evidence counts divided by this.
-    untried
-        So many maxima of the grid of walls were not converged, for they are foretold to convince nobody: each of them
-        is as likely beforehand as none, as those are that were tried.
+    foretold
+        Gains of the grid's walls where none of them was tried, for they are foretold to convince nobody. The highest
+        maxima are then as likely beforehand as none, each of them, as those are that are tried elsewhere.
     settings
         How many count.
     """
@@ -73,16 +77,17 @@ def unseen_mirrors(
     trials: list[tuple[LinearisedSearch, list[MirrorPlane]]] = []
     weights: list[FloatArray] = []
 
-    def weigh(search: LinearisedSearch, planes: list[MirrorPlane], alone: int = 0) -> None:
-        gains = np.concatenate([search.gains(planes[part]) for part in pieces(len(planes), search.together)])
-        prior = np.full(gains.size, 1.0 / gains.size)
-        if alone:
-            prior[peaks(gains.reshape(grid[0].size, -1), around=True)[:alone]] = 1.0
+    def weigh(search: LinearisedSearch, planes: list[MirrorPlane], gains: FloatArray | None = None) -> None:
+        prior = np.full(len(planes), 1.0 / len(planes))
+        if gains is None:
+            gains = np.concatenate([search.gains(planes[part]) for part in pieces(len(planes), search.together)])
+        else:
+            prior[peaks(gains.reshape(grid[0].size, -1), around=True)[: WALLS.carried]] = 1.0
         weights.append(prior * np.exp(np.minimum(gains, 0.0) / temper))
         trials.append((search, planes))
 
     if here:
-        weigh(LinearisedSearch(solution, WALLS), upright_planes(place_m.mean(axis=1), normal, *grid), untried)
+        weigh(LinearisedSearch(solution, WALLS), upright_planes(place_m.mean(axis=1), normal, *grid), foretold)
     if not has_floor(here):
         lowest = place_m[:, np.argmin(normal @ place_m)]
         below = [MirrorPlane(lowest - away * normal, normal, FLOOR) for away in (*settings.floor_below_m, *grid[1])]

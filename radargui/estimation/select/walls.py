@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,16 +39,16 @@ class WallSearch:
     tried
         Converged solutions with one more wall, the best first.
     foretold
-        What the best place of the grid gains, linearised.
+        What the places of the grid gain, linearised, when they were looked at last; empty before.
     """
 
     tried: tuple[WallTrial, ...] = ()
-    foretold: float = -np.inf
+    foretold: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def gain(self) -> float:
         """What the best wall gains, as foretold where none was tried."""
-        return self.tried[0].gain if self.tried else self.foretold
+        return self.tried[0].gain if self.tried else float(self.foretold.max(initial=-np.inf))
 
     def with_more(self, trials: Sequence[Solution | None], without: float) -> WallSearch:
         """Return the search with more that were tried, gains counted from the ln E without the wall."""
@@ -86,17 +86,17 @@ def search_wall(
     # distances count from the middle of the motion: there a wall's detour turns as the search believes
     mirrors, middle = solution.problem.inputs.planes, positions_at_bins(solution).mean(axis=1)
     azimuth, distance = wall_grid(settings)
-    base, search, before, without = solution, WallSearch(), -np.inf, -np.inf
+    base, search, before, without, likeliest = solution, WallSearch(), -np.inf, -np.inf, -np.inf
     for number in range(settings.searches):
         planes = upright_planes(middle, normal, azimuth, distance, settings)
-        gains = linearised_gains(base, planes, round_done, settings).reshape(azimuth.size, -1)
-        search = replace(search, foretold=max(search.foretold, float(gains.max())))
+        gains = linearised_gains(base, planes, round_done, settings)
+        search, likeliest = replace(search, foretold=gains), max(likeliest, float(gains.max()))
         # where no wall stands, none has gained so much more than was foretold
-        if search.foretold < -settings.convincing:
+        if likeliest < -settings.convincing:
             return search
         most = settings.carried if thorough and number == 0 else settings.carried_again
         # maxima, not the best places: neighbours of one maximum converge to the same wall
-        numbers = peaks(gains, around=True)[: settings.tried]
+        numbers = peaks(gains.reshape(azimuth.size, -1), around=True)[: settings.tried]
         starts = best_started([problem_with_mirrors(base, (*mirrors, planes[k])) for k in numbers], most, round_done)
         trials = race(starts, settings.rounds, round_done, settings.most_behind, COARSE, same_place)
         if number == 0:
@@ -107,7 +107,7 @@ def search_wall(
         search = search.with_more(trials, without)
         promising = -settings.convincing if thorough else settings.promising
         # what is kept looks around again as it walks; what no place of the grid shows hides behind no motion
-        if search.gain > settings.beyond_doubt or max(search.foretold, search.gain) < 0.0:
+        if search.gain > settings.beyond_doubt or max(likeliest, search.gain) < 0.0:
             return search
         if search.gain < max(before + settings.worthwhile, promising):
             break

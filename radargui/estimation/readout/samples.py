@@ -125,13 +125,14 @@ def _with_alternatives(
     here = places(solution)
     path = path_lengths(here, problem.inputs.antennas)
     total = 1.0
-    u_position, u_change = _uncertainties(solution)
-    square, square_path = (u_position * excess.max(axis=0)) ** 2, (u_change * excess) ** 2
+    own = _uncertainties(solution)
+    square, square_path = (own[0] * excess.max(axis=0)) ** 2, (own[1] * excess) ** 2
     # the best stays the answer: a mean of two motions obeys no law of motion
     for alternative in alternatives:
         other, weight = alternative.solution, alternative.weight
         there = places(other)
-        u_position, u_change = _uncertainties(other)
+        # what unseen mirrors move has the curvature of the best
+        u_position, u_change = own if other.normal is solution.normal else _uncertainties(other)
         square += weight * (u_position**2 + (there - here) ** 2)
         square_path += weight * (u_change**2 + (path_lengths(there, problem.inputs.antennas) - path) ** 2)
         total += weight

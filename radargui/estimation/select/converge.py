@@ -63,8 +63,8 @@ class RoundSettings:
 
 
 ROUNDS = RoundSettings()
-LAST = replace(ROUNDS, least_rounds=1)
-"""For the chosen model, which has been converged on fewer bins."""
+LAST = replace(ROUNDS, noise_from_round=0, settled_ln_evidence=0.5, least_rounds=1)
+"""For the chosen model, which has been converged on fewer bins: its maps have grown."""
 COARSE = RoundSettings(
     steps=4,
     minimise=MinimiseSettings(close=1.0, nothing=0.25),

@@ -167,6 +167,50 @@ def test_a_wall_far_from_where_it_was_sought_is_sought_from_where_it_stands(
     assert ratios == pytest.approx([0.82, 1.0, 1.22])
 
 
+def test_a_walk_that_finds_nothing_better_is_not_gone_again(hidden: Solution, monkeypatch: pytest.MonkeyPatch) -> None:
+    aside = upright_planes(positions_at_bins(hidden).mean(axis=1), UP, np.radians([235.0]), np.array([0.14]))
+    start = problem_with_mirrors(hidden, tuple(aside))
+    # turned by more than where it was sought allows: held, so that a walk would go on
+    theta = start.state.theta.copy()
+    theta[start.problem.layout.planes] = 0.5, 0.0, 0.0
+    held, tried = solved_at(Start(start.problem, State(start.state.coefficients, theta))), []
+    monkeypatch.setattr(wall_walk, "_elsewhere", lambda *given: [])
+    monkeypatch.setattr(wall_walk, "race", lambda starts, *given: tried.append(starts) or [])
+    assert walked(held, UP, nothing, WalkSettings(steps=3)) == [held]
+    assert len(tried) == 1
+
+
+def test_a_walk_looks_elsewhere_only_where_its_own_steps_do_not_lead(
+    hidden: Solution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    middle = positions_at_bins(hidden).mean(axis=1)
+    there = converge(
+        problem_with_mirrors(hidden, tuple(upright_planes(middle, UP, np.radians([180.0]), np.array([0.14])))),
+        1,
+        nothing,
+    )
+    looked: list[Start] = []
+    monkeypatch.setattr(wall_walk, "best_started", lambda starts, most, round_done: looked.extend(starts) or [])
+    monkeypatch.setattr(wall_walk, "race", lambda *given: [])
+    settings = WalkSettings(steps=1)
+    walked(there, UP, nothing, settings)
+    release = hidden.problem.inputs.release_m
+    image = there.problem.inputs.planes[-1].image(release, there.problem.layout.plane_unknowns(there.state.theta)[-1])
+    away = [np.linalg.norm(one.problem.inputs.planes[-1].image(release, np.zeros(3)) - image) for one in looked]
+    assert 0 < len(away) <= settings.tried_elsewhere
+    assert min(away) > settings.own_reach * np.linalg.norm(image - release)
+
+
+def test_walls_that_were_not_tried_weigh_as_those_that_are() -> None:
+    noisy = converged(small_problem((FLOOR_PLANE,), sigma=0.2))
+    foretold, _ = gains(noisy)
+    _, among_all = unseen_mirrors(noisy, UP, 5.0)
+    moved, weight = unseen_mirrors(noisy, UP, 5.0, foretold)
+    highest = np.sort(np.exp(np.minimum(foretold[peaks(foretold.reshape(40, -1), around=True)[:4]], 0.0) / 5.0))
+    assert 3.0 * weight == pytest.approx(3.0 * among_all + highest.sum(), rel=0.05)
+    assert len(moved) == 3
+
+
 @pytest.mark.parametrize("planes", [(), (FLOOR_PLANE,)], ids=["a floor", "walls beside a floor"])
 def test_what_nothing_excludes_moves_the_solution_and_what_the_samples_exclude_does_not(
     planes: tuple[MirrorPlane, ...],

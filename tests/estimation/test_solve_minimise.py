@@ -18,6 +18,7 @@ from radargui.estimation.solve.minimise import (
     local_chi_square,
     log_evidence,
     minimise,
+    solved_at,
 )
 from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import Start, linearise
@@ -49,6 +50,22 @@ def test_at_the_minimum_the_slope_is_nothing_against_its_curvature() -> None:
     motion, of_global = solution.normal.solve(-blocks.slope_motion, -blocks.slope_global)
     gain = -0.5 * (motion @ blocks.slope_motion + of_global @ blocks.slope_global)
     assert abs(gain) < 0.1
+
+
+def test_a_passing_minimum_keeps_the_matrix_from_which_its_last_step_was_taken() -> None:
+    start = small_problem((FLOOR_PLANE,), reflection=0.1).away(2.0)
+    first = solved_at(start).normal.log_determinant()
+    kept, renewed = (minimise(start, 1, MinimiseSettings(renewed=one)) for one in (False, True))
+    assert kept.state.theta.tolist() == renewed.state.theta.tolist()
+    assert kept.normal.log_determinant() == pytest.approx(first, rel=1e-12)
+    assert abs(renewed.normal.log_determinant() - first) > 0.1
+
+
+def test_a_matrix_is_factored_once_without_damping_and_anew_with_each() -> None:
+    made = small_problem()
+    blocks = assemble(made.problem, made.truth, linearise(made.problem, made.truth))
+    assert blocks.factor() is blocks.factor(0.0)
+    assert blocks.factor(0.1).log_determinant() > blocks.factor().log_determinant()
 
 
 def test_evidence_is_laplaces_formula_of_the_dense_matrix_and_what_deviations_are_likely() -> None:

@@ -21,9 +21,9 @@ from radargui.model.errors import ProcessingError
 from radargui.model.front_end import FrontEnd
 from radargui.model.setup import Setup
 
-_STAGES = {"floor": (0.0, 0.12, 4), "flights": (0.12, 0.17, 4), "walls": (0.17, 0.84, 60), "last": (0.84, 0.98, 5)}
-"""Where on the bar each stage of `choose_model` begins and ends, and its rounds: medians of five drops with a floor;
-with a wall beside it (three drops) walls took four fifths of the time and 100 to 163 rounds, without one 37 to 43."""
+_STAGES = {"floor": (0.0, 0.35, 12), "flights": (0.35, 0.42, 4), "walls": (0.42, 0.84, 40), "last": (0.84, 0.98, 3)}
+"""Where on the bar each stage of `choose_model` begins and ends, and its rounds: between drops without a wall, where
+floor and breaks take two thirds of the time and walls 16 rounds, and those with one: three quarters and 70 to 85."""
 _EVEN = 0.7  # share of a stage over which each round counts alike; those beyond the typical number share the rest
 _UNTRUSTED = 9.0  # local chi-square above which a sample is not valid: three times the noise (method 6, Quality)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.small_problem import BOUNCE_S, RELEASE_M, START_S, SmallProblem, positions, small_problem
+from support.small_problem import BOUNCE_S, RELEASE_M, SmallProblem, positions, small_problem
 
 from radargui.estimation.select.breaks import BreakSettings, misfit_times, respline, sharp_turns
 from radargui.estimation.select.converge import converge, settle_breaks
@@ -21,7 +21,7 @@ def nothing() -> None:
 
 def settled(made: SmallProblem) -> Solution:
     solution = converge(made.start, 4, nothing)
-    return settle_breaks(START_S, solution, UP, nothing)
+    return settle_breaks(made.data, solution, UP, nothing)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def test_windows_whose_residuals_stand_out_ask_for_finer_knots(without_break: Sm
 def test_a_missing_break_is_added_at_the_bounce(without_break: SmallProblem) -> None:
     solution = settled(without_break)
     assert solution.at.spline.break_s == pytest.approx([BOUNCE_S], abs=2e-4)
-    error = positions_at_bins(solution) - positions(without_break.data.bins.time_s)
+    error = positions_at_bins(solution) - positions(solution.problem.bins.time_s)
     assert np.abs(error[2]).max() < 2e-4
 
 

@@ -10,7 +10,7 @@ from support.small_problem import BOUNCE_S, END_S, FLOOR_PLANE, SmallProblem, sm
 
 from radargui.estimation.forward.bins import BinnedData, weighted_means
 from radargui.estimation.forward.slow_noise import Drift
-from radargui.estimation.select.fewer_bins import begins_of_fewer, with_bins_of
+from radargui.estimation.select.fewer_bins import NEAR_BREAK_S, fewer_bins, with_bins_of
 from radargui.estimation.solve.minimise import Solution, log_evidence, solved_at
 from radargui.estimation.solve.problem import Start
 
@@ -18,7 +18,7 @@ BREAKS_S = np.array([BOUNCE_S])
 
 
 def together(made: SmallProblem, most: int) -> BinnedData:
-    return made.data.together(begins_of_fewer(made.data, BREAKS_S, most))
+    return fewer_bins(made.data, BREAKS_S, most)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def test_what_fewer_bins_should_show_is_the_mean_of_what_the_bins_should(
 ) -> None:
     bins = fewer.problem.bins
     begin = np.searchsorted(made.data.bins.first_s, bins.first_s)
-    assert bins.n_bins < 0.4 * made.data.bins.n_bins
+    assert bins.n_bins < 0.42 * made.data.bins.n_bins
     for many, few in zip(whole.at.signals, fewer.at.signals, strict=True):
         mean = weighted_means(many.value, made.data.bins.count, begin)
         # the two nodes of 1/8 fringe, and maps that count as constant over it
@@ -60,6 +60,10 @@ def test_a_bin_that_holds_a_break_stays_apart_and_so_do_what_lies_behind_it_and_
     bins = data.bins
     assert bins.count[~use].sum() == made.data.bins.count[~made.start.problem.use].sum() > 0
     assert ((bins.last_s < BOUNCE_S) | (bins.first_s > BOUNCE_S))[use].all()
+    # while it is settled it moves: near it nothing is put together
+    near = np.abs(bins.time_s - BOUNCE_S) < NEAR_BREAK_S
+    assert (bins.count[near] == made.data.bins.count[0]).all()
+    assert (bins.count[~near] > made.data.bins.count[0]).mean() > 0.9
     assert bins.count[data.rest].sum() == made.data.bins.count[made.data.rest].sum()
 
 

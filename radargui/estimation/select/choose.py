@@ -14,7 +14,7 @@ from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select.budget import BudgetSpentError, NoSingleBodyError, SearchBudget
 from radargui.estimation.select.converge import COARSE, LAST, RoundSettings, converge, race, settle_breaks
-from radargui.estimation.select.fewer_bins import begins_of_fewer, misfit_on, with_bins_of
+from radargui.estimation.select.fewer_bins import fewer_bins, misfit_on, with_bins_of
 from radargui.estimation.select.unseen_mirrors import unseen_mirrors
 from radargui.estimation.select.wall_grid import WALLS
 from radargui.estimation.select.wall_walk import walked
@@ -48,8 +48,6 @@ class ChoiceSettings:
         Deviation of the bias maps, in amplitudes, above which they explain something beside a floor.
     most_walls
         Searched one after the other.
-    most_bins
-        Neighbours that count as one while models are compared: 1/8 fringe, which two nodes tell to 1e-4; half the time.
     shortest_length_m
         Of the bias maps: shorter ones take what mirrors do.
     other_lengths_m, few_fringes
@@ -71,7 +69,6 @@ class ChoiceSettings:
     hopeless_misfit: float = 100.0
     grown_bias: float = 0.002
     most_walls: int = 2
-    most_bins: int = 3
     shortest_length_m: float = 0.09
     other_lengths_m: tuple[float, ...] = (0.14, 0.22)
     few_fringes: float = 6.0
@@ -209,7 +206,7 @@ class _Selection:
         bins = drift.widen(found.data.bins)
         self.whole = replace(found.data, bins=bins, slow_noise=drift.uncorrelated(bins))
         # a model of few bins and one of all of them are told apart alike; the chosen one converges on all
-        self.data = self.whole.together(begins_of_fewer(self.whole, _breaks(found), settings.most_bins))
+        self.data = fewer_bins(self.whole, _breaks(found))
 
     def converged(self, start: Start, rounds: int, settings: RoundSettings = COARSE) -> Solution:
         """Return the solution after some rounds."""
@@ -257,7 +254,7 @@ class _Selection:
         alternatives = self._alternatives(best, self.compared)
         # at a misfit of hundreds a missing break looks like a floor: a dead stop invented one, and 0.8 mm
         blind = misfit_on(self.whole, best).max() > settings.bad_misfit
-        solution = settle_breaks(self.data.onset_s, best, self.normal, self.round_done)
+        solution = settle_breaks(self.whole, best, self.normal, self.round_done)
         if blind or 0.0 < gain < settings.beyond_doubt:
             solution, gain, alternatives = self.floor_compared_again(solution)
         return solution, gain, alternatives
@@ -346,8 +343,7 @@ class _Selection:
 
     def moved_on(self, search: WallSearch) -> tuple[Solution, list[Alternative]]:
         """Return the best of a search with its breaks settled and its wall moved, and what stays possible."""
-        onset_s = self.data.onset_s
-        settled = settle_breaks(onset_s, search.tried[0].solution, self.normal, self.round_done)
+        settled = settle_breaks(self.whole, search.tried[0].solution, self.normal, self.round_done)
         best, *moved = walked(settled, self.normal, self.round_done)
         # other places of the wall say how well the motion is known: evidence alone does not tell them apart
         ahead, behind = log_evidence(best), log_evidence(settled) - search.gain
@@ -355,12 +351,13 @@ class _Selection:
         undecided = self._weighed([*left, *(WallTrial(one, log_evidence(one) - ahead) for one in moved)])
         if best is not settled:
             # bounces that a wall out of place hid
-            best = settle_breaks(onset_s, best, self.normal, self.round_done)
+            best = settle_breaks(self.whole, best, self.normal, self.round_done)
         return best, undecided
 
     def unseen(self, solution: Solution, among: float) -> list[Alternative]:
         """Return what mirrors that nothing excludes would make of the solution: a question of its own beside others."""
-        fewer = solved_at(with_bins_of(solution, self.data))
+        break_s = solution.state.theta[solution.problem.layout.breaks]
+        fewer = solved_at(with_bins_of(solution, fewer_bins(self.whole, break_s)))
         moved, weight = unseen_mirrors(fewer, self.normal, self.settings.temper, self.foretold)
         return [Alternative(replace(solution, state=one), among * weight) for one in moved]
 

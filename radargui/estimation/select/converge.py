@@ -7,7 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from radargui.estimation.forward.bins import BinnedData
+from radargui.estimation.forward.motion_spline import SplineMotion
 from radargui.estimation.select.breaks import misfit_times, respline, sharp_turns
+from radargui.estimation.select.fewer_bins import fewer_bins, with_bins_of
 from radargui.estimation.solve.break_velocities import break_speeds
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_breaks
 from radargui.estimation.solve.initial_problem import release_times
@@ -156,7 +159,7 @@ def _rounds(
 
 
 def settle_breaks(
-    onset_s: float,
+    data: BinnedData,
     solution: Solution,
     normal: FloatArray,
     round_done: Callable[[], None],
@@ -165,11 +168,12 @@ def settle_breaks(
     """Add breaks where the motion turns sharply, drop those without a jump, until neither changes.
 
     First the body is let bounce on from its last impact: one break too few between short flights draws its neighbour
-    away. A break that was dropped is not tried again at the same place. Of the rounds whose misfit is within 2 % of the
-    smallest the one with most impacts, best known, is returned (evidences are not comparable between different knots).
+    away. The bins are put together anew around each set of breaks. A break that was dropped is not tried again at the
+    same place. Of the rounds whose misfit is within 2 % of the smallest the one with most impacts, best known, is
+    returned (evidences are not comparable between different knots).
     """
     sharp, refused = np.zeros(0), np.zeros(0)
-    solution = _bounced_on(onset_s, solution, normal, round_done, settings)
+    solution = _bounced_on(data, solution, normal, round_done, settings)
     seen = [solution]
     for number in range(settings.break_rounds):
         speeds = break_speeds(solution, normal)
@@ -185,9 +189,9 @@ def settle_breaks(
         sharp = np.concatenate([sharp, stiff])
         breaks = np.sort(np.concatenate([speeds.time_s[good], new]))
         # the old motion on new knots, not a new start: the mismatch found so far fits it
-        fine = np.concatenate([release_times(onset_s), sharp])
+        fine = np.concatenate([release_times(data.onset_s), sharp])
         motion = respline(solution.at.spline, solution.state.coefficients, breaks, fine)
-        solution = converge(problem_with_breaks(solution, motion), settings.after_breaks, round_done, settings)
+        solution = converge(_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
         seen.append(solution)
     # more impacts at the same misfit: one too few is a missed bounce, one too many is judged by its jump later
     enough = settings.no_worse * min(_misfit(one) for one in seen)
@@ -202,7 +206,7 @@ def _impacts(solution: Solution, normal: FloatArray) -> tuple[int, float]:
 
 
 def _bounced_on(
-    onset_s: float,
+    data: BinnedData,
     solution: Solution,
     normal: FloatArray,
     round_done: Callable[[], None],
@@ -218,13 +222,17 @@ def _bounced_on(
         # what came after the last impact was found without its bounces: begun again
         before = speeds.time_s[speeds.time_s <= speeds.time_s[impacts][-1]]
         breaks = np.concatenate([before, expected])
-        motion = respline(solution.at.spline, solution.state.coefficients, breaks, release_times(onset_s))
-        trial = converge(problem_with_breaks(solution, motion), settings.after_breaks, round_done, settings)
+        motion = respline(solution.at.spline, solution.state.coefficients, breaks, release_times(data.onset_s))
+        trial = converge(_with_breaks(data, solution, motion), settings.after_breaks, round_done, settings)
         more = _impacts(trial, normal)[0] > int(impacts.sum())
         if not more or _misfit(trial) > settings.no_worse * _misfit(solution):
             break
         solution = trial
     return solution
+
+
+def _with_breaks(data: BinnedData, solution: Solution, motion: SplineMotion) -> Start:
+    return with_bins_of(problem_with_breaks(solution, motion), fewer_bins(data, motion.spline.break_s))
 
 
 def _misfit(solution: Solution) -> float:

@@ -12,21 +12,32 @@ from radargui.estimation.solve.minimise import Solution, local_chi_square
 from radargui.estimation.solve.problem import Start, linearise
 from radargui.model.arrays import FloatArray, IntArray
 
+MOST_BINS = 3
+"""Neighbours that count as one while models are compared: 1/8 fringe, which two nodes tell to 1e-4; half the time."""
 MOST_OFF = 0.2
 """What two nodes may be off from the mean of a wave, in deviations of the noise."""
+NEAR_BREAK_S = 0.008
+"""So near a break bins stay as they are: it moves while it is settled, and a longer mean over it would hold it back."""
 
 
-def begins_of_fewer(data: BinnedData, break_s: FloatArray, most: int) -> IntArray:
-    """Return where runs of up to so many neighbouring bins begin, none across a break or the end of the rest."""
+def fewer_bins(data: BinnedData, break_s: FloatArray, most: int = MOST_BINS) -> BinnedData:
+    """Return the data with up to so many neighbours in one bin, none near a break or across the end of the rest."""
+    return data.together(_begins(data, break_s, most))
+
+
+def _begins(data: BinnedData, break_s: FloatArray, most: int) -> IntArray:
     bins = data.bins
+    reach = (bins.first_s - NEAR_BREAK_S, bins.last_s + NEAR_BREAK_S)
+    near = np.diff(np.searchsorted(break_s, reach), axis=0)[0] > 0
     before, after = (np.searchsorted(break_s, edge_s) for edge_s in (bins.first_s, bins.last_s))
     # what does not count must not be in a mean, and a mean over an impact is a point on no circle
     use = before == after
     joins = (use[1:] == use[:-1]) & (after[1:] == before[:-1]) & (data.rest[1:] == data.rest[:-1])
+    joins &= ~near[1:]
     return bins.runs(np.append(False, joins), _allowed(bins, most))
 
 
-def with_bins_of(solution: Solution, data: BinnedData) -> Start:
+def with_bins_of(solution: Solution | Start, data: BinnedData) -> Start:
     """Return a solution's state with the bins of other data of the same samples."""
     state, problem = solution.state, solution.problem
     break_s = state.theta[problem.layout.breaks]

@@ -33,8 +33,8 @@ class RoundSettings:
 
     Attributes
     ----------
-    steps, minimise, passing
-        Gauss-Newton steps a round, and when they end before: in the last, and in those that others follow.
+    steps, minimise
+        Gauss-Newton steps a round, and when they end before.
     noise_from_round
         The noise scale follows the misfit from this round on: before it the maps have not grown.
     settled_ln_evidence, least_rounds
@@ -54,7 +54,6 @@ class RoundSettings:
 
     steps: int = 6
     minimise: MinimiseSettings = MINIMISE
-    passing: MinimiseSettings = MINIMISE
     noise_from_round: int = 2
     settled_ln_evidence: float = 0.2
     least_rounds: int = 4
@@ -68,11 +67,7 @@ class RoundSettings:
 ROUNDS = RoundSettings()
 LAST = replace(ROUNDS, noise_from_round=0, settled_ln_evidence=0.5, least_rounds=1)
 """For the chosen model, which has been converged on fewer bins: its maps have grown."""
-COARSE = RoundSettings(
-    steps=4,
-    minimise=MinimiseSettings(close=1.0, nothing=0.25),
-    passing=MinimiseSettings(close=20.0, nothing=0.25, renewed=False),
-)
+COARSE = RoundSettings(steps=4, minimise=MinimiseSettings(close=1.0, nothing=0.25))
 """While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 
@@ -138,7 +133,7 @@ def _rounds(
     """Yield the solution and its log evidence after the first minimum and after each round, until they settle."""
     # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
     evidence = -np.inf
-    solution = minimise(start, settings.steps, settings.passing)
+    solution = minimise(start, settings.steps, settings.minimise)
     yield solution, log_evidence(solution)
     for number in range(rounds):
         round_done()
@@ -149,8 +144,7 @@ def _rounds(
         # maps, range and scattering follow the motion without derivatives of theirs
         problem = problem.at_places(positions_at_bins(solution), solution.state.theta)
         # the same valley: what was too far there is too far here
-        how = settings.minimise if number == rounds - 1 else settings.passing
-        solution = minimise(Start(problem, solution.state), settings.steps, how, solution.damping)
+        solution = minimise(Start(problem, solution.state), settings.steps, settings.minimise, solution.damping)
         now = log_evidence(solution)
         yield solution, now
         if number >= settings.least_rounds and abs(now - evidence) < settings.settled_ln_evidence:

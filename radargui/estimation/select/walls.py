@@ -107,7 +107,7 @@ def search_wall(
         search = search.with_more(trials, without)
         promising = -settings.convincing if thorough else settings.promising
         # what is kept looks around again as it walks; what no place of the grid shows hides behind no motion
-        if search.gain > settings.beyond_doubt or max(likeliest, search.gain) < 0.0:
+        if search.gain > settings.beyond_doubt or max(likeliest, search.gain) < -settings.worthwhile:
             return search
         if search.gain < max(before + settings.worthwhile, promising):
             break
@@ -121,7 +121,7 @@ def best_started(starts: Sequence[Start], most: int, round_done: Callable[[], No
     """Return the starts that are best after some steps, there."""
     found = []
     for start in starts:
-        found.append(minimise(start, WALLS.first_steps, COARSE.passing))
+        found.append(minimise(start, WALLS.first_steps))
         round_done()
     return [Start(one.problem, one.state) for one in sorted(found, key=log_evidence, reverse=True)[:most]]
 

@@ -31,8 +31,6 @@ class MinimiseSettings:
         Factors after a step that did not, or did at once, lower the cost (Marquardt 1963 has 10 and 10).
     least_flight_s
         Two breaks never come closer: no bin would lie between them.
-    renewed
-        Whether the normal matrix is made anew after the last of the steps; else it stays that where this began.
     """
 
     close: float = 0.05
@@ -42,7 +40,6 @@ class MinimiseSettings:
     damping_up: float = 10.0
     damping_down: float = 10.0
     least_flight_s: float = 1e-3
-    renewed: bool = True
 
 
 MINIMISE = MinimiseSettings()
@@ -80,7 +77,7 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE, da
     at = linearise(problem, state)
     settled = False
     assembled = assemble(problem, state, at)
-    for left in range(steps - 1, -1, -1):
+    for _ in range(steps):
         improved, damping = _improve(problem, state, at, assembled, damping, settings)
         if improved is None:
             settled = damping <= settings.most_damping
@@ -88,7 +85,7 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE, da
         # in ln likelihood: less than what any unknown could be told apart by, and the curvature is what it was
         settled = at.cost - improved[1].cost < settings.close
         state, at = improved
-        if settled or not (left or settings.renewed):
+        if settled:
             break
         assembled = assemble(problem, state, at)
     # the waves have served: kept with every alternative they would be most of its memory

@@ -25,8 +25,9 @@ from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.hardware import LogFrontEnd
 from radargui.estimation.select import budget
 from radargui.estimation.select.choose import Alternative, ChoiceSettings, ChosenModel, _Selection, choose_model
+from radargui.estimation.select.fewer_bins import fewer_bins, with_bins_of
 from radargui.estimation.solve.changed_problem import problem_with_mirrors
-from radargui.estimation.solve.minimise import log_evidence, minimise
+from radargui.estimation.solve.minimise import log_evidence, minimise, solved_at
 from radargui.geometry.path_length import path_lengths
 from radargui.model.errors import SolveError
 
@@ -172,9 +173,11 @@ def test_lobes_of_the_direct_wave_are_no_floor() -> None:
 def test_few_fringes_make_other_lengths_tried() -> None:
     made = small_problem(sigma=0.005)
     selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
-    solution, others = selection.other_lengths(
-        selection.converged(selection.from_rounds(selection.found, 0.09, reflects=False), 4)
-    )
+    alone = selection.converged(selection.from_rounds(selection.found, 0.09, reflects=False), 4)
+    # breaks that were settled have parted the bins otherwise
+    alone = solved_at(with_bins_of(alone, fewer_bins(selection.whole, np.array([0.2]))))
+    assert alone.problem.bins.n_bins != selection.data.bins.n_bins
+    solution, others = selection.other_lengths(alone)
     lengths = {solution.problem.bias_basis.length_m, *(one.solution.problem.bias_basis.length_m for one in others)}
     assert lengths <= {0.09, 0.14, 0.22}
     assert all(0.01 < other.weight <= 1.0 for other in others)

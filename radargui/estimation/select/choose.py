@@ -303,7 +303,8 @@ class _Selection:
 
         Only once the breaks are settled do evidences tell lengths apart.
         """
-        planes, visited = solution.problem.inputs.planes, positions_at_bins(solution)[:, ~self.data.rest]
+        planes, bins = solution.problem.inputs.planes, solution.problem.bins
+        visited = positions_at_bins(solution)[:, bins.last_s >= self.found.signals.rest_end_s]
         bases = [None, *(make_basis(visited, length) for length in self.settings.other_lengths_m)]
         rounds = self.settings.first_rounds
         # the present length goes through the same rounds: evidence still moves

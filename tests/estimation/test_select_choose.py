@@ -175,7 +175,7 @@ def test_few_fringes_make_other_lengths_tried() -> None:
     selection = _Selection(rounds(made), no_drift(), UP, nothing, None, ChoiceSettings())
     alone = selection.converged(selection.from_rounds(selection.found, 0.09, reflects=False), 4)
     # breaks that were settled have parted the bins otherwise
-    alone = solved_at(with_bins_of(alone, fewer_bins(selection.whole, np.array([0.2]))))
+    alone = solved_at(with_bins_of(alone, fewer_bins(selection.whole, np.array([0.15, 0.2]))))
     assert alone.problem.bins.n_bins != selection.data.bins.n_bins
     solution, others = selection.other_lengths(alone)
     lengths = {solution.problem.bias_basis.length_m, *(one.solution.problem.bias_basis.length_m for one in others)}

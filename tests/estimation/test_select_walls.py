@@ -11,8 +11,8 @@ from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_p
 from radargui.estimation.forward.mirrors import MirrorPlane
 from radargui.estimation.select import wall_walk
 from radargui.estimation.select.converge import converge, race
-from radargui.estimation.select.unseen_mirrors import unseen_mirrors
-from radargui.estimation.select.wall_grid import WALLS, linearised_gains, upright_planes, wall_grid
+from radargui.estimation.select.unseen_mirrors import UnseenSettings, unseen_mirrors
+from radargui.estimation.select.wall_grid import WALLS, LinearisedSearch, linearised_gains, upright_planes, wall_grid
 from radargui.estimation.select.wall_walk import WalkSettings, walked
 from radargui.estimation.select.walls import best_started, peaks, place_of_last, same_place, search_wall
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
@@ -209,6 +209,19 @@ def test_walls_that_were_not_tried_weigh_as_those_that_are() -> None:
     highest = np.sort(np.exp(np.minimum(foretold[peaks(foretold.reshape(40, -1), around=True)[:4]], 0.0) / 5.0))
     assert 3.0 * weight == pytest.approx(3.0 * among_all + highest.sum(), rel=0.05)
     assert len(moved) == 3
+
+
+def test_places_that_weigh_alike_share_one_weight(monkeypatch: pytest.MonkeyPatch) -> None:
+    noisy = converged(small_problem((FLOOR_PLANE,), sigma=0.2))
+    monkeypatch.setattr(LinearisedSearch, "gains", lambda self, planes: np.ones(len(planes)))
+
+    def moved(places: int) -> float:
+        states, weight = unseen_mirrors(noisy, UP, 5.0, settings=UnseenSettings(places=places))
+        assert 3.0 * weight == pytest.approx(1.0)
+        return float(sum(((one.coefficients - noisy.state.coefficients) ** 2).sum() for one in states))
+
+    # some of 320 stand for all: a mean, not a sum over all that weigh alike, which is 16 times as much
+    assert 0.1 < moved(20) / moved(320) < 10.0
 
 
 @pytest.mark.parametrize("planes", [(), (FLOOR_PLANE,)], ids=["a floor", "walls beside a floor"])

@@ -1,4 +1,4 @@
-"""Fewer and longer bins, on which models are compared at less cost, and back to all of them (method 4, Bins)."""
+"""Fewer and longer bins, on which models are compared at less cost, and back to all of them (method 4, Evidence)."""
 
 from __future__ import annotations
 
@@ -29,11 +29,8 @@ def _begins(data: BinnedData, break_s: FloatArray, most: int) -> IntArray:
     bins = data.bins
     reach = (bins.first_s - NEAR_BREAK_S, bins.last_s + NEAR_BREAK_S)
     near = np.diff(np.searchsorted(break_s, reach), axis=0)[0] > 0
-    before, after = (np.searchsorted(break_s, edge_s) for edge_s in (bins.first_s, bins.last_s))
-    # what does not count must not be in a mean, and a mean over an impact is a point on no circle
-    use = before == after
-    joins = (use[1:] == use[:-1]) & (after[1:] == before[:-1]) & (data.rest[1:] == data.rest[:-1])
-    joins &= ~near[1:]
+    # a mean over an impact is a point on no circle
+    joins = ~near[1:] & (data.rest[1:] == data.rest[:-1])
     return bins.runs(np.append(False, joins), _allowed(bins, most))
 
 

@@ -99,11 +99,13 @@ def unseen_mirrors(
     weight = np.concatenate(weights)
     if weight.sum() < settings.least_weight:
         return [], 0.0
-    ordered = np.sort(weight)[::-1]
-    n_likely = min(int(np.searchsorted(np.cumsum(ordered), settings.stand_for * weight.sum())) + 1, settings.places)
-    least = ordered[n_likely - 1]
-    share = [np.where(one >= least, one, 0.0) / ordered[:n_likely].sum() for one in weights]
-    moved = np.hstack([_moved(*one, own) for one, own in zip(trials, share, strict=True) if own.any()])
+    likeliest = np.argsort(-weight)[: settings.places]
+    n_likely = int(np.searchsorted(np.cumsum(weight[likeliest]), settings.stand_for * weight.sum())) + 1
+    # exactly so many: where all gains are above zero all weigh alike
+    share = np.zeros(weight.size)
+    share[likeliest[:n_likely]] = weight[likeliest[:n_likely]] / weight[likeliest[:n_likely]].sum()
+    shares = np.split(share, np.cumsum([one.size for one in weights])[:-1])
+    moved = np.hstack([_moved(*one, own) for one, own in zip(trials, shares, strict=True) if own.any()])
     n_motion = trials[0][0].n_motion
     at_bins = np.concatenate([solution.at.design @ moved[axis:n_motion:3] for axis in range(3)])
     _, vectors = np.linalg.eigh(at_bins.T @ at_bins)

@@ -9,7 +9,7 @@ import numpy as np
 from radargui.conditioning.averager import code_means
 from radargui.conditioning.noise import block_means
 from radargui.conditioning.segment import held
-from radargui.model.arrays import BoolArray, FloatArray, even_transform_size, pieces
+from radargui.model.arrays import BoolArray, FloatArray, even_transform_size, order_statistics, pieces
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.model.recording import Recording, at_rail, stored_starts
 from radargui.model.setup import Setup
@@ -76,6 +76,11 @@ class BandSignals:
     usable: BoolArray
     size: int
     highest_hz: float = np.inf
+
+    @property
+    def fastest_hz(self) -> float:
+        """Frequency that no line is above: half a bin more than where the highest was seen, if any was."""
+        return self.highest_hz + 0.5 / SETTINGS.frame_s if self.highest_hz > 0.0 else np.inf
 
 
 def band_signals(recording: Recording, samples: slice, setup: Setup) -> BandSignals:
@@ -173,7 +178,7 @@ def _fastest_line_hz(volts: FloatArray, rate_hz: float, settings: BandSettings) 
     mean = frames @ np.full(size, 1.0 / size)
     power = np.einsum("cfs,cfs->cf", frames, frames) / size - mean**2
     # frames at rest cost as much and show nothing: moving ones are above the quiet, or all about alike
-    quiet, loud = np.quantile(power, [0.05, 0.95], axis=1)
+    quiet, loud = order_statistics(power, 0.05, 0.95).T
     moving = np.flatnonzero((power > np.minimum(2.0 * quiet, 0.1 * loud)[:, None]).any(axis=0))
     window, highest = np.hanning(size), 0
     for part in pieces(moving.size, 64):
@@ -184,6 +189,7 @@ def _fastest_line_hz(volts: FloatArray, rate_hz: float, settings: BandSettings) 
         # only those above the highest so far are worth a median
         place = lines.argmax(axis=1) + 1
         lines, place = lines[place > highest], place[place > highest]
-        strong = lines.max(axis=1, initial=0.0) > settings.strong * np.median(lines, axis=1) if place.size else False
-        highest = max(highest, int(place[strong].max(initial=0)))
+        if place.size:
+            strong = lines.max(axis=1) > settings.strong * order_statistics(lines, 0.5)[:, 0]
+            highest = max(highest, int(place[strong].max(initial=0)))
     return highest * rate_hz / size

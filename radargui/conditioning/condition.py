@@ -11,6 +11,7 @@ import numpy as np
 from radargui.conditioning.band import BandSignals, band_signals, band_times_s, blocks_with
 from radargui.conditioning.conditioned import Conditioned
 from radargui.conditioning.doppler import ALONE, Doppler, measure_doppler, measure_dopplers
+from radargui.conditioning.doppler import SETTINGS as DOPPLER
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
 from radargui.conditioning.noise import LEAST_SAMPLES, block_means, white_noise_v
@@ -57,7 +58,7 @@ PILED, LEAST_PILED = 5, 20
 """Samples at an end over those at the value beside it, and in number, that no crest has."""
 CLIPPED_U = 0.25
 """Uncertainty of ln gain that filled samples leave, times their share (`bench robust`, kind clipped)."""
-LOOKED_HZ, LOOKED_PER_FRINGE = 2000.0, 16.0
+LOOKED_HZ, LOOKED_PER_FRINGE = 1000.0, 16.0
 """Least rate, and least samples of the fastest wave, of the means whose spectra tell three receivers' lines."""
 SEEN_ON_S = 0.025
 """After the latest onset that counts: it is one where the next block is away too."""
@@ -199,9 +200,8 @@ def _conditioned(
         # what holds a path has more samples than its spectra need
         look = max(1, int(rate_hz / max(LOOKED_HZ, LOOKED_PER_FRINGE * stretch.signals.highest_hz)))
         means, noise = block_means(volts[:, moving], look), noise_v / np.sqrt(look)
-        doppler = tuple(
-            one.of_samples(look).counted_from(-moving.start) for one in measure_dopplers(means, rate_hz / look, noise)
-        )
+        found_in = measure_dopplers(means, rate_hz / look, noise, DOPPLER.holding(stretch.signals.fastest_hz))
+        doppler = tuple(one.of_samples(look).counted_from(-moving.start) for one in found_in)
     motion = _widened(motion, doppler, echoes)
     rest, moving = _rest_before(volts, time_s, motion, settings), slice(motion.first, motion.last)
     faults = _faults(volts, as_wired, noise_v, usable, doppler, moving)

@@ -123,4 +123,4 @@ class Conditioned:
 
     def at_one_time(self) -> FloatArray:
         """Return the volts with all channels interpolated to the time of channel 0, same shape."""
-        return remove_skew(self.volts, self.sample_rate_hz, self.delay_s)
+        return remove_skew(self.volts, self.sample_rate_hz, self.delay_s, slow=self.size > 1)

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ
-from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray, even_transform_size
+from radargui.model.arrays import BoolArray, ComplexArray, FloatArray, IntArray, even_transform_size, order_statistics
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +45,11 @@ class DopplerSettings:
     strong: float = 30.0
     alone: float = 0.6
     lowest_bin: int = 2
+
+    def holding(self, highest_hz: float) -> DopplerSettings:
+        """Return the same without frames so short that no line up to a frequency is above their lowest bin."""
+        long = tuple(one for one in self.lengths_s if one * highest_hz > self.lowest_bin + 0.5)
+        return replace(self, lengths_s=long or self.lengths_s[-1:])
 
 
 SETTINGS = DopplerSettings()
@@ -146,7 +151,7 @@ class Doppler:
     @property
     def highest_hz(self) -> float | None:
         """Nearly the fastest of the clear lines (19 of 20 are slower); None without any."""
-        return float(np.quantile(self.frequency_hz[self.clear], 0.95)) if self.clear.any() else None
+        return float(order_statistics(self.frequency_hz[self.clear], 0.95)[0]) if self.clear.any() else None
 
 
 def measure_doppler(
@@ -267,7 +272,8 @@ def _frames(
     frames = np.lib.stride_tricks.sliding_window_view(centred_v, size, axis=1)[:, starts]
     frames -= (frames @ window.fit) @ window.line
     frames *= window.hann
-    spectrum = np.fft.rfft(frames, axis=2)
+    # numpy transforms single precision up to six times slower
+    spectrum = np.fft.rfft(frames.astype(np.float64), axis=2).astype(np.complex64)
     # |I|^2 + |Q|^2: the sum of the powers at +f and -f, whatever the mixer
     squares = spectrum.real**2 + spectrum.imag**2
     power = squares[0::2] + squares[1::2]

@@ -9,7 +9,7 @@ import numpy as np
 from radargui.conditioning.activity import activity, block_size, window_blocks
 from radargui.conditioning.hum import HARMONICS, MAINS_HZ, without_mains
 from radargui.conditioning.noise import block_means
-from radargui.model.arrays import BoolArray, FloatArray, runs_of
+from radargui.model.arrays import BoolArray, FloatArray, order_statistics, runs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +185,7 @@ def _turn(i: FloatArray, q: FloatArray, least_radius: float) -> tuple[float, flo
 def _moving(
     level: FloatArray, volts: FloatArray, sample_rate_hz: float, noise: FloatArray, settings: MotionSettings
 ) -> BoolArray | None:
-    low, high = (float(share) for share in np.percentile(level, [5.0, 99.0]))
+    low, high = order_statistics(level, 0.05, 0.99).tolist()
     quiet = max(1.0, low)
     if quiet > settings.not_quiet * high:
         if high < settings.threshold or _is_hum(volts, sample_rate_hz, noise, settings):

@@ -14,7 +14,7 @@ LEAST_WEIGHT = 1e-7
 """Of the samples beyond those that count, all together: a sixteenth of the last step of a converter of 20 bits."""
 
 
-def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray) -> FloatArray:
+def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray, *, slow: bool = False) -> FloatArray:
     """Interpolate each channel back by its delay with a quintic spline.
 
     A channel is sampled at n / rate + delay; its value at n / rate is wanted. Without this the skew is a quadrature
@@ -29,6 +29,9 @@ def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray) -
         Rate of each channel.
     delay_s
         Delay of each channel against channel 0, shape (n_channels,).
+    slow
+        Whether a wave has 32 samples at the least: a polynomial of sixth degree through seven of them is then within
+        3e-8 of it, and three times as fast.
 
     Returns
     -------
@@ -42,7 +45,7 @@ def remove_skew(volts: FloatArray, sample_rate_hz: float, delay_s: FloatArray) -
     for channel in np.flatnonzero(delay_s):
         back = float(delay_s[channel] * sample_rate_hz)
         if n_samples > 4 * REACH:
-            middle, ends = _weights(back), _end_weights(back)
+            middle, ends = _polynomial_weights(back) if slow else _weights(back), _end_weights(back)
             reach, values = middle.size // 2, volts[channel]
             out[channel, reach : n_samples - reach] = weighed_sums(values, middle)
             # at the ends the spline ends too
@@ -94,6 +97,13 @@ def _weights(back: float) -> FloatArray:
     left_out = np.append(np.cumsum(away[::-1])[::-1], 0.0)
     reach = int(np.argmax(left_out < LEAST_WEIGHT))
     return row[REACH - reach : REACH + reach + 1]
+
+
+@lru_cache(maxsize=32)
+def _polynomial_weights(back: float) -> FloatArray:
+    """Return the weights of seven samples around the wanted one (Lagrange)."""
+    place = np.arange(-3.0, 4.0)
+    return np.linalg.solve(np.vander(place, increasing=True).T, (-back) ** np.arange(place.size))
 
 
 @lru_cache(maxsize=32)

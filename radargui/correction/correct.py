@@ -24,6 +24,8 @@ Given I and Q of one receiver in V, shape (2, n_samples), where motion and rest 
 returns I and Q on the unit circle, NaN where unknown, same shape. It raises `ProcessingError` where it cannot.
 """
 
+SOME = 8
+"""Samples of the motion of which one tells the scale, the same from one zero crossing to the next."""
 LEAST_U_PHASE_RAD = 1e-12
 """Of a signal that is perfectly round: a weight stays finite."""
 
@@ -99,9 +101,9 @@ def _correct_one(conditioned: Conditioned, number: int, pair_v: FloatArray, meth
 
 
 def _scale(moving_v: FloatArray, iq: FloatArray, segment: Segment, step: Steps) -> FloatArray:
-    """Return the volts that one unit of corrected I and Q stands for in the motion, shape (2, n_moving) or (2, 1)."""
+    """Return the volts that one unit of corrected I and Q stands for, at some samples of the motion or (2, 1)."""
     if isinstance(step, PublishedSteps):
-        return np.stack([own.scale[segment.first : segment.last] for own in (step.i, step.q)])
+        return np.stack([own.scale[segment.first : segment.last : SOME] for own in (step.i, step.q)])
     return np.asarray(moving_v.std(axis=1, keepdims=True) / np.maximum(iq.std(axis=1, keepdims=True), 1e-300))
 
 
@@ -113,13 +115,14 @@ def _quality(
         gain, quadrature_deg = step.gain_ratio, float(np.degrees(step.quadrature_error_rad))
     elif isinstance(step, PublishedSteps):
         gain = float(np.median(scale[1]) / np.median(scale[0]))
-    used = valid if valid.any() else np.ones_like(valid)
+    some = valid[::SOME]
+    used = some if some.any() else np.ones_like(some)
     return assess(
         name,
         iq=iq,
         phase_rad=unwrap(wrapped_phase(iq[:1], iq[1:]))[0],
         valid=valid,
-        noise=float(np.median(np.broadcast_to(noise, valid.shape)[used])),
+        noise=float(np.median(np.broadcast_to(noise, some.shape)[used])),
         fraction_clipped=clipped,
         gain_ratio=gain,
         quadrature_error_deg=quadrature_deg,

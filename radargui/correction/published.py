@@ -8,7 +8,7 @@ import numpy as np
 
 from radargui.correction.extremes import spline_through, standing_out, turning_points
 from radargui.correction.smooth import SMOOTHING_S, smooth
-from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.model.arrays import BoolArray, FloatArray, IntArray, order_statistics
 from radargui.model.errors import ProcessingError
 from radargui.model.result import Segment
 
@@ -109,7 +109,10 @@ def correct_published(
     for _ in range(blurred):
         turning[1:-1] = turning[:-2] | turning[1:-1] | turning[2:]
     steps = tuple(_correct_channel(smoothed[k], moving, turning).laid_out(near.start, n_samples) for k in (0, 1))
-    corrected = np.stack([(pair_v[k] - step.bias) / step.scale for k, step in enumerate(steps)])
+    corrected = np.empty(pair_v.shape)
+    for row, channel, step in zip(corrected, pair_v, steps, strict=True):
+        np.subtract(channel, step.bias, out=row)
+        row /= step.scale
     return corrected, PublishedSteps(*steps)
 
 
@@ -191,8 +194,8 @@ def local_swing(x: FloatArray, turning: IntArray) -> FloatArray:
     Half of the typical swing is taken first to find the alternating extremes; the swing between neighbours of these,
     median over five, then follows a change of amplitude.
     """
-    # every fourth sample tells it as well
-    lowest, highest = np.percentile(x[::4], [2.0, 98.0])
+    # every eighth sample tells it as well
+    lowest, highest = order_statistics(x[::8], 0.02, 0.98)
     typical = float(highest - lowest)
     both = turning[standing_out(x, turning, TYPICAL_PROMINENCE * typical)]
     if both.size <= LEAST_SWINGS:

@@ -164,7 +164,7 @@ def changes_of_track(paths: PathLengths, bounces: Bounces, setup: Setup, segment
     given = "normal" in setup.floor.model_fields_set
     moved = np.stack(found)
     e, g = respond(base, inner, bounces, moved, given, setup.floor.u_tilt_deg)
-    moved = np.nan_to_num(moved)
+    moved = moved if known.all() else np.nan_to_num(moved)
     changes = [InputChange(*key, base.time_s, *own) for key, *own in zip(keys, moved, e, g.tolist(), strict=True)]
     return (*changes, *floor_and_clock(base, inner, bounces, setup))
 

@@ -37,7 +37,8 @@ class Heights:
         if d.size < TRACKS.least_rising:
             return 0.0
         # gravity taken off, a line has one unknown less: so few samples bear no parabola
-        return max(0.0, float(np.polyfit(d, height + 0.5 * NOMINAL_GRAVITY_M_S2 * d * d, 1)[0]))
+        straight, away = height + 0.5 * NOMINAL_GRAVITY_M_S2 * d * d, d - d.mean()
+        return max(0.0, float(away @ straight / (away @ away)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,9 +175,11 @@ def impact_velocities(time_s: FloatArray, position_m: FloatArray, impact_s: Floa
 def velocities_of_track(track: Track, segment: Segment, impact_s: FloatArray) -> ImpactVelocities:
     """Return `impact_velocities` of the known samples of a track's motion."""
     part = slice(segment.first, segment.last)
-    position = track.position_m[:, part]
+    time, position = track.time_s[part], track.position_m[:, part]
     known = track.valid[part] & np.isfinite(position).all(axis=0)
-    return impact_velocities(track.time_s[part][known], position[:, known], impact_s)
+    if not known.all():
+        time, position = time[known], position[:, known]
+    return impact_velocities(time, position, impact_s)
 
 
 @dataclass(frozen=True, slots=True)

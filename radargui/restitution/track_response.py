@@ -57,13 +57,10 @@ def respond(
     """
     e, g = np.full((shift_m.shape[0], len(bounces.impacts)), np.nan), np.full(shift_m.shape[0], np.nan)
     part = slice(segment.first, segment.last)
-    known = track.valid[part] & np.isfinite(track.position_m[:, part]).all(axis=0)
-    known &= np.isfinite(shift_m[:, :, part]).all(axis=(0, 1))
-    time, position, shift = (
-        track.time_s[part][known],
-        track.position_m[:, part][:, known],
-        shift_m[:, :, part][..., known],
-    )
+    time, position, shift = track.time_s[part], track.position_m[:, part], shift_m[:, :, part]
+    known = track.valid[part] & np.isfinite(position).all(axis=0) & np.isfinite(shift).all(axis=(0, 1))
+    if not known.all():
+        time, position, shift = time[known], position[:, known], shift[..., known]
     if bounces.normal is None or not bounces.impacts or time.size < LEAST_SHIFTS:
         return e, g
     normal, impact_s = np.asarray(bounces.normal), np.array([one.time_s for one in bounces.impacts])

@@ -10,8 +10,7 @@ import numpy as np
 
 from radargui.conditioning.band import BandSignals, band_signals, band_times_s, blocks_with
 from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.doppler import ALONE, Doppler, measure_doppler, measure_dopplers
-from radargui.conditioning.doppler import SETTINGS as DOPPLER
+from radargui.conditioning.doppler import ALONE, SETTINGS as DOPPLER, Doppler, measure_doppler, measure_dopplers
 from radargui.conditioning.hum import SETTINGS as HUM, Hum, find_hum
 from radargui.conditioning.lines import without_ends, without_standing_lines
 from radargui.conditioning.noise import LEAST_SAMPLES, block_means, white_noise_v

@@ -273,7 +273,7 @@ def _frames(
     frames -= (frames @ window.fit) @ window.line
     frames *= window.hann
     # numpy transforms single precision up to six times slower
-    spectrum = np.fft.rfft(frames.astype(np.float64), axis=2).astype(np.complex64)
+    spectrum = np.fft.rfft(frames.astype(np.float64), axis=2)
     # |I|^2 + |Q|^2: the sum of the powers at +f and -f, whatever the mixer
     squares = spectrum.real**2 + spectrum.imag**2
     power = squares[0::2] + squares[1::2]

@@ -16,11 +16,12 @@ from radargui.estimation.solve.changed_problem import positions_at_bins, problem
 from radargui.estimation.solve.initial_problem import release_times
 from radargui.estimation.solve.minimise import (
     MINIMISE,
+    Known,
     MinimiseSettings,
     Solution,
     local_chi_square,
     log_evidence,
-    minimise,
+    minimise_on,
 )
 from radargui.estimation.solve.prior_deviations import update_priors, updated_noise_scale
 from radargui.estimation.solve.problem import Start
@@ -50,6 +51,9 @@ class RoundSettings:
         At most so often is the body let bounce on.
     no_worse
         Misfits within this factor count as equal: what another knot more or less changes.
+    same_place_m, same_mirrors, same_scale
+        Maps and noise scales stay as they are, and with them what the data say of the last state, while the motion, the
+        mirrors (metres, radians) and the scales change by less. Maps change over decimetres, by hundredths.
     """
 
     steps: int = 6
@@ -62,12 +66,21 @@ class RoundSettings:
     same_s: float = 0.0015
     cascades: int = 3
     no_worse: float = 1.02
+    same_place_m: float = 1e-4
+    same_mirrors: float = 1e-3
+    same_scale: float = 0.01
 
 
 ROUNDS = RoundSettings()
 LAST = replace(ROUNDS, noise_from_round=0, settled_ln_evidence=0.5, least_rounds=1)
 """For the chosen model, which has been converged on fewer bins: its maps have grown."""
-COARSE = RoundSettings(steps=4, minimise=MinimiseSettings(close=1.0, nothing=0.25))
+COARSE = RoundSettings(
+    steps=4,
+    minimise=MinimiseSettings(close=1.0, nothing=0.25),
+    same_place_m=5e-4,
+    same_mirrors=0.02,
+    same_scale=0.02,
+)
 """While models are compared: evidences are told apart by units, and what one round leaves the next one takes."""
 
 
@@ -133,18 +146,24 @@ def _rounds(
     """Yield the solution and its log evidence after the first minimum and after each round, until they settle."""
     # priors and minimum by turns: neither is right without the other (MacKay 1992, section 4)
     evidence = -np.inf
-    solution = minimise(start, settings.steps, settings.minimise)
+    known: Known | None
+    solution, known = minimise_on(start, settings.steps, settings.minimise)
     yield solution, log_evidence(solution)
     for number in range(rounds):
         round_done()
-        problem = update_priors(solution)
+        problem, scale = update_priors(solution), solution.problem.noise_scale
         # too early it would take for noise what the maps are about to explain
         if number >= settings.noise_from_round:
-            problem = replace(problem, noise_scale=updated_noise_scale(solution))
-        # maps, range and scattering follow the motion without derivatives of theirs
-        problem = problem.at_places(positions_at_bins(solution), solution.state.theta)
+            scale = updated_noise_scale(solution)
+        place, theta = positions_at_bins(solution), solution.state.theta
+        same = np.abs(scale / problem.noise_scale - 1.0).max() < settings.same_scale
+        if not (same and problem.is_mapped(place, theta, settings.same_place_m, settings.same_mirrors)):
+            # maps, range and scattering follow the motion without derivatives of theirs
+            problem, known = replace(problem, noise_scale=scale).at_places(place, theta), None
         # the same valley: what was too far there is too far here
-        solution = minimise(Start(problem, solution.state), settings.steps, settings.minimise, solution.damping)
+        solution, known = minimise_on(
+            Start(problem, solution.state), settings.steps, settings.minimise, solution.damping, known
+        )
         now = log_evidence(solution)
         yield solution, now
         if number >= settings.least_rounds and abs(now - evidence) < settings.settled_ln_evidence:

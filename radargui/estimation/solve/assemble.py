@@ -59,26 +59,41 @@ class Assembled:
         raise failed or SolveError("The normal matrix of the joint estimate cannot be factored.")
 
 
-def assemble(problem: JointProblem, state: State, at: Linearised) -> Assembled:
-    """Build H = J^T W J + priors and the slope J^T W r + priors, interleaving x, y, z in the motion."""
-    layout, prior = problem.layout, problem.prior
-    sums = _Sums(problem, state, at)
-    for part in pieces(problem.bins.n_bins, BINS_TOGETHER):
-        sums.add(part)
-    c, m, slope = sums.c[3:], sums.m, sums.slope
-    # written once above; a symmetric matrix must be so to the last bit, or Cholesky takes the wrong half
-    m[layout.breaks.stop :, layout.breaks] = m[layout.breaks, layout.breaks.stop :].T
+def assemble(problem: JointProblem, state: State, at: Linearised, sums: DataSums | None = None) -> Assembled:
+    """Build H = J^T W J + priors and the slope J^T W r + priors, interleaving x, y, z in the motion.
+
+    Parameters
+    ----------
+    problem, state, at
+        The problem linearised at a state.
+    sums
+        What the data say there, where it was summed for a problem that differs in its priors alone.
+    """
+    layout, prior, sums = problem.layout, problem.prior, sums or sum_data(problem, state, at)
+    c, m = sums.c[3:], sums.m.copy()
     m[np.diag_indices(layout.size)] += 1.0 / prior.sd**2
-    slope += (state.theta - prior.mean) / prior.sd**2
+    slope = sums.slope + (state.theta - prior.mean) / prior.sd**2
     # a prior of each coordinate alike: outside of flights gravity and drag are no jerk to speak of
-    sums.band += at.law.rows.rows.gram(problem.law_sd**-2.0)[:, :, None, None] * np.eye(3)
+    band = sums.band + at.law.rows.rows.gram(problem.law_sd**-2.0)[:, :, None, None] * np.eye(3)
     by_motion, by_global = law_slopes(problem, at)
     if layout.sizes.flight:
+        c = c.copy()
         _add_flight(c, m, problem, at)
-    return Assembled(_symmetric(sums.band[:, 1:]), c, m, sums.slope_motion[3:] + by_motion, slope + by_global)
+    return Assembled(_symmetric(band[:, 1:]), c, m, sums.slope_motion[3:] + by_motion, slope + by_global)
 
 
-class _Sums:
+def sum_data(problem: JointProblem, state: State, at: Linearised) -> DataSums:
+    """Return what the data make of H and of the slope at a state, the priors left out."""
+    sums = DataSums(problem, state, at)
+    for part in pieces(problem.bins.n_bins, BINS_TOGETHER):
+        sums.add(part)
+    # written once above; a symmetric matrix must be so to the last bit, or Cholesky takes the wrong half
+    breaks = problem.layout.breaks
+    sums.m[breaks.stop :, breaks] = sums.m[breaks, breaks.stop :].T
+    return sums
+
+
+class DataSums:
     """Sums over the bins; what belongs to the motion has the release itself, which does not move, at its head.
 
     Attributes

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.estimation.solve.assemble import Assembled, assemble
+from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, sum_data
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.estimation.solve.priors import PRIORS
-from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise
+from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise, reweighed
 from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 
@@ -65,18 +65,45 @@ def solved_at(start: Start) -> Solution:
     return Solution(start.problem, start.state, replace(at, waves=()), normal, False)
 
 
-def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE, damping: float = 0.0) -> Solution:
-    """Take up to `steps` Gauss-Newton steps, the first so damped; stop where a step gains less than `close` in cost.
+@dataclass(frozen=True)
+class Known:
+    """A problem linearised and summed at a state: what other priors there leave as it is."""
+
+    problem: JointProblem
+    at: Linearised
+    sums: DataSums
+
+
+def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) -> Solution:
+    """Take up to `steps` Gauss-Newton steps; stop where a step gains less than `close` in cost.
 
     Raises
     ------
     SolveError
         The normal matrix cannot be factored.
     """
+    return minimise_on(start, steps, settings)[0]
+
+
+def minimise_on(
+    start: Start, steps: int, settings: MinimiseSettings, damping: float = 0.0, known: Known | None = None
+) -> tuple[Solution, Known]:
+    """Take steps as `minimise` does, the first so damped, and return what is known at the end too.
+
+    Parameters
+    ----------
+    start, steps, settings
+        As there.
+    damping
+        Of the first step.
+    known
+        Of a problem that differs in its priors alone, at the state of the start.
+    """
     problem, state = start.problem, start.state
-    at = linearise(problem, state)
+    at = linearise(problem, state) if known is None else reweighed(known.problem, problem, state.theta, known.at)
+    sums = sum_data(problem, state, at) if known is None else known.sums
     settled = False
-    assembled = assemble(problem, state, at)
+    assembled = assemble(problem, state, at, sums)
     for _ in range(steps):
         improved, damping = _improve(problem, state, at, assembled, damping, settings)
         if improved is None:
@@ -85,11 +112,13 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE, da
         # in ln likelihood: less than what any unknown could be told apart by, and the curvature is what it was
         settled = at.cost - improved[1].cost < settings.close
         state, at = improved
+        sums = sum_data(problem, state, at)
+        assembled = assemble(problem, state, at, sums)
         if settled:
             break
-        assembled = assemble(problem, state, at)
     # the waves have served: kept with every alternative they would be most of its memory
-    return Solution(problem, state, replace(at, waves=()), assembled.factor(), settled, damping)
+    solution = Solution(problem, state, replace(at, waves=()), assembled.factor(), settled, damping)
+    return solution, Known(problem, at, sums)
 
 
 def _improve(

@@ -52,6 +52,9 @@ class JointProblem:
         The tracer and the antennas' polarisation; None where it counts as a point.
     multiplexer
         What the channels may have of each other.
+    mapped_m, mapped_mirrors
+        Places, shape (3, n_bins), and tilts and shifts of the mirrors (n_mirrors, 3), for which maps, range factor and
+        scattering are evaluated; None before they are.
     """
 
     bins: Bins
@@ -69,6 +72,8 @@ class JointProblem:
     released_s: float
     sphere: PolarisedSphere | None = None
     multiplexer: Multiplexer | None = None
+    mapped_m: FloatArray | None = None
+    mapped_mirrors: FloatArray | None = None
 
     @property
     def n_receivers(self) -> int:
@@ -90,7 +95,14 @@ class JointProblem:
             amplitude_map=self.amplitude_basis(place),
             range_factor=range_factor(place, antennas, release),
         )
-        return replace(self, inputs=inputs)
+        return replace(self, inputs=inputs, mapped_m=place, mapped_mirrors=unknown)
+
+    def is_mapped(self, place: FloatArray, theta: FloatArray, within: float, mirrors_within: float) -> bool:
+        """Whether maps are evaluated for nearly these places: within metres, mirrors within metres and radians."""
+        if self.mapped_m is None or self.mapped_mirrors is None:
+            return False
+        turned = np.abs(self.layout.plane_unknowns(theta) - self.mapped_mirrors).max(initial=0.0)
+        return bool(np.abs(place - self.mapped_m).max() < within and turned < mirrors_within)
 
 
 @dataclass(frozen=True)
@@ -172,11 +184,21 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     law = LawDeviation.of(
         LawRows.of(spline, problem.in_flight), state.coefficients, theta[layout.flight], spline.break_s.size
     )
-    prior = problem.prior
-    loss += 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum())
-    loss += 0.5 * float(((law.value / problem.law_sd[:, None]) ** 2).sum())
+    loss += _prior_cost(problem, theta, law)
     kept_waves = waves if bins.n_bins <= BINS_TOGETHER else ()
     return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, law, excess, kept_waves)
+
+
+def reweighed(problem: JointProblem, other: JointProblem, theta: FloatArray, at: Linearised) -> Linearised:
+    """Return what another problem, which differs from one in its priors alone, is where that was linearised."""
+    change = _prior_cost(other, theta, at.law) - _prior_cost(problem, theta, at.law)
+    return replace(at, cost=at.cost + change)
+
+
+def _prior_cost(problem: JointProblem, theta: FloatArray, law: LawDeviation) -> float:
+    prior = problem.prior
+    of_law = ((law.value / problem.law_sd[:, None]) ** 2).sum()
+    return 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum()) + 0.5 * float(of_law)
 
 
 def signals_at(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -12,40 +13,56 @@ from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 from radargui.estimation.forward.banded_rows import PAIRS
 from radargui.estimation.forward.motion_law import LawDeviation
 from radargui.estimation.forward.signal_slopes import receiver_slopes
-from radargui.estimation.solve.normal import NormalMatrix
+from radargui.estimation.solve.normal import NormalMatrix, Reduced
 from radargui.estimation.solve.problem import BINS_TOGETHER, JointProblem, Linearised, State
 from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.errors import SolveError
 
+STIFF, SHARE_OF_ALL = 1.0, 1e-4
+"""Damping up to which breaks and mirrors alone are damped, which is then as good as held, and its share beyond."""
 _JITTERS = (0.0, 1e-13, 1e-11, 1e-9, 1e-7)  # of the diagonal: rounding of coefficients that hardly any bin sees
 
 
 @dataclass(frozen=True)
 class Assembled:
-    """Blocks of the normal matrix H = [[S, C], [C^T, M]] and the slope: motion S, global parameters M, coupling C."""
+    """Blocks of the normal matrix H = [[S, C], [C^T, M]] and the slope: motion S, global parameters M, coupling C.
+
+    `bent` are the places of the breaks and the mirrors among the global parameters.
+    """
 
     s: csr_matrix
     c: FloatArray
     m: FloatArray
     slope_motion: FloatArray
     slope_global: FloatArray
+    bent: IntArray
 
     def factor(self, damping: float = 0.0) -> NormalMatrix:
         """Factor H with its diagonal raised by a share; the least share that makes it positive definite is added.
+
+        Up to 1 it is the share of the breaks and of the mirrors alone, which signals are least linear in; beyond, a
+        ten-thousandth is that of all (Marquardt 1963).
 
         Raises
         ------
         SolveError
             None does.
         """
-        return self._undamped if damping == 0.0 else self._damped(damping)
+        if damping > STIFF:
+            return self._damped(damping * SHARE_OF_ALL)[1]
+        reduced, undamped = self._undamped
+        if damping == 0.0:
+            return undamped
+        added = np.zeros(len(self.m))
+        added[self.bent] = damping * np.diagonal(self.m)[self.bent]
+        return reduced.factor(added)
 
     @cached_property
-    def _undamped(self) -> NormalMatrix:
-        # both a step and what is known at its end ask for it
+    def _undamped(self) -> tuple[Reduced, NormalMatrix]:
+        # a step, one with less freedom, and what is known at its end ask for it
         return self._damped(0.0)
 
-    def _damped(self, damping: float) -> NormalMatrix:
+    def _damped(self, damping: float) -> tuple[Reduced, NormalMatrix]:
         failed: SolveError | None = None
         # as little as will do: jitter is a prior that nobody chose
         for jitter in _JITTERS:
@@ -53,7 +70,8 @@ class Assembled:
             s = csr_matrix(self.s + share * diagonal(self.s.diagonal())) if share else self.s
             m = self.m + share * np.diag(np.diag(self.m)) if share else self.m
             try:
-                return NormalMatrix.factor(s, self.c, m)
+                reduced = Reduced.of(s, self.c, m)
+                return reduced, reduced.factor()
             except SolveError as error:
                 failed = error
         raise failed or SolveError("The normal matrix of the joint estimate cannot be factored.")
@@ -79,7 +97,8 @@ def assemble(problem: JointProblem, state: State, at: Linearised, sums: DataSums
     if layout.sizes.flight:
         c = c.copy()
         _add_flight(c, m, problem, at)
-    return Assembled(_symmetric(band[:, 1:]), c, m, sums.slope_motion[3:] + by_motion, slope + by_global)
+    bent = np.r_[layout.breaks, layout.planes]
+    return Assembled(_symmetric(band[:, 1:]), c, m, sums.slope_motion[3:] + by_motion, slope + by_global, bent)
 
 
 def sum_data(problem: JointProblem, state: State, at: Linearised) -> DataSums:
@@ -112,6 +131,21 @@ class DataSums:
         self.slope, self.slope_motion = np.zeros(n_global), np.zeros(3 * n_coefficients)
         # a break acts through the motion alone: its columns are the motion's times dp/dtau
         self.share, self.number = at.spline.break_shares(problem.bins.time_s)
+
+    def moved(self, coefficients: FloatArray, theta: FloatArray) -> DataSums:
+        """Return the sums where the state has moved by so much, (n, 3) and (n_global,), if the model is linear."""
+        motion = np.concatenate([np.zeros((1, 3)), coefficients])
+        along = np.zeros_like(motion)
+        for distance, blocks in enumerate(self.band):
+            here, other = motion[: len(motion) - distance, :, None], motion[distance:, :, None]
+            between = blocks[: len(here)]
+            along[: len(here)] += (between @ other)[..., 0]
+            if distance:
+                along[distance:] += (between.transpose(0, 2, 1) @ here)[..., 0]
+        out = copy(self)
+        out.slope_motion = self.slope_motion + along.ravel() + self.c @ theta
+        out.slope = self.slope + self.c.T @ motion.ravel() + self.m @ theta
+        return out
 
     def add(self, part: slice) -> None:
         """Add some of the bins."""

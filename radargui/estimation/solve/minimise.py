@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, sum_data
+from radargui.estimation.solve.assemble import STIFF, Assembled, DataSums, assemble, sum_data
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise, reweighed
@@ -24,22 +24,26 @@ class MinimiseSettings:
     close
         A step that gains less in cost (ln likelihood) is the last: an unknown 0.3 of its deviation off costs as much.
     first_damping, most_damping
-        Shares of the diagonal; where the largest does not lower the cost, none does.
+        Of `Assembled.factor`; where the largest does not lower the cost, none does.
     nothing
         Foretold to gain less than this, no step is taken.
     damping_up, damping_down
-        Factors after a step that did not, or did at once, lower the cost (Marquardt 1963 has 10 and 10).
+        Factors after a step that did not, or did at once, lower the cost.
     least_flight_s
         Two breaks never come closer: no bin would lie between them.
+    small, left
+        A step that gains less, and leaves about this share of `close` to the next, needs no new normal matrix.
     """
 
     close: float = 0.05
     nothing: float = 0.005
-    first_damping: float = 1e-4
-    most_damping: float = 1e3
-    damping_up: float = 10.0
-    damping_down: float = 10.0
+    first_damping: float = 0.01
+    most_damping: float = 1e7
+    damping_up: float = 100.0
+    damping_down: float = 100.0
     least_flight_s: float = 1e-3
+    small: float = 200.0
+    left: float = 0.02
 
 
 MINIMISE = MinimiseSettings()
@@ -105,20 +109,41 @@ def minimise_on(
     settled = False
     assembled = assemble(problem, state, at, sums)
     for _ in range(steps):
-        improved, damping = _improve(problem, state, at, assembled, damping, settings)
-        if improved is None:
+        step, damping = _improve(problem, state, at, assembled, damping, settings)
+        if step is None:
             settled = damping <= settings.most_damping
             break
-        # in ln likelihood: less than what any unknown could be told apart by, and the curvature is what it was
-        settled = at.cost - improved[1].cost < settings.close
-        state, at = improved
+        before, state, at = state, step.state, step.at
+        if step.is_linear(settings):
+            # what was foretold has come: the slope is gone, and the curvature is what it was
+            sums, settled = sums.moved(state.coefficients - before.coefficients, state.theta - before.theta), True
+            break
         sums = sum_data(problem, state, at)
         assembled = assemble(problem, state, at, sums)
+        # in ln likelihood: less than what any unknown could be told apart by
+        settled = step.gained < settings.close
         if settled:
             break
     # the waves have served: kept with every alternative they would be most of its memory
     solution = Solution(problem, state, replace(at, waves=()), assembled.factor(), settled, damping)
     return solution, Known(problem, at, sums)
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Where a step leads, what it gains there in cost, and what it should where the cost is a parabola."""
+
+    state: State
+    at: Linearised
+    gained: float
+    foretold: float
+    damping: float
+
+    def is_linear(self, settings: MinimiseSettings) -> bool:
+        """Whether the model is as good as linear over the step."""
+        # where the slope is off by a share of itself, its square is what the next step would gain
+        left = (self.gained - self.foretold) ** 2 / max(self.gained, settings.close)
+        return self.damping <= STIFF and self.gained < settings.small and left < settings.left * settings.close
 
 
 def _improve(
@@ -128,7 +153,7 @@ def _improve(
     assembled: Assembled,
     damping: float,
     settings: MinimiseSettings,
-) -> tuple[tuple[State, Linearised] | None, float]:
+) -> tuple[_Step | None, float]:
     """Return the first of ever more damped steps that lowers the cost, None where none does, and the next damping."""
     first = damping
     while damping <= settings.most_damping:
@@ -139,10 +164,11 @@ def _improve(
             trial_at = linearise(problem, trial)
             gained = at.cost - trial_at.cost
             if gained >= 0.0:
+                step = _Step(trial, trial_at, gained, foretold, damping)
                 # what was just refused would be refused again
                 if damping == first:
                     damping = 0.0 if damping <= settings.first_damping else damping / settings.damping_down
-                return (trial, trial_at), damping
+                return step, damping
             # rounding, not curvature: more damping would only shorten the step
             if foretold < settings.close or -gained < settings.close / 5.0:
                 break

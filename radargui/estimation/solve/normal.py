@@ -140,6 +140,39 @@ def solve_sparse(matrix: csr_matrix, right: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True)
+class Reduced:
+    """H = [[S, C], [C^T, M]] with S factored; fields as of `NormalMatrix`, the complement not factored yet."""
+
+    motion: BlockTridiagonal
+    half: FloatArray
+    complement: FloatArray
+
+    @staticmethod
+    def of(s: csr_matrix, c: FloatArray, m: FloatArray) -> Reduced:
+        """Factor S; raises as `NormalMatrix.factor`."""
+        try:
+            motion = BlockTridiagonal(s)
+        except np.linalg.LinAlgError as error:
+            raise SolveError("The normal matrix of the joint estimate is not positive definite.") from error
+        half = motion.half_solve(c)
+        left = _gram(half)
+        return Reduced(motion, half, np.subtract(m, left, out=left))
+
+    def factor(self, added: FloatArray | None = None) -> NormalMatrix:
+        """Return the factored matrix, something added to the diagonal of M; raises as `NormalMatrix.factor`."""
+        complement = self.complement.copy()
+        if added is not None:
+            complement[np.diag_indices(added.size)] += added
+        try:
+            schur = cho_factor(complement.T, lower=True, overwrite_a=True, check_finite=False)
+        except np.linalg.LinAlgError as error:
+            raise SolveError("The normal matrix of the joint estimate is not positive definite.") from error
+        if not np.isfinite(np.diag(schur[0])).all():  # LAPACK carries what is not a number through without a word
+            raise SolveError("The normal matrix of the joint estimate is not finite.")
+        return NormalMatrix(self.motion, self.half, schur)
+
+
+@dataclass(frozen=True, slots=True)
 class NormalMatrix:
     """H = [[S, C], [C^T, M]] factored by the Schur complement M - C^T S^-1 C.
 
@@ -167,17 +200,7 @@ class NormalMatrix:
         SolveError
             It is not positive definite, or not finite.
         """
-        try:
-            motion = BlockTridiagonal(s)
-            half = motion.half_solve(c)
-            left = _gram(half)
-            np.subtract(m, left, out=left)
-            schur = cho_factor(left.T, lower=True, overwrite_a=True, check_finite=False)
-        except np.linalg.LinAlgError as error:
-            raise SolveError("The normal matrix of the joint estimate is not positive definite.") from error
-        if not np.isfinite(np.diag(schur[0])).all():  # LAPACK carries what is not a number through without a word
-            raise SolveError("The normal matrix of the joint estimate is not finite.")
-        return NormalMatrix(motion, half, schur)
+        return Reduced.of(s, c, m).factor()
 
     def solve(self, slope_motion: FloatArray, slope_global: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return both parts of H^-1 applied to a vector."""

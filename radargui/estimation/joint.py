@@ -142,6 +142,17 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
         misfit,
         constants,
     )
+    posterior = MotionPosterior(solution, signals.onset_s)
+    # what unseen mirrors move was linearised where the best is
+    others = tuple(
+        AlternativeMotion(
+            MotionPosterior(
+                one.solution, signals.onset_s, posterior if one.solution.normal is solution.normal else None
+            ),
+            one.weight,
+        )
+        for one in chosen.alternatives
+    )
     return JointEstimate(
         "joint",
         signals.time_s,
@@ -160,10 +171,8 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
         misfit,
         chosen.choices,
         chosen,
-        MotionPosterior(solution, signals.onset_s),
-        tuple(
-            AlternativeMotion(MotionPosterior(one.solution, signals.onset_s), one.weight) for one in chosen.alternatives
-        ),
+        posterior,
+        others,
     )
 
 

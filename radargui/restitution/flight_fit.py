@@ -134,7 +134,7 @@ class FlightFit:
         s = np.column_stack([eliminated.marginal(one.slope_motion, one.slope_global) for one in responses])
         along = self.jacobian.T @ s
         return np.asarray(
-            (s * self.information.solve(s)).sum(axis=0) - (along * _solve(self.normal, along)).sum(axis=0)
+            (s * self.information.form.solve(s)).sum(axis=0) - (along * _solve(self.normal, along)).sum(axis=0)
         )
 
     def bend_over_u(self, time_s: FloatArray, u_position_m: FloatArray) -> float:
@@ -207,14 +207,14 @@ def _normal_equations(unknowns: FlightUnknowns, q: FloatArray, prior: FloatArray
     information = unknowns.information
     jacobian = unknowns.slopes(q).x
     # the slope of -ln L at x(q), by the chain rule pulled back to q
-    pull = information.times(unknowns.motion(q).x - information.x0) + information.slope
-    return jacobian.T @ information.times(jacobian) + np.diag(prior), jacobian.T @ pull + prior * q
+    pull = information.form.times(unknowns.motion(q).x - information.x0) + information.slope
+    return jacobian.T @ information.form.times(jacobian) + np.diag(prior), jacobian.T @ pull + prior * q
 
 
 def _cost(unknowns: FlightUnknowns, q: FloatArray, prior: FloatArray) -> float:
     information = unknowns.information
     offset = unknowns.motion(q).x - information.x0
-    return float(0.5 * offset @ information.times(offset) + information.slope @ offset + 0.5 * (prior * q) @ q)
+    return float(0.5 * offset @ information.form.times(offset) + information.slope @ offset + 0.5 * (prior * q) @ q)
 
 
 def _sensible(unknowns: FlightUnknowns, q: FloatArray) -> bool:
@@ -235,7 +235,7 @@ def _result(unknowns: FlightUnknowns, q: FloatArray, normal: FloatArray) -> Flig
         layout,
         motion.results,
         slopes.results @ inverse,
-        (float(away @ information.times(away)), information.x0.size - q.size),
+        (float(away @ information.form.times(away)), information.x0.size - q.size),
         unknowns.apexes(q),
         float(motion.results[layout.time(0)]) if layout.n_impacts else unknowns.last_s(0),
         information,

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.sparse import csr_matrix, eye_array
 
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
-from radargui.estimation.readout.flight_information import Eliminated, MotionInformation
+from radargui.estimation.readout.flight_information import Eliminated, MotionInformation, QuadraticForm
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.restitution.flight_fit import FlightFit, fit_flights
 from radargui.restitution.flight_unknowns import FlightPlan, FlightUnknowns, ImpactLayout, UnknownLayout
@@ -43,7 +43,8 @@ def information_of(free: FreeMotion, weight: float = 1e12) -> MotionInformation:
     nothing = np.zeros((x0.size, 1))
     known, none = csr_matrix(weight * eye_array(x0.size)), np.zeros(x0.size)
     eliminated = Eliminated(x0.size - 1, 1, None, np.eye(1), nothing)
-    return MotionInformation(free, free.motion.spline.size, 1, x0, known, nothing, none, eliminated)
+    form = QuadraticForm(known, nothing)
+    return MotionInformation(free, free.motion.spline.size, 1, x0, form, none, eliminated)
 
 
 def fitted(drag_1_m: float) -> FlightFit:
@@ -72,7 +73,7 @@ def test_drag_is_found_in_a_motion_integrated_numerically() -> None:
 def test_the_flights_follow_a_changed_likelihood_as_a_new_fit_does() -> None:
     information, plan = information_of(integrated(0.0)), FlightPlan(2, 3)
     fit = fit_flights(information, plan)
-    size = np.sqrt(information.known.diagonal())
+    size = np.sqrt(information.form.known.diagonal())
     slope = 1e-3 * size * np.random.default_rng(2).standard_normal(size.size)
     changed = fit_flights(replace(information, slope=information.slope + slope), plan)
     followed = fit.response @ slope

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 from scipy.sparse import block_array, csr_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from radargui.estimation.readout.free_motion import FreeMotion
-from radargui.estimation.solve.assemble import Assembled, assemble, diagonal, law_slopes
+from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, diagonal, law_slopes
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.normal import BlockTridiagonal
 from radargui.model.arrays import FloatArray, IntArray
@@ -98,45 +99,21 @@ class Eliminated:
 
 
 @dataclass(frozen=True)
-class MotionInformation:
-    """Quadratic form of the log likelihood over the first coefficients and break times, all else marginalised.
-
-    -ln L(x) = (x - x0)^T Lambda (x - x0) / 2 + g^T (x - x0), x = (coefficients x, y, z interleaved; breaks). A motion
-    that obeys an equation is fitted by inserting its coefficients: no smoothness prior takes part where it is lifted.
-    Lambda = K - P P^T: a band K with columns for the breaks, were the mismatch known, less what not knowing it costs.
+class QuadraticForm:
+    """Lambda = K - P P^T: a band K with columns for the breaks, were the mismatch known, less what that costs.
 
     Attributes
     ----------
-    free
-        The whole motion at x0.
-    size, n_breaks
-        How many of the spline's first coefficients per coordinate, and of its first breaks, x holds.
-    x0
-        Shape (3 size + n_breaks,).
     known, lost
         K and P, shapes (n, n) and (n, n_mismatch).
-    slope
-        g.
-    eliminated
-        How what is not in x was eliminated.
     """
 
-    free: FreeMotion
-    size: int
-    n_breaks: int
-    x0: FloatArray
     known: csr_matrix
     lost: FloatArray
-    slope: FloatArray
-    eliminated: Eliminated
 
     def times(self, vectors: FloatArray) -> FloatArray:
         """Return Lambda applied to vectors, shape (n,) or (n, m)."""
         return np.asarray(self.known @ vectors - self.lost @ (self.lost.T @ vectors))
-
-    def minimum(self) -> FloatArray:
-        """Return x - x0 where -ln L is least; errors as for `solve`."""
-        return -self.solve(self.slope[:, None])[:, 0]
 
     def solve(self, right: FloatArray) -> FloatArray:
         """Return Lambda^-1 of some columns, shape (n, m); what the samples do not see stays near zero.
@@ -148,19 +125,69 @@ class MotionInformation:
         SolveError
             K, or what is left of it, is not positive definite.
         """
+        factor, lost, root = self._factored
+        solved = factor.solve(right)
+        return np.asarray(solved + lost @ cho_solve((root, True), self.lost.T @ solved))
+
+    @cached_property
+    def _factored(self) -> tuple[SuperLU, FloatArray, FloatArray]:
+        """K factored, K^-1 P, and the Cholesky factor of 1 - P^T K^-1 P."""
         scale = self.known.diagonal() - (self.lost**2).sum(axis=1)
         scale = np.maximum(scale, _UNSEEN * float(np.median(scale)))  # no bin may lie under a coefficient
         try:
             factor = splu((self.known + _UNSEEN * diagonal(scale)).tocsc(), permc_spec="MMD_AT_PLUS_A")
         except RuntimeError as error:  # scipy's word for an exactly singular factor
             raise SolveError(_UNDETERMINED) from error
-        solved, lost = factor.solve(right), factor.solve(self.lost)
-        root = _root(np.eye(lost.shape[1]) - self.lost.T @ lost)
-        return np.asarray(solved + lost @ cho_solve((root, True), self.lost.T @ solved))
+        lost = factor.solve(self.lost)
+        return factor, lost, _root(np.eye(lost.shape[1]) - self.lost.T @ lost)
+
+
+@dataclass(frozen=True)
+class MotionInformation:
+    """Quadratic form of the log likelihood over the first coefficients and break times, all else marginalised.
+
+    -ln L(x) = (x - x0)^T Lambda (x - x0) / 2 + g^T (x - x0), x = (coefficients x, y, z interleaved; breaks). A motion
+    that obeys an equation is fitted by inserting its coefficients: no smoothness prior takes part where it is lifted.
+
+    Attributes
+    ----------
+    free
+        The whole motion at x0.
+    size, n_breaks
+        How many of the spline's first coefficients per coordinate, and of its first breaks, x holds.
+    x0
+        Shape (3 size + n_breaks,).
+    form
+        Lambda.
+    slope
+        g.
+    eliminated
+        How what is not in x was eliminated.
+    """
+
+    free: FreeMotion
+    size: int
+    n_breaks: int
+    x0: FloatArray
+    form: QuadraticForm
+    slope: FloatArray
+    eliminated: Eliminated
+
+    def minimum(self) -> FloatArray:
+        """Return x - x0 where -ln L is least; errors as for `QuadraticForm.solve`."""
+        return -self.form.solve(self.slope[:, None])[:, 0]
+
+    def moved(self, solution: Solution, free: FreeMotion) -> MotionInformation:
+        """Return the same where a solution, and with it its motion, has moved, and the rest of H is what it was."""
+        tau, before = solution.state.theta[: self.n_breaks], self.x0[3 * self.size :]
+        slope = self.slope.copy()
+        slope[3 * self.size :] -= solution.problem.prior.sd[: self.n_breaks] ** -2.0 * (tau - before)
+        x0 = np.concatenate([solution.state.coefficients[: self.size].ravel(), tau])
+        return replace(self, free=free, x0=x0, slope=slope)
 
 
 def motion_information(
-    solution: Solution, free: FreeMotion, size: int, n_breaks: int, lifted: slice
+    solution: Solution, sums: DataSums, free: FreeMotion, size: int, n_breaks: int, lifted: slice
 ) -> MotionInformation:
     """Marginalise the mismatch and the motion after the first part, and lift the jerk prior from some spans.
 
@@ -169,8 +196,8 @@ def motion_information(
 
     Parameters
     ----------
-    solution, free
-        Converged, and its motion.
+    solution, sums, free
+        Converged, what the data say there, and its motion.
     size, n_breaks
         Coefficients per coordinate and breaks to keep.
     lifted
@@ -186,8 +213,7 @@ def motion_information(
     # the law of flight takes the place of the prior: both would count the same knowledge twice
     replaced = (law.rows.span >= lifted.start) & (law.rows.span < lifted.stop)
     free_of_law = replace(problem, law_sd=np.where(replaced, np.inf, problem.law_sd))
-    # made anew: kept with every alternative, C would be most of the memory that a long record takes
-    blocks = assemble(free_of_law, state, solution.at)
+    blocks = assemble(free_of_law, state, solution.at, sums)
     kept, breaks = 3 * size, slice(0, n_breaks)
     band, coupling, constants = blocks.s[:kept, :kept], blocks.c[:kept], blocks.m
     after = None
@@ -209,7 +235,7 @@ def motion_information(
     slope = -eliminated.marginal(*whole)
     slope[kept:] -= precision * (tau - problem.prior.mean[breaks])
     x0 = np.concatenate([state.coefficients[:size].ravel(), tau])
-    return MotionInformation(free, size, n_breaks, x0, csr_matrix(known), lost, slope, eliminated)
+    return MotionInformation(free, size, n_breaks, x0, QuadraticForm(csr_matrix(known), lost), slope, eliminated)
 
 
 def _root(matrix: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ from radargui.estimation.readout.flight_information import MotionInformation, mo
 from radargui.estimation.readout.floor_slope import FloorSlope, floor_slope
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.input_response import InputResponse, OtherInputs, input_responses
+from radargui.estimation.solve.assemble import DataSums, sum_data
 from radargui.estimation.solve.break_velocities import BreakVelocities, break_velocities
 from radargui.estimation.solve.minimise import Solution
 from radargui.model.arrays import FloatArray
@@ -26,10 +27,14 @@ class MotionPosterior:
         Converged; read here alone.
     onset_s
         End of the rest.
+    like
+        Where the solution is that of another posterior moved a little: what its data say is the same.
     """
 
     solution: Solution = field(repr=False)
     onset_s: float
+    like: MotionPosterior | None = field(default=None, repr=False)
+    _informations: dict[tuple[int, int, int, int], MotionInformation] = field(default_factory=dict, repr=False)
 
     @cached_property
     def free(self) -> FreeMotion:
@@ -45,13 +50,20 @@ class MotionPosterior:
         return break_velocities(self.solution)
 
     @cached_property
+    def sums(self) -> DataSums:
+        """What the data say about all unknowns, without any prior."""
+        if self.like is not None:
+            return self.like.sums
+        return sum_data(self.solution.problem, self.solution.state, self.solution.at)
+
+    @cached_property
     def floor_slope(self) -> FloorSlope | None:
         """How the floor that reflects leans; None where there is none."""
         return floor_slope(self.solution)
 
     def responses(self, others: Sequence[OtherInputs], time_s: FloatArray) -> tuple[InputResponse, ...]:
         """Return how the motion follows other inputs, see `input_responses`."""
-        return input_responses(self.solution, others, time_s)
+        return input_responses(self.solution, self.sums, others, time_s)
 
     @property
     def is_point(self) -> bool:
@@ -60,7 +72,14 @@ class MotionPosterior:
 
     def information(self, n_coefficients: int, n_breaks: int, lifted: slice) -> MotionInformation:
         """Return what the samples say about the first coefficients and breaks, see `motion_information`."""
-        return motion_information(self.solution, self.free, n_coefficients, n_breaks, lifted)
+        if self.like is not None:
+            return self.like.information(n_coefficients, n_breaks, lifted).moved(self.solution, self.free)
+        key = n_coefficients, n_breaks, lifted.start, lifted.stop
+        if key not in self._informations:
+            self._informations[key] = motion_information(
+                self.solution, self.sums, self.free, n_coefficients, n_breaks, lifted
+            )
+        return self._informations[key]
 
 
 @dataclass(frozen=True, slots=True)

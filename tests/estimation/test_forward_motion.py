@@ -91,9 +91,9 @@ def test_what_a_break_moves_equals_the_motion_with_the_break_moved() -> None:
 def test_slopes_on_both_sides_of_a_break_are_the_motions() -> None:
     spline = make_spline(0.1, 0.6, np.array([0.25, 0.4]), np.array([0.3]))
     c = np.cumsum(np.random.default_rng(4).standard_normal((spline.size, 3)), axis=0)
-    for matrix, side in zip(one_sided_slopes(spline), (-1.0, 1.0), strict=True):
+    for rows, side in zip(one_sided_slopes(spline), (-1.0, 1.0), strict=True):
         beside = [spline.offset(spline.break_s + side * step, c) for step in (0.0, 1e-7)]
-        assert matrix @ c == pytest.approx(side * (beside[1] - beside[0]) / 1e-7, rel=1e-3, abs=0.1)
+        assert rows @ c == pytest.approx(side * (beside[1] - beside[0]) / 1e-7, rel=1e-3, abs=0.1)
 
 
 def inputs_and_layout(body: PolarisedSphere | None = None):
@@ -158,4 +158,4 @@ def test_position_derivative_is_right_up_to_the_amplitudes_slope() -> None:
 
 def test_a_motion_without_breaks_has_no_one_sided_slopes() -> None:
     spline = make_spline(0.0, 0.4, np.empty(0))
-    assert [side.shape for side in one_sided_slopes(spline)] == [(0, spline.size)] * 2
+    assert [side.matrix.shape for side in one_sided_slopes(spline)] == [(0, spline.size)] * 2

@@ -64,7 +64,8 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
     """Return what the readout takes of a solution, and the dense inverse of its normal matrix."""
     rng, free = np.random.default_rng(7), wandering()
     spline, n_global = free.motion.spline, 5
-    design = spline.design(np.linspace(0.1, 0.5, 300))
+    series = spline.series(np.linspace(0.1, 0.5, 300))
+    design = series.rows().matrix
     motion = kron(design, eye_array(3), format="csr")
     s = csr_matrix(motion.T @ motion + 0.1 * eye_array(motion.shape[1]))
     c, m = 0.02 * rng.standard_normal((s.shape[0], n_global)), 5.0 * np.eye(n_global)
@@ -78,7 +79,7 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
     return SimpleNamespace(
         problem=problem,
         state=SimpleNamespace(coefficients=free.motion.coefficients),
-        at=SimpleNamespace(spline=spline, design=design),
+        at=SimpleNamespace(spline=spline, design=design, series=series),
         normal=NormalMatrix.factor(s, c, m),
     ), inverse
 
@@ -88,7 +89,7 @@ def test_velocities_at_breaks_have_the_covariance_of_the_dense_inverse(
 ) -> None:
     solution, inverse = solved
     posterior = MotionPosterior(solution, 0.13)
-    sides = [kron(side, eye_array(3)).toarray() for side in one_sided_slopes(solution.at.spline)]
+    sides = [kron(side.matrix, eye_array(3)).toarray() for side in one_sided_slopes(solution.at.spline)]
     n_motion = sides[0].shape[1]
     normal = np.array([0.1, -0.2, 0.97])
     speeds = posterior.breaks.along(normal)

@@ -7,23 +7,25 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.sparse import csr_matrix, eye_array, kron
 
+from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.motion_spline import make_spline
-from radargui.estimation.solve.normal import BlockTridiagonal, NormalMatrix, solve_sparse
+from radargui.estimation.solve.motion_covariance import MotionCovariance
+from radargui.estimation.solve.normal import NormalMatrix, solve_sparse
 from radargui.model.errors import SolveError
 
 
-def random_blocks(seed: int, n_global: int, length: float) -> tuple[csr_matrix, np.ndarray, np.ndarray, csr_matrix]:
+def random_blocks(seed: int, n_global: int, length: float) -> tuple[csr_matrix, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
     spline = make_spline(0.0, length, np.array([0.4 * length]))
     design = kron(spline.design(np.sort(rng.uniform(0, length, 400))), eye_array(3), format="csr")
     s = csr_matrix(design.T @ design + 0.1 * eye_array(design.shape[1]))
-    return s, 0.01 * rng.standard_normal((s.shape[0], n_global)), np.eye(n_global) * 5.0, csr_matrix(design)
+    return s, 0.01 * rng.standard_normal((s.shape[0], n_global)), np.eye(n_global) * 5.0
 
 
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10**6), st.integers(1, 9), st.floats(0.08, 0.9))
 def test_bordered_solver_equals_the_dense_one(seed: int, n_global: int, length: float) -> None:
-    s, c, m, design = random_blocks(seed, n_global, length)
+    s, c, m = random_blocks(seed, n_global, length)
     dense = np.block([[s.toarray(), c], [c.T, m]])
     normal = NormalMatrix.factor(s, c, m)
     count = s.shape[0]
@@ -33,35 +35,39 @@ def test_bordered_solver_equals_the_dense_one(seed: int, n_global: int, length: 
     assert normal.log_determinant() == pytest.approx(np.linalg.slogdet(dense)[1], rel=1e-9)
     inverse = np.linalg.inv(dense)
     assert normal.global_variances() == pytest.approx(np.diag(inverse)[count:], rel=1e-8)
-    wanted = np.einsum("ij,jk,ik->i", design.toarray(), inverse[:count, :count], design.toarray())
-    assert normal.row_variances([design])[0] == pytest.approx(wanted, rel=1e-8)
 
 
-def test_variances_of_rows_that_act_on_global_parameters_too_equal_the_dense_ones() -> None:
-    s, c, m, design = random_blocks(3, 6, 0.3)
-    rng = np.random.default_rng(4)
-    some = slice(1, 4)
-    by_global = csr_matrix(rng.standard_normal((design.shape[0], 3)))
+def dense_rows(rows: BandedRows) -> np.ndarray:
+    return np.asarray(kron(rows.matrix, eye_array(3)).toarray())
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 9), st.floats(0.08, 0.9))
+def test_covariances_of_the_motion_equal_the_dense_ones(seed: int, n_global: int, length: float) -> None:
+    s, c, m = random_blocks(seed, n_global, length)
+    rng, spline = np.random.default_rng(seed), make_spline(0.0, length, np.array([0.4 * length]))
+    rows = spline.rows(np.sort(rng.uniform(0.0, length, 30)))
+    # neighbours, some of them of the next span, the first beside the release
+    others = BandedRows(rng.standard_normal(rows.value.shape), np.minimum(rows.first + 3, spline.size - 3), rows.size)
+    by_global, some = csr_matrix(rng.standard_normal((90, 1))), slice(n_global - 1, n_global)
     inverse = np.linalg.inv(np.block([[s.toarray(), c], [c.T, m]]))
-    rows = np.zeros((design.shape[0], inverse.shape[0]))
-    rows[:, : s.shape[0]] = design.toarray()
-    rows[:, s.shape[0] + some.start : s.shape[0] + some.stop] = by_global.toarray()
-    found = NormalMatrix.factor(s, c, m).row_variances([design], [by_global], some)[0]
-    assert found == pytest.approx(np.einsum("ij,jk,ik->i", rows, inverse, rows), rel=1e-8)
-
-
-def test_the_selected_inverse_holds_the_blocks_beside_the_diagonal() -> None:
-    s, _, _, _ = random_blocks(5, 1, 0.5)
-    selected = BlockTridiagonal(s).selected_inverse().toarray()[: s.shape[0], : s.shape[0]]
-    inverse = np.linalg.inv(s.toarray())
-    kept = selected != 0.0
-    assert kept.mean() < 0.9
-    assert selected[kept] == pytest.approx(inverse[kept], rel=1e-7, abs=1e-12)
+    one, other = (np.hstack([dense_rows(each), np.zeros((90, n_global))]) for each in (rows, others))
+    both = one.copy()
+    both[:, -1] += by_global.toarray()[:, 0]
+    covariance = MotionCovariance(NormalMatrix.factor(s, c, m))
+    for found, left, right in (
+        (covariance.of(rows), one, one),
+        (covariance.of(rows, others), one, other),
+        (covariance.of(rows, by_global=by_global, places=some), both, both),
+    ):
+        dense = (left @ inverse @ right.T).reshape(30, 3, 30, 3)
+        wanted = dense[np.arange(30), :, np.arange(30)]
+        assert found == pytest.approx(wanted, rel=1e-7, abs=1e-9 * np.abs(wanted).max())
 
 
 @pytest.mark.parametrize("fault", ["motion", "global", "not a number"])
 def test_what_is_not_positive_definite_raises_the_solvers_own_error(fault: str) -> None:
-    s, c, m, _ = random_blocks(6, 3, 0.2)
+    s, c, m = random_blocks(6, 3, 0.2)
     if fault == "motion":
         s = csr_matrix(s - 1e3 * eye_array(s.shape[0]))
     elif fault == "global":

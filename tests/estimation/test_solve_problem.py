@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_problem import FLOOR_PLANE, SmallProblem, small_problem
+from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.solve.assemble import Assembled, assemble
+from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
+from radargui.estimation.solve.minimise import solved_at
 from radargui.estimation.solve.normal import NormalMatrix
-from radargui.estimation.solve.problem import State, linearise
+from radargui.estimation.solve.problem import Start, State, linearise
 from radargui.model.errors import SolveError
 
 
@@ -130,3 +132,18 @@ def test_rounding_is_lifted_by_the_least_share_of_the_diagonal(made: SmallProble
     with pytest.raises(SolveError):
         NormalMatrix.factor(blocks.s, blocks.c, short)
     assert np.isfinite(replace(blocks, m=short).factor().log_determinant())
+
+
+def test_maps_are_where_they_were_evaluated_until_motion_or_mirrors_move() -> None:
+    made = small_problem((FLOOR_PLANE,))
+    place, theta = positions_at_bins(solved_at(Start(made.problem, made.truth))), made.truth.theta
+    problem = made.problem.at_places(place, theta)
+    assert problem.is_mapped(place + 0.9e-4, theta, 1e-4, 1e-3)
+    assert not problem.is_mapped(place + 1.1e-4, theta, 1e-4, 1e-3)
+    turned = theta.copy()
+    turned[problem.layout.planes.start] += 1.1e-3
+    assert not problem.is_mapped(place, turned, 1e-4, 1e-3)
+    # one mirror more, nothing evaluated for it
+    other = problem_with_mirrors(solved_at(Start(problem, made.truth)), (FLOOR_PLANE, WALL_PLANE))
+    mirrors = replace(other.problem, mapped_m=problem.mapped_m, mapped_mirrors=problem.mapped_mirrors)
+    assert not mirrors.is_mapped(place, other.state.theta, 1e-4, 1e-3)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix, eye_array, kron
 
 from radargui.estimation.forward.signal_model import FrontEndState
 from radargui.estimation.select.choose import Alternative
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.minimise import Solution, local_chi_square
+from radargui.estimation.solve.motion_covariance import MotionCovariance
 from radargui.geometry.path_length import Antennas, path_gradient, path_lengths
 from radargui.model.arrays import ComplexArray, FloatArray, pieces
 from radargui.model.front_end import point_of
@@ -142,18 +142,15 @@ def _with_alternatives(
 def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
     """Return standard uncertainties at the bins: positions (3, n_bins), changes of path (n_receivers, n_bins)."""
     problem = solution.problem
-    design = solution.at.design
-    place = (design @ solution.state.coefficients + problem.inputs.release_m).T
+    place = (solution.at.design @ solution.state.coefficients + problem.inputs.release_m).T
     gradient = path_gradient(place, problem.inputs.antennas)
-    slopes = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
-    motion = kron(design, eye_array(3), format="csr")
-    bin_starts = 3 * np.arange(place.shape[1] + 1)
-    toward = [csr_matrix((own.T.ravel(), np.arange(own.size), bin_starts)) for own in gradient]
+    by_breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
+    covariance = MotionCovariance(solution.normal).of(
+        solution.at.series.rows(), by_global=by_breaks, places=problem.layout.breaks
+    )
     # paths from the same covariance: errors of x, y and z of one motion are correlated
-    rows = [motion, *(own @ motion for own in toward)]
-    by_breaks = [slopes, *(own @ slopes for own in toward)]
-    variances = solution.normal.row_variances(rows, by_breaks, problem.layout.breaks)
-    return np.sqrt(variances[0]).reshape(-1, 3).T, np.sqrt(np.array(variances[1:]))
+    of_paths = np.einsum("ran,nab,rbn->rn", gradient, covariance, gradient)
+    return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).T, np.sqrt(of_paths)
 
 
 def _corrected(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
-from scipy.sparse import csr_matrix, eye_array, kron, vstack
 
+from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.motion_spline import MotionSpline
 from radargui.estimation.solve.minimise import Solution
+from radargui.estimation.solve.motion_covariance import MotionCovariance
 from radargui.model.arrays import BoolArray, FloatArray
 from radargui.model.gravity import NOMINAL_GRAVITY_M_S2
 from radargui.motion.impacts import IMPACT_LIMITS
@@ -159,24 +159,17 @@ class BreakVelocities:
 
 
 def break_velocities(solution: Solution) -> BreakVelocities:
-    """Return the velocities on both sides of each break with their covariance.
-
-    The normal matrix gives variances of rows: cov(a, b) = (var(a + b) - var(a) - var(b)) / 2.
-    """
+    """Return the velocities on both sides of each break with their covariance."""
     spline = solution.at.spline
     moments = spline.break_s
     if moments.size == 0:
         return BreakVelocities(moments, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 6, 6)))
     before, after = one_sided_slopes(spline)
-    each = [csr_matrix(kron(side, unit[None])) for side in (before, after) for unit in eye_array(3).toarray()]
+    known, covariance = MotionCovariance(solution.normal), np.empty((moments.size, 6, 6))
+    covariance[:, :3, :3], covariance[:, 3:, 3:] = known.of(before), known.of(after)
     # e is a ratio of both sides, and their errors are strongly correlated: variances alone would make u_e too large
-    pairs = list(combinations(range(6), 2))
-    rows = csr_matrix(vstack([*each, *(each[a] + each[b] for a, b in pairs)]))
-    variance = solution.normal.row_variances([rows])[0].reshape(-1, moments.size)
-    covariance = np.zeros((moments.size, 6, 6))
-    covariance[:, np.arange(6), np.arange(6)] = variance[:6].T
-    for (a, b), both in zip(pairs, variance[6:], strict=True):
-        covariance[:, a, b] = covariance[:, b, a] = 0.5 * (both - variance[a] - variance[b])
+    covariance[:, :3, 3:] = known.of(before, after)
+    covariance[:, 3:, :3] = covariance[:, :3, 3:].transpose(0, 2, 1)
     coefficients = solution.state.coefficients
     return BreakVelocities(moments, before @ coefficients, after @ coefficients, covariance)
 
@@ -186,11 +179,9 @@ def break_speeds(solution: Solution, normal: FloatArray) -> BreakSpeeds:
     return break_velocities(solution).along(normal)
 
 
-def one_sided_slopes(spline: MotionSpline) -> tuple[csr_matrix, csr_matrix]:
-    """Return the matrices of the velocity just before and just after each break, shapes (n_breaks, size)."""
-    if not spline.break_s.size:
-        return csr_matrix((0, spline.size)), csr_matrix((0, spline.size))
+def one_sided_slopes(spline: MotionSpline) -> tuple[BandedRows, BandedRows]:
+    """Return the rows of the velocity just before and just after each break, n_breaks each."""
     # inside the span at the break: beyond its knot another cubic begins
     after = np.cumsum(spline.spans)[:-1]
     sides = spline.at_ends(np.concatenate([after - 1, after]), np.arange(2 * after.size) < after.size)[0]
-    return sides[: after.size].matrix, sides[after.size :].matrix
+    return sides[: after.size], sides[after.size :]

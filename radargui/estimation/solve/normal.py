@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotri
 from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
-from radargui.model.arrays import FloatArray, pieces
+from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.errors import SolveError
 
 # A bin meets four neighbouring coefficients: bandwidth 3 x 3 + 2 = 11. Any block above 11 is right; 24 by hand: smaller
@@ -80,8 +80,8 @@ class BlockTridiagonal:
         """Return ln det S."""
         return float(2.0 * np.log(np.diagonal(self.lower, axis1=1, axis2=2)).sum())
 
-    def selected_inverse(self) -> bsr_matrix:
-        """Return the blocks of S^-1 on and beside the diagonal (Takahashi's recursion), padded."""
+    def selected_inverse(self) -> SelectedInverse:
+        """Return the blocks of S^-1 on and beside the diagonal (Takahashi's recursion)."""
         n = self.count
         on, beside = np.empty_like(self.lower), np.empty_like(self.below)
         identity = np.eye(_BLOCK)
@@ -92,17 +92,34 @@ class BlockTridiagonal:
                 gain = self.below[k] @ inverse
                 beside[k] = -on[k + 1] @ gain
                 on[k] += gain.T @ on[k + 1] @ gain
-        indices = [0] if n == 1 else [0, 1]
-        data: list[FloatArray] = [on[0]] if n == 1 else [on[0], beside[0].T]
-        pointer = [0, len(indices)]
-        for k in range(1, n):
-            data += [beside[k - 1], on[k]]
-            indices += [k - 1, k]
-            if k + 1 < n:
-                data.append(beside[k].T)
-                indices.append(k + 1)
-            pointer.append(len(indices))
-        return bsr_matrix((np.array(data), indices, pointer), shape=(n * _BLOCK, n * _BLOCK))
+        shape = -1, _BLOCK // 3, 3, _BLOCK // 3, 3
+        return SelectedInverse(on.reshape(shape), beside.reshape(shape))
+
+
+@dataclass(frozen=True, slots=True)
+class SelectedInverse:
+    """Blocks of S^-1, x, y and z of eight coefficients each.
+
+    Attributes
+    ----------
+    on, beside
+        On and below the diagonal, shapes (count, 8, 3, 8, 3) and (count - 1, 8, 3, 8, 3).
+    """
+
+    on: FloatArray
+    beside: FloatArray
+
+    def between(self, one: IntArray, other: IntArray) -> FloatArray:
+        """Return the blocks of pairs of coefficients that are at most eight apart, (n, 3, 3)."""
+        low, high = np.minimum(one, other), np.maximum(one, other)
+        (block, column), (below, row) = divmod(low, _BLOCK // 3), divmod(high, _BLOCK // 3)
+        out = self.on[block, row * (block == below), :, column]
+        apart = below > block
+        out[apart] = self.beside[block[apart], row[apart], :, column[apart]]
+        # rows belong to the later one
+        swapped = one < other
+        out[swapped] = out[swapped].transpose(0, 2, 1)
+        return out
 
 
 def _lower_solve(lower: FloatArray, right: FloatArray, *, transposed: bool = False) -> FloatArray:
@@ -221,33 +238,3 @@ class NormalMatrix:
     def log_determinant(self) -> float:
         """Return ln det H."""
         return self.motion.log_determinant() + float(2.0 * np.log(np.diag(self.schur[0])).sum())
-
-    def row_variances(
-        self, rows: list[csr_matrix], by_global: list[csr_matrix] | None = None, of: slice = slice(0, 0)
-    ) -> list[FloatArray]:
-        """Return the diagonal of R H^-1 R^T of each R, one value a row.
-
-        Parameters
-        ----------
-        rows
-            Sparse parts of R that act on the motion.
-        by_global, of
-            Sparse parts that act on some places of the global parameters; left out where R has none.
-        """
-        inverse = self.motion.selected_inverse().tocsr()
-        cross = self.motion.back_solve(self.half)
-        spread = solve_triangular(self.schur[0], cross.T, lower=True, check_finite=False).T
-        root = solve_triangular(self.schur[0], np.eye(self.half.shape[1])[:, of], lower=True, check_finite=False).T
-        out = []
-        for number, matrix in enumerate(rows):
-            variance = np.empty(matrix.shape[0])
-            for part in pieces(variance.size):
-                own = matrix[part]
-                padded = csr_matrix((own.data, own.indices, own.indptr), shape=(own.shape[0], inverse.shape[0]))
-                through = own @ spread
-                if by_global is not None:
-                    through = through - by_global[number][part] @ root
-                alone = np.asarray((padded @ inverse).multiply(padded).sum(axis=1)).ravel()
-                variance[part] = alone + np.einsum("nk,nk->n", through, through)
-            out.append(variance)
-        return out

@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.sparse import eye_array, kron
 
 from radargui.estimation.forward.motion_law import LawRows
 from radargui.estimation.forward.motion_spline import MotionSpline
 from radargui.estimation.solve.minimise import Solution, local_chi_square
+from radargui.estimation.solve.motion_covariance import MotionCovariance
 from radargui.estimation.solve.priors import PRIORS, Prior
 from radargui.estimation.solve.problem import JointProblem
 from radargui.model.arrays import FloatArray
@@ -89,9 +89,9 @@ def _law_deviation(solution: Solution, settings: DeviationSettings) -> FloatArra
     """
     problem, law, old = solution.problem, solution.at.law, solution.problem.law_sd
     # gamma counts what the data determine of each row, x, y and z together: a fall has no direction to favour
-    variance = solution.normal.row_variances([kron(law.rows.rows.matrix, eye_array(3), format="csr")])[0].reshape(-1, 3)
+    variance = np.trace(MotionCovariance(solution.normal).of(law.rows.rows), axis1=1, axis2=2)
     square = (law.value**2).sum(axis=1)
-    determined = np.clip(3.0 - variance.sum(axis=1) / old**2, 0.0, 3.0)
+    determined = np.clip(3.0 - variance / old**2, 0.0, 3.0)
     in_flight = law.rows.is_flight
     lowest = np.where(in_flight, settings.lowest_off_m_s2, settings.lowest_jerk_m_s3)
     highest = np.where(in_flight, settings.highest_off_m_s2, settings.highest_jerk_m_s3)

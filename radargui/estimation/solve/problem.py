@@ -99,9 +99,11 @@ class JointProblem:
 
     def is_mapped(self, place: FloatArray, theta: FloatArray, within: float, mirrors_within: float) -> bool:
         """Whether maps are evaluated for nearly these places: within metres, mirrors within metres and radians."""
-        if self.mapped_m is None or self.mapped_mirrors is None:
+        unknown = self.layout.plane_unknowns(theta)
+        # a mirror more or less, and nothing is evaluated for it
+        if self.mapped_m is None or self.mapped_mirrors is None or unknown.shape != self.mapped_mirrors.shape:
             return False
-        turned = np.abs(self.layout.plane_unknowns(theta) - self.mapped_mirrors).max(initial=0.0)
+        turned = np.abs(unknown - self.mapped_mirrors).max(initial=0.0)
         return bool(np.abs(place - self.mapped_m).max() < within and turned < mirrors_within)
 
 

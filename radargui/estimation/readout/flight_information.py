@@ -13,7 +13,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, diagonal, law_slopes
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.normal import BlockTridiagonal
+from radargui.estimation.solve.normal import BlockTridiagonal, lower_band
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import SolveError
 
@@ -51,7 +51,7 @@ class _MotionAfter:
         touched = np.flatnonzero(np.diff(coupling.indptr))
         after = blocks.s[kept:, kept:]
         try:
-            factor = BlockTridiagonal(csr_matrix(after + _JITTER * diagonal(after.diagonal())))
+            factor = BlockTridiagonal(lower_band(csr_matrix(after + _JITTER * diagonal(after.diagonal()))))
         except np.linalg.LinAlgError as error:
             raise SolveError(_UNDETERMINED) from error
         half = factor.half_solve(np.concatenate([coupling[:, touched].toarray(), blocks.c[kept:]], axis=1))

@@ -27,10 +27,11 @@ _JITTERS = (0.0, 1e-13, 1e-11, 1e-9, 1e-7)  # of the diagonal: rounding of coeff
 class Assembled:
     """Blocks of the normal matrix H = [[S, C], [C^T, M]] and the slope: motion S, global parameters M, coupling C.
 
-    `bent` are the places of the breaks and the mirrors among the global parameters.
+    `blocks` (j, j + d) of S have the shape (4, size, 3, 3); `bent` are the places of the breaks and the mirrors among
+    the global parameters.
     """
 
-    s: csr_matrix
+    blocks: FloatArray
     c: FloatArray
     m: FloatArray
     slope_motion: FloatArray
@@ -62,15 +63,23 @@ class Assembled:
         # a step, one with less freedom, and what is known at its end ask for it
         return self._damped(0.0)
 
+    @cached_property
+    def s(self) -> csr_matrix:
+        """S as a matrix."""
+        return _symmetric(self.blocks)
+
     def _damped(self, damping: float) -> tuple[Reduced, NormalMatrix]:
         failed: SolveError | None = None
+        band = _lower_band(self.blocks)
         # as little as will do: jitter is a prior that nobody chose
         for jitter in _JITTERS:
-            share = damping + jitter
-            s = csr_matrix(self.s + share * diagonal(self.s.diagonal())) if share else self.s
-            m = self.m + share * np.diag(np.diag(self.m)) if share else self.m
+            share, raised, m = damping + jitter, band, self.m
+            if share:
+                raised, m = band.copy(), self.m.copy()
+                raised[0] *= 1.0 + share
+                m[np.diag_indices(len(m))] *= 1.0 + share
             try:
-                reduced = Reduced.of(s, self.c, m)
+                reduced = Reduced.of(raised, self.c, m)
                 return reduced, reduced.factor()
             except SolveError as error:
                 failed = error
@@ -98,7 +107,7 @@ def assemble(problem: JointProblem, state: State, at: Linearised, sums: DataSums
         c = c.copy()
         _add_flight(c, m, problem, at)
     bent = np.r_[layout.breaks, layout.planes]
-    return Assembled(_symmetric(band[:, 1:]), c, m, sums.slope_motion[3:] + by_motion, slope + by_global, bent)
+    return Assembled(band[:, 1:], c, m, sums.slope_motion[3:] + by_motion, slope + by_global, bent)
 
 
 def sum_data(problem: JointProblem, state: State, at: Linearised) -> DataSums:
@@ -262,6 +271,19 @@ class _Touched:
         """Return (motion, breaks)^T applied to columns, (n_channels n_bins, k), for slopes (n_channels, n_bins, n)."""
         self._columns.data = by_motion.ravel()
         return np.asarray(self._columns @ columns)
+
+
+def _lower_band(blocks: FloatArray) -> FloatArray:
+    """Return the `lower_band` of the matrix of blocks (j, j + d), (4, size, 3, 3)."""
+    size = blocks.shape[1]
+    out = np.zeros((12, 3 * size))
+    for distance, one in enumerate(blocks):
+        for a in range(3):
+            for b in range(3):
+                # the element (3 j + a, 3 (j + d) + b) stands above the diagonal, and as much below it
+                if (below := 3 * distance + b - a) >= 0:
+                    out[below, a::3] = one[:, a, b]
+    return out
 
 
 def _symmetric(band: FloatArray) -> csr_matrix:

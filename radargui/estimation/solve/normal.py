@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dpotri
-from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
+from scipy.linalg.lapack import dpbtrf, dpotri
+from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
 from radargui.model.arrays import FloatArray, IntArray, pieces
@@ -21,6 +21,16 @@ _TOGETHER = 32 * _BLOCK  # rows multiplied at once, chosen by hand
 _FELT = 1e-17  # parts below this share of a column's largest are lost in rounding when squared
 
 
+def lower_band(matrix: csr_matrix) -> FloatArray:
+    """Return the diagonals of a symmetric matrix (n, n) from the main one down, (d, j) for row j + d, shape (m, n)."""
+    entries = matrix.tocoo()
+    below = entries.row - entries.col
+    out = np.zeros((int(below.max(initial=0)) + 1, matrix.shape[0]))
+    kept = below >= 0
+    out[below[kept], entries.col[kept]] = entries.data[kept]
+    return out
+
+
 class BlockTridiagonal:
     """Cholesky factor of a symmetric banded matrix, in blocks of 24; cost linear in its size.
 
@@ -28,33 +38,27 @@ class BlockTridiagonal:
 
     Parameters
     ----------
-    matrix
-        Positive definite, bandwidth below 24, shape (n, n).
+    band
+        Of S, positive definite, bandwidth below 24, as `lower_band` gives it.
+
+    Raises
+    ------
+    LinAlgError
+        It is not positive definite.
     """
 
-    def __init__(self, matrix: csr_matrix) -> None:
-        self.size = int(matrix.shape[0])
+    def __init__(self, band: FloatArray) -> None:
+        width, self.size = band.shape
         self.count = -(-self.size // _BLOCK)
-        padded = csr_matrix((matrix.data, matrix.indices, matrix.indptr), shape=matrix.shape, copy=True)
-        padded.resize((self.count * _BLOCK, self.count * _BLOCK))
-        blocks = bsr_matrix(padded, blocksize=(_BLOCK, _BLOCK))
-        diagonal = np.zeros((self.count, _BLOCK, _BLOCK))
-        below = np.zeros((max(self.count - 1, 0), _BLOCK, _BLOCK))
-        row = np.repeat(np.arange(self.count), np.diff(blocks.indptr))
-        on = row == blocks.indices
-        diagonal[row[on]] = blocks.data[on]
-        under = row == blocks.indices + 1
-        below[blocks.indices[under]] = blocks.data[under]
-        for k in range(self.size, self.count * _BLOCK):
-            diagonal[-1, k % _BLOCK, k % _BLOCK] = 1.0
-        self.lower = np.empty_like(diagonal)
-        self.below = np.empty_like(below)
-        for k in range(self.count):
-            block = diagonal[k]
-            if k:
-                self.below[k - 1] = _lower_solve(self.lower[k - 1], below[k - 1].T.copy()).T
-                block = block - self.below[k - 1] @ self.below[k - 1].T
-            self.lower[k] = np.linalg.cholesky(block)
+        factor, bad = dpbtrf(band, lower=1)
+        if bad:
+            raise np.linalg.LinAlgError(f"leading minor {bad}")
+        padded = np.zeros((width, self.count * _BLOCK))
+        padded[0] = 1.0
+        padded[:, : self.size] = factor
+        self.lower, self.below = (
+            _blocks(padded, count, shift) for count, shift in ((self.count, 0), (self.count - 1, _BLOCK))
+        )
 
     def half_solve(self, right: FloatArray) -> FloatArray:
         """Return L^-1 right for (n, m), padded to whole blocks."""
@@ -122,6 +126,16 @@ class SelectedInverse:
         return out
 
 
+def _blocks(band: FloatArray, count: int, shift: int) -> FloatArray:
+    """Return blocks (count, 24, 24) of a lower band, those whose rows begin so far below their columns."""
+    row, column = np.indices((_BLOCK, _BLOCK))
+    below = row + shift - column
+    row, column = np.nonzero((below >= 0) & (below < len(band)))
+    out = np.zeros((max(count, 0), _BLOCK, _BLOCK))
+    out[:, row, column] = band[row + shift - column, _BLOCK * np.arange(len(out))[:, None] + column]
+    return out
+
+
 def _lower_solve(lower: FloatArray, right: FloatArray, *, transposed: bool = False) -> FloatArray:
     """Return L^-1 right, or L^-T right, in place of `right`, whose rows must lie one after the other."""
     return np.asarray(dtrsm(1.0, lower.T, right.T, side=1, trans_a=int(transposed), overwrite_b=1).T)
@@ -165,10 +179,10 @@ class Reduced:
     complement: FloatArray
 
     @staticmethod
-    def of(s: csr_matrix, c: FloatArray, m: FloatArray) -> Reduced:
-        """Factor S; raises as `NormalMatrix.factor`."""
+    def of(band: FloatArray, c: FloatArray, m: FloatArray) -> Reduced:
+        """Factor S, given by its `lower_band`; raises as `NormalMatrix.factor`."""
         try:
-            motion = BlockTridiagonal(s)
+            motion = BlockTridiagonal(band)
         except np.linalg.LinAlgError as error:
             raise SolveError("The normal matrix of the joint estimate is not positive definite.") from error
         half = motion.half_solve(c)
@@ -217,7 +231,7 @@ class NormalMatrix:
         SolveError
             It is not positive definite, or not finite.
         """
-        return Reduced.of(s, c, m).factor()
+        return Reduced.of(lower_band(s), c, m).factor()
 
     def solve(self, slope_motion: FloatArray, slope_global: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return both parts of H^-1 applied to a vector."""

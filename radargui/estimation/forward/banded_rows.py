@@ -40,6 +40,15 @@ class BandedRows:
         pointer = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
         return csr_matrix((self.value[kept], column[kept], pointer), shape=(self.first.size, self.size))
 
+    @cached_property
+    def of_place(self) -> csr_matrix:
+        """The rows as a matrix that acts on x, y and z alike, interleaved, shape (3 n_rows, 3 size)."""
+        column = self.first[:, None, None] + np.arange(-1, 3)
+        kept = np.broadcast_to(column >= 0, (self.first.size, 3, 4))
+        column, value = 3 * column + np.arange(3)[:, None], np.broadcast_to(self.value[:, None], kept.shape)
+        pointer = np.concatenate([[0], np.cumsum(kept.sum(axis=2))])
+        return csr_matrix((value[kept], column[kept], pointer), shape=(3 * self.first.size, 3 * self.size))
+
     def __matmul__(self, coefficients: FloatArray) -> FloatArray:
         """Return R c for coefficients (size, ...), shape (n_rows, ...)."""
         padded = np.concatenate([np.zeros_like(coefficients[:1]), coefficients])

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import eye_array, kron
 
-from radargui.estimation.forward.signal_model import ModelInputs, receiver_signal
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.forward.sphere import PolarisedSphere, SphereFactors, polarised_sphere
 from radargui.estimation.readout.floor_slope import floor_slope
@@ -18,7 +16,7 @@ from radargui.estimation.solve.changed_problem import stiff_law_sd
 from radargui.estimation.solve.minimise import Solution
 from radargui.estimation.solve.problem import signals_at
 from radargui.geometry.path_length import Antennas, place_antennas
-from radargui.model.arrays import FloatArray, IntArray, pieces
+from radargui.model.arrays import FloatArray, pieces
 from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG, UncertainInput
 from radargui.model.setup import Setup
 
@@ -47,14 +45,6 @@ class OtherInputs:
     wavenumber: float
     sphere: PolarisedSphere | None = None
     body: PolarisedSphere | None = None
-
-    def receivers_elsewhere(self, inputs: ModelInputs) -> IntArray | None:
-        """Return which receivers stand elsewhere, where nothing else differs from some inputs."""
-        same = (self.antennas.transmitter_m == inputs.antennas.transmitter_m).all()
-        same &= (self.release_m == inputs.release_m).all() and self.wavenumber == inputs.wavenumber
-        if not same or self.sphere is not None or self.body is not None:
-            return None
-        return np.flatnonzero((self.antennas.receivers_m != inputs.antennas.receivers_m).any(axis=1))
 
 
 def moved_inputs(setup: Setup, one: UncertainInput) -> OtherInputs:
@@ -137,8 +127,8 @@ def input_responses(
     loose = replace(solution.problem, law_sd=stiff_law_sd(solution))
     normal = assemble(loose, solution.state, solution.at, sums).factor()
     sides, floor, out = one_sided_slopes(spline), floor_slope(solution), []
-    for number, other in enumerate(others):
-        motion, rest = normal.solve(-by_motion[:, number], -by_global[:, number])
+    motions, globals_ = normal.solve(-by_motion, -by_global)
+    for number, (other, motion, rest) in enumerate(zip(others, motions.T, globals_.T, strict=True)):
         coefficients = motion.reshape(-1, 3)
         along = solution.at.design @ coefficients + (by_breaks @ rest[layout.breaks]).reshape(-1, 3)
         along = along + (other.release_m - release) / STEP
@@ -167,17 +157,9 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
         factors = [fields.factors(n, angles[0], angles[1 + n]) for n in range(problem.n_receivers)]
         inputs = replace(inputs, body=tuple(_weakened(own) for own in factors))
     # same unknowns, other world: what the minimum then has to follow
-    alone = other.receivers_elsewhere(problem.inputs)
-    if alone is None or problem.layout.sizes.crosstalk:
-        signals, _, _ = signals_at(replace(problem, inputs=inputs), state.theta, node_m)
-        return np.concatenate([a.value - b.value for a, b in zip(signals, solution.at.signals, strict=True)]) / STEP
-    # of a receiver that stands elsewhere, its own alone
-    out = np.zeros_like(problem.bins.value)
-    for number in alone:
-        pair = slice(2 * number, 2 * number + 2)
-        signal = receiver_signal(node_m[:, pair], state.theta, problem.layout, inputs, int(number))
-        out[pair] = (signal.value - solution.at.signals[number].value) / STEP
-    return out
+    # same unknowns, other world: what the minimum then has to follow
+    signals, _, _ = signals_at(replace(problem, inputs=inputs), state.theta, node_m)
+    return np.concatenate([a.value - b.value for a, b in zip(signals, solution.at.signals, strict=True)]) / STEP
 
 
 def _weakened(factors: SphereFactors) -> SphereFactors:
@@ -206,4 +188,4 @@ def _slopes(solution: Solution, changes: FloatArray) -> tuple[FloatArray, FloatA
     flat = pull.reshape(3 * n_bins, -1)
     breaks = at.spline.break_slopes(problem.bins.time_s, state.coefficients)
     by_global[layout.breaks] += breaks.T @ flat
-    return kron(at.design, eye_array(3), format="csr").T @ flat, by_global
+    return at.series.rows().of_place.T @ flat, by_global

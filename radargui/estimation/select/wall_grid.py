@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.sparse import bsr_matrix, csr_matrix, eye_array, hstack, kron, vstack
+from scipy.sparse import bsr_matrix, csr_matrix, hstack, vstack
 
 from radargui.estimation.forward.lobes import axis_of, off_axis, strength_change
 from radargui.estimation.forward.mirrors import WALL, MirrorPlane, distances, turned
@@ -150,7 +150,7 @@ class LinearisedSearch:
         self.lower_slope = solve_triangular(self.normal.schur[0], rest, lower=True, check_finite=False)
         self.n_bins = problem.bins.n_bins
         self.together = max(1, _TOGETHER // self.n_bins)
-        motion = kron(solution.at.design, eye_array(3), format="csr")
+        motion = solution.at.series.rows().of_place
         breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
         moved = csr_matrix(hstack([motion, breaks]))
         self.n_motion = motion.shape[1]

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.sparse import csr_matrix, eye_array, kron
+from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.solve.normal import NormalMatrix
@@ -61,7 +61,7 @@ class MotionCovariance:
 
     def _through(self, rows: BandedRows, by_global: csr_matrix | None, places: slice) -> FloatArray:
         """Return R X, less what the global parameters give by themselves, shape (n, 3, n_global)."""
-        through = kron(rows.matrix, eye_array(3), format="csr") @ self._spread
+        through = rows.of_place @ self._spread
         if by_global is not None:
             unit = np.eye(self.normal.half.shape[1])[:, places]
             root = solve_triangular(self.normal.schur[0], unit, lower=True, check_finite=False).T

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dpbtrf, dpotri
+from scipy.linalg.lapack import dpbtrf, dtrtri
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
@@ -234,15 +234,18 @@ class NormalMatrix:
         return Reduced.of(lower_band(s), c, m).factor()
 
     def solve(self, slope_motion: FloatArray, slope_global: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return both parts of H^-1 applied to a vector."""
-        first = self.motion.half_solve(slope_motion[:, None])
-        of_global = cho_solve(self.schur, slope_global - self.half.T @ first[:, 0], check_finite=False)
-        motion = self.motion.back_solve(first - (self.half @ of_global)[:, None])
-        return motion[:, 0], of_global
+        """Return both parts of H^-1 applied to a vector, or to some, shapes (n_motion, ...) and (n_global, ...)."""
+        first = self.motion.half_solve(slope_motion.reshape(len(slope_motion), -1))
+        right = slope_global.reshape(len(slope_global), -1) - self.half.T @ first
+        of_global = cho_solve(self.schur, right, check_finite=False)
+        motion = self.motion.back_solve(first - self.half @ of_global)
+        return motion.reshape(slope_motion.shape), of_global.reshape(slope_global.shape)
 
     def global_variances(self) -> FloatArray:
         """Return the variances of the global parameters."""
-        return np.array(np.diagonal(dpotri(self.schur[0], lower=1)[0]))
+        # M^-1 = L^-T L^-1: its diagonal needs half of the work of all of it
+        inverse = np.tril(dtrtri(self.schur[0], lower=1)[0])
+        return np.asarray((inverse**2).sum(axis=0))
 
     def global_covariance(self, places: slice) -> FloatArray:
         """Return the covariance of some neighbouring global parameters, shape (n, n)."""

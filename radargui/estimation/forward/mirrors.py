@@ -56,8 +56,10 @@ class MirrorPlane:
         return mirror(direction, self._tilted(unknown), 0.0)
 
     def turned_slope(self, direction: FloatArray, unknown: FloatArray) -> FloatArray:
-        """Return d turned / d unknown of a direction, shape (3 unknowns, 3): a shift turns nothing."""
-        return np.vstack([self._mirrored_slope(direction, unknown), np.zeros(3)])
+        """Return d turned / d unknown of directions (..., 3), shape (..., 3 unknowns, 3): a shift turns nothing."""
+        out = np.zeros((*direction.shape[:-1], 3, 3))
+        out[..., :2, :] = self._mirrored_slope(direction, unknown)
+        return out
 
     def lean(self, unknown: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (n_x, n_y) / n_z, shape (2,), and its derivatives by the two tilts, shape (2, 2)."""
@@ -72,21 +74,23 @@ class MirrorPlane:
         return np.asarray(normal / np.sqrt(normal @ normal))
 
     def image_slope(self, point_m: FloatArray, unknown: FloatArray) -> FloatArray:
-        """Return d image / d unknown, shape (3 unknowns, 3).
+        """Return d image / d unknown of points (..., 3), shape (..., 3 unknowns, 3).
 
         a' = a - 2 (n.w) n, w = a - foot - shift n0, n = (n0 + tilts) / length, dn / d tilt = (t - n (n.t)) / length.
         """
         normal = self._tilted(unknown)
         away = point_m - self.foot_m - unknown[2] * self.normal
-        return np.vstack([self._mirrored_slope(away, unknown), 2.0 * (normal @ self.normal) * normal])
+        out = np.empty((*point_m.shape[:-1], 3, 3))
+        out[..., :2, :], out[..., 2, :] = self._mirrored_slope(away, unknown), 2.0 * (normal @ self.normal) * normal
+        return out
 
     def _mirrored_slope(self, away: FloatArray, unknown: FloatArray) -> FloatArray:
-        """Return d (w - 2 (n.w) n) / d tilts, shape (2, 3)."""
+        """Return d (w - 2 (n.w) n) / d tilts of w (..., 3), shape (..., 2, 3)."""
         tangents, normal = _tangents(tuple(self.normal.tolist())), self._tilted(unknown)
         along = tangents @ normal
         # n (n0 + tilts) is the length of what was normalised
         turn = (tangents - along[:, None] * normal) / (normal @ self.normal + along @ unknown[:2])
-        return np.asarray(-2.0 * ((turn @ away)[:, None] * normal + (normal @ away) * turn))
+        return np.asarray(-2.0 * ((away @ turn.T)[..., None] * normal + (away @ normal)[..., None, None] * turn))
 
 
 def has_floor(planes: tuple[MirrorPlane, ...]) -> bool:

@@ -109,10 +109,9 @@ def receiver_slopes(
     if inputs.planes:
         _put_mirrors(put, waves, theta, layout, own)
         planes = list(zip(inputs.planes, layout.plane_unknowns(theta), strict=True))
-        antennas = inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]
-        moved = np.array([[plane.image_slope(one, unknown) for plane, unknown in planes] for one in antennas])
-        axes = waves.lobes.axis[:, 0]
-        turned = np.array([[plane.turned_slope(one, unknown) for plane, unknown in planes] for one in axes])
+        antennas, axes = waves.antenna_m[:, 0], waves.lobes.axis[:, 0]
+        moved = np.stack([plane.image_slope(antennas, unknown) for plane, unknown in planes], axis=1)
+        turned = np.stack([plane.turned_slope(axes, unknown) for plane, unknown in planes], axis=1)
         by_planes = _by_planes(node_m, waves, waves.lobes, inputs, moved, turned, over[:, 1:], pull[:, 1:])
         put(layout.planes, np.moveaxis(by_planes, 0, 2))
     if layout.sizes.polarization and inputs.sphere is not None:

@@ -17,7 +17,7 @@ from radargui.estimation.select.wall_grid import (
     wall_grid,
 )
 from radargui.estimation.solve.changed_problem import carried_places, positions_at_bins, problem_with_mirrors
-from radargui.estimation.solve.minimise import Solution, log_evidence, minimise, solved_at
+from radargui.estimation.solve.minimise import MinimiseSettings, Solution, log_evidence, minimise, solved_at
 from radargui.estimation.solve.problem import JointProblem, Start, State
 from radargui.model.arrays import FloatArray
 
@@ -117,11 +117,14 @@ def search_wall(
     return _run_off(search, round_done, settings)
 
 
+FIRST = MinimiseSettings(renews_last=False)
+
+
 def best_started(starts: Sequence[Start], most: int, round_done: Callable[[], None]) -> list[Start]:
     """Return the starts that are best after some steps, there."""
     found = []
     for start in starts:
-        found.append(minimise(start, WALLS.first_steps))
+        found.append(minimise(start, WALLS.first_steps, FIRST))
         round_done()
     return [Start(one.problem, one.state) for one in sorted(found, key=log_evidence, reverse=True)[:most]]
 

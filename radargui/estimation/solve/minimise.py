@@ -33,6 +33,9 @@ class MinimiseSettings:
         Two breaks never come closer: no bin would lie between them.
     small, left
         A step that gains less, and leaves about this share of `close` to the next, needs no new normal matrix.
+    renews_last
+        Whether the matrix is put together anew after the last step: where solutions are only put in order, that of the
+        step before will do.
     """
 
     close: float = 0.05
@@ -44,6 +47,7 @@ class MinimiseSettings:
     least_flight_s: float = 1e-3
     small: float = 200.0
     left: float = 0.02
+    renews_last: bool = True
 
 
 MINIMISE = MinimiseSettings()
@@ -91,7 +95,7 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) ->
 
 def minimise_on(
     start: Start, steps: int, settings: MinimiseSettings, damping: float = 0.0, known: Known | None = None
-) -> tuple[Solution, Known]:
+) -> tuple[Solution, Known | None]:
     """Take steps as `minimise` does, the first so damped, and return what is known at the end too.
 
     Parameters
@@ -106,9 +110,9 @@ def minimise_on(
     problem, state = start.problem, start.state
     at = linearise(problem, state) if known is None else reweighed(known.problem, problem, state.theta, known.at)
     sums = sum_data(problem, state, at) if known is None else known.sums
-    settled = False
+    settled = is_stale = False
     assembled = assemble(problem, state, at, sums)
-    for _ in range(steps):
+    for number in range(steps):
         step, damping = _improve(problem, state, at, assembled, damping, settings)
         if step is None:
             settled = damping <= settings.most_damping
@@ -118,6 +122,9 @@ def minimise_on(
             # what was foretold has come: the slope is gone, and the curvature is what it was
             sums, settled = sums.moved(state.coefficients - before.coefficients, state.theta - before.theta), True
             break
+        is_stale = number == steps - 1 and not settings.renews_last
+        if is_stale:
+            break
         sums = sum_data(problem, state, at)
         assembled = assemble(problem, state, at, sums)
         # in ln likelihood: less than what any unknown could be told apart by
@@ -126,7 +133,7 @@ def minimise_on(
             break
     # the waves have served: kept with every alternative they would be most of its memory
     solution = Solution(problem, state, replace(at, waves=()), assembled.factor(), settled, damping)
-    return solution, Known(problem, at, sums)
+    return solution, None if is_stale else Known(problem, at, sums)
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ class SampledState:
     slopes: FloatArray
     ties: tuple[FloatArray, FloatArray]
     excess: FloatArray
-    waves: tuple[Waves, ...]
+    waves: Waves
 
     @cached_property
     def sigma(self) -> FloatArray:
@@ -145,7 +145,7 @@ class SignalLikelihood:
     def _rows(self, world: World, z: FloatArray, at: SampledState, n: int, amplitudes: AmplitudeSlopes) -> ReceiverRows:
         problem, theta, layout, n_shared = at.problem, at.theta, at.problem.layout, len(z)
         pair, receiver, sd = slice(2 * n, 2 * n + 2), layout.receivers[n], problem.prior.sd
-        lin = receiver_slopes(at.node_m[:, pair], theta, layout, problem.inputs, n, at.excess[pair], at.waves[n])
+        lin = receiver_slopes(at.node_m[:, pair], theta, layout, problem.inputs, n, at.excess[pair], at.waves.of(n))
         some, all_bins = some_bins(problem.bins.n_bins)
         # directions change over centimetres: they are those of a bin's middle for both its channels and nodes
         place_m = at.place_m[:, None, None, some]
@@ -154,7 +154,7 @@ class SignalLikelihood:
         def ways(place: FloatArray, other: ModelInputs, step: float) -> ComplexArray:
             return (log_ways(place, theta, layout, other, n) - plain) / step
 
-        pairs = reflections(theta, layout, receiver)[:, :, None, None] * at.waves[n].mean
+        pairs = reflections(theta, layout, receiver)[:, :, None, None] * at.waves.of(n).mean
         by_unknown, by_place, by_rest = amplitudes.of_channels(n, pairs)
         steps, inputs = PLACE_STEP_M * np.eye(3), problem.inputs
         by_ways = [ways(place_m + ahead[:, None, None, None], inputs, PLACE_STEP_M) for ahead in steps]
@@ -166,7 +166,7 @@ class SignalLikelihood:
         for k in antennas:
             other = replace(inputs, antennas=world.antennas(z + STEP * (np.arange(n_shared) == k)))
             by_ways.append(ways(place_m, other, STEP))
-        shown = ways_slopes(at.waves[n], all_bins(np.array(by_ways)))
+        shown = ways_slopes(at.waves.of(n), all_bins(np.array(by_ways)))
         by_place, by_rest = by_place + shown[:3], by_rest + shown[3:6]
         known = np.einsum("xcn,xnk->cnk", by_place, at.slopes) + np.einsum("xcn,xk->cnk", by_rest, at.slopes[:, 0])
         turning = np.empty(0)

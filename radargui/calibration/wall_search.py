@@ -251,7 +251,7 @@ class _LinearisedSearch:
         inputs, layout = self.at.problem.inputs, self.at.problem.layout
         lobes = main_lobes(layout, self.at.theta)
         self.waves = [
-            DirectWave.of(self.at.node_m[:, 2 * n : 2 * n + 2], self.at.waves[n], inputs, lobes[[0, 1 + n]])
+            DirectWave.of(self.at.node_m[:, 2 * n : 2 * n + 2], self.at.waves.of(n), inputs, lobes[[0, 1 + n]])
             for n in range(n_receivers)
         ]
         self.scattered = OverMirrors(self.at.problem, self.at.theta, self.at.place_m)

@@ -9,8 +9,8 @@ import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, small_problem
 
 from radargui.estimation.forward.bins import BinSettings, bin_by_fringe, pool
-from radargui.estimation.forward.parameters import lobe_places
-from radargui.estimation.forward.signal_model import FrontEndState, receiver_signal
+from radargui.estimation.forward.parameters import Sizes, lobe_places, make_layout
+from radargui.estimation.forward.signal_model import FrontEndState, receiver_signal, turn_of
 from radargui.estimation.forward.slow_noise import SlowNoiseSettings, measure_drift
 from radargui.estimation.signals import ScaledSignals
 from radargui.estimation.solve.problem import linearise
@@ -126,7 +126,9 @@ def test_a_front_end_shows_and_its_slope_is_a_finite_difference() -> None:
     z = np.exp(1j * np.linspace(0.0, 6.0, 30)) * 0.8
     here = FrontEndState(1.2, 0.1)
     up, down = (FrontEndState(1.2, 0.1 + s * 1e-6).channels(np.stack([z, z]))[1] for s in (1, -1))
-    turned = here.turn[:, None] * z
+    own, values = make_layout(Sizes(0, 0, 1, 1, 1, 0)).own, np.zeros(9)
+    values[[own.log_gain, own.quadrature_error]] = np.log(1.2), 0.1
+    turned = turn_of(values, own)[:, None] * z
     assert here.channels(np.stack([z, z])) == pytest.approx(turned.real)
     assert -turned[1].imag == pytest.approx((up - down) / 2e-6, abs=1e-8)
 

@@ -19,6 +19,8 @@ _SIDE_LOBE = 0.1  # of horns and small arrays, field over that on the axis (Bala
 class Lobes:
     """How the lobes of transmitter and receiver change the direct wave and what mirrors add, against the release.
 
+    Of several receivers all shapes begin with their number.
+
     Attributes
     ----------
     axis
@@ -42,33 +44,33 @@ class Lobes:
 
     def exponents(self) -> FloatArray:
         """Return the log of what they do to each mirror's reflection, (2, n_mirrors, n)."""
-        exponents = (self._of_mirrors[:, :, None] @ self.functions)[:, :, 0]
-        exponents[:, self.n_floors :] -= self.factors[:, :1, 1:] @ self.direct
+        exponents = (self._of_mirrors[..., None, :] @ self.functions)[..., 0, :]
+        exponents[..., self.n_floors :, :] -= self.factors[..., :1, 1:] @ self.direct
         return np.clip(exponents, -_MOST_LOBE, _MOST_LOBE)
 
     @property
     def n_floors(self) -> int:
         """How many mirrors, none or one, share the direct wave's factors."""
-        return 1 + int(self.functions.shape[1]) - int(self.factors.shape[1])
+        return 1 + int(self.functions.shape[-3]) - int(self.factors.shape[-2])
 
     @property
     def _of_mirrors(self) -> FloatArray:
         """The factors of each mirror, shape (2, n_mirrors, N_LOBE)."""
-        return self.factors[:, 1 - self.n_floors :]
+        return self.factors[..., 1 - self.n_floors :, :]
 
     def of_direct(self) -> FloatArray:
         """Return what they multiply the direct wave with, (n,)."""
-        exponent = (self.factors[:, :1, 1:] @ self.direct).sum(axis=(0, 1))
+        exponent = (self.factors[..., :1, 1:] @ self.direct).sum(axis=(-3, -2))
         return np.asarray(np.exp(np.clip(exponent, -_MOST_LOBE, _MOST_LOBE)))
 
     def by_angle(self) -> tuple[FloatArray, FloatArray]:
         """Return the slopes of the exponents by each mirror's q and by minus q at release, (2, n_mirrors, n)."""
-        a, b = np.moveaxis((self._of_mirrors / LOBE_UNITS)[:, :, 1:, None], 2, 0)
+        a, b = np.moveaxis((self._of_mirrors / LOBE_UNITS)[..., 1:, None], -2, 0)
         # over a wall the difference counts, over a floor each by itself
-        now = self.q[:, 1:] - self.q_rest[:, 1:]
+        now = self.q[..., 1:, :] - self.q_rest[..., 1:, :]
         rest = now.copy()
         if self.n_floors:
-            now[:, 0], rest[:, 0] = self.q[:, 1], self.q_rest[:, 1]
+            now[..., 0, :], rest[..., 0, :] = self.q[..., 1, :], self.q_rest[..., 1, :]
         return a + 2.0 * b * now, a + 2.0 * b * rest
 
     def by_factors(self, over: FloatArray) -> FloatArray:
@@ -80,9 +82,9 @@ class Lobes:
             Shape (2, 1 + n_mirrors, n).
         """
         out = np.zeros((*self.factors.shape, over.shape[-1]))
-        out[:, 1 - self.n_floors :] = over[:, 1:, None] * self.functions
+        out[..., 1 - self.n_floors :, :, :] = over[..., 1:, None, :] * self.functions
         # over a wall the direct lobe is taken off again
-        out[:, 0, 1:] += over[:, : 1 + self.n_floors].sum(axis=1)[:, None] * self.direct
+        out[..., 0, 1:, :] += over[..., : 1 + self.n_floors, :].sum(axis=-2)[..., None, :] * self.direct
         return out
 
 
@@ -103,7 +105,8 @@ def lobes_at(
     Parameters
     ----------
     node_m, length_m, antenna_m
-        Shapes (3, n), (2, 1 + n_mirrors, n), (2, 1 + n_mirrors, 3), see `Waves`.
+        Shapes (3, n), (2, 1 + n_mirrors, n), (2, 1 + n_mirrors, 3), see `Waves`; of several receivers with their number
+        first.
     mirrors
         Planes and their unknowns, (n_mirrors, 3).
     release_m
@@ -111,18 +114,20 @@ def lobes_at(
     factors
         Of height and the angle's two functions, shape (2, 1 + n_walls, N_LOBE).
     """
-    axis = axis_of(antenna_m[:, 0])
+    axis = axis_of(antenna_m[..., 0, :])
     over = [plane.turned(axis, one) for plane, one in zip(*mirrors, strict=True)]
-    axes = np.stack([axis, *over], axis=1)
-    q, q_rest = off_axis(axes, antenna_m, node_m, length_m, release_m)
+    axes = np.stack([axis, *over], axis=-2)
+    q, q_rest = off_axis(axes, antenna_m, node_m[..., None, :, :], length_m, release_m)
     change = q - q_rest
     squares = change * (q + q_rest)
-    out = np.empty((2, len(over), N_LOBE, node_m.shape[1]))
-    out[:, :, 0] = (node_m[2] - release_m[2]) / LOBE_UNITS[0]
-    out[:, :, 1], out[:, :, 2] = change[:, 1:] / LOBE_UNITS[1], change[:, 1:] ** 2 / LOBE_UNITS[2]
-    direct = np.stack([change[:, 0] / LOBE_UNITS[1], squares[:, 0] / LOBE_UNITS[2]], axis=1)
+    out = np.empty((*axis.shape[:-1], len(over), N_LOBE, node_m.shape[-1]))
+    out[..., 0, :] = ((node_m[..., 2, :] - release_m[2]) / LOBE_UNITS[0])[..., None, None, :]
+    np.multiply(change[..., 1:, :], 1.0 / LOBE_UNITS[1], out=out[..., 1, :])
+    np.multiply(change[..., 1:, :], change[..., 1:, :] / LOBE_UNITS[2], out=out[..., 2, :])
+    even = np.stack([change / LOBE_UNITS[1], squares / LOBE_UNITS[2]], axis=-2)
+    direct = even[..., 0, :, :]
     if has_floor(mirrors[0]):
-        out[:, 0, 1:] = np.stack([change[:, 1] / LOBE_UNITS[1], squares[:, 1] / LOBE_UNITS[2]], axis=1) - direct
+        out[..., 0, 1:, :] = even[..., 1, :, :] - direct
     return Lobes(axes, q, q_rest, out, direct, factors)
 
 

@@ -104,11 +104,11 @@ def walls_of(planes: tuple[MirrorPlane, ...]) -> tuple[MirrorPlane, ...]:
 
 
 def distances(place_m: FloatArray, points_m: FloatArray) -> FloatArray:
-    """Return |p - a| for places (3, n) and some antennas or images a, (n_points, 3), shape (n_points, n).
+    """Return |p - a| for places (..., 3, n) and some antennas or images a, (..., n_points, 3), (..., n_points, n).
 
     |p|^2 + |a|^2 - 2 p.a is a product of matrices; a tracer keeps centimetres away from them.
     """
-    square = (points_m**2).sum(axis=1)[:, None] + (place_m * place_m).sum(axis=0)
+    square = (points_m**2).sum(axis=-1)[..., None] + (place_m * place_m).sum(axis=-2)[..., None, :]
     square -= 2.0 * (points_m @ place_m)
     return np.asarray(np.sqrt(square, out=square))
 

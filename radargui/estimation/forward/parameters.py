@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -161,6 +162,16 @@ class Layout:
         """Places of what the receivers share besides the motion: mirrors, the transmitter's angle, crosstalk."""
         return slice(self.planes.start, self.crosstalk.stop)
 
+    @property
+    def own(self) -> ReceiverLayout:
+        """Places of a receiver's unknowns among its own, see `own_values`."""
+        return _own_layout(self.sizes)
+
+    def own_values(self, theta: FloatArray, receiver: int | slice) -> FloatArray:
+        """Return the own unknowns of a receiver, shape (n_own,), or of some, shape (n_receivers, n_own)."""
+        block = theta[self.receivers[0].first : self.receivers[-1].last]
+        return np.asarray(block.reshape(len(self.receivers), -1)[receiver])
+
     def plane_unknowns(self, theta: FloatArray) -> FloatArray:
         """Return two tilts (rad) and the shift (m) of each mirror, shape (n_mirrors, 3)."""
         return np.asarray(theta[self.planes].reshape(-1, 3))
@@ -185,35 +196,47 @@ def polarisation_places(layout: Layout) -> IntArray:
 
 def make_layout(sizes: Sizes) -> Layout:
     """Return the layout for these numbers of unknowns."""
-    end = 0
-
-    def take(count: int) -> slice:
-        nonlocal end
-        end += count
-        return slice(end - count, end)
-
+    take = _Taken()
     two_a_mirror, lobe_places = 2 * sizes.mirrors, N_LOBE * (1 + sizes.walls)
     shared = (3 * sizes.mirrors, two_a_mirror, lobe_places, sizes.polarization, sizes.crosstalk)
     breaks, flight = take(sizes.breaks), take(4 * sizes.flight)
     # shared unknowns stand together: every receiver's data touch them, its own touch no other receiver
     planes, reflection, lobe, polarization, crosstalk = (take(count) for count in shared)
-    receivers = [
-        ReceiverLayout(
-            phase=take(1).start,
-            log_amplitude=take(1).start,
-            offset=take(2),
-            log_gain=take(1).start,
-            quadrature_error=take(1).start,
-            bias_i=take(sizes.bias),
-            bias_q=take(sizes.bias),
-            amplitude_map=take(sizes.amplitude_map),
-            receiver_reflection=take(two_a_mirror),
-            receiver_lobe=take(lobe_places),
-            double_reflection=take(two_a_mirror),
-            polarization=take(sizes.polarization),
-            drift_i=take(sizes.drift),
-            drift_q=take(sizes.drift),
-        )
-        for _ in range(sizes.receivers)
-    ]
-    return Layout(breaks, flight, planes, reflection, lobe, polarization, crosstalk, tuple(receivers), sizes, end)
+    receivers = tuple(_receiver_layout(sizes, take) for _ in range(sizes.receivers))
+    return Layout(breaks, flight, planes, reflection, lobe, polarization, crosstalk, receivers, sizes, take.end)
+
+
+class _Taken:
+    """Places given away one after the other."""
+
+    def __init__(self) -> None:
+        self.end = 0
+
+    def __call__(self, count: int) -> slice:
+        self.end += count
+        return slice(self.end - count, self.end)
+
+
+def _receiver_layout(sizes: Sizes, take: _Taken) -> ReceiverLayout:
+    two_a_mirror = 2 * sizes.mirrors
+    return ReceiverLayout(
+        phase=take(1).start,
+        log_amplitude=take(1).start,
+        offset=take(2),
+        log_gain=take(1).start,
+        quadrature_error=take(1).start,
+        bias_i=take(sizes.bias),
+        bias_q=take(sizes.bias),
+        amplitude_map=take(sizes.amplitude_map),
+        receiver_reflection=take(two_a_mirror),
+        receiver_lobe=take(N_LOBE * (1 + sizes.walls)),
+        double_reflection=take(two_a_mirror),
+        polarization=take(sizes.polarization),
+        drift_i=take(sizes.drift),
+        drift_q=take(sizes.drift),
+    )
+
+
+@lru_cache(maxsize=64)
+def _own_layout(sizes: Sizes) -> ReceiverLayout:
+    return _receiver_layout(sizes, _Taken())

@@ -1,4 +1,4 @@
-"""What one receiver's bins should show: the equations of method 1 at the bins' nodes."""
+"""What a receiver's bins should show, or those of all together: the equations of method 1 at the bins' nodes."""
 
 from __future__ import annotations
 
@@ -59,8 +59,19 @@ class ModelInputs:
             sphere=None if self.sphere is None else self.sphere.of_bins(part),
         )
 
-    def sphere_factors(self, theta: FloatArray, layout: Layout, receiver: int) -> SphereFactors:
-        """Return what the sphere multiplies the paths to a receiver with, the antennas turned as theta has them."""
+    def sphere_factors(self, theta: FloatArray, layout: Layout, receiver: int | slice) -> SphereFactors:
+        """Return what the sphere multiplies the paths to a receiver with, the antennas turned as theta has them.
+
+        Of several receivers, their number first.
+        """
+        if self.body is None and self.sphere is None:
+            return point_factors(len(self.planes))
+        if not isinstance(receiver, slice):
+            return self._factors(theta, layout, receiver)
+        each = [self._factors(theta, layout, n) for n in range(len(layout.receivers))[receiver]]
+        return SphereFactors(np.stack([one.direct for one in each]), np.stack([one.mirrored for one in each]))
+
+    def _factors(self, theta: FloatArray, layout: Layout, receiver: int) -> SphereFactors:
         if self.body is not None:
             return self.body[receiver]
         if self.sphere is None:
@@ -86,16 +97,22 @@ class FrontEndState:
         """Return what I and Q show of their Z, both shapes (2, n): each channel is sampled at its own time."""
         return channels_of(z[0], z[1], self.gain_ratio, self.quadrature_error_rad)
 
-    @property
-    def turn(self) -> ComplexArray:
-        """H = (1, g (sin eps - j cos eps)): I and Q show Re h Z, their slope by eps is -Im h Z of Q; shape (2,)."""
-        error = self.quadrature_error_rad
-        return np.array([1.0, self.gain_ratio * (np.sin(error) - 1j * np.cos(error))])
+
+def turn_of(values: FloatArray, own: ReceiverLayout) -> ComplexArray:
+    """Return h = (1, g (sin eps - j cos eps)): I and Q show Re h Z, their slope by eps is -Im h Z of Q; (..., 2).
+
+    Of a receiver's own unknowns (..., n_own) at their places.
+    """
+    error = values[..., own.quadrature_error]
+    q = np.exp(values[..., own.log_gain]) * (np.sin(error) - 1j * np.cos(error))
+    return np.stack([np.ones_like(q), q], axis=-1)
 
 
 @dataclass(frozen=True, slots=True)
 class Waves:
     """Waves that reach one receiver, over every way in (a) and out (b): 0 directly, m over mirror m.
+
+    Of several receivers all shapes begin with their number.
 
     Attributes
     ----------
@@ -123,6 +140,35 @@ class Waves:
     strength: ComplexArray
     lobes: Lobes
 
+    @property
+    def n_ways(self) -> int:
+        """1 + n_mirrors."""
+        return int(self.mean.shape[-4])
+
+    def of(self, receiver: int) -> Waves:
+        """Return those of one receiver of several."""
+        lobes = self.lobes
+        own = Lobes(
+            lobes.axis[receiver],
+            lobes.q[receiver],
+            lobes.q_rest[receiver],
+            lobes.functions[receiver],
+            lobes.direct[receiver],
+            lobes.factors[receiver],
+        )
+        # of a point it is the same for all
+        scattered = self.scattered if self.scattered.ndim < self.mean.ndim - 1 else self.scattered[receiver]
+        strength = self.strength if self.strength.ndim < self.mean.ndim - 1 else self.strength[receiver]
+        return Waves(
+            self.antenna_m[receiver],
+            self.length_m[receiver],
+            self.path[receiver],
+            self.mean[receiver],
+            scattered,
+            strength,
+            own,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class ReceiverSignal:
@@ -142,6 +188,20 @@ class ReceiverSignal:
     direct: ComplexArray
     field: ComplexArray
     besides: FloatArray
+
+    def each(self) -> tuple[ReceiverSignal, ...]:
+        """Return those of each of several receivers."""
+        columns = (self.value, self.direct, self.field, self.besides)
+        return tuple(ReceiverSignal(*own) for own in zip(*columns, strict=True))
+
+
+EVERY = slice(None)
+"""All receivers together: what is returned has their number first."""
+
+
+def nodes_of(node_m: FloatArray) -> FloatArray:
+    """Return positions at the nodes of all channels, (3, n_channels, 2, n), by receiver, (n_receivers, 3, 2, 2, n)."""
+    return np.ascontiguousarray(node_m.reshape(3, -1, 2, *node_m.shape[2:]).swapaxes(0, 1))
 
 
 def receiver_signal(
@@ -168,69 +228,85 @@ def receiver_signal(
     return signal_of(waves_at(node_m, theta, layout, inputs, receiver), theta, layout, inputs, receiver)
 
 
-def signal_of(waves: Waves, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int) -> ReceiverSignal:
-    """Return what the channels show of the waves; the other parameters as for `receiver_signal`."""
-    own = layout.receivers[receiver]
+def signal_of(
+    waves: Waves, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int | slice
+) -> ReceiverSignal:
+    """Return what the channels show of the waves; the other parameters as for `waves_at`."""
+    own, values = layout.own, layout.own_values(theta, receiver)
     z = shown(waves)
-    front_end, bias = FrontEndState.of(theta, own), bias_of(theta, own, inputs)
-    turn = front_end.turn[:, None]
-    besides = (turn * bias).real + theta[own.offset][:, None]
+    turn, bias = turn_of(values, own)[..., None], bias_of(values, own, inputs)
+    besides = (turn * bias[..., None, :]).real + values[..., own.offset, None]
     if layout.sizes.drift:
         # the mixer's own, behind the front end's gain: pick-up and 1/f noise do not turn with the tracer
-        i, q = inputs.drift[2 * receiver : 2 * receiver + 2]
-        besides += np.stack([i @ theta[own.drift_i], q @ theta[own.drift_q]])
-    direct, field = ((one / turn).mean(axis=0) for one in (waves.mean[0, 0], z))
+        functions = inputs.drift.reshape(-1, 2, *inputs.drift.shape[1:])[receiver]
+        drift = values[..., own.drift_i.start : own.drift_q.stop].reshape(*values.shape[:-1], 2, -1, 1)
+        besides += (functions @ drift)[..., 0]
+    direct, field = ((one / turn).mean(axis=-2) for one in (waves.mean[..., 0, 0, :, :], z))
     return ReceiverSignal(z.real + besides, direct, field, besides)
 
 
 def shown(waves: Waves) -> ComplexArray:
-    """Return h Z without bias, the sum over all ways, shape (2, n_bins)."""
-    if len(waves.mean) == 1:
-        return np.asarray(waves.mean[0, 0])
+    """Return h Z without bias, the sum over all ways, shape (..., 2, n_bins)."""
+    if waves.n_ways == 1:
+        return waves.mean[..., 0, 0, :, :]
     # the mean of a wave over a bin is that at its two nodes (Bins)
-    return np.asarray((waves.strength[:, :, None] * waves.mean).sum(axis=(0, 1)))
+    return np.asarray((waves.strength[..., None, :] * waves.mean).sum(axis=(-4, -3)))
 
 
-def waves_at(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int) -> Waves:
-    """Return the waves of all ways from the transmitter to a receiver; parameters as for `receiver_signal`."""
-    own, shape, k = layout.receivers[receiver], node_m.shape[1:], inputs.wavenumber
+def waves_at(
+    node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int | slice
+) -> Waves:
+    """Return the waves of all ways from the transmitter to a receiver, or to `EVERY` one.
+
+    Parameters as for `receiver_signal`; of every receiver nodes as `nodes_of` gives them.
+    """
+    own, values, k = layout.own, layout.own_values(theta, receiver), inputs.wavenumber
+    shape = node_m.shape[:-4] + node_m.shape[-3:]
     antenna_m, length, change, lobes = _ways(node_m, theta, layout, inputs, receiver)
     sphere = inputs.sphere_factors(theta, layout, receiver)
-    amplitude = FrontEndState.of(theta, own).turn[:, None] * amplitude_of(theta, own, inputs, receiver, sphere)
-    n_ways = antenna_m.shape[1]
-    path: ComplexArray = np.empty((n_ways, n_ways, *shape), complex)
-    path[0, 0] = amplitude[:, None] * turned(k * (change[0, 0] + change[1, 0]) + theta[own.phase]).reshape(shape)
+    amplitude = turn_of(values, own)[..., None] * amplitude_of(values, own, inputs, receiver, sphere)[..., None, :]
+    n_ways, lead = antenna_m.shape[-2], node_m.shape[:-4]
+    path: ComplexArray = np.empty((*lead, n_ways, n_ways, *node_m.shape[-3:]), complex)
+    phase = k * (change[..., 0, 0, :] + change[..., 1, 0, :]) + values[..., own.phase, None]
     # amplitude and phase change together over a bin: the range factor's mean would shift the phase's
-    ways = (length[0, 0] * length[1, 0]).reshape(shape)
-    path[0, 0] *= ways.mean(axis=1, keepdims=True) / ways
+    ways = (length[..., 0, 0, :] * length[..., 1, 0, :]).reshape(shape)
+    direct = amplitude[..., None, :] * turned(phase).reshape(shape)
+    direct *= ways.mean(axis=-2, keepdims=True) / ways
+    np.multiply(direct, lobes.of_direct().reshape(shape), out=path[..., 0, 0, :, :, :])
     strength = sphere.mirrored
-    path[0, 0] *= lobes.of_direct().reshape(shape)
     if n_ways > 1:
         # the longer way arrives weaker; a lobe changes it with the place
-        share = np.exp(lobes.exponents()) * length[:, :1] / length[:, 1:]
-        detour = (share * turned(k * (change[:, 1:] - change[:, :1]))).reshape(2, -1, *shape)
+        share = np.exp(lobes.exponents()) * length[..., :1, :] / length[..., 1:, :]
+        detour = share * turned(k * (change[..., 1:, :] - change[..., :1, :]))
+        detour = detour.reshape(*lead, 2, -1, *node_m.shape[-3:])
         # over a mirror on the way in and on the way out: phases add, amplitudes multiply (image theory, Balanis 4.7)
-        np.multiply(path[0, 0], detour[0], out=path[1:, 0])
-        np.multiply(path[:, :1], detour[1], out=path[:, 1:])
-        strength = reflections(theta, layout, own)[:, :, None] * strength
+        sent, got = detour[..., 0, :, :, :, :], detour[..., 1:, :, :, :, :]
+        np.multiply(path[..., :1, 0, :, :, :], sent, out=path[..., 1:, 0, :, :, :])
+        np.multiply(path[..., :, :1, :, :, :], got, out=path[..., :, 1:, :, :, :])
+        strength = reflections(theta, layout, own, values)[..., None] * strength
     mean = 0.5 * (path[..., 0, :] + path[..., 1, :])
-    return Waves(antenna_m, length.reshape(2, -1, *shape), path, mean, sphere.mirrored, strength, lobes)
+    length = length.reshape(*lead, 2, -1, *node_m.shape[-3:])
+    return Waves(antenna_m, length, path, mean, sphere.mirrored, strength, lobes)
 
 
 def _ways(
-    node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int
+    node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: ModelInputs, receiver: int | slice
 ) -> tuple[FloatArray, FloatArray, FloatArray, Lobes]:
     """Return antennas and images, lengths from there to the nodes, (2, 1 + n_mirrors, n), also against the release."""
-    unknown, own = layout.plane_unknowns(theta), layout.receivers[receiver]
-    ends = np.stack([inputs.antennas.transmitter_m, inputs.antennas.receivers_m[receiver]])
+    unknown, own, values = layout.plane_unknowns(theta), layout.own, layout.own_values(theta, receiver)
+    receivers_m = inputs.antennas.receivers_m[receiver]
+    ends = np.stack([np.broadcast_to(inputs.antennas.transmitter_m, receivers_m.shape), receivers_m], axis=-2)
     images = [plane.image(ends, one) for plane, one in zip(inputs.planes, unknown, strict=True)]
-    antenna_m = np.stack([ends, *images], axis=1)
-    node = np.ascontiguousarray(node_m.reshape(3, -1))
-    length = distances(node, antenna_m.reshape(-1, 3)).reshape(2, -1, node.shape[1])
+    antenna_m = np.stack([ends, *images], axis=-2)
+    node = np.ascontiguousarray(node_m.reshape(*node_m.shape[:-3], -1))
+    length = distances(node, antenna_m.reshape(*antenna_m.shape[:-3], -1, 3))
+    length = length.reshape(*antenna_m.shape[:-1], node.shape[-1])
     # against the release: phi_0 is then the phase there, whatever the antennas' places, and no shift of a plane turns
     # T and R by radians
-    change = length - np.linalg.norm(inputs.release_m - antenna_m, axis=2)[:, :, None]
-    factors = np.stack([theta[places].reshape(-1, N_LOBE) for places in (layout.transmitter_lobe, own.receiver_lobe)])
+    change = length - np.linalg.norm(inputs.release_m - antenna_m, axis=-1)[..., None]
+    of_own = values[..., own.receiver_lobe]
+    both = np.stack([np.broadcast_to(theta[layout.transmitter_lobe], of_own.shape), of_own], axis=-2)
+    factors = both.reshape(*both.shape[:-1], -1, N_LOBE)
     lobes = lobes_at(node, length, antenna_m, (inputs.planes, unknown), inputs.release_m, factors)
     return antenna_m, length, change, lobes
 
@@ -243,29 +319,38 @@ def log_ways(node_m: FloatArray, theta: FloatArray, layout: Layout, inputs: Mode
     return np.asarray(out + lobes.factors[:, :1, 1:] @ lobes.direct)
 
 
-def reflections(theta: FloatArray, layout: Layout, own: ReceiverLayout) -> ComplexArray:
-    """Return T_a R_b, T_0 = R_0 = 1, and X besides where both go over one mirror; (1 + n_mirrors, 1 + n_mirrors)."""
-    t, r, x = (
-        complex_of(theta[places])
-        for places in (layout.transmitter_reflection, own.receiver_reflection, own.double_reflection)
-    )
+def reflections(
+    theta: FloatArray, layout: Layout, own: ReceiverLayout, values: FloatArray | None = None
+) -> ComplexArray:
+    """Return T_a R_b, T_0 = R_0 = 1, and X besides where both go over one mirror, (..., 1 + n_mirrors, 1 + n_mirrors).
+
+    `values`: own unknowns (..., n_own) that `own` places; left out, theta, which `own` places too.
+    """
+    values = theta if values is None else values
+    t = complex_of(theta[layout.transmitter_reflection])
+    r, x = (complex_of(values[..., places]) for places in (own.receiver_reflection, own.double_reflection))
+    out = np.ones((*r.shape[:-1], 1 + t.size, 1 + t.size), complex)
+    out[..., 1:, :] *= t[:, None]
+    out[..., 1:] *= r[..., None, :]
     # a rough or small surface does not send both ways back alike: X takes what the product leaves
-    return np.asarray(np.outer(np.append(1.0, t), np.append(1.0, r)) + np.diag(np.append(0.0, x)))
+    both = np.arange(1, 1 + t.size)
+    out[..., both, both] += x
+    return out
 
 
 def amplitude_of(
-    theta: FloatArray, own: ReceiverLayout, inputs: ModelInputs, receiver: int, sphere: SphereFactors
+    values: FloatArray, own: ReceiverLayout, inputs: ModelInputs, receiver: int | slice, sphere: SphereFactors
 ) -> ComplexArray:
-    """Return A from the range factor, the map and what the sphere scatters, shape (n_bins,)."""
-    log_amplitude = theta[own.log_amplitude] + inputs.amplitude_map @ theta[own.amplitude_map]
+    """Return A from the range factor, the map and what the sphere scatters, shape (..., n_bins)."""
+    log_amplitude = values[..., own.log_amplitude, None] + values[..., own.amplitude_map] @ inputs.amplitude_map.T
     return np.asarray(sphere.direct * (inputs.range_factor[receiver] * np.exp(log_amplitude)))
 
 
-def bias_of(theta: FloatArray, own: ReceiverLayout, inputs: ModelInputs) -> ComplexArray:
-    """Return beta, shape (n_bins,)."""
-    return np.asarray(inputs.bias @ theta[own.bias_i] + 1j * (inputs.bias @ theta[own.bias_q]))
+def bias_of(values: FloatArray, own: ReceiverLayout, inputs: ModelInputs) -> ComplexArray:
+    """Return beta of unknowns at their places, shape (..., n_bins)."""
+    return np.asarray(values[..., own.bias_i] @ inputs.bias.T + 1j * (values[..., own.bias_q] @ inputs.bias.T))
 
 
 def complex_of(pairs: FloatArray) -> ComplexArray:
-    """Return complex numbers from their real and imaginary parts by turns."""
-    return np.asarray(pairs[0::2] + 1j * pairs[1::2])
+    """Return complex numbers from their real and imaginary parts by turns, along the last axis."""
+    return np.asarray(pairs[..., 0::2] + 1j * pairs[..., 1::2])

@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from radargui.estimation.forward.lobes import Lobes
-from radargui.estimation.forward.parameters import Layout, ReceiverLayout
+from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.signal_model import (
-    FrontEndState,
     ModelInputs,
     Waves,
     bias_of,
     complex_of,
     reflections,
     shown,
+    turn_of,
     waves_at,
 )
+from radargui.estimation.forward.sphere import SphereFields
 from radargui.model.arrays import ComplexArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True)
 class ReceiverSlopes:
-    """Derivatives of a receiver's two channels.
+    """Derivatives of a receiver's two channels; of several receivers all shapes begin with their number.
 
     Attributes
     ----------
@@ -45,17 +45,17 @@ class ReceiverSlopes:
     @property
     def by_position(self) -> FloatArray:
         """By a position that both nodes share, shape (2, 3, n_bins)."""
-        return np.moveaxis(_mean(self.at_nodes), 0, 1)
+        return _mean(self.at_nodes).swapaxes(-3, -2)
 
     @property
     def by_shared(self) -> FloatArray:
         """Columns of what the receivers share, shape (2, n_bins, n_shared)."""
-        return self.columns[:, :, : self.n_shared]
+        return self.columns[..., : self.n_shared]
 
     @property
     def by_own(self) -> FloatArray:
         """Columns of the receiver's own unknowns, shape (2, n_bins, n_own)."""
-        return self.columns[:, :, self.n_shared :]
+        return self.columns[..., self.n_shared :]
 
 
 def receiver_slopes(
@@ -63,72 +63,80 @@ def receiver_slopes(
     theta: FloatArray,
     layout: Layout,
     inputs: ModelInputs,
-    receiver: int,
+    receiver: int | slice,
     excess: FloatArray | None = None,
     waves: Waves | None = None,
 ) -> ReceiverSlopes:
-    """Return the derivatives of `receiver_signal`; parameters as there.
+    """Return the derivatives of `receiver_signal`, or those of `EVERY` receiver; parameters as for `waves_at`.
 
     `excess` is what the channels before are more, shape (2, n_bins), the derivative with respect to crosstalk; what
     other channels do to these through it is neglected: parts in a hundred of each slope. `waves` are those at the
     nodes, where they are known already.
     """
-    own, shared = layout.receivers[receiver], layout.shared
+    own, values, shared = layout.own, layout.own_values(theta, receiver), layout.shared
     waves = waves_at(node_m, theta, layout, inputs, receiver) if waves is None else waves
-    turn = FrontEndState.of(theta, own).turn[:, None]
+    turn = turn_of(values, own)
     n_bins, n_shared = inputs.range_factor.shape[1], shared.stop - shared.start
-    out = np.zeros((2, n_bins, n_shared + own.drift_i.start - own.first))
+    out = np.zeros((*node_m.shape[:-4], 2, n_bins, n_shared + own.drift_i.start))
 
-    def place(unknown: int) -> int:
-        return int(unknown - shared.start if unknown < shared.stop else unknown - own.first + n_shared)
+    def put(places: slice, slopes: FloatArray, after: int = n_shared) -> None:
+        out[..., after + places.start : after + places.stop] = slopes
 
-    def put(places: slice, values: FloatArray) -> None:
-        if places.stop > places.start:
-            first = place(places.start)
-            out[:, :, first : first + places.stop - places.start] = values
+    def put_shared(places: slice, slopes: FloatArray) -> None:
+        put(places, slopes, -shared.start)
 
     # a phase turns direct and mirrored waves alike: d exp(j phi) = j exp(j phi) dphi
     z = shown(waves)
-    out[:, :, place(own.phase)] = -z.imag
-    out[:, :, place(own.log_amplitude)] = z.real
-    out[0, :, place(own.offset.start)] = 1.0
-    out[1, :, place(own.offset.start) + 1] = 1.0
+    out[..., n_shared + own.phase] = -z.imag
+    out[..., n_shared + own.log_amplitude] = z.real
+    out[..., 0, :, n_shared + own.offset.start] = 1.0
+    out[..., 1, :, n_shared + own.offset.start + 1] = 1.0
     # g scales all of Q but its offset, the bias of the scene included
-    q = (z + turn * bias_of(theta, own, inputs))[1]
-    out[1, :, place(own.log_gain)] = q.real
-    out[1, :, place(own.quadrature_error)] = -q.imag
+    q = z[..., 1, :] + turn[..., 1, None] * bias_of(values, own, inputs)
+    out[..., 1, :, n_shared + own.log_gain] = q.real
+    out[..., 1, :, n_shared + own.quadrature_error] = -q.imag
     # the quadrature error lets the real part of the bias into Q
-    put(own.bias_i, turn.real[:, :, None] * inputs.bias)
-    put(own.bias_q, -turn.imag[:, :, None] * inputs.bias)
-    put(own.amplitude_map, z.real[:, :, None] * inputs.amplitude_map)
+    put(own.bias_i, turn.real[..., None, None] * inputs.bias)
+    put(own.bias_q, -turn.imag[..., None, None] * inputs.bias)
+    put(own.amplitude_map, z.real[..., None] * inputs.amplitude_map)
     over = _over_points(waves)
     pull = _pull(waves, over, inputs.wavenumber)
-    by_factors = waves.lobes.by_factors(over.real.reshape(*over.shape[:2], -1))
-    for places, slopes in zip((layout.transmitter_lobe, own.receiver_lobe), by_factors, strict=True):
-        put(places, np.moveaxis(_mean(slopes.reshape(-1, *node_m.shape[1:])), 0, 2))
+    by_factors = _mean(
+        waves.lobes.by_factors(over.real.reshape(*over.shape[:-3], -1)).reshape(*over.shape[:-4], -1, *over.shape[-3:])
+    )
+    put_shared(layout.transmitter_lobe, np.moveaxis(by_factors[..., 0, :, :, :], -3, -1))
+    put(own.receiver_lobe, np.moveaxis(by_factors[..., 1, :, :, :], -3, -1))
     if inputs.planes:
-        _put_mirrors(put, waves, theta, layout, own)
+        sent, got, both = _by_reflections(waves, theta, layout, values)
+        put_shared(layout.transmitter_reflection, sent)
+        put(own.receiver_reflection, got)
+        put(own.double_reflection, both)
         planes = list(zip(inputs.planes, layout.plane_unknowns(theta), strict=True))
-        antennas, axes = waves.antenna_m[:, 0], waves.lobes.axis[:, 0]
-        moved = np.stack([plane.image_slope(antennas, unknown) for plane, unknown in planes], axis=1)
-        turned = np.stack([plane.turned_slope(axes, unknown) for plane, unknown in planes], axis=1)
-        by_planes = _by_planes(node_m, waves, waves.lobes, inputs, moved, turned, over[:, 1:], pull[:, 1:])
-        put(layout.planes, np.moveaxis(by_planes, 0, 2))
+        antennas, axes = waves.antenna_m[..., 0, :], waves.lobes.axis[..., 0, :]
+        moved = np.stack([plane.image_slope(antennas, unknown) for plane, unknown in planes], axis=-3)
+        turned = np.stack([plane.turned_slope(axes, unknown) for plane, unknown in planes], axis=-3)
+        of_images = over[..., 1:, :, :, :], pull[..., 1:, :, :, :]
+        by_planes = _by_planes(node_m, waves, waves.lobes, inputs, moved, turned, *of_images)
+        put_shared(layout.planes, np.moveaxis(by_planes, -3, -1))
     if layout.sizes.polarization and inputs.sphere is not None:
-        angles = float(theta[layout.polarization.start]), float(theta[own.polarization.start])
-        by_direct, by_mirrored = inputs.sphere.angle_slopes(receiver, *angles)
-        reflected = reflections(theta, layout, own)[:, :, None, None] * waves.mean
+        reflected = reflections(theta, layout, own, values)[..., None, None] * waves.mean
+        by_direct, by_mirrored, by_walls = _by_angles(inputs.sphere, theta, layout, receiver)
         # the planes' own columns end with the walls': what the sphere scatters over them changes too
-        by_walls = inputs.sphere.wall_slopes(receiver, *angles)
-        for number, slope in enumerate(by_walls, start=place(layout.planes.stop) - len(by_walls)):
-            out[:, :, number] += (slope[:, :, None] * reflected).sum(axis=(0, 1)).real
-        for side, places in enumerate((layout.polarization, own.polarization)):
-            changed = z * by_direct[side] + (by_mirrored[side, :, :, None] * reflected).sum(axis=(0, 1))
-            put(places, changed.real[:, :, None])
+        first = layout.planes.stop - shared.start - by_walls.shape[-4]
+        for number in range(by_walls.shape[-4]):
+            out[..., first + number] += (by_walls[..., number, :, :, None, :] * reflected).sum(axis=(-4, -3)).real
+        changed = [
+            z * by_direct[..., side, None, :] + (by_mirrored[..., side, :, :, None, :] * reflected).sum(axis=(-4, -3))
+            for side in (0, 1)
+        ]
+        put_shared(layout.polarization, changed[0].real[..., None])
+        put(own.polarization, changed[1].real[..., None])
     if excess is not None and layout.sizes.crosstalk:
-        put(layout.crosstalk, excess[:, :, None])
+        put_shared(layout.crosstalk, excess[..., None])
     # amplitude and maps change over decimetres and count as constant
-    at_nodes = node_m * pull.sum(axis=(0, 1)) - np.tensordot(waves.antenna_m, pull, axes=((0, 1), (0, 1)))
+    lead, points = node_m.shape[:-4], waves.antenna_m.reshape(*node_m.shape[:-4], -1, 3)
+    toward = points.swapaxes(-1, -2) @ pull.reshape(*lead, points.shape[-2], -1)
+    at_nodes = node_m * pull.sum(axis=(-5, -4))[..., None, :, :, :] - toward.reshape(node_m.shape)
     return ReceiverSlopes(at_nodes, out, n_shared)
 
 
@@ -158,50 +166,68 @@ def _half(nodes: FloatArray) -> FloatArray:
 def _over_points(waves: Waves) -> ComplexArray:
     """Return what reaches the nodes from transmitter and images, and what goes to receiver and images.
 
-    Shape (2, 1 + n_mirrors, 2, 2, n_bins).
+    Shape (..., 2, 1 + n_mirrors, 2, 2, n_bins).
     """
-    if len(waves.path) == 1:
-        return np.stack([waves.path[0], waves.path[0]])
-    parts = waves.strength[:, :, None, None] * waves.path
-    return np.stack([parts.sum(axis=1), parts.sum(axis=0)])
+    if waves.n_ways == 1:
+        alone = waves.path[..., 0, :, :, :, :]
+        return np.stack([alone, alone], axis=-5)
+    parts = waves.strength[..., None, None, :] * waves.path
+    return np.stack([parts.sum(axis=-4), parts.sum(axis=-5)], axis=-5)
 
 
 def _pull(waves: Waves, over: ComplexArray, wavenumber: float) -> FloatArray:
     """Return the slopes by the distance from each antenna and image, over that distance.
 
     A wave from a, w = share exp(jK |p - a|), has the slope (jK - 1 / r) w (p - a) / r; the direct wave's share is in
-    the range factor, and so counts only as that against which the detours' shares stand. Shape (2, 1 + n_mirrors, 2, 2,
-    n_bins).
+    the range factor, and so counts only as that against which the detours' shares stand. Shape (..., 2, 1 + n_mirrors,
+    2, 2, n_bins).
     """
     length = waves.length_m
     pull = -wavenumber * over.imag
-    if over.shape[1] > 1:
-        pull[:, 1:] -= over.real[:, 1:] / length[:, 1:]
-        pull[:, 0] += over.real[:, 1:].sum(axis=1) / length[:, 0]
+    if waves.n_ways > 1:
+        mirrored = over.real[..., 1:, :, :, :]
+        pull[..., 1:, :, :, :] -= mirrored / length[..., 1:, :, :, :]
+        pull[..., 0, :, :, :] += mirrored.sum(axis=-4) / length[..., 0, :, :, :]
     return np.asarray(pull / length)
 
 
-def _put_mirrors(
-    put: Callable[[slice, FloatArray], None],
-    waves: Waves,
-    theta: FloatArray,
-    layout: Layout,
-    own: ReceiverLayout,
-) -> None:
-    """Put the columns of T, R and X: F is bilinear in what is sent and what is got, each slope is the other factor."""
-    scattered = waves.scattered[:, :, None] * waves.mean
-    sent = np.append(1.0, complex_of(theta[layout.transmitter_reflection]))[:, None, None]
-    got = np.append(1.0, complex_of(theta[own.receiver_reflection]))[:, None, None]
-    put(layout.transmitter_reflection, _complex_columns((got * scattered[1:]).sum(axis=1)))
-    put(own.receiver_reflection, _complex_columns((sent[:, None] * scattered[:, 1:]).sum(axis=0)))
-    both = np.arange(1, len(scattered))
-    put(own.double_reflection, _complex_columns(scattered[both, both]))
+def _by_reflections(
+    waves: Waves, theta: FloatArray, layout: Layout, values: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the columns of T, R and X: F is bilinear in what is sent and got, each slope is the other factor."""
+    own, scattered = layout.own, waves.scattered[..., None, :] * waves.mean
+    sent = np.append(1.0, complex_of(theta[layout.transmitter_reflection]))
+    got = complex_of(values[..., own.receiver_reflection])
+    got = np.concatenate([np.ones((*got.shape[:-1], 1)), got], axis=-1)
+    both = np.arange(1, waves.n_ways)
+    return (
+        _complex_columns((got[..., None, :, None, None] * scattered[..., 1:, :, :, :]).sum(axis=-3)),
+        _complex_columns((sent[:, None, None, None] * scattered[..., :, 1:, :, :]).sum(axis=-4)),
+        _complex_columns(scattered[..., both, both, :, :]),
+    )
 
 
 def _complex_columns(slopes: ComplexArray) -> FloatArray:
-    """Return derivatives by real and imaginary parts by turns, (2, n_bins, 2 n), of slopes (n, 2, n_bins)."""
-    pairs = np.stack([slopes.real, -slopes.imag], axis=1)
-    return np.moveaxis(pairs.reshape(-1, *slopes.shape[1:]), 0, 2)
+    """Return derivatives by real and imaginary parts by turns, (..., 2, n_bins, 2 n), of slopes (..., n, 2, n_bins)."""
+    pairs = np.stack([slopes.real, -slopes.imag], axis=-3)
+    return np.moveaxis(pairs.reshape(*slopes.shape[:-3], -1, *slopes.shape[-2:]), -3, -1)
+
+
+def _by_angles(
+    sphere: SphereFields, theta: FloatArray, layout: Layout, receiver: int | slice
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Return what the sphere's factors change by with the angles of transmitter and receiver, and with the walls.
+
+    Shapes (..., 2, n_bins), (..., 2, 1 + n_mirrors, 1 + n_mirrors, n_bins) and (..., 3 n_walls, 1 + n_mirrors, 1 +
+    n_mirrors, n_bins).
+    """
+    if isinstance(receiver, slice):
+        each = [_by_angles(sphere, theta, layout, n) for n in range(len(layout.receivers))[receiver]]
+        by_direct, by_mirrored, by_walls = (np.stack(own) for own in zip(*each, strict=True))
+        return by_direct, by_mirrored, by_walls
+    got = layout.receivers[receiver].polarization.start
+    angles = float(theta[layout.polarization.start]), float(theta[got])
+    return *sphere.angle_slopes(receiver, *angles), sphere.wall_slopes(receiver, *angles)
 
 
 def _by_planes(
@@ -214,7 +240,7 @@ def _by_planes(
     over: ComplexArray,
     pull: FloatArray,
 ) -> FloatArray:
-    """Return the slopes by the planes' unknowns, shape (3 n_mirrors, 2, n_bins).
+    """Return the slopes by the planes' unknowns, shape (..., 3 n_mirrors, 2, n_bins).
 
     Where a plane moves an image by da and turns its axis by du, a tracer at w from it moves against it, dr = -da.w / r,
     and is seen at another angle, dq = (da.u - du.w - (1 - q) da.w / r) / r.
@@ -224,29 +250,33 @@ def _by_planes(
     node_m, waves, lobes, inputs
         See `receiver_slopes`.
     moved, turned
-        da and du of each antenna, mirror and unknown, shape (2, n_mirrors, 3, 3).
+        da and du of each antenna, mirror and unknown, shape (..., 2, n_mirrors, 3, 3).
     over, pull
-        What comes from each image, and its slope by the distance over that distance, (2, n_mirrors, 2, 2, n_bins).
+        What comes from each image, and its slope by the distance over that distance, (..., 2, n_mirrors, 2, 2, n_bins).
     """
-    shape, image_m, length_m = over.shape, waves.antenna_m[:, 1:], waves.length_m[:, 1:]
-    rest_m, q_rest = inputs.release_m - image_m, lobes.q_rest[:, 1:]
-    rest_length = np.linalg.norm(rest_m, axis=2, keepdims=True)
+    shape, image_m, length_m = over.shape, waves.antenna_m[..., 1:, :], waves.length_m[..., 1:, :, :, :]
+    rest_m, q_rest = inputs.release_m - image_m, lobes.q_rest[..., 1:, :]
+    rest_length = np.linalg.norm(rest_m, axis=-1, keepdims=True)
     along, moved_rest, turned_rest = (
-        (one @ way[..., None])[..., 0] for one, way in ((moved, lobes.axis[:, 1:]), (moved, rest_m), (turned, rest_m))
+        (one @ way[..., None])[..., 0]
+        for one, way in ((moved, lobes.axis[..., 1:, :]), (moved, rest_m), (turned, rest_m))
     )
     rest_angle = (along - turned_rest - (1.0 - q_rest) * moved_rest / rest_length) / rest_length
     # the phase counts from the release, from which an image moves away too
     rest_phase = inputs.wavenumber * moved_rest / rest_length
     by_angle, by_rest_angle = (over.real * one.reshape(shape) for one in lobes.by_angle())
     by_angle /= length_m
-    moving = pull + by_angle * (1.0 - lobes.q[:, 1:].reshape(shape)) / length_m
+    moving = pull + by_angle * (1.0 - lobes.q[..., 1:, :].reshape(shape)) / length_m
     # summed over a bin's nodes first: what planes do to images is the same at all of them
-    away_m, half_m = _mean(node_m) - image_m[..., None, None], _half(node_m)
-    terms = np.empty((*shape[:2], 9, shape[2], shape[4]))
+    middle_m, half_m = (one(node_m)[..., None, None, :, :, :] for one in (_mean, _half))
+    away_m = middle_m - image_m[..., None, None]
+    terms = np.empty((*shape[:-3], 9, shape[-3], shape[-1]))
     for first, weight in ((0, moving), (3, by_angle)):
-        terms[:, :, first : first + 3] = _mean(weight)[:, :, None] * away_m + _half(weight)[:, :, None] * half_m
+        mean, half = _mean(weight)[..., None, :, :], _half(weight)[..., None, :, :]
+        np.multiply(mean, away_m, out=terms[..., first : first + 3, :, :])
+        terms[..., first : first + 3, :, :] += half * half_m
     for place, weight in ((6, by_angle), (7, over.imag), (8, by_rest_angle)):
-        terms[:, :, place] = _mean(weight)
-    factors = np.concatenate([moved, turned, np.stack([-along, rest_phase, rest_angle], axis=3)], axis=3)
-    slopes = (factors @ terms.reshape(*shape[:2], 9, -1)).sum(axis=0)
-    return np.asarray(-slopes.reshape(-1, shape[2], shape[4]))
+        terms[..., place, :, :] = _mean(weight)
+    factors = np.concatenate([moved, turned, np.stack([-along, rest_phase, rest_angle], axis=-1)], axis=-1)
+    slopes = (factors @ terms.reshape(*shape[:-3], 9, -1)).sum(axis=-4)
+    return np.asarray(-slopes.reshape(*shape[:-5], -1, shape[-3], shape[-1]))

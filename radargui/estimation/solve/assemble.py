@@ -12,6 +12,7 @@ from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 
 from radargui.estimation.forward.banded_rows import PAIRS
 from radargui.estimation.forward.motion_law import LawDeviation
+from radargui.estimation.forward.signal_model import EVERY, nodes_of
 from radargui.estimation.forward.signal_slopes import receiver_slopes
 from radargui.estimation.solve.normal import NormalMatrix, Reduced
 from radargui.estimation.solve.problem import BINS_TOGETHER, JointProblem, Linearised, State
@@ -164,39 +165,39 @@ class DataSums:
             at.series.first[part], self.number[part], layout.sizes.breaks, 1 if layout.sizes.drift else 2
         )
         shared, n_bins = layout.shared, part.stop - part.start
-        by_motion = np.empty((n_receivers, 2, n_bins, touched.per_bin))
-        for receiver, (signal, own) in enumerate(zip(at.signals, layout.receivers, strict=True)):
-            pair = slice(2 * receiver, 2 * receiver + 2)
-            waves = at.waves[receiver] if at.waves else None
-            node_m, excess = at.node_m[:, pair, :, part], at.excess[pair, part]
-            slopes = receiver_slopes(node_m, theta, layout, inputs, receiver, excess, waves)
-            root = np.sqrt(at.weight[pair, part])
-            misfit = root * (signal.value[:, part] - problem.bins.value[pair, part])
-            by_motion[receiver] = self._by_motion(slopes.by_position * root[:, None], part)
-            n_own = slopes.columns.shape[2]
-            columns = np.empty((2, n_bins, n_own + layout.sizes.drift + 1))
-            np.multiply(slopes.columns, root[:, :, None], out=columns[:, :, :n_own])
-            np.multiply(inputs.drift[pair], root[:, :, None], out=columns[:, :, n_own:-1])
-            # the misfit as one more column: its products with the others are the slope
-            columns[:, :, -1] = misfit
-            if not layout.sizes.drift:
-                self._add_columns(touched, by_motion[receiver], columns, (shared, own.without_drift))
+        node_m = nodes_of(at.node_m[..., part])
+        excess, weight = (one[:, part].reshape(n_receivers, 2, n_bins) for one in (at.excess, at.weight))
+        slopes = receiver_slopes(node_m, theta, layout, inputs, EVERY, excess, at.waves)
+        root = np.sqrt(weight)
+        model = np.stack([one.value[:, part] for one in at.signals])
+        misfit = root * (model - problem.bins.value[:, part].reshape(model.shape))
+        by_motion = self._by_motion(slopes.by_position * root[:, :, None], part)
+        n_own, n_drift = slopes.columns.shape[-1], layout.sizes.drift
+        columns = np.empty((n_receivers, 2, n_bins, n_own + n_drift + 1))
+        np.multiply(slopes.columns, root[..., None], out=columns[..., :n_own])
+        functions = inputs.drift.reshape(n_receivers, 2, n_bins, n_drift)
+        np.multiply(functions, root[..., None], out=columns[..., n_own:-1])
+        # the misfit as one more column: its products with the others are the slope
+        columns[..., -1] = misfit
+        for moving, own_columns, own in zip(by_motion, columns, layout.receivers, strict=True):
+            if not n_drift:
+                self._add_columns(touched, moving, own_columns, (shared, own.without_drift))
                 continue
             # slow noise apart: its functions are many and touch one channel each
             for channel, drift in enumerate((own.drift_i, own.drift_q)):
                 one = slice(channel, channel + 1)
-                self._add_columns(touched, by_motion[receiver, one], columns[one], (shared, own.without_drift, drift))
+                self._add_columns(touched, moving[one], own_columns[one], (shared, own.without_drift, drift))
         self._add_motion(touched, by_motion.reshape(2 * n_receivers, n_bins, -1))
 
     def _by_motion(self, by_position: FloatArray, part: slice) -> FloatArray:
-        """Return slopes by coefficients and breaks from those by position, (2, 3, n), shape (2, n, 12 or 14)."""
+        """Return slopes by coefficients and breaks from those by position, (..., 3, n), shape (..., n, 12 or 14)."""
         value = self.at.series.value[0, part]
-        out = value[:, :, None] * by_position.transpose(0, 2, 1)[:, :, None]
-        out = out.reshape(2, len(value), 12)
+        out = value[:, :, None] * by_position.swapaxes(-1, -2)[..., None, :]
+        out = out.reshape(*out.shape[:-2], 12)
         if not self.problem.layout.sizes.breaks:
             return np.asarray(out)
-        along = (by_position * self.at.motion[1, :, part]).sum(axis=1)
-        return np.concatenate([out, along[:, :, None] * self.share[part]], axis=2)
+        along = (by_position * self.at.motion[1, :, part]).sum(axis=-2)
+        return np.concatenate([out, along[..., None] * self.share[part]], axis=-1)
 
     def _add_columns(
         self, touched: _Touched, by_motion: FloatArray, columns: FloatArray, places: tuple[slice, ...]

@@ -70,7 +70,7 @@ def solved_at(start: Start) -> Solution:
     """Return a start as a solution, no step taken: not a minimum, a place to search from."""
     at = linearise(start.problem, start.state)
     normal = assemble(start.problem, start.state, at).factor()
-    return Solution(start.problem, start.state, replace(at, waves=()), normal, False)
+    return Solution(start.problem, start.state, replace(at, waves=None), normal, False)
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ def minimise_on(
         if settled:
             break
     # the waves have served: kept with every alternative they would be most of its memory
-    solution = Solution(problem, state, replace(at, waves=()), assembled.factor(), settled, damping)
+    solution = Solution(problem, state, replace(at, waves=None), assembled.factor(), settled, damping)
     return solution, None if is_stale else Known(problem, at, sums)
 
 

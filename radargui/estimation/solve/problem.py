@@ -12,7 +12,15 @@ from radargui.estimation.forward.motion_law import LawDeviation, LawRows
 from radargui.estimation.forward.motion_spline import MotionSpline, SplineSeries
 from radargui.estimation.forward.parameters import Layout
 from radargui.estimation.forward.position_map import PositionBasis
-from radargui.estimation.forward.signal_model import ModelInputs, ReceiverSignal, Waves, signal_of, waves_at
+from radargui.estimation.forward.signal_model import (
+    EVERY,
+    ModelInputs,
+    ReceiverSignal,
+    Waves,
+    nodes_of,
+    signal_of,
+    waves_at,
+)
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.priors import Prior
 from radargui.geometry.path_length import range_factor
@@ -147,7 +155,7 @@ class Linearised:
     excess
         Channel before minus channel, shape (n_channels, n_bins): slope of the crosstalk.
     waves
-        Of each receiver, for the slopes at this state; empty where they were not kept.
+        Of every receiver, for the slopes at this state; None where they were not kept.
     """
 
     cost: float
@@ -160,7 +168,7 @@ class Linearised:
     motion: FloatArray
     law: LawDeviation
     excess: FloatArray
-    waves: tuple[Waves, ...] = ()
+    waves: Waves | None = None
 
     @property
     def design(self) -> csr_matrix:
@@ -187,7 +195,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
         LawRows.of(spline, problem.in_flight), state.coefficients, theta[layout.flight], spline.break_s.size
     )
     loss += _prior_cost(problem, theta, law)
-    kept_waves = waves if bins.n_bins <= BINS_TOGETHER else ()
+    kept_waves = waves if bins.n_bins <= BINS_TOGETHER else None
     return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, law, excess, kept_waves)
 
 
@@ -205,13 +213,11 @@ def _prior_cost(problem: JointProblem, theta: FloatArray, law: LawDeviation) -> 
 
 def signals_at(
     problem: JointProblem, theta: FloatArray, node_m: FloatArray
-) -> tuple[tuple[ReceiverSignal, ...], FloatArray, tuple[Waves, ...]]:
+) -> tuple[tuple[ReceiverSignal, ...], FloatArray, Waves]:
     """Return signals, excess and waves (`Linearised`) at positions of the nodes, (3, n_channels, 2, n_bins)."""
     layout = problem.layout
-    waves = tuple(
-        waves_at(node_m[:, 2 * n : 2 * n + 2], theta, layout, problem.inputs, n) for n in range(problem.n_receivers)
-    )
-    signals = tuple(signal_of(one, theta, layout, problem.inputs, n) for n, one in enumerate(waves))
+    waves = waves_at(nodes_of(node_m), theta, layout, problem.inputs, EVERY)
+    signals = signal_of(waves, theta, layout, problem.inputs, EVERY).each()
     # crosstalk mixes channels of different receivers: only when all signals are known
     excess = np.zeros_like(problem.bins.value)
     if problem.multiplexer is not None and layout.sizes.crosstalk:

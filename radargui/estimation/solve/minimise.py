@@ -40,10 +40,10 @@ class MinimiseSettings:
 
     close: float = 0.05
     nothing: float = 0.005
-    first_damping: float = 0.01
+    first_damping: float = 0.001
     most_damping: float = 1e7
-    damping_up: float = 100.0
-    damping_down: float = 100.0
+    damping_up: float = 30.0
+    damping_down: float = 30.0
     least_flight_s: float = 1e-3
     small: float = 200.0
     left: float = 0.02
@@ -150,7 +150,7 @@ class _Step:
         """Whether the model is as good as linear over the step."""
         # where the slope is off by a share of itself, its square is what the next step would gain
         left = (self.gained - self.foretold) ** 2 / max(self.gained, settings.close)
-        return self.damping <= STIFF and self.gained < settings.small and left < settings.left * settings.close
+        return self.damping == 0.0 and self.gained < settings.small and left < settings.left * settings.close
 
 
 def _improve(

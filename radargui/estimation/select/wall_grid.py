@@ -89,7 +89,7 @@ class WallSettings:
 WALLS = WallSettings()
 _THIN = 8  # bins, a third of a fringe: what the sphere scatters over a wall changes over decimetres
 _ROUND = 20  # places that count as a round of convergence
-_TOGETHER = 8192  # bins times places looked at together: they stay in the processor's cache
+_TOGETHER = 1 << 16  # bins times places looked at together: calls cost more than the cache saves, chosen by hand
 
 
 def wall_grid(settings: WallSettings = WALLS) -> tuple[FloatArray, FloatArray]:
@@ -182,16 +182,19 @@ class LinearisedSearch:
             slope[:, columns] += (weighed @ receiver.misfit.ravel()).reshape(n_planes, 4)
             flat = weighed.reshape(n_planes, 4, -1)
             curvature[:, columns[:, None], columns] += flat @ j.reshape(flat.shape).transpose(0, 2, 1)
-            moved = (receiver.moved @ np.ascontiguousarray(weighed.T)).reshape(-1, n_planes, 4)
-            to_motion[:, :, columns] += moved[: self.n_motion]
-            to_global[layout.breaks, :, columns] += moved[self.n_motion :]
+            turned_round = np.ascontiguousarray(weighed.T)
+            moved = (receiver.moved @ turned_round).reshape(-1, n_planes, 4)
+            coupled = [(to_motion, moved[: self.n_motion]), (to_global[layout.breaks], moved[self.n_motion :])]
             for places, by in ((own.without_drift, receiver.by_own), (layout.shared, receiver.by_shared)):
-                to_global[places, :, columns] += (by.T @ weighed.T).reshape(-1, n_planes, 4)
+                coupled.append((to_global[places], (by.T @ turned_round).reshape(-1, n_planes, 4)))
             for channel, places in enumerate((own.drift_i, own.drift_q)):
-                part = weighed[:, channel * self.n_bins : (channel + 1) * self.n_bins]
-                to_global[places, :, columns] += (inputs.drift[2 * number + channel].T @ part.T).reshape(
-                    -1, n_planes, 4
-                )
+                of_channel = turned_round[channel * self.n_bins : (channel + 1) * self.n_bins]
+                drift = (inputs.drift[2 * number + channel].T @ of_channel).reshape(-1, n_planes, 4)
+                coupled.append((to_global[places], drift))
+            for out, by_planes in coupled:
+                # slices, not lists of places: these would be copied there and back
+                out[:, :, :2] += by_planes[:, :, :2]
+                out[:, :, 2 + 2 * number : 4 + 2 * number] += by_planes[:, :, 2:]
         normal = self.normal
         # Schur complement: the motion, then all global parameters, taken out
         half = normal.motion.half_solve(to_motion.reshape(self.n_motion, -1))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.estimation.solve.assemble import STIFF, Assembled, DataSums, assemble, sum_data
+from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, sum_data
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise, reweighed

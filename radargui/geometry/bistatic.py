@@ -11,7 +11,7 @@ _MAXIMUM_STEPS = 40
 _TOLERANCE_M = 1e-8  # the next step would be its square over the distance of the antennas
 _SINGULAR = 1e-9
 _SIDEWAYS, _FALLING_STEPS = 0.03, 8  # a metre aside against one of path: enough where no path tells; the steps converge
-_NEIGHBOURS, _PIECE = 8, 1 << 14
+_NEIGHBOURS, _PIECE = 8, 1 << 14  # places whose J is one, and how many of these are looked at together
 _MOST_CONDITION = 1e4
 """Of the antennas' places seen from the transmitter, for places to be known to 1e-12 of their distance at once."""
 

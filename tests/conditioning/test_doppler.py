@@ -12,7 +12,7 @@ from benchmarks.robust_scenes.reflecting import make_scene_drop
 
 from radargui.conditioning.condition import NoMotion, condition
 from radargui.conditioning.conditioned import Conditioned
-from radargui.conditioning.doppler import Doppler, measure_doppler
+from radargui.conditioning.doppler import SETTINGS, Doppler, measure_doppler
 from radargui.conditioning.echo import Echo, follow_echo
 from radargui.conditioning.lines import find_standing_lines, without_standing_lines
 from radargui.conditioning.receiver_check import check_receiver, is_worse_pair, same_channels
@@ -44,6 +44,20 @@ def test_a_steady_target_has_its_doppler_frequency_in_every_frame(doppler_hz: fl
     found = measured(echo(sign * 2 * np.pi * doppler_hz * TIME, 1.4, 0.5))
     assert found.clear.all()
     assert found.frequency_hz == pytest.approx(np.full(found.centre.size, doppler_hz), abs=0.1 * found.resolution_hz)
+
+
+def test_frames_too_short_for_any_line_up_to_the_fastest_are_not_tried() -> None:
+    assert SETTINGS.holding(np.inf) is not SETTINGS
+    assert SETTINGS.holding(np.inf).lengths_s == SETTINGS.lengths_s
+    # two and a half waves of 100 Hz
+    assert SETTINGS.holding(100.1).lengths_s == (0.025, 0.05, 0.1, 0.2, 0.5)
+    assert SETTINGS.holding(99.9).lengths_s == (0.05, 0.1, 0.2, 0.5)
+    assert SETTINGS.holding(0.1).lengths_s == (0.5,)
+    # what a shorter frame would show is below its lowest bin: the same lines with and without it
+    pair, few = echo(2.0 * np.pi * 60.0 * TIME), SETTINGS.holding(70.0)
+    one, other = (measure_doppler(pair, RATE, NOISE, settings) for settings in (SETTINGS, few))
+    assert one.size == other.size
+    assert one.frequency_hz == pytest.approx(other.frequency_hz)
 
 
 def test_noise_has_no_line() -> None:

@@ -116,6 +116,22 @@ def test_uncertainty_of_position_is_the_scatter_of_solutions(antennas: Antennas)
     assert position_uncertainty(p, u, antennas)[:, 0] == pytest.approx(scattered.std(axis=1), rel=0.03)
 
 
+def test_uncertainties_of_places_along_a_fall_are_those_of_each_of_them(antennas: Antennas) -> None:
+    z = np.linspace(0.1, -0.1, 4003)
+    position = np.stack([0.02 + 0.1 * z, 0.01 - 0.05 * z, z])
+    position[:, 700:709] = np.nan
+    u = np.repeat([[1e-5], [2e-5], [3e-5]], z.size, axis=1)
+    found = position_uncertainty(position, u, antennas)
+    # another uncertainty at one place: then each is looked at by itself
+    one_by_one = position_uncertainty(position, np.concatenate([u[:, :-1], 1.01 * u[:, -1:]], axis=1), antennas)
+    assert np.isnan(found[:, 700:709]).all()
+    known = np.isfinite(position[0])
+    known[-1] = False
+    assert np.isfinite(found[:, known]).all()
+    assert found[:, known] == pytest.approx(one_by_one[:, known], rel=3e-3)
+    assert not (found[:, known] == one_by_one[:, known]).all()
+
+
 def test_of_two_places_the_nearer_to_the_guess_is_taken_however_far_the_sphere_has_gone(antennas: Antennas) -> None:
     # a live block begins at the release: its guess stays there while the sphere falls by the length of the field
     p = np.stack([np.full(50, 0.02), np.full(50, -0.01), np.linspace(0.12, -0.14, 50)])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from radargui.model.arrays import extremes, lowest_and_highest
+from radargui.model.arrays import extremes, lowest_and_highest, order_statistics
 
 
 @given(st.integers(0, 300), st.integers(1, 40), st.integers(0, 500))
@@ -56,3 +56,9 @@ def test_a_bin_without_a_number_keeps_one_sample_so_that_the_curve_breaks() -> N
     y[10:30] = np.nan
     kept = extremes(y, 10)
     assert np.isnan(y[kept]).sum() == 2
+
+
+def test_order_statistics_are_values_near_the_quantiles() -> None:
+    values = np.random.default_rng(3).permuted(np.tile(np.arange(101.0), (2, 1)), axis=1)
+    assert order_statistics(values, 0.05, 0.5, 0.98).tolist() == [[5.0, 50.0, 98.0]] * 2
+    assert order_statistics(np.array([7.0]), 0.95).tolist() == [7.0]

@@ -19,7 +19,7 @@ from radargui.estimation.solve.problem import BINS_TOGETHER, JointProblem, Linea
 from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.errors import SolveError
 
-STIFF, SHARE_OF_ALL = 1.0, 1e-4
+STIFF, SHARE_OF_ALL = 1.0, 4e-6
 """Damping up to which breaks and mirrors alone are damped, which is then as good as held, and its share beyond."""
 _JITTERS = (0.0, 1e-13, 1e-11, 1e-9, 1e-7)  # of the diagonal: rounding of coefficients that hardly any bin sees
 

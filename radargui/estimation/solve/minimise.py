@@ -41,7 +41,7 @@ class MinimiseSettings:
     close: float = 0.05
     nothing: float = 0.005
     first_damping: float = 0.001
-    most_damping: float = 1e7
+    most_damping: float = 1e9
     damping_up: float = 30.0
     damping_down: float = 30.0
     least_flight_s: float = 1e-3

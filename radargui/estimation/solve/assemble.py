@@ -20,7 +20,8 @@ from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.errors import SolveError
 
 STIFF, SHARE_OF_ALL = 1.0, 4e-6
-"""Damping up to which breaks and mirrors alone are damped, which is then as good as held, and its share beyond."""
+"""Damping up to which breaks and mirrors alone are damped, as good as held then; of what is above, this share is that of
+all: a ten-thousandth at first. Begun at thirty times that, a level circle crept to a place 3.5 mm off."""
 _JITTERS = (0.0, 1e-13, 1e-11, 1e-9, 1e-7)  # of the diagonal: rounding of coefficients that hardly any bin sees
 
 
@@ -43,7 +44,7 @@ class Assembled:
         """Factor H with its diagonal raised by a share; the least share that makes it positive definite is added.
 
         Up to 1 it is the share of the breaks and of the mirrors alone, which signals are least linear in; beyond, a
-        ten-thousandth is that of all (Marquardt 1963).
+        small part of it is that of all (Marquardt 1963).
 
         Raises
         ------

@@ -15,7 +15,7 @@ from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.estimation.readout.samples import _few_fringes_factor, _uncertainties
 from radargui.estimation.solve.break_velocities import one_sided_slopes
-from radargui.estimation.solve.normal import NormalMatrix
+from radargui.estimation.solve.normal import Reduced, lower_band
 from radargui.geometry.path_length import Antennas, path_gradient
 
 RELEASE = np.array([0.01, -0.02, 0.12])
@@ -80,7 +80,7 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
         problem=problem,
         state=SimpleNamespace(coefficients=free.motion.coefficients),
         at=SimpleNamespace(spline=spline, design=design, series=series),
-        normal=NormalMatrix.factor(s, c, m),
+        normal=Reduced.of(lower_band(s), c, m).factor(),
     ), inverse
 
 

@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix, eye_array, kron
 from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.forward.motion_spline import make_spline
 from radargui.estimation.solve.motion_covariance import MotionCovariance
-from radargui.estimation.solve.normal import NormalMatrix, solve_sparse
+from radargui.estimation.solve.normal import Reduced, lower_band, solve_sparse
 from radargui.model.errors import SolveError
 
 
@@ -27,7 +27,7 @@ def random_blocks(seed: int, n_global: int, length: float) -> tuple[csr_matrix, 
 def test_bordered_solver_equals_the_dense_one(seed: int, n_global: int, length: float) -> None:
     s, c, m = random_blocks(seed, n_global, length)
     dense = np.block([[s.toarray(), c], [c.T, m]])
-    normal = NormalMatrix.factor(s, c, m)
+    normal = Reduced.of(lower_band(s), c, m).factor()
     count = s.shape[0]
     right = np.random.default_rng(seed).standard_normal(dense.shape[0])
     found = np.concatenate(normal.solve(right[:count], right[count:]))
@@ -54,7 +54,7 @@ def test_covariances_of_the_motion_equal_the_dense_ones(seed: int, n_global: int
     one, other = (np.hstack([dense_rows(each), np.zeros((90, n_global))]) for each in (rows, others))
     both = one.copy()
     both[:, -1] += by_global.toarray()[:, 0]
-    covariance = MotionCovariance(NormalMatrix.factor(s, c, m))
+    covariance = MotionCovariance(Reduced.of(lower_band(s), c, m).factor())
     for found, left, right in (
         (covariance.of(rows), one, one),
         (covariance.of(rows, others), one, other),
@@ -75,7 +75,7 @@ def test_what_is_not_positive_definite_raises_the_solvers_own_error(fault: str) 
     else:
         m = m + np.nan
     with pytest.raises(SolveError, match=r"not positive definite|not finite"):
-        NormalMatrix.factor(s, c, m)
+        Reduced.of(lower_band(s), c, m).factor()
 
 
 def test_a_singular_sparse_system_raises_the_solvers_own_error() -> None:

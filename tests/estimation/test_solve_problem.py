@@ -12,7 +12,7 @@ from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.solve.assemble import Assembled, assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import solved_at
-from radargui.estimation.solve.normal import NormalMatrix
+from radargui.estimation.solve.normal import Reduced, lower_band
 from radargui.estimation.solve.problem import Start, State, linearise
 from radargui.model.errors import SolveError
 
@@ -130,7 +130,7 @@ def test_rounding_is_lifted_by_the_least_share_of_the_diagonal(made: SmallProble
     place = int(np.argmin(left / np.diag(blocks.m)))
     short[place, place] -= left[place] + 1e-13 * blocks.m[place, place]
     with pytest.raises(SolveError):
-        NormalMatrix.factor(blocks.s, blocks.c, short)
+        Reduced.of(lower_band(blocks.s), blocks.c, short).factor()
     assert np.isfinite(replace(blocks, m=short).factor().log_determinant())
 
 

@@ -20,8 +20,8 @@ from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.errors import SolveError
 
 STIFF, SHARE_OF_ALL = 1.0, 4e-6
-"""Damping up to which breaks and mirrors alone are damped, as good as held then; of what is above, this share is that of
-all: a ten-thousandth at first. Begun at thirty times that, a level circle crept to a place 3.5 mm off."""
+"""Damping up to which breaks and mirrors alone are damped, as good as held then; of what is above, this share is that
+of all: a ten-thousandth at first. Begun at thirty times that, a level circle crept to a place 3.5 mm off."""
 _JITTERS = (0.0, 1e-13, 1e-11, 1e-9, 1e-7)  # of the diagonal: rounding of coefficients that hardly any bin sees
 
 

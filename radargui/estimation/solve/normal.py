@@ -180,7 +180,13 @@ class Reduced:
 
     @staticmethod
     def of(band: FloatArray, c: FloatArray, m: FloatArray) -> Reduced:
-        """Factor S, given by its `lower_band`; raises as `NormalMatrix.factor`."""
+        """Factor S, given by its `lower_band`.
+
+        Raises
+        ------
+        SolveError
+            It is not positive definite.
+        """
         try:
             motion = BlockTridiagonal(band)
         except np.linalg.LinAlgError as error:
@@ -190,7 +196,13 @@ class Reduced:
         return Reduced(motion, half, np.subtract(m, left, out=left))
 
     def factor(self, added: FloatArray | None = None) -> NormalMatrix:
-        """Return the factored matrix, something added to the diagonal of M; raises as `NormalMatrix.factor`."""
+        """Return the factored matrix, something added to the diagonal of M.
+
+        Raises
+        ------
+        SolveError
+            It is not positive definite, or not finite.
+        """
         complement = self.complement.copy()
         if added is not None:
             complement[np.diag_indices(added.size)] += added
@@ -221,17 +233,6 @@ class NormalMatrix:
     motion: BlockTridiagonal
     half: FloatArray
     schur: tuple[FloatArray, bool]
-
-    @staticmethod
-    def factor(s: csr_matrix, c: FloatArray, m: FloatArray) -> NormalMatrix:
-        """Factor the matrix.
-
-        Raises
-        ------
-        SolveError
-            It is not positive definite, or not finite.
-        """
-        return Reduced.of(lower_band(s), c, m).factor()
 
     def solve(self, slope_motion: FloatArray, slope_global: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return both parts of H^-1 applied to a vector, or to some, shapes (n_motion, ...) and (n_global, ...)."""

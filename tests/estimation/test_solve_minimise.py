@@ -9,7 +9,7 @@ import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, small_problem
 
 from radargui.estimation.forward.parameters import lobe_places
-from radargui.estimation.solve.assemble import assemble, sum_data
+from radargui.estimation.solve.assemble import BENT_ALONE, MOST_DAMPING, assemble, sum_data
 from radargui.estimation.solve.changed_problem import problem_with_flights
 from radargui.estimation.solve.minimise import (
     MINIMISE,
@@ -93,22 +93,24 @@ def test_with_other_priors_what_the_data_say_need_not_be_summed_again() -> None:
 def test_breaks_and_mirrors_are_damped_first_and_alone() -> None:
     made = small_problem((FLOOR_PLANE,), reflection=0.1)
     blocks = assemble(made.problem, made.truth, linearise(made.problem, made.truth))
-    layout, plain, damped = made.problem.layout, blocks.factor(), blocks.factor(0.5)
+    layout, plain, damped = made.problem.layout, blocks.factor(), blocks.factor(2)
     added = np.zeros(layout.size)
     bent = np.r_[layout.breaks, layout.planes]
-    added[bent] = 0.5 * np.diag(blocks.m)[bent]
+    added[bent] = BENT_ALONE[2] * np.diag(blocks.m)[bent]
     wanted = np.linalg.inv(np.linalg.inv(plain.global_covariance(slice(0, layout.size))) + np.diag(added))
     assert damped.global_variances() == pytest.approx(np.diag(wanted), rel=1e-6)
     # beyond, all are
-    assert blocks.factor(100.0).motion.log_determinant() > plain.motion.log_determinant()
+    assert blocks.factor(len(BENT_ALONE)).motion.log_determinant() > plain.motion.log_determinant()
     assert damped.motion.log_determinant() == plain.motion.log_determinant()
 
 
 def test_a_matrix_is_factored_once_without_damping_and_anew_with_each() -> None:
     made = small_problem()
     blocks = assemble(made.problem, made.truth, linearise(made.problem, made.truth))
-    assert blocks.factor() is blocks.factor(0.0)
-    assert blocks.factor(0.1).log_determinant() > blocks.factor().log_determinant()
+    assert blocks.factor() is blocks.factor(0)
+    found = [blocks.factor(damping).log_determinant() for damping in range(MOST_DAMPING + 1)]
+    assert (np.diff(found[: len(BENT_ALONE)]) > 0.0).all()
+    assert (np.diff(found[len(BENT_ALONE) :]) > 0.0).all()
 
 
 def test_evidence_is_laplaces_formula_of_the_dense_matrix_and_what_deviations_are_likely() -> None:

@@ -117,7 +117,7 @@ def test_a_matrix_that_cannot_be_factored_raises_the_solvers_own_error(made: Sma
     with pytest.raises(SolveError, match="not positive definite"):
         replace(blocks, m=-blocks.m).factor()
     with pytest.raises(SolveError, match="not positive definite"):
-        replace(blocks, blocks=-blocks.blocks).factor(0.1)
+        replace(blocks, blocks=-blocks.blocks).factor(5)
 
 
 def test_rounding_is_lifted_by_the_least_share_of_the_diagonal(made: SmallProblem) -> None:

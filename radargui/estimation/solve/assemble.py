@@ -19,9 +19,11 @@ from radargui.estimation.solve.problem import BINS_TOGETHER, JointProblem, Linea
 from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.errors import SolveError
 
-STIFF, SHARE_OF_ALL = 1.0, 4e-6
-"""Damping up to which breaks and mirrors alone are damped, as good as held then; of what is above, this share is that
-of all: a ten-thousandth at first. Begun at thirty times that, a level circle crept to a place 3.5 mm off."""
+BENT_ALONE = (0.0, 1e-3, 0.03, 0.9)
+"""Shares of the diagonal of M by which breaks and mirrors alone are damped; with the last they are as good as held."""
+OF_ALL = tuple(10.0**power for power in range(-4, 4))
+"""Shares of the whole diagonal, from which damping goes on where these do not do."""
+MOST_DAMPING = len(BENT_ALONE) + len(OF_ALL) - 1
 _JITTERS = (0.0, 1e-13, 1e-11, 1e-9, 1e-7)  # of the diagonal: rounding of coefficients that hardly any bin sees
 
 
@@ -40,24 +42,24 @@ class Assembled:
     slope_global: FloatArray
     bent: IntArray
 
-    def factor(self, damping: float = 0.0) -> NormalMatrix:
+    def factor(self, damping: int = 0) -> NormalMatrix:
         """Factor H with its diagonal raised by a share; the least share that makes it positive definite is added.
 
-        Up to 1 it is the share of the breaks and of the mirrors alone, which signals are least linear in; beyond, a
-        small part of it is that of all (Marquardt 1963).
+        `damping` counts the shares: first of the breaks and the mirrors alone, which signals are least linear in
+        (`BENT_ALONE`), then of all (`OF_ALL`; Marquardt 1963).
 
         Raises
         ------
         SolveError
             None does.
         """
-        if damping > STIFF:
-            return self._damped(damping * SHARE_OF_ALL)[1]
+        if damping >= len(BENT_ALONE):
+            return self._damped(OF_ALL[damping - len(BENT_ALONE)])[1]
         reduced, undamped = self._undamped
-        if damping == 0.0:
+        if damping == 0:
             return undamped
         added = np.zeros(len(self.m))
-        added[self.bent] = damping * np.diagonal(self.m)[self.bent]
+        added[self.bent] = BENT_ALONE[damping] * np.diagonal(self.m)[self.bent]
         return reduced.factor(added)
 
     @cached_property

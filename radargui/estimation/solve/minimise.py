@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, sum_data
+from radargui.estimation.solve.assemble import MOST_DAMPING, Assembled, DataSums, assemble, sum_data
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.estimation.solve.priors import PRIORS
 from radargui.estimation.solve.problem import JointProblem, Linearised, Start, State, linearise, reweighed
@@ -23,12 +23,8 @@ class MinimiseSettings:
     ----------
     close
         A step that gains less in cost (ln likelihood) is the last: an unknown 0.3 of its deviation off costs as much.
-    first_damping, most_damping
-        Of `Assembled.factor`; where the largest does not lower the cost, none does.
     nothing
         Foretold to gain less than this, no step is taken.
-    damping_up, damping_down
-        Factors after a step that did not, or did at once, lower the cost.
     least_flight_s
         Two breaks never come closer: no bin would lie between them.
     small, left
@@ -40,10 +36,6 @@ class MinimiseSettings:
 
     close: float = 0.05
     nothing: float = 0.005
-    first_damping: float = 0.001
-    most_damping: float = 1e9
-    damping_up: float = 30.0
-    damping_down: float = 30.0
     least_flight_s: float = 1e-3
     small: float = 200.0
     left: float = 0.02
@@ -63,7 +55,7 @@ class Solution:
     at: Linearised
     normal: NormalMatrix
     settled: bool
-    damping: float = 0.0
+    damping: int = 0
 
 
 def solved_at(start: Start) -> Solution:
@@ -94,7 +86,7 @@ def minimise(start: Start, steps: int, settings: MinimiseSettings = MINIMISE) ->
 
 
 def minimise_on(
-    start: Start, steps: int, settings: MinimiseSettings, damping: float = 0.0, known: Known | None = None
+    start: Start, steps: int, settings: MinimiseSettings, damping: int = 0, known: Known | None = None
 ) -> tuple[Solution, Known | None]:
     """Take steps as `minimise` does, the first so damped, and return what is known at the end too.
 
@@ -115,7 +107,7 @@ def minimise_on(
     for number in range(steps):
         step, damping = _improve(problem, state, at, assembled, damping, settings)
         if step is None:
-            settled = damping <= settings.most_damping
+            settled = damping <= MOST_DAMPING
             break
         before, state, at = state, step.state, step.at
         if step.is_linear(settings):
@@ -144,13 +136,13 @@ class _Step:
     at: Linearised
     gained: float
     foretold: float
-    damping: float
+    damping: int
 
     def is_linear(self, settings: MinimiseSettings) -> bool:
         """Whether the model is as good as linear over the step."""
         # where the slope is off by a share of itself, its square is what the next step would gain
         left = (self.gained - self.foretold) ** 2 / max(self.gained, settings.close)
-        return self.damping == 0.0 and self.gained < settings.small and left < settings.left * settings.close
+        return self.damping == 0 and self.gained < settings.small and left < settings.left * settings.close
 
 
 def _improve(
@@ -158,12 +150,12 @@ def _improve(
     state: State,
     at: Linearised,
     assembled: Assembled,
-    damping: float,
+    damping: int,
     settings: MinimiseSettings,
-) -> tuple[_Step | None, float]:
+) -> tuple[_Step | None, int]:
     """Return the first of ever more damped steps that lowers the cost, None where none does, and the next damping."""
     first = damping
-    while damping <= settings.most_damping:
+    while damping <= MOST_DAMPING:
         trial, foretold = _step(problem, state, assembled, damping, settings)
         if trial is not None:
             if foretold < settings.nothing:
@@ -173,18 +165,16 @@ def _improve(
             if gained >= 0.0:
                 step = _Step(trial, trial_at, gained, foretold, damping)
                 # what was just refused would be refused again
-                if damping == first:
-                    damping = 0.0 if damping <= settings.first_damping else damping / settings.damping_down
-                return step, damping
+                return step, max(damping - 1, 0) if damping == first else damping
             # rounding, not curvature: more damping would only shorten the step
             if foretold < settings.close or -gained < settings.close / 5.0:
                 break
-        damping = max(settings.damping_up * damping, settings.first_damping)
+        damping += 1
     return None, damping
 
 
 def _step(
-    problem: JointProblem, state: State, assembled: Assembled, damping: float, settings: MinimiseSettings
+    problem: JointProblem, state: State, assembled: Assembled, damping: int, settings: MinimiseSettings
 ) -> tuple[State | None, float]:
     """Return the state after a damped step, None where the matrix cannot be factored or no body moves so, and its gain.
 

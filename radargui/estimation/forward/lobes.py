@@ -119,14 +119,17 @@ def lobes_at(
     axes = np.stack([axis, *over], axis=-2)
     q, q_rest = off_axis(axes, antenna_m, node_m[..., None, :, :], length_m, release_m)
     change = q - q_rest
-    squares = change * (q + q_rest)
     out = np.empty((*axis.shape[:-1], len(over), N_LOBE, node_m.shape[-1]))
     out[..., 0, :] = ((node_m[..., 2, :] - release_m[2]) / LOBE_UNITS[0])[..., None, None, :]
     np.multiply(change[..., 1:, :], 1.0 / LOBE_UNITS[1], out=out[..., 1, :])
     np.multiply(change[..., 1:, :], change[..., 1:, :] / LOBE_UNITS[2], out=out[..., 2, :])
-    even = np.stack([change / LOBE_UNITS[1], squares / LOBE_UNITS[2]], axis=-2)
+    # even functions of the angle itself: of the direct wave, and of a floor's
+    few = slice(0, 2 if has_floor(mirrors[0]) else 1)
+    first = change[..., few, :]
+    squares = first * (q[..., few, :] + q_rest[..., few, :])
+    even = np.stack([first / LOBE_UNITS[1], squares / LOBE_UNITS[2]], axis=-2)
     direct = even[..., 0, :, :]
-    if has_floor(mirrors[0]):
+    if few.stop > 1:
         out[..., 0, 1:, :] = even[..., 1, :, :] - direct
     return Lobes(axes, q, q_rest, out, direct, factors)
 

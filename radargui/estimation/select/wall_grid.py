@@ -194,7 +194,7 @@ class LinearisedSearch:
             for out, by_planes in coupled:
                 # slices, not lists of places: these would be copied there and back
                 out[:, :, :2] += by_planes[:, :, :2]
-                out[:, :, 2 + 2 * number : 4 + 2 * number] += by_planes[:, :, 2:]
+                out[:, :, 2 + 2 * number : 4 + 2 * number] = by_planes[:, :, 2:]
         normal = self.normal
         # Schur complement: the motion, then all global parameters, taken out
         half = normal.motion.half_solve(to_motion.reshape(self.n_motion, -1))

@@ -100,8 +100,8 @@ def _law_deviation(solution: Solution, settings: DeviationSettings) -> FloatArra
     out = np.empty_like(square)
     # an impact must not make the flights beside it bend, nor the hand that lets go the fall
     for part in rows_together(law.rows, solution.at.spline, problem.released_s):
-        top = gaussian_filter1d(square[part], settings.window_spans, mode="nearest", truncate=2.0)
-        low = gaussian_filter1d(determined[part], settings.window_spans, mode="nearest", truncate=2.0)
+        both = np.stack([square[part], determined[part]])
+        top, low = gaussian_filter1d(both, settings.window_spans, mode="nearest", truncate=2.0)
         least = settings.least_square * lowest[part] ** 2
         out[part] = np.sqrt((top + least) / np.maximum(low, settings.least_determined))
     limited = np.clip(out, old / settings.largest_change, old * settings.largest_change)

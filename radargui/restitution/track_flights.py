@@ -147,7 +147,9 @@ class ImpactVelocities:
     u_side_m_s: FloatArray
 
 
-def impact_velocities(time_s: FloatArray, position_m: FloatArray, impact_s: FloatArray) -> ImpactVelocities:
+def impact_velocities(
+    time_s: FloatArray, position_m: FloatArray, impact_s: FloatArray, *, white: bool = False
+) -> ImpactVelocities:
     """Return the velocities at impacts: the ends of lines through 30 ms before and after each, gravity taken off.
 
     Parameters
@@ -156,6 +158,8 @@ def impact_velocities(time_s: FloatArray, position_m: FloatArray, impact_s: Floa
         Known samples of the motion, shapes (n_samples,) and (3, n_samples).
     impact_s
         Instants of impact, shape (n_impacts,).
+    white
+        Whether residuals count as white: their correlation is most of the work, and about the same at all impacts.
     """
     sides = impact_sides(time_s, impact_s)
     velocity, variance = np.full((2, impact_s.size, 3), np.nan), np.full((2, impact_s.size), np.nan)
@@ -166,9 +170,10 @@ def impact_velocities(time_s: FloatArray, position_m: FloatArray, impact_s: Floa
     level, slope = samples.lines(straight)
     velocity[sides.side, sides.impact] = slope.T
     off = straight[:2] - samples.spread(level[:2]) - samples.spread(slope[:2]) * samples.away_s
-    white = samples.sums(off**2) / (samples.count - 2)
-    white *= samples.correlation_lengths(off)
-    variance[sides.side, sides.impact] = white.mean(axis=0) / samples.sums(samples.away_s**2)
+    square = samples.sums(off**2) / (samples.count - 2)
+    if not white:
+        square *= samples.correlation_lengths(off)
+    variance[sides.side, sides.impact] = square.mean(axis=0) / samples.sums(samples.away_s**2)
     return ImpactVelocities(velocity[0], velocity[1], np.sqrt(variance.sum(axis=0)))
 
 

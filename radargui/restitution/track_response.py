@@ -106,7 +106,8 @@ def _normal_changes(
 ) -> FloatArray:
     """Return how the normal that the impacts say leans over, shape (n_shifts, 3)."""
     impact_s = np.array([one.time_s for one in bounces.impacts])
-    at = impact_velocities(time_s, position_m, impact_s)
+    # weights of the impacts among each other
+    at = impact_velocities(time_s, position_m, impact_s, white=True)
     seen = np.isfinite(at.u_side_m_s) & np.array([one.valid for one in bounces.impacts])
     if not seen.any():
         return np.zeros((shift_m.shape[0], 3))

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from support.small_problem import FLOOR_PLANE, WALL_PLANE, SmallProblem, small_problem
 
+import radargui.estimation.solve.problem as problem_module
 from radargui.estimation.forward.slow_noise import Drift
 from radargui.estimation.solve.assemble import Assembled, assemble
 from radargui.estimation.solve.changed_problem import positions_at_bins, problem_with_mirrors
 from radargui.estimation.solve.minimise import solved_at
 from radargui.estimation.solve.normal import Reduced, lower_band
-from radargui.estimation.solve.problem import Start, State, linearise
+from radargui.estimation.solve.problem import Start, State, linearise, signals_at, signals_in_parts
 from radargui.model.errors import SolveError
 
 
@@ -147,3 +148,17 @@ def test_maps_are_where_they_were_evaluated_until_motion_or_mirrors_move() -> No
     other = problem_with_mirrors(solved_at(Start(problem, made.truth)), (FLOOR_PLANE, WALL_PLANE))
     mirrors = replace(other.problem, mapped_m=problem.mapped_m, mapped_mirrors=problem.mapped_mirrors)
     assert not mirrors.is_mapped(place, other.state.theta, 1e-4, 1e-3)
+
+
+def test_signals_of_many_bins_are_those_of_all_at_once() -> None:
+    made = small_problem((FLOOR_PLANE,))
+    at = linearise(made.problem, made.truth)
+    together, excess, _ = signals_at(made.problem, made.truth.theta, at.node_m)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(problem_module, "BINS_TOGETHER", 50)
+        parts, in_parts, waves = signals_in_parts(made.problem, made.truth.theta, at.node_m)
+    assert waves is None
+    assert (in_parts == excess).all()
+    for one, other in zip(parts, together, strict=True):
+        assert one.value == pytest.approx(other.value, abs=1e-12)
+        assert one.field == pytest.approx(other.field, abs=1e-12)

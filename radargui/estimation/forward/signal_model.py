@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -188,6 +189,13 @@ class ReceiverSignal:
     direct: ComplexArray
     field: ComplexArray
     besides: FloatArray
+
+    @staticmethod
+    def joined(parts: Sequence[ReceiverSignal]) -> ReceiverSignal:
+        """Return those of some bins one after the other."""
+        columns = zip(*((one.value, one.direct, one.field, one.besides) for one in parts), strict=True)
+        value, direct, field, besides = (np.concatenate(own, axis=-1) for own in columns)
+        return ReceiverSignal(value, direct, field, besides)
 
     def each(self) -> tuple[ReceiverSignal, ...]:
         """Return those of each of several receivers."""

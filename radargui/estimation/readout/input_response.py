@@ -14,7 +14,7 @@ from radargui.estimation.solve.assemble import DataSums, assemble
 from radargui.estimation.solve.break_velocities import one_sided_slopes
 from radargui.estimation.solve.changed_problem import stiff_law_sd
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.problem import signals_at
+from radargui.estimation.solve.problem import BINS_TOGETHER, signals_in_parts
 from radargui.geometry.path_length import Antennas, place_antennas
 from radargui.model.arrays import FloatArray, pieces
 from radargui.model.assumed import SUPPOSED_POLARIZATIONS_DEG, SUPPOSED_TURNS_DEG, UncertainInput
@@ -23,7 +23,6 @@ from radargui.model.setup import Setup
 STEP = 0.01
 """Share of an uncertainty by which an input is moved: the response is linear, half a degree of an antenna is not."""
 DIAMETER = "tracer.diameter_m"
-_BINS_TOGETHER = 2048  # slopes of so many bins at a time: bounds the memory, changes nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,7 +157,7 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
         inputs = replace(inputs, body=tuple(_weakened(own) for own in factors))
     # same unknowns, other world: what the minimum then has to follow
     # same unknowns, other world: what the minimum then has to follow
-    signals, _, _ = signals_at(replace(problem, inputs=inputs), state.theta, node_m)
+    signals, _, _ = signals_in_parts(replace(problem, inputs=inputs), state.theta, node_m)
     return np.concatenate([a.value - b.value for a, b in zip(signals, solution.at.signals, strict=True)]) / STEP
 
 
@@ -173,7 +172,7 @@ def _slopes(solution: Solution, changes: FloatArray) -> tuple[FloatArray, FloatA
     problem, state, at = solution.problem, solution.state, solution.at
     layout, inputs, n_bins = problem.layout, problem.inputs, problem.bins.n_bins
     pull, by_global = np.zeros((n_bins, 3, changes.shape[2])), np.zeros((layout.size, changes.shape[2]))
-    for part in pieces(n_bins, _BINS_TOGETHER):
+    for part in pieces(n_bins, BINS_TOGETHER):
         here = inputs.of_bins(part)
         for receiver, own in enumerate(layout.receivers):
             pair = slice(2 * receiver, 2 * receiver + 2)

@@ -24,7 +24,7 @@ from radargui.estimation.forward.signal_model import (
 from radargui.estimation.forward.sphere import PolarisedSphere
 from radargui.estimation.solve.priors import Prior
 from radargui.geometry.path_length import range_factor
-from radargui.model.arrays import BoolArray, FloatArray
+from radargui.model.arrays import BoolArray, FloatArray, pieces
 
 # Beyond so many standard deviations a residual counts by its size, not its square: less than one in 10^4 of Gaussian
 # ones. Impulses and what the model lacks then pull with a bounded force.
@@ -183,7 +183,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
     series = spline.series(bins.time_s)
     motion = series.motion(state.coefficients)
     node_m = _nodes(problem, state, spline, series, motion)
-    signals, excess, waves = signals_at(problem, theta, node_m)
+    signals, excess, waves = signals_in_parts(problem, theta, node_m)
     sigma = bins.sigma * np.repeat(problem.noise_scale, 2)[:, None]
     residual = (np.concatenate([one.value for one in signals]) - bins.value) / sigma
     size = np.abs(residual)
@@ -195,8 +195,7 @@ def linearise(problem: JointProblem, state: State) -> Linearised:
         LawRows.of(spline, problem.in_flight), state.coefficients, theta[layout.flight], spline.break_s.size
     )
     loss += _prior_cost(problem, theta, law)
-    kept_waves = waves if bins.n_bins <= BINS_TOGETHER else None
-    return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, law, excess, kept_waves)
+    return Linearised(loss, residual, weight, signals, node_m, spline, series, motion, law, excess, waves)
 
 
 def reweighed(problem: JointProblem, other: JointProblem, theta: FloatArray, at: Linearised) -> Linearised:
@@ -211,14 +210,35 @@ def _prior_cost(problem: JointProblem, theta: FloatArray, law: LawDeviation) -> 
     return 0.5 * float((((theta - prior.mean) / prior.sd) ** 2).sum()) + 0.5 * float(of_law)
 
 
+def signals_in_parts(
+    problem: JointProblem, theta: FloatArray, node_m: FloatArray
+) -> tuple[tuple[ReceiverSignal, ...], FloatArray, Waves | None]:
+    """Return `signals_at`, so many bins at a time as stay in the processor's cache; the waves of more are not kept."""
+    if problem.bins.n_bins <= BINS_TOGETHER:
+        return signals_at(problem, theta, node_m)
+    layout, found = problem.layout, []
+    for part in pieces(problem.bins.n_bins, BINS_TOGETHER):
+        inputs = problem.inputs.of_bins(part)
+        waves = waves_at(nodes_of(node_m[..., part]), theta, layout, inputs, EVERY)
+        found.append(signal_of(waves, theta, layout, inputs, EVERY))
+    return *_with_crosstalk(problem, theta, ReceiverSignal.joined(found)), None
+
+
 def signals_at(
     problem: JointProblem, theta: FloatArray, node_m: FloatArray
 ) -> tuple[tuple[ReceiverSignal, ...], FloatArray, Waves]:
     """Return signals, excess and waves (`Linearised`) at positions of the nodes, (3, n_channels, 2, n_bins)."""
-    layout = problem.layout
-    waves = waves_at(nodes_of(node_m), theta, layout, problem.inputs, EVERY)
-    signals = signal_of(waves, theta, layout, problem.inputs, EVERY).each()
-    # crosstalk mixes channels of different receivers: only when all signals are known
+    waves = waves_at(nodes_of(node_m), theta, problem.layout, problem.inputs, EVERY)
+    signal = signal_of(waves, theta, problem.layout, problem.inputs, EVERY)
+    return *_with_crosstalk(problem, theta, signal), waves
+
+
+def _with_crosstalk(
+    problem: JointProblem, theta: FloatArray, signal: ReceiverSignal
+) -> tuple[tuple[ReceiverSignal, ...], FloatArray]:
+    """Return the signals of every receiver with what channels keep of each other, and the excess."""
+    layout, signals = problem.layout, signal.each()
+    # channels of different receivers mix: only when all signals are known
     excess = np.zeros_like(problem.bins.value)
     if problem.multiplexer is not None and layout.sizes.crosstalk:
         excess = problem.multiplexer.excess(np.concatenate([one.value for one in signals]), problem.bins.time_s)
@@ -227,7 +247,7 @@ def signals_at(
             replace(one, value=one.value + own, besides=one.besides + own)
             for one, own in zip(signals, kept, strict=True)
         )
-    return signals, excess, waves
+    return signals, excess
 
 
 def node_offsets(problem: JointProblem) -> FloatArray:

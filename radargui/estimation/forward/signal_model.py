@@ -58,6 +58,7 @@ class ModelInputs:
             range_factor=self.range_factor[:, part],
             drift=self.drift[:, part],
             sphere=None if self.sphere is None else self.sphere.of_bins(part),
+            body=None if self.body is None else tuple(one.of_bins(part) for one in self.body),
         )
 
     def sphere_factors(self, theta: FloatArray, layout: Layout, receiver: int | slice) -> SphereFactors:

@@ -206,6 +206,10 @@ class SphereFactors:
     direct: ComplexArray
     mirrored: ComplexArray
 
+    def of_bins(self, part: slice) -> SphereFactors:
+        """Return those at some of the bins."""
+        return SphereFactors(self.direct[part], self.mirrored[..., part])
+
 
 def point_factors(n_mirrors: int) -> SphereFactors:
     """Return the factors of a point: one on every path, at any bin."""

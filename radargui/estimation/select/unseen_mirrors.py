@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor
-from radargui.estimation.select.wall_grid import WALLS, LinearisedSearch, upright_planes, wall_grid
+from radargui.estimation.select.wall_grid import TOGETHER, WALLS, LinearisedSearch, upright_planes, wall_grid
 from radargui.estimation.select.walls import peaks
 from radargui.estimation.solve.changed_problem import positions_at_bins
 from radargui.estimation.solve.minimise import Solution
@@ -80,7 +80,7 @@ def unseen_mirrors(
     def weigh(search: LinearisedSearch, planes: list[MirrorPlane], gains: FloatArray | None = None) -> None:
         prior = np.full(len(planes), 1.0 / len(planes))
         if gains is None:
-            gains = np.concatenate([search.gains(planes[part]) for part in pieces(len(planes), search.together)])
+            gains = np.concatenate([search.gains(planes[part]) for part in pieces(len(planes), TOGETHER)])
         else:
             prior[peaks(gains.reshape(grid[0].size, -1), around=True)[: WALLS.carried]] = 1.0
         weights.append(prior * np.exp(np.minimum(gains, 0.0) / temper))

@@ -88,8 +88,7 @@ class WallSettings:
 
 WALLS = WallSettings()
 _THIN = 8  # bins, a third of a fringe: what the sphere scatters over a wall changes over decimetres
-_ROUND = 20  # places that count as a round of convergence
-_TOGETHER = 1 << 16  # bins times places looked at together: calls cost more than the cache saves, chosen by hand
+TOGETHER = 20  # places looked at together, which count as a round of convergence: calls cost more than the cache saves
 
 
 def wall_grid(settings: WallSettings = WALLS) -> tuple[FloatArray, FloatArray]:
@@ -129,10 +128,9 @@ def linearised_gains(
 ) -> FloatArray:
     """Return the linearised log evidence of each plane as one more wall, shape (n_planes,)."""
     search, gains = LinearisedSearch(solution, settings), []
-    for part in pieces(len(planes), _ROUND):
+    for part in pieces(len(planes), TOGETHER):
         round_done()
-        own = planes[part]
-        gains += [search.gains(own[few]) for few in pieces(len(own), search.together)]
+        gains.append(search.gains(planes[part]))
     return np.concatenate(gains)
 
 
@@ -149,7 +147,6 @@ class LinearisedSearch:
         rest = assembled.slope_global[:, None] - self.normal.half.T @ self.half_slope
         self.lower_slope = solve_triangular(self.normal.schur[0], rest, lower=True, check_finite=False)
         self.n_bins = problem.bins.n_bins
-        self.together = max(1, _TOGETHER // self.n_bins)
         motion = solution.at.series.rows().of_place
         breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
         moved = csr_matrix(hstack([motion, breaks]))

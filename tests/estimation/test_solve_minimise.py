@@ -171,5 +171,6 @@ def test_a_minimum_is_left_as_it_is() -> None:
     there = minimise(small_problem(delay_s=5e-5).away(1.0), 15)
     again = minimise(Start(there.problem, there.state), 6)
     assert again.settled
-    # what it was off by at most: a step that gains what was foretold is the last
-    assert again.at.cost == pytest.approx(there.at.cost, abs=MINIMISE.close)
+    # a step that gains what was foretold was the last: what it left is a small part of what any number is known to
+    assert 0.0 <= there.at.cost - again.at.cost < MINIMISE.close / 5.0
+    assert (np.abs(again.state.theta - there.state.theta) < 0.03 * np.sqrt(there.normal.global_variances())).all()

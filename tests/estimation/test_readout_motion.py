@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_matrix, eye_array, kron
+from scipy.sparse import eye_array, kron
+from support.normal_blocks import random_blocks
 
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane
 from radargui.estimation.forward.motion_spline import SplineMotion, make_spline
@@ -15,7 +16,7 @@ from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.readout.motion_posterior import MotionPosterior
 from radargui.estimation.readout.samples import _few_fringes_factor, _uncertainties
 from radargui.estimation.solve.break_velocities import one_sided_slopes
-from radargui.estimation.solve.normal import Reduced, lower_band
+from radargui.estimation.solve.normal import Reduced
 from radargui.geometry.path_length import Antennas, path_gradient
 
 RELEASE = np.array([0.01, -0.02, 0.12])
@@ -65,11 +66,8 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
     rng, free = np.random.default_rng(7), wandering()
     spline, n_global = free.motion.spline, 5
     series = spline.series(np.linspace(0.1, 0.5, 300))
-    design = series.rows().matrix
-    motion = kron(design, eye_array(3), format="csr")
-    s = csr_matrix(motion.T @ motion + 0.1 * eye_array(motion.shape[1]))
-    c, m = 0.02 * rng.standard_normal((s.shape[0], n_global)), 5.0 * np.eye(n_global)
-    inverse = np.linalg.inv(np.block([[s.toarray(), c], [c.T, m]]))
+    blocks, dense = random_blocks(rng, spline, n_global - 2)
+    inverse = np.linalg.inv(dense)
     inputs = SimpleNamespace(release_m=RELEASE, antennas=ANTENNAS)
     problem = SimpleNamespace(
         inputs=inputs,
@@ -79,8 +77,8 @@ def solved() -> tuple[SimpleNamespace, np.ndarray]:
     return SimpleNamespace(
         problem=problem,
         state=SimpleNamespace(coefficients=free.motion.coefficients),
-        at=SimpleNamespace(spline=spline, design=design, series=series),
-        normal=Reduced.of(lower_band(s), c, m).factor(),
+        at=SimpleNamespace(spline=spline, design=series.rows().matrix, series=series),
+        normal=Reduced.of(blocks).factor(),
     ), inverse
 
 

@@ -57,7 +57,7 @@ def test_flights_are_fitted_on_the_exact_marginal_of_the_whole_problem(
     blocks, held = (assemble(one, solution.state, solution.at) for one in (free, problem))
     size, n_motion = 3 * information.size, blocks.s.shape[0]
     assert size < n_motion
-    whole = np.block([[blocks.s.toarray(), blocks.c], [blocks.c.T, blocks.m]])
+    whole = np.block([[blocks.s.toarray(), blocks.coupling], [blocks.coupling.T, blocks.m]])
     x = np.concatenate([np.arange(size), n_motion + np.arange(information.n_breaks)])
     rest = np.setdiff1d(np.arange(n_motion + layout.size), x)
     through = np.linalg.solve(whole[np.ix_(rest, rest)], whole[np.ix_(rest, x)])

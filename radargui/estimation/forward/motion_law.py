@@ -102,7 +102,7 @@ class LawDeviation:
     drag
         |v| v in flight, else zero, shape (n_rows, 3): the slope with respect to k.
     by_breaks
-        Slopes with respect to the breaks' times, shape (n_rows, 3, n_breaks).
+        Slopes with respect to the times of the breaks before and after each row's segment, shape (n_rows, 3, 2).
     """
 
     rows: LawRows
@@ -114,17 +114,17 @@ class LawDeviation:
     def of(rows: LawRows, coefficients: FloatArray, gravity_and_drag: FloatArray, n_breaks: int) -> LawDeviation:
         """Return the deviation for coefficients (size, 3) and (g_x, g_y, g_z, k), empty where nothing flies."""
         value = rows.rows @ coefficients
-        drag, by_breaks = np.zeros_like(value), np.zeros((*value.shape, n_breaks))
+        drag, by_breaks = np.zeros_like(value), np.zeros((*value.shape, 2))
         if rows.duration_s.size:
             velocity = rows.velocity @ coefficients
             flying = slice(rows.n_jerk, None)
             drag[flying] = np.linalg.norm(velocity, axis=1)[:, None] * velocity
             # knots move with the breaks: at fixed coefficients an acceleration goes with the duration to the power -2
             shorter = 2.0 * value[flying] / rows.duration_s[:, None]
-            number = np.arange(rows.n_jerk, value.shape[0])
-            for edge, slope in ((rows.segment[flying] - 1, shorter), (rows.segment[flying], -shorter)):
-                use = (edge >= 0) & (edge < n_breaks)
-                by_breaks[number[use], :, edge[use]] += slope[use]
+            # start and end of the record do not move
+            segment = rows.segment[flying, None]
+            by_breaks[flying, :, 0] = np.where(segment > 0, shorter, 0.0)
+            by_breaks[flying, :, 1] = np.where(segment < n_breaks, -shorter, 0.0)
             value[flying] += gravity_and_drag[:3] + gravity_and_drag[3] * drag[flying]
         return LawDeviation(rows, value, drag, by_breaks)
 

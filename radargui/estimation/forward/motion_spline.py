@@ -11,6 +11,7 @@ from scipy.interpolate import BSpline
 from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.banded_rows import BandedRows
+from radargui.estimation.forward.segments import Segments
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
 
@@ -137,6 +138,11 @@ class MotionSpline:
         """Times of the breaks, shape (n_breaks,)."""
         return self.edge_s[1:-1]
 
+    @cached_property
+    def segments(self) -> Segments:
+        """Which coefficients lie between which breaks."""
+        return Segments(np.cumsum(np.array(self.spans[:-1], dtype=np.intp) + 2), self.size)
+
     def knots(self) -> FloatArray:
         """Return the knots with multiplicities 4, 3, ..., 3, 4."""
         # a triple knot leaves the position continuous and frees velocity: an impact
@@ -161,7 +167,7 @@ class MotionSpline:
         """Return the spline with its breaks moved."""
         moved = MotionSpline(np.concatenate([self.edge_s[:1], break_s, self.edge_s[-1:]]), self.fractions)
         # the same shares: found once for all times of the breaks
-        moved.__dict__["polynomials"] = self.polynomials
+        moved.__dict__.update(polynomials=self.polynomials, segments=self.segments)
         return moved
 
     def break_shares(self, time_s: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -12,8 +12,8 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from radargui.estimation.readout.free_motion import FreeMotion
 from radargui.estimation.solve.assemble import Assembled, DataSums, assemble, diagonal, law_slopes
+from radargui.estimation.solve.block_tridiagonal import BlockTridiagonal, lower_band
 from radargui.estimation.solve.minimise import Solution
-from radargui.estimation.solve.normal import BlockTridiagonal, lower_band
 from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import SolveError
 
@@ -54,7 +54,7 @@ class _MotionAfter:
             factor = BlockTridiagonal(lower_band(csr_matrix(after + _JITTER * diagonal(after.diagonal()))))
         except np.linalg.LinAlgError as error:
             raise SolveError(_UNDETERMINED) from error
-        half = factor.half_solve(np.concatenate([coupling[:, touched].toarray(), blocks.c[kept:]], axis=1))
+        half = factor.half_solve(np.concatenate([coupling[:, touched].toarray(), blocks.coupling[kept:]], axis=1))
         return _MotionAfter(kept, touched, factor, half[:, : touched.size], half[:, touched.size :])
 
     def taken_off(self, blocks: Assembled) -> tuple[csr_matrix, FloatArray, FloatArray]:
@@ -62,7 +62,7 @@ class _MotionAfter:
         kept, touched = self.kept, self.touched
         place = np.repeat(touched, touched.size), np.tile(touched, touched.size)
         near = csr_matrix(((self.near.T @ self.near).ravel(), place), shape=(kept, kept))
-        c = blocks.c[:kept].copy()
+        c = blocks.coupling[:kept].copy()
         c[touched] -= self.near.T @ self.far
         return csr_matrix(blocks.s[:kept, :kept] - near), c, blocks.m - self.far.T @ self.far
 
@@ -215,7 +215,7 @@ def motion_information(
     free_of_law = replace(problem, law_sd=np.where(replaced, np.inf, problem.law_sd))
     blocks = assemble(free_of_law, state, solution.at, sums)
     kept, breaks = 3 * size, slice(0, n_breaks)
-    band, coupling, constants = blocks.s[:kept, :kept], blocks.c[:kept], blocks.m
+    band, coupling, constants = blocks.s[:kept, :kept], blocks.coupling[:kept], blocks.m
     after = None
     if kept < blocks.s.shape[0]:
         after = _MotionAfter.of(blocks, kept)

@@ -146,7 +146,7 @@ def _uncertainties(solution: Solution) -> tuple[FloatArray, FloatArray]:
     gradient = path_gradient(place, problem.inputs.antennas)
     by_breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
     covariance = MotionCovariance(solution.normal).of(
-        solution.at.series.rows(), by_global=by_breaks, places=problem.layout.breaks
+        solution.at.series.rows(), by_breaks=by_breaks.data.reshape(-1, 3, 2) if by_breaks.nnz else None
     )
     # paths from the same covariance: errors of x, y and z of one motion are correlated
     of_paths = np.einsum("ran,nab,rbn->rn", gradient, covariance, gradient)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from radargui.estimation.forward.mirrors import FLOOR, MirrorPlane, has_floor
 from radargui.estimation.select.wall_grid import TOGETHER, WALLS, LinearisedSearch, upright_planes, wall_grid
@@ -124,14 +123,11 @@ def _moved(search: LinearisedSearch, planes: list[MirrorPlane], share: FloatArra
     Of each place that has a share, times its root.
     """
     places = np.flatnonzero(share)
-    slope, a, half, lower = search.marginal([planes[k] for k in places])
-    normal = search.normal
-    by_global = -solve_triangular(normal.schur[0], lower, lower=True, trans="T", check_finite=False)
-    by_motion = -normal.motion.back_solve(half + normal.half @ by_global)
+    slope, a, half = search.marginal([planes[k] for k in places])
+    both = -np.concatenate(search.normal.back_solve(half))
     root = np.linalg.inv(np.linalg.cholesky(a))
     spread = root.transpose(0, 2, 1)
     values = np.concatenate([-spread @ (root @ slope[:, :, None]), spread], axis=2)
     values *= np.sqrt(share[places])[:, None, None]
-    both = np.concatenate([by_motion, by_global])
     out = both.reshape(len(both), places.size, -1).swapaxes(0, 1) @ values
     return np.asarray(out.swapaxes(0, 1).reshape(len(both), -1))

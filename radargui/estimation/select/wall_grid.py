@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.sparse import bsr_matrix, csr_matrix, hstack, vstack
 
 from radargui.estimation.forward.lobes import axis_of, off_axis, strength_change
@@ -143,9 +142,7 @@ class LinearisedSearch:
         stiff = replace(stiffened(problem, settings), law_sd=stiff_law_sd(solution))
         assembled = assemble(stiff, solution.state, solution.at)
         self.normal = assembled.factor()
-        self.half_slope = self.normal.motion.half_solve(assembled.slope_motion[:, None])
-        rest = assembled.slope_global[:, None] - self.normal.half.T @ self.half_slope
-        self.lower_slope = solve_triangular(self.normal.schur[0], rest, lower=True, check_finite=False)
+        self.half_slope = self.normal.half_solve(assembled.slope_motion[:, None], assembled.slope_global[:, None])
         self.n_bins = problem.bins.n_bins
         motion = solution.at.series.rows().of_place
         breaks = solution.at.spline.break_slopes(problem.bins.time_s, solution.state.coefficients)
@@ -157,10 +154,10 @@ class LinearisedSearch:
 
     def gains(self, planes: list[MirrorPlane]) -> FloatArray:
         """Return g^T A^-1 g / 2 - ln det(A sd^2) / 2, A the Schur complement of T and R, g their slope; (n_planes,)."""
-        slope, a, _, _ = self.marginal(planes)
+        slope, a, _ = self.marginal(planes)
         return evidence_of(slope, a, self.reflection)
 
-    def marginal(self, planes: list[MirrorPlane]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def marginal(self, planes: list[MirrorPlane]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return g, A, and what half solves leave of the coupling of T and R to motion and global parameters."""
         problem = self.solution.problem
         n_new, n_planes, layout = 2 + 2 * problem.n_receivers, len(planes), problem.layout
@@ -192,18 +189,12 @@ class LinearisedSearch:
                 # slices, not lists of places: these would be copied there and back
                 out[:, :, :2] += by_planes[:, :, :2]
                 out[:, :, 2 + 2 * number : 4 + 2 * number] = by_planes[:, :, 2:]
-        normal = self.normal
-        # Schur complement: the motion, then all global parameters, taken out
-        half = normal.motion.half_solve(to_motion.reshape(self.n_motion, -1))
-        rest = to_global.reshape(len(to_global), -1) - normal.half.T @ half
-        lower = solve_triangular(normal.schur[0], rest, lower=True, check_finite=False)
-        taken = (half.T @ self.half_slope + lower.T @ self.lower_slope).reshape(n_planes, n_new)
-        slope = slope - taken
-        a = curvature + np.eye(n_new) / self.reflection**2
-        for one in (half, lower):
-            columns = one.reshape(-1, n_planes, n_new).transpose(1, 2, 0)
-            a -= columns @ columns.transpose(0, 2, 1)
-        return slope, a, half, lower
+        # Schur complement: the motion and all global parameters taken out
+        half = self.normal.half_solve(to_motion.reshape(self.n_motion, -1), to_global.reshape(len(to_global), -1))
+        slope = slope - (half.T @ self.half_slope).reshape(n_planes, n_new)
+        columns = half.reshape(-1, n_planes, n_new).transpose(1, 2, 0)
+        a = curvature + np.eye(n_new) / self.reflection**2 - columns @ columns.transpose(0, 2, 1)
+        return slope, a, half
 
 
 def evidence_of(slope: FloatArray, a: FloatArray, reflection: float) -> FloatArray:

@@ -10,11 +10,12 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 
-from radargui.estimation.forward.banded_rows import PAIRS
+from radargui.estimation.forward.banded_rows import PAIRS, BandedRows
 from radargui.estimation.forward.motion_law import LawDeviation
+from radargui.estimation.forward.segments import Segments
 from radargui.estimation.forward.signal_model import EVERY, nodes_of
 from radargui.estimation.forward.signal_slopes import receiver_slopes
-from radargui.estimation.solve.normal import NormalMatrix, Reduced
+from radargui.estimation.solve.normal import NormalBlocks, NormalMatrix, Reduced
 from radargui.estimation.solve.problem import BINS_TOGETHER, JointProblem, Linearised, State
 from radargui.model.arrays import FloatArray, IntArray, pieces
 from radargui.model.errors import SolveError
@@ -31,13 +32,15 @@ _JITTERS = (0.0, 1e-13, 1e-11, 1e-9, 1e-7)  # of the diagonal: rounding of coeff
 class Assembled:
     """Blocks of the normal matrix H = [[S, C], [C^T, M]] and the slope: motion S, global parameters M, coupling C.
 
-    `blocks` (j, j + d) of S have the shape (4, size, 3, 3); `bent` are the places of the breaks and the mirrors among
-    the global parameters.
+    `blocks` (j, j + d) of S have the shape (4, size, 3, 3); C stands in `beside` and `c` (`NormalBlocks`); `bent` are
+    the places of the breaks and the mirrors among the global parameters.
     """
 
     blocks: FloatArray
+    beside: FloatArray
     c: FloatArray
     m: FloatArray
+    segments: Segments
     slope_motion: FloatArray
     slope_global: FloatArray
     bent: IntArray
@@ -72,18 +75,31 @@ class Assembled:
         """S as a matrix."""
         return _symmetric(self.blocks)
 
+    @cached_property
+    def coupling(self) -> FloatArray:
+        """All of C, shape (n_motion, n_global)."""
+        n_breaks, segments = self.segments.n_breaks, self.segments
+        by_function = np.zeros((segments.n_functions, 3, n_breaks + 2))
+        every = np.arange(segments.n_functions)
+        for side in range(2):
+            # a break more at either end, which none of the functions has
+            by_function[every, :, segments.segment + side] = self.beside[:, :, side]
+        by_breaks = segments.folded(by_function)[1:, :, 1:-1].reshape(len(self.c), n_breaks)
+        return np.concatenate([by_breaks, self.c], axis=1)
+
+    @property
+    def normal_blocks(self) -> NormalBlocks:
+        """H as it is factored."""
+        return NormalBlocks(_lower_band(self.blocks), self.beside, self.c, self.m, self.segments)
+
     def _damped(self, damping: float) -> tuple[Reduced, NormalMatrix]:
         failed: SolveError | None = None
-        band = _lower_band(self.blocks)
+        blocks = self.normal_blocks
         # as little as will do: jitter is a prior that nobody chose
         for jitter in _JITTERS:
-            share, raised, m = damping + jitter, band, self.m
-            if share:
-                raised, m = band.copy(), self.m.copy()
-                raised[0] *= 1.0 + share
-                m[np.diag_indices(len(m))] *= 1.0 + share
+            share = damping + jitter
             try:
-                reduced = Reduced.of(raised, self.c, m)
+                reduced = Reduced.of(blocks.diagonal_raised(share) if share else blocks)
                 return reduced, reduced.factor()
             except SolveError as error:
                 failed = error
@@ -101,17 +117,17 @@ def assemble(problem: JointProblem, state: State, at: Linearised, sums: DataSums
         What the data say there, where it was summed for a problem that differs in its priors alone.
     """
     layout, prior, sums = problem.layout, problem.prior, sums or sum_data(problem, state, at)
-    c, m = sums.c[3:], sums.m.copy()
+    beside, c, m = sums.beside, sums.c[3:], sums.m.copy()
     m[np.diag_indices(layout.size)] += 1.0 / prior.sd**2
     slope = sums.slope + (state.theta - prior.mean) / prior.sd**2
     # a prior of each coordinate alike: outside of flights gravity and drag are no jerk to speak of
     band = sums.band + at.law.rows.rows.gram(problem.law_sd**-2.0)[:, :, None, None] * np.eye(3)
     by_motion, by_global = law_slopes(problem, at)
     if layout.sizes.flight:
-        c = c.copy()
-        _add_flight(c, m, problem, at)
-    bent = np.r_[layout.breaks, layout.planes]
-    return Assembled(band[:, 1:], c, m, sums.slope_motion[3:] + by_motion, slope + by_global, bent)
+        beside, c = beside.copy(), c.copy()
+        _add_flight(beside, c, m, problem, at)
+    bent, slope_motion = np.r_[layout.breaks, layout.planes], sums.slope_motion[3:] + by_motion
+    return Assembled(band[:, 1:], beside, c, m, at.spline.segments, slope_motion, slope + by_global, bent)
 
 
 def sum_data(problem: JointProblem, state: State, at: Linearised) -> DataSums:
@@ -132,15 +148,15 @@ class DataSums:
     ----------
     band
         Blocks (j, j + d) of S, shape (4, size + 1, 3, 3).
-    c, m, slope, slope_motion
+    beside, c, m, slope, slope_motion
         As of `Assembled`.
     """
 
     def __init__(self, problem: JointProblem, state: State, at: Linearised) -> None:
         self.problem, self.state, self.at = problem, state, at
-        n_coefficients, n_global = at.spline.size + 1, problem.layout.size
-        self.band = np.zeros((4, n_coefficients, 3, 3))
-        self.c, self.m = np.zeros((3 * n_coefficients, n_global)), np.zeros((n_global, n_global))
+        n_coefficients, n_global, segments = at.spline.size + 1, problem.layout.size, at.spline.segments
+        self.band, self.beside = np.zeros((4, n_coefficients, 3, 3)), np.zeros((segments.n_functions, 3, 2))
+        self.c, self.m = np.zeros((3 * n_coefficients, n_global - segments.n_breaks)), np.zeros((n_global, n_global))
         self.slope, self.slope_motion = np.zeros(n_global), np.zeros(3 * n_coefficients)
         # a break acts through the motion alone: its columns are the motion's times dp/dtau
         self.share, self.number = at.spline.break_shares(problem.bins.time_s)
@@ -155,9 +171,15 @@ class DataSums:
             along[: len(here)] += (between @ other)[..., 0]
             if distance:
                 along[distance:] += (between.transpose(0, 2, 1) @ here)[..., 0]
+        segments, n_breaks = self.at.spline.segments, self.problem.layout.breaks.stop
+        moved = segments.breaks_beside(theta[:n_breaks])[segments.segment]
+        along += segments.folded((self.beside @ moved[:, :, None])[..., 0])
+        by_function = np.einsum("fas,fa->fs", self.beside, motion[segments.coefficient])
         out = copy(self)
-        out.slope_motion = self.slope_motion + along.ravel() + self.c @ theta
-        out.slope = self.slope + self.c.T @ motion.ravel() + self.m @ theta
+        out.slope_motion = self.slope_motion + along.ravel() + self.c @ theta[n_breaks:]
+        out.slope = self.slope + self.m @ theta
+        out.slope[:n_breaks] += segments.of_breaks(_by_segment(segments.segment, by_function, segments))
+        out.slope[n_breaks:] += self.c.T @ motion.ravel()
         return out
 
     def add(self, part: slice) -> None:
@@ -165,7 +187,7 @@ class DataSums:
         problem, at, theta = self.problem, self.at, self.state.theta
         layout, inputs, n_receivers = problem.layout, problem.inputs.of_bins(part), problem.n_receivers
         touched = _Touched(
-            at.series.first[part], self.number[part], layout.sizes.breaks, 1 if layout.sizes.drift else 2
+            at.series.first[part], self.number[part], layout.sizes.breaks > 0, 1 if layout.sizes.drift else 2
         )
         shared, n_bins = layout.shared, part.stop - part.start
         node_m = nodes_of(at.node_m[..., part])
@@ -211,7 +233,7 @@ class DataSums:
         """
         flat = columns.reshape(-1, columns.shape[2])
         among, coupled = flat.T @ flat, touched.transposed(by_motion, flat)
-        breaks = self.problem.layout.breaks
+        breaks, n_breaks = touched.breaks, self.problem.layout.breaks.stop
         self.slope_motion[touched.rows] += coupled[: 3 * touched.width, -1]
         self.slope[breaks] += coupled[3 * touched.width :, -1]
         ends = np.cumsum([0, *(own.stop - own.start for own in places)]).tolist()
@@ -219,9 +241,8 @@ class DataSums:
         # slices, not lists of places: these would be copied there and back
         for place, own in zip(places, parts, strict=True):
             self.slope[place] += among[own, -1]
-            self.c[touched.rows, place] += coupled[: 3 * touched.width, own]
-            if breaks.stop > breaks.start:
-                self.m[breaks, place] += coupled[3 * touched.width :, own]
+            self.c[touched.rows, place.start - n_breaks : place.stop - n_breaks] += coupled[: 3 * touched.width, own]
+            self.m[breaks, place] += coupled[3 * touched.width :, own]
             for other, beside in zip(places, parts, strict=True):
                 self.m[place, other] += among[own, beside]
 
@@ -236,13 +257,14 @@ class DataSums:
         for k, other in PAIRS:
             # each first of a run occurs once, so that no addition is lost
             self.band[other - k, first + k] += among[:, 3 * k : 3 * k + 3, 3 * other : 3 * other + 3]
+        if touched.per_bin == 12:
+            return
+        functions = first + self.at.spline.segments.of(first)
+        for k in range(4):
+            self.beside[functions + k] += among[:, 3 * k : 3 * k + 3, 12:]
         # a span lies between two breaks; that before it is the release has a share of zero
-        places = self.problem.layout.breaks.start + np.maximum.reduceat(touched.number, start, axis=0)
-        motion = 3 * first[:, None] + np.arange(12)
-        for side in range(touched.per_bin - 12):
-            np.add.at(self.c, (motion, places[:, side, None]), among[:, :12, 12 + side])
-            for other in range(touched.per_bin - 12):
-                np.add.at(self.m, (places[:, side], places[:, other]), among[:, 12 + side, 12 + other])
+        places = np.maximum.reduceat(touched.number, start, axis=0)
+        np.add.at(self.m, (places[:, :, None], places[:, None]), among[:, 12:, 12:])
 
 
 class _Touched:
@@ -254,18 +276,21 @@ class _Touched:
         See `BandedRows`, shape (n_bins,).
     number
         The breaks beside each bin, shape (n_bins, 2).
-    n_breaks, n_channels
-        How many there are, and how many channels are looked at together.
+    has_breaks
+        Whether there are any.
+    n_channels
+        How many channels are looked at together.
     """
 
-    def __init__(self, first: IntArray, number: IntArray, n_breaks: int, n_channels: int) -> None:
+    def __init__(self, first: IntArray, number: IntArray, has_breaks: bool, n_channels: int) -> None:
         self.first, self.number = first, number
-        low = int(first[0])
+        self.breaks = slice(int(number.min()), int(number.max()) + 1) if has_breaks else slice(0, 0)
+        low, n_breaks = int(first[0]), self.breaks.stop - self.breaks.start
         self.width = int(first[-1]) - low + 4
         self.rows = slice(3 * low, 3 * (low + self.width))
         columns = 3 * (first - low)[:, None] + np.arange(12)
-        if n_breaks:
-            columns = np.concatenate([columns, 3 * self.width + number], axis=1)
+        if has_breaks:
+            columns = np.concatenate([columns, 3 * self.width + number - self.breaks.start], axis=1)
         self.per_bin, n_rows = columns.shape[1], n_channels * len(columns)
         index, pointer = np.tile(columns.ravel(), n_channels), self.per_bin * np.arange(n_rows + 1)
         # the same places for every receiver: only the values are new; rows are the columns of what is transposed
@@ -311,29 +336,52 @@ def law_slopes(problem: JointProblem, at: Linearised) -> tuple[FloatArray, Float
     nanosecond of its time, is left out.
     """
     weighted = problem.law_sd[:, None] ** -2.0 * at.law.value
-    slope = np.zeros(problem.layout.size)
-    if problem.layout.sizes.flight:
-        slope[problem.layout.breaks.start : problem.layout.flight.stop] = np.einsum(
-            "nak,na->k", _flight_columns(at.law), weighted
-        )
+    layout, slope = problem.layout, np.zeros(problem.layout.size)
+    if layout.sizes.flight:
+        law, segments = at.law, at.spline.segments
+        pulls = np.einsum("nak,na->nk", law.by_breaks, weighted)
+        slope[layout.breaks] = segments.of_breaks(_by_segment(law.rows.segment, pulls, segments))
+        slope[layout.flight] = np.einsum("nak,na->k", _by_gravity_and_drag(law), weighted)
     return at.law.rows.rows.transposed(weighted).ravel(), slope
 
 
-def _flight_columns(law: LawDeviation) -> FloatArray:
-    """Return the slopes of the law's rows with respect to breaks, gravity and drag, shape (n_rows, 3, n)."""
-    by_gravity = law.rows.is_flight[:, None, None] * np.eye(3)
-    return np.concatenate([law.by_breaks, by_gravity, law.drag[:, :, None]], axis=2)
+def _by_segment(segment: IntArray, values: FloatArray, segments: Segments) -> FloatArray:
+    """Return values, (n, k), summed over each segment, shape (n_breaks + 1, k)."""
+    out = np.zeros((segments.n_breaks + 1, values.shape[1]))
+    np.add.at(out, segment, values)
+    return out
 
 
-def _add_flight(c: FloatArray, m: FloatArray, problem: JointProblem, at: Linearised) -> None:
+def _by_gravity_and_drag(law: LawDeviation) -> FloatArray:
+    """Return the slopes of the law's rows with respect to gravity and drag, shape (n_rows, 3, 4)."""
+    return np.concatenate([law.rows.is_flight[:, None, None] * np.eye(3), law.drag[:, :, None]], axis=2)
+
+
+def _add_flight(beside: FloatArray, c: FloatArray, m: FloatArray, problem: JointProblem, at: Linearised) -> None:
     """Add to C and M what gravity, drag and the breaks' times do to the law of flight."""
-    law, columns = at.law, _flight_columns(at.law)
-    # breaks stand first, gravity and drag behind them
-    places = slice(problem.layout.breaks.start, problem.layout.flight.stop)
-    weighted = problem.law_sd[:, None, None] ** -2.0 * columns
+    law, layout, segments = at.law, problem.layout, at.spline.segments
+    flight, rows = layout.flight, law.rows.rows
+    # by the breaks before and after, then by gravity and drag
+    slopes = np.concatenate([law.by_breaks, _by_gravity_and_drag(law)], axis=2)
+    weighted = problem.law_sd[:, None, None] ** -2.0 * slopes
     # x, y and z interleaved, as the motion has them
-    c[:, places] += law.rows.rows.transposed(weighted.reshape(len(weighted), -1)).reshape(-1, columns.shape[2])
-    m[places, places] += np.einsum("nak,nal->kl", weighted, columns)
+    by_flight = rows.transposed(weighted[:, :, 2:].reshape(len(weighted), -1)).reshape(len(c), 4)
+    c[:, flight.start - segments.n_breaks : flight.stop - segments.n_breaks] += by_flight
+    # a segment's functions are its own
+    functions = BandedRows(rows.value, rows.first + segments.of(rows.first) + 1, segments.n_functions)
+    beside += functions.transposed(weighted[:, :, :2].reshape(len(weighted), -1)).reshape(beside.shape)
+    among = np.zeros((segments.n_breaks + 1, 6, 6))
+    np.add.at(among, law.rows.segment, weighted.transpose(0, 2, 1) @ slopes)
+    m[flight, flight] += among[:, 2:, 2:].sum(axis=0)
+    number = np.arange(segments.n_breaks)
+    # start and end of the record are no breaks, and stand in none of the slopes
+    for places, segment, side in ((number, number + 1, 0), (number, number, 1)):
+        m[places, places] += among[segment, side, side]
+        m[places, flight] += among[segment, side, 2:]
+        m[flight, places] += among[segment, side, 2:].T
+    between, next_one = among[1:-1, 0, 1], number[1:]
+    m[next_one - 1, next_one] += between
+    m[next_one, next_one - 1] += between
 
 
 def diagonal(values: FloatArray) -> csr_matrix:

@@ -1,22 +1,24 @@
-"""Covariances of what is linear in the motion, all else marginalised: S^-1 near its diagonal, and what M adds to it."""
+"""Covariances of what is linear in motion and breaks, all else marginalised: near the diagonal, and what M adds."""
 
 from __future__ import annotations
 
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.sparse import csr_matrix
 
 from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.solve.normal import NormalMatrix
-from radargui.model.arrays import FloatArray, pieces
+from radargui.model.arrays import FloatArray, IntArray, pieces
 
 _ROWS = 1 << 12
 
 
 class MotionCovariance:
-    """Covariances of rows that act alike on x, y and z, from H^-1 = [[S^-1 + X X^T, ...], ...], X = S^-1 C L_M^-T.
+    """Covariances of rows that act alike on x, y and z and may move with the breaks beside them.
+
+    With H = L L^T in the order of `NormalMatrix` they are sums of what motion between the breaks, joints and the rest
+    leave open: R_b S_b^-1 R_b^T, G T^-1 G^T with G = R_j - R_b S_b^-1 E, and R X X^T R^T, X the columns of L^-T of the
+    rest.
 
     Parameters
     ----------
@@ -25,55 +27,81 @@ class MotionCovariance:
     """
 
     def __init__(self, normal: NormalMatrix) -> None:
-        self.normal, self.inverse = normal, normal.motion.selected_inverse()
-
-    @cached_property
-    def _spread(self) -> FloatArray:
-        """X, shape (3 size, n_global)."""
-        cross = self.normal.motion.back_solve(self.normal.half)
-        return np.asarray(solve_triangular(self.normal.schur[0], cross.T, lower=True, check_finite=False).T)
+        self.normal, self.segments = normal, normal.segments
+        self.inverse = normal.between.motion.selected_inverse()
+        self.joint_inverse = normal.breaks.selected_inverse(4)
+        # the place at a break belongs to the joint
+        self.is_open = np.ones(self.segments.size + 1, dtype=bool)
+        self.is_open[[0, *self.segments.joint.tolist()]] = False
 
     def of(
-        self,
-        rows: BandedRows,
-        others: BandedRows | None = None,
-        *,
-        by_global: csr_matrix | None = None,
-        places: slice = slice(0, 0),
+        self, rows: BandedRows, others: BandedRows | None = None, *, by_breaks: FloatArray | None = None
     ) -> FloatArray:
         """Return the covariance of what rows give, with what as many others do (themselves where left out), (n, 3, 3).
 
         Parameters
         ----------
         rows, others
-            Of the coefficients, at most eight apart.
-        by_global, places
-            What the rows give besides, x, y and z interleaved, for some places of the global parameters.
+            Of the coefficients, at most eight apart, in the same segment or in neighbours.
+        by_breaks
+            What the rows give besides for the times of the breaks before and after their segment, shape (n, 3, 2).
         """
         others, out = rows if others is None else others, np.empty((rows.first.size, 3, 3))
         for part in pieces(rows.first.size, _ROWS):
-            alone = self._through(
-                rows[part], by_global[3 * part.start : 3 * part.stop] if by_global is not None else None, places
-            )
-            beside = alone if others is rows else self._through(others[part], None, places)
-            out[part] = self._of_motion(rows[part], others[part]) + alone @ beside.transpose(0, 2, 1)
+            one = self._through(rows[part], None if by_breaks is None else by_breaks[part])
+            other = one if others is rows else self._through(others[part], None)
+            out[part] = self._of_motion(rows[part], others[part]) + one[1] @ other[1].transpose(0, 2, 1)
+            if self.segments.n_breaks:
+                between = self._between_joints(*(self.segments.of(each.first[part]) for each in (rows, others)))
+                out[part] += one[0] @ between @ other[0].transpose(0, 2, 1)
         return out
 
-    def _through(self, rows: BandedRows, by_global: csr_matrix | None, places: slice) -> FloatArray:
-        """Return R X, less what the global parameters give by themselves, shape (n, 3, n_global)."""
-        through = rows.of_place @ self._spread
-        if by_global is not None:
-            unit = np.eye(self.normal.half.shape[1])[:, places]
-            root = solve_triangular(self.normal.schur[0], unit, lower=True, check_finite=False).T
-            through -= by_global @ root
-        return np.asarray(through).reshape(rows.first.size, 3, -1)
+    @cached_property
+    def _spread(self) -> tuple[FloatArray, FloatArray]:
+        """X of the motion, and of the breaks before and after each segment."""
+        motion, breaks = self.normal.spread()
+        return motion, self.segments.breaks_beside(breaks)
+
+    @cached_property
+    def _joints(self) -> FloatArray:
+        """What each segment's functions give for a unit of the joints before and after it, (n_functions, 3, 8)."""
+        segments = self.segments
+        solved = self.normal.between.motion.back_solve(self.normal.between.to_joints).reshape(-1, 3, 8)
+        out = -np.concatenate([np.zeros((1, 3, 8)), solved])[segments.coefficient]
+        out[segments.ends] = np.eye(8)[4:7]
+        out[segments.ends + 1] = np.eye(8)[:3]
+        return out
+
+    def _through(self, rows: BandedRows, by_breaks: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+        """Return G, shape (n, 3, 8), and R X, shape (n, 3, n_rest)."""
+        place, (motion, breaks) = self.segments.of(rows.first), self._spread
+        through = np.asarray(rows.of_place @ motion).reshape(-1, 3, motion.shape[1])
+        joints = np.zeros((rows.first.size, 3, 8))
+        if self.segments.n_breaks:
+            for k, value in enumerate(rows.value.T):
+                joints += value[:, None, None] * self._joints[rows.first + place + k]
+        if by_breaks is not None:
+            joints[:, :, 3::4] += by_breaks
+            through += by_breaks @ breaks[place]
+        return joints, through
+
+    def _between_joints(self, one: IntArray, other: IntArray) -> FloatArray:
+        """Return T^-1 between the joints before and after some segments and those of others, shape (n, 8, 8)."""
+        out = np.zeros((one.size, 2, 4, 2, 4))
+        last = self.segments.n_breaks - 1
+        for side in range(2):
+            for beside in range(2):
+                row, column = one - 1 + side, other - 1 + beside
+                is_there = (np.minimum(row, column) >= 0) & (np.maximum(row, column) <= last)
+                out[is_there, side, :, beside] = self.joint_inverse.between(row[is_there], column[is_there])
+        return out.reshape(-1, 8, 8)
 
     def _of_motion(self, rows: BandedRows, others: BandedRows) -> FloatArray:
-        """Return R S^-1 R'^T, the release of variance zero, shape (n, 3, 3)."""
+        """Return R_b S_b^-1 R_b'^T, the release and the joints left out, shape (n, 3, 3)."""
         out = np.zeros((rows.first.size, 3, 3))
         for k, own in enumerate(rows.value.T):
             for m, other in enumerate(others.value.T):
-                one, two = rows.first + k - 1, others.first + m - 1
-                weight = np.where((one < 0) | (two < 0), 0.0, own * other)
-                out += weight[:, None, None] * self.inverse.between(np.maximum(one, 0), np.maximum(two, 0))
+                one, two = rows.first + k, others.first + m
+                weight = np.where(self.is_open[one] & self.is_open[two], own * other, 0.0)
+                out += weight[:, None, None] * self.inverse.between(np.maximum(one - 1, 0), np.maximum(two - 1, 0))
         return out

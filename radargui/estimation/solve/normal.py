@@ -1,158 +1,26 @@
-"""The normal matrix: block tridiagonal in the motion, dense in the global parameters (method 4, Minimum)."""
+"""The normal matrix: a band between the breaks, another over the breaks, dense in all else (method 4, Minimum)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, solve_triangular
 from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dpbtrf, dtrtri
+from scipy.linalg.lapack import dtrtri
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
-from radargui.model.arrays import FloatArray, IntArray, pieces
+from radargui.estimation.forward.segments import Segments
+from radargui.estimation.solve.block_tridiagonal import BlockTridiagonal, padded_size
+from radargui.model.arrays import FloatArray, IntArray
 from radargui.model.errors import SolveError
 
-# A bin meets four neighbouring coefficients: bandwidth 3 x 3 + 2 = 11. Any block above 11 is right; 24 by hand: smaller
-# ones cost calls, larger ones arithmetic.
-_BLOCK = 24
-_TOGETHER = 32 * _BLOCK  # rows multiplied at once, chosen by hand
-_FELT = 1e-17  # parts below this share of a column's largest are lost in rounding when squared
-
-
-def lower_band(matrix: csr_matrix) -> FloatArray:
-    """Return the diagonals of a symmetric matrix (n, n) from the main one down, (d, j) for row j + d, shape (m, n)."""
-    entries = matrix.tocoo()
-    below = entries.row - entries.col
-    out = np.zeros((int(below.max(initial=0)) + 1, matrix.shape[0]))
-    kept = below >= 0
-    out[below[kept], entries.col[kept]] = entries.data[kept]
-    return out
-
-
-class BlockTridiagonal:
-    """Cholesky factor of a symmetric banded matrix, in blocks of 24; cost linear in its size.
-
-    S = L L^T with diagonal blocks L_k and blocks W_k = L_{k+1,k} below them.
-
-    Parameters
-    ----------
-    band
-        Of S, positive definite, bandwidth below 24, as `lower_band` gives it.
-
-    Raises
-    ------
-    LinAlgError
-        It is not positive definite.
-    """
-
-    def __init__(self, band: FloatArray) -> None:
-        width, self.size = band.shape
-        self.count = -(-self.size // _BLOCK)
-        factor, bad = dpbtrf(band, lower=1)
-        if bad:
-            raise np.linalg.LinAlgError(f"leading minor {bad}")
-        padded = np.zeros((width, self.count * _BLOCK))
-        padded[0] = 1.0
-        padded[:, : self.size] = factor
-        self.lower, self.below = (
-            _blocks(padded, count, shift) for count, shift in ((self.count, 0), (self.count - 1, _BLOCK))
-        )
-
-    def half_solve(self, right: FloatArray) -> FloatArray:
-        """Return L^-1 right for (n, m), padded to whole blocks."""
-        out = np.zeros((self.count * _BLOCK, right.shape[1]))
-        out[: self.size] = right
-        blocks = out.reshape(self.count, _BLOCK, -1)
-        for k in range(self.count):
-            if k:
-                blocks[k] -= self.below[k - 1] @ blocks[k - 1]
-            _lower_solve(self.lower[k], blocks[k])
-        return out
-
-    def back_solve(self, half: FloatArray) -> FloatArray:
-        """Return L^-T half, shape (n, m)."""
-        blocks = half.copy().reshape(self.count, _BLOCK, -1)
-        for k in range(self.count - 1, -1, -1):
-            if k + 1 < self.count:
-                blocks[k] -= self.below[k].T @ blocks[k + 1]
-            _lower_solve(self.lower[k], blocks[k], transposed=True)
-        return np.asarray(blocks.reshape(self.count * _BLOCK, -1)[: self.size])
-
-    def log_determinant(self) -> float:
-        """Return ln det S."""
-        return float(2.0 * np.log(np.diagonal(self.lower, axis1=1, axis2=2)).sum())
-
-    def selected_inverse(self) -> SelectedInverse:
-        """Return the blocks of S^-1 on and beside the diagonal (Takahashi's recursion)."""
-        n = self.count
-        on, beside = np.empty_like(self.lower), np.empty_like(self.below)
-        identity = np.eye(_BLOCK)
-        for k in range(n - 1, -1, -1):
-            inverse = _lower_solve(self.lower[k], identity.copy())
-            on[k] = inverse.T @ inverse
-            if k + 1 < n:
-                gain = self.below[k] @ inverse
-                beside[k] = -on[k + 1] @ gain
-                on[k] += gain.T @ on[k + 1] @ gain
-        shape = -1, _BLOCK // 3, 3, _BLOCK // 3, 3
-        return SelectedInverse(on.reshape(shape), beside.reshape(shape))
-
-
-@dataclass(frozen=True, slots=True)
-class SelectedInverse:
-    """Blocks of S^-1, x, y and z of eight coefficients each.
-
-    Attributes
-    ----------
-    on, beside
-        On and below the diagonal, shapes (count, 8, 3, 8, 3) and (count - 1, 8, 3, 8, 3).
-    """
-
-    on: FloatArray
-    beside: FloatArray
-
-    def between(self, one: IntArray, other: IntArray) -> FloatArray:
-        """Return the blocks of pairs of coefficients that are at most eight apart, (n, 3, 3)."""
-        low, high = np.minimum(one, other), np.maximum(one, other)
-        (block, column), (below, row) = divmod(low, _BLOCK // 3), divmod(high, _BLOCK // 3)
-        out = self.on[block, row * (block == below), :, column]
-        apart = below > block
-        out[apart] = self.beside[block[apart], row[apart], :, column[apart]]
-        # rows belong to the later one
-        swapped = one < other
-        out[swapped] = out[swapped].transpose(0, 2, 1)
-        return out
-
-
-def _blocks(band: FloatArray, count: int, shift: int) -> FloatArray:
-    """Return blocks (count, 24, 24) of a lower band, those whose rows begin so far below their columns."""
-    row, column = np.indices((_BLOCK, _BLOCK))
-    below = row + shift - column
-    row, column = np.nonzero((below >= 0) & (below < len(band)))
-    out = np.zeros((max(count, 0), _BLOCK, _BLOCK))
-    out[:, row, column] = band[row + shift - column, _BLOCK * np.arange(len(out))[:, None] + column]
-    return out
-
-
-def _lower_solve(lower: FloatArray, right: FloatArray, *, transposed: bool = False) -> FloatArray:
-    """Return L^-1 right, or L^-T right, in place of `right`, whose rows must lie one after the other."""
-    return np.asarray(dtrsm(1.0, lower.T, right.T, side=1, trans_a=int(transposed), overwrite_b=1).T)
-
-
-def _gram(half: FloatArray) -> FloatArray:
-    """Return half^T half without the parts of columns that are zero to rounding: a break is felt near it alone."""
-    if half.shape[0] <= 2 * _TOGETHER:
-        return np.asarray(half.T @ half)
-    out = np.zeros((half.shape[1], half.shape[1]))
-    parts = [half[part] for part in pieces(half.shape[0], _TOGETHER)]
-    tops = np.array([np.maximum(part.max(axis=0), -part.min(axis=0)) for part in parts])
-    for part, felt in zip(parts, tops > _FELT * tops.max(axis=0), strict=True):
-        places = np.flatnonzero(felt)
-        part = part[:, places]
-        out[np.ix_(places, places)] += part.T @ part
-    return out
+_AT_BREAK = 4
+"""Unknowns of a joint: the place at a break, x, y, z, and the break's time."""
+_NOT_POSITIVE = "The normal matrix of the joint estimate is not positive definite."
 
 
 def solve_sparse(matrix: csr_matrix, right: FloatArray) -> FloatArray:
@@ -171,16 +39,122 @@ def solve_sparse(matrix: csr_matrix, right: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True)
-class Reduced:
-    """H = [[S, C], [C^T, M]] with S factored; fields as of `NormalMatrix`, the complement not factored yet."""
+class NormalBlocks:
+    """H = [[S, C], [C^T, M]]: motion, and global parameters of which the breaks come first.
+
+    Attributes
+    ----------
+    band
+        S as `lower_band` gives it, x, y and z interleaved, shape (12, n_motion).
+    beside
+        Coupling of each segment's functions to the breaks before and after it, shape (n_functions, 3, 2).
+    c
+        Coupling of the motion to the global parameters behind the breaks, shape (n_motion, n_rest).
+    m
+        M, shape (n_global, n_global); breaks couple to their neighbours alone.
+    segments
+        Which coefficients lie between which breaks.
+    """
+
+    band: FloatArray
+    beside: FloatArray
+    c: FloatArray
+    m: FloatArray
+    segments: Segments
+
+    def diagonal_raised(self, share: float) -> NormalBlocks:
+        """Return H with its diagonal raised by a share."""
+        band, m = self.band.copy(), self.m.copy()
+        band[0] *= 1.0 + share
+        m[np.diag_indices(len(m))] *= 1.0 + share
+        return NormalBlocks(band, self.beside, self.c, m, self.segments)
+
+
+@dataclass(frozen=True, slots=True)
+class _Between:
+    """The motion between its breaks, S_b = L L^T, and what it couples to.
+
+    Attributes
+    ----------
+    motion
+        Factor of S with ones in place of the joints: its segments do not touch.
+    runs
+        Rows of each segment.
+    half
+        L^-1 of the coupling to place and time of the break before, of that after, and to the global parameters behind
+        the breaks, shape (rows, 8 + n_rest).
+    """
 
     motion: BlockTridiagonal
+    runs: list[slice]
     half: FloatArray
-    complement: FloatArray
+
+    @property
+    def to_joints(self) -> FloatArray:
+        """L^-1 of the coupling to the joints, shape (rows, 8)."""
+        return self.half[:, : 2 * _AT_BREAK]
+
+    @property
+    def to_rest(self) -> FloatArray:
+        """L^-1 of the coupling to the rest, shape (rows, n_rest)."""
+        return self.half[:, 2 * _AT_BREAK :]
 
     @staticmethod
-    def of(band: FloatArray, c: FloatArray, m: FloatArray) -> Reduced:
-        """Factor S, given by its `lower_band`.
+    def of(blocks: NormalBlocks) -> _Between:
+        band, segments = blocks.band.copy(), blocks.segments
+        motion_rows, n_joint = band.shape[1], 2 * _AT_BREAK
+        half = np.zeros((padded_size(motion_rows), n_joint + blocks.c.shape[1]))
+        to_joints, to_rest = half[:, :n_joint], half[:, n_joint:]
+        to_rest[:motion_rows] = blocks.c
+        to_joints[:motion_rows, 3::4] = segments.folded(blocks.beside)[1:].reshape(-1, 2)
+        beside, flat = segments.beside_joints, segments.joint_rows.ravel()
+        to_joints[beside.row, beside.side] = band[beside.near[0], beside.near[1]]
+        band[beside.all[0], beside.all[1]] = 0.0
+        band[0, flat], half[flat] = 1.0, 0.0
+        motion = BlockTridiagonal(band)
+        motion.half_solve_padded(half)
+        edges = [0, *segments.joint_rows[:, 0].tolist(), motion_rows]
+        return _Between(motion, [slice(a, b) for a, b in pairwise(edges)], half)
+
+    def joints_by(self, half: FloatArray) -> FloatArray:
+        """Return what L^-1 of vectors, (rows, n), takes from the joints beside each segment, (n_segments, 2, 4, n)."""
+        out = np.array([self.to_joints[run].T @ half[run] for run in self.runs])
+        return out.reshape(len(self.runs), 2, _AT_BREAK, -1)
+
+    def take_joints(self, half: FloatArray, beside: FloatArray) -> None:
+        """Take from L^-1 of vectors, (rows, n), what the joints beside each segment, (n_segments, 2, 4, n), add."""
+        for run, one in zip(self.runs, beside.reshape(len(self.runs), 2 * _AT_BREAK, -1), strict=True):
+            half[run] -= self.to_joints[run] @ one
+
+
+@dataclass(frozen=True, slots=True)
+class Reduced:
+    """H without the motion between the breaks: joints, each coupled to the next, and the global parameters behind them.
+
+    Attributes
+    ----------
+    between
+        What was taken out.
+    segments
+        Which coefficients lie between which breaks.
+    own, to_next
+        Blocks of the joints and of each with the one before it, shapes (n_breaks, 4, 4) and (n_breaks - 1, 4, 4).
+    to_rest
+        Coupling of the joints to the rest, shape (n_breaks, 4, n_rest).
+    rest
+        Shape (n_rest, n_rest).
+    """
+
+    between: _Between
+    segments: Segments
+    own: FloatArray
+    to_next: FloatArray
+    to_rest: FloatArray
+    rest: FloatArray
+
+    @staticmethod
+    def of(blocks: NormalBlocks) -> Reduced:
+        """Take the motion between the breaks out.
 
         Raises
         ------
@@ -188,12 +162,31 @@ class Reduced:
             It is not positive definite.
         """
         try:
-            motion = BlockTridiagonal(band)
+            between = _Between.of(blocks)
         except np.linalg.LinAlgError as error:
-            raise SolveError("The normal matrix of the joint estimate is not positive definite.") from error
-        half = motion.half_solve(c)
-        left = _gram(half)
-        return Reduced(motion, half, np.subtract(m, left, out=left))
+            raise SolveError(_NOT_POSITIVE) from error
+        segments, m = blocks.segments, blocks.m
+        joints, n_breaks = segments.joint_rows, segments.n_breaks
+        rest = between.to_rest.T @ between.to_rest
+        np.subtract(m[n_breaks:, n_breaks:], rest, out=rest)
+        own = np.zeros((n_breaks, _AT_BREAK, _AT_BREAK))
+        to_next = np.zeros((max(n_breaks - 1, 0), _AT_BREAK, _AT_BREAK))
+        to_rest = np.concatenate([blocks.c[joints], m[:n_breaks, None, n_breaks:]], axis=1)
+        if n_breaks:
+            ends, every = segments.ends, np.arange(n_breaks)
+            own[:, :3, :3] = _elements(blocks.band, joints, joints)
+            own[:, :3, 3] = own[:, 3, :3] = blocks.beside[ends, :, 1] + blocks.beside[ends + 1, :, 0]
+            own[:, 3, 3] = m[every, every]
+            to_next[:, :3, :3] = _elements(blocks.band, joints[1:], joints[:-1])
+            to_next[:, :3, 3] = blocks.beside[ends[1:], :, 0]
+            to_next[:, 3, :3] = blocks.beside[ends[:-1] + 1, :, 1]
+            to_next[:, 3, 3] = m[every[1:], every[:-1]]
+            among = between.joints_by(between.half)
+            before, after = among[:, :, :, :_AT_BREAK], among[:, :, :, _AT_BREAK : 2 * _AT_BREAK]
+            own -= before[1:, 0] + after[:-1, 1]
+            to_next -= before[1:-1, 1]
+            to_rest -= segments.of_breaks(among[:, :, :, 2 * _AT_BREAK :])
+        return Reduced(between, segments, own, to_next, to_rest, rest)
 
     def factor(self, added: FloatArray | None = None) -> NormalMatrix:
         """Return the factored matrix, something added to the diagonal of M.
@@ -203,56 +196,158 @@ class Reduced:
         SolveError
             It is not positive definite, or not finite.
         """
-        complement = self.complement.copy()
+        own, n_breaks = self.own.copy(), len(self.own)
         if added is not None:
-            complement[np.diag_indices(added.size)] += added
+            own[:, 3, 3] += added[:n_breaks]
         try:
-            schur = cho_factor(complement.T, lower=True, overwrite_a=True, check_finite=False)
+            breaks = BlockTridiagonal(_joint_band(own, self.to_next))
+            half = breaks.half_solve(self.to_rest.reshape(_AT_BREAK * n_breaks, len(self.rest)))
+            rest = half.T @ half
+            np.subtract(self.rest, rest, out=rest)
+            if added is not None:
+                rest[np.diag_indices(len(rest))] += added[n_breaks:]
+            schur = cho_factor(rest.T, lower=True, overwrite_a=True, check_finite=False)[0]
         except np.linalg.LinAlgError as error:
-            raise SolveError("The normal matrix of the joint estimate is not positive definite.") from error
-        if not np.isfinite(np.diag(schur[0])).all():  # LAPACK carries what is not a number through without a word
+            raise SolveError(_NOT_POSITIVE) from error
+        if not np.isfinite(np.diag(schur)).all():  # LAPACK carries what is not a number through without a word
             raise SolveError("The normal matrix of the joint estimate is not finite.")
-        return NormalMatrix(self.motion, self.half, schur)
+        return NormalMatrix(self.between, self.segments, breaks, half, schur)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class NormalMatrix:
-    """H = [[S, C], [C^T, M]] factored by the Schur complement M - C^T S^-1 C.
+    """H = L L^T, in the order: motion between the breaks, joints, global parameters behind the breaks.
+
+    Joints part the motion, so that none of it is coupled beyond the next break and all costs are linear in its length
+    (nested dissection: George 1973).
 
     Attributes
     ----------
-    motion
-        Factor of S.
-    half
-        L^-1 C.
+    between
+        The first part.
+    segments
+        Which coefficients lie between which breaks.
+    breaks
+        Factor of the joints, x, y, z and time of each, without the first part.
+    to_rest
+        L^-1 of their coupling to the rest.
     schur
-        Cholesky factor of the Schur complement as scipy's `cho_factor` gives it: H of the global parameters with the
-        motion marginalised.
+        Lower Cholesky factor of H of the rest with all motion and the breaks marginalised.
     """
 
-    motion: BlockTridiagonal
-    half: FloatArray
-    schur: tuple[FloatArray, bool]
+    between: _Between
+    segments: Segments
+    breaks: BlockTridiagonal
+    to_rest: FloatArray
+    schur: FloatArray
 
-    def solve(self, slope_motion: FloatArray, slope_global: FloatArray) -> tuple[FloatArray, FloatArray]:
+    @property
+    def n_breaks(self) -> int:
+        """How many breaks there are."""
+        return self.segments.n_breaks
+
+    @property
+    def n_global(self) -> int:
+        """How many global parameters there are, with the breaks."""
+        return self.n_breaks + len(self.schur)
+
+    def half_solve(self, motion: FloatArray, of_global: FloatArray) -> FloatArray:
+        """Return L^-1 of vectors given by their parts, (n_motion, n) and (n_global, n), in L's own order."""
+        last, n = len(self.between.to_rest), motion.shape[1]
+        end = last + len(self.to_rest)
+        out = np.zeros((end + len(self.schur), n))
+        out[: len(motion)] = motion
+        out[self.segments.joint_rows.ravel()] = 0.0
+        first = out[:last]
+        self.between.motion.half_solve_padded(first)
+        rest = of_global[self.n_breaks :] - self.between.to_rest.T @ first
+        if self.n_breaks:
+            joints = np.concatenate([motion[self.segments.joint_rows], of_global[: self.n_breaks, None]], axis=1)
+            joints -= self.segments.of_breaks(self.between.joints_by(first))
+            out[last : last + joints.size // n] = joints.reshape(-1, n)
+            self.breaks.half_solve_padded(out[last:end])
+            rest -= self.to_rest.T @ out[last:end]
+        out[end:] = solve_triangular(self.schur, rest, lower=True, check_finite=False)
+        return out
+
+    def back_solve(self, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return both parts, (n_motion, n) and (n_global, n), of L^-T applied to vectors in L's own order."""
+        last = len(self.between.to_rest)
+        end = last + len(self.to_rest)
+        rest = solve_triangular(self.schur, half[end:], lower=True, trans="T", check_finite=False)
+        joints = self.breaks.back_solve(half[last:end] - self.to_rest @ rest)
+        joints = joints.reshape(self.n_breaks, _AT_BREAK, joints.shape[1])
+        first = self.between.to_rest @ rest
+        np.subtract(half[:last], first, out=first)
+        return self._motion_from(first, joints), np.concatenate([joints[:, 3], rest])
+
+    def spread(self) -> tuple[FloatArray, FloatArray]:
+        """Return motion, (n_motion, n_rest), and breaks, (n_breaks, n_rest), of the last columns of L^-T."""
+        joints, first = self._joint_spread, self._by_rest(self.between.to_rest)
+        np.negative(first, out=first)
+        return self._motion_from(first, joints), joints[:, 3]
+
+    def solve(self, motion: FloatArray, of_global: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return both parts of H^-1 applied to a vector, or to some, shapes (n_motion, ...) and (n_global, ...)."""
-        first = self.motion.half_solve(slope_motion.reshape(len(slope_motion), -1))
-        right = slope_global.reshape(len(slope_global), -1) - self.half.T @ first
-        of_global = cho_solve(self.schur, right, check_finite=False)
-        motion = self.motion.back_solve(first - self.half @ of_global)
-        return motion.reshape(slope_motion.shape), of_global.reshape(slope_global.shape)
+        half = self.half_solve(motion.reshape(len(motion), -1), of_global.reshape(len(of_global), -1))
+        by_motion, by_global = self.back_solve(half)
+        return by_motion.reshape(motion.shape), by_global.reshape(of_global.shape)
 
     def global_variances(self) -> FloatArray:
         """Return the variances of the global parameters."""
         # M^-1 = L^-T L^-1: its diagonal needs half of the work of all of it
-        inverse = np.tril(dtrtri(self.schur[0], lower=1)[0])
-        return np.asarray((inverse**2).sum(axis=0))
+        inverse = np.tril(dtrtri(self.schur, lower=1)[0])
+        rest = (inverse**2).sum(axis=0)
+        alone = self.breaks.selected_inverse(_AT_BREAK).diagonal().reshape(-1, _AT_BREAK)[: self.n_breaks, 3]
+        return np.concatenate([alone + (self._joint_spread[:, 3] ** 2).sum(axis=1), rest])
 
     def global_covariance(self, places: slice) -> FloatArray:
         """Return the covariance of some neighbouring global parameters, shape (n, n)."""
-        columns = np.eye(self.half.shape[1])[:, places]
-        return np.asarray(cho_solve(self.schur, columns, check_finite=False)[places])
+        columns = np.eye(self.n_global)[:, places]
+        motion = np.zeros((self.between.motion.size, columns.shape[1]))
+        half = self.half_solve(motion, columns)
+        return np.asarray(half.T @ half)
 
     def log_determinant(self) -> float:
         """Return ln det H."""
-        return self.motion.log_determinant() + float(2.0 * np.log(np.diag(self.schur[0])).sum())
+        parts = self.between.motion.log_determinant() + self.breaks.log_determinant()
+        return parts + float(2.0 * np.log(np.diag(self.schur)).sum())
+
+    def _motion_from(self, half: FloatArray, joints: FloatArray) -> FloatArray:
+        """Return the motion, (n_motion, n), of L^-T applied to vectors, in place of them where it can be."""
+        if self.n_breaks:
+            self.between.take_joints(half, self.segments.breaks_beside(joints))
+        self.between.motion.back_solve_padded(half)
+        motion = half[: self.between.motion.size]
+        motion[self.segments.joint_rows] = joints[:, :3]
+        return motion
+
+    @cached_property
+    def _joint_spread(self) -> FloatArray:
+        """Joints of the last columns of L^-T, shape (n_breaks, 4, n_rest)."""
+        joints = -self.breaks.back_solve(self._by_rest(self.to_rest))
+        return np.asarray(joints.reshape(self.n_breaks, _AT_BREAK, joints.shape[1]))
+
+    def _by_rest(self, half: FloatArray) -> FloatArray:
+        """Return half L_rest^-T, shape (n, n_rest)."""
+        # transposed, rows lie as LAPACK wants its columns
+        return np.asarray(dtrsm(1.0, self.schur, half.T, lower=1).T) if len(half) else half
+
+
+def _elements(band: FloatArray, rows: IntArray, columns: IntArray) -> FloatArray:
+    """Return elements of a symmetric band, shape (n, 3, 3), for rows and columns, (n, 3) each."""
+    low = np.minimum(rows[:, :, None], columns[:, None])
+    away = np.abs(rows[:, :, None] - columns[:, None])
+    near = away < len(band)
+    return np.where(near, band[np.where(near, away, 0), low], 0.0)
+
+
+def _joint_band(own: FloatArray, to_next: FloatArray) -> FloatArray:
+    """Return the `lower_band` of blocks (n, 4, 4) on the diagonal and (n - 1, 4, 4) below it."""
+    out = np.zeros((2 * _AT_BREAK, _AT_BREAK * len(own)))
+    for row in range(_AT_BREAK):
+        for column in range(_AT_BREAK):
+            if row >= column:
+                out[row - column, column::_AT_BREAK] = own[:, row, column]
+            out[_AT_BREAK + row - column, column : _AT_BREAK * len(to_next) : _AT_BREAK] = to_next[:, row, column]
+    return out

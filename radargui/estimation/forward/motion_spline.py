@@ -52,8 +52,8 @@ class SpanPolynomials:
 
     Attributes
     ----------
-    segment, middle, length
-        Between which edges each span lies, and its middle and length as shares, shape (n_spans,).
+    segment, begin, middle, length
+        Between which edges each span lies, and its begin, middle and length as shares, shape (n_spans,).
     first
         Number of the first of the four functions.
     series
@@ -61,6 +61,7 @@ class SpanPolynomials:
     """
 
     segment: IntArray
+    begin: FloatArray
     middle: FloatArray
     length: FloatArray
     first: IntArray
@@ -145,11 +146,7 @@ class MotionSpline:
 
     def knots(self) -> FloatArray:
         """Return the knots with multiplicities 4, 3, ..., 3, 4."""
-        # a triple knot leaves the position continuous and frees velocity: an impact
-        parts = [np.repeat(self.edge_s[0], 3)]
-        for first, last, share in zip(self.edge_s[:-1], self.edge_s[1:], self.fractions, strict=True):
-            parts += [first + (last - first) * share[:-1], np.repeat(last, 2)]
-        return np.concatenate([*parts, np.repeat(self.edge_s[-1], 2)])
+        return np.repeat(self._span_edges(), self._multiplicities)
 
     def rows(self, time_s: FloatArray) -> BandedRows:
         """Return B at times, (n, size); rows before the start are zero, after the end constant."""
@@ -209,11 +206,13 @@ class MotionSpline:
         length = np.concatenate([np.diff(share) for share in self.fractions])
         # inside the span: no knot between them, so that differences of a cubic are exact
         points = segment[:, None] + begin[:, None] + (0.5 + np.arange(4)) * (length[:, None] / 4.0)
-        unit = MotionSpline(np.arange(float(self.edge_s.size)), self.fractions)
-        matrix = BSpline.design_matrix(points.ravel(), unit.knots(), 3)
+        knots = np.repeat(np.append(segment + begin, len(self.spans)), self._multiplicities)
+        matrix = BSpline.design_matrix(points.ravel(), knots, 3)
         series = np.moveaxis(_STENCILS @ matrix.data.reshape(-1, 4, 4), 1, 0)
         series = series / (length[:, None] / 4.0) ** np.arange(4)[:, None, None]
-        return SpanPolynomials(segment, begin + 0.5 * length, length, matrix.indices[::16].astype(np.intp), series)
+        return SpanPolynomials(
+            segment, begin, begin + 0.5 * length, length, matrix.indices[::16].astype(np.intp), series
+        )
 
     def series(self, time_s: FloatArray) -> SplineSeries:
         """Return B and its derivatives at times, (n,); before the start and after the end the motion stands still."""
@@ -265,14 +264,26 @@ class MotionSpline:
         return BandedRows(velocity / length, first, self.size), BandedRows(acceleration / length**2, first, self.size)
 
     def _span_edges(self) -> FloatArray:
-        shares = zip(self.edge_s[:-1], self.edge_s[1:], self.fractions, strict=True)
-        return np.concatenate([*(a + (b - a) * share[:-1] for a, b, share in shares), self.edge_s[-1:]])
+        unit = self.polynomials
+        begin = self.edge_s[unit.segment] + np.diff(self.edge_s)[unit.segment] * unit.begin
+        return np.append(begin, self.edge_s[-1])
+
+    @property
+    def _multiplicities(self) -> IntArray:
+        """Of the knots at the edges of the spans."""
+        # a triple knot leaves the position continuous and frees velocity: an impact
+        out = np.ones(sum(self.spans) + 1, dtype=np.intp)
+        out[np.cumsum(self.spans)[:-1]] = 3
+        out[[0, -1]] = 4
+        return out
 
     def _derivative(self, time_s: FloatArray, coefficients: FloatArray, order: int) -> FloatArray:
         # before the release it hangs, after the record nobody asks
         clipped = np.clip(time_s, self.edge_s[0], self.edge_s[-1])
         first = np.zeros_like(coefficients[:1])
-        return np.asarray(BSpline(self.knots(), np.concatenate([first, coefficients]), 3)(clipped, nu=order))
+        # knots and coefficients belong together: nothing to check at each of thousands of calls
+        spline = BSpline.construct_fast(self.knots(), np.concatenate([first, coefficients]), 3)
+        return np.asarray(spline(clipped, nu=order))
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,12 +22,17 @@ class BesideJoints:
         Rows of that motion, and to which of x, y, z of the break before (0 to 2) or after (4 to 6), shape (n,).
     all
         All in rows and columns of places at breaks but the diagonal, shape (2, m).
+    own, to_next
+        Those that couple x, y, z of each place, shape (2, n_breaks, 3, 3), and of one to that before it, (2, n, 3, 3);
+        where they are too far from each other, an element that is zero.
     """
 
     near: IntArray
     row: IntArray
     side: IntArray
     all: IntArray
+    own: IntArray
+    to_next: IntArray
 
 
 @dataclass(frozen=True)
@@ -68,10 +73,14 @@ class Segments:
         """Which of (release, c_0, ...) each function belongs to, shape (n_functions,)."""
         return np.arange(self.n_functions) - self.segment
 
-    @property
+    @cached_property
     def ends(self) -> IntArray:
         """The last function before each break; the next one is the first after it, shape (n_breaks,)."""
         return self.joint + np.arange(self.n_breaks)
+
+    @cached_property
+    def _once(self) -> IntArray:
+        return np.delete(np.arange(self.n_functions), self.ends + 1)
 
     @cached_property
     def joint_rows(self) -> IntArray:
@@ -94,7 +103,9 @@ class Segments:
                 near.append(np.stack([row - above, above, above, np.full(above.size, 4 + axis)]))
                 near.append(np.stack([below - row, np.full(below.size, row), below, np.full(below.size, axis)]))
         (distance, column, row, side), others = np.concatenate(near, axis=1), np.concatenate(cut, axis=1)
-        return BesideJoints(np.stack([distance, column]), row, side, others)
+        rows, n_rows = self.joint_rows, 3 * self.size
+        own, to_next = _pairs(rows, rows, n_rows), _pairs(rows[1:], rows[:-1], n_rows)
+        return BesideJoints(np.stack([distance, column]), row, side, others, own, to_next)
 
     def of(self, first: IntArray) -> IntArray:
         """Return the segments of rows of four neighbours (`BandedRows`) by the first of them."""
@@ -102,15 +113,23 @@ class Segments:
 
     def folded(self, values: FloatArray) -> FloatArray:
         """Return values of functions, (n_functions, ...), summed where two are one coefficient, (size + 1, ...)."""
-        out = np.delete(values, self.ends + 1, axis=0)
+        out = values[self._once]
         out[self.joint] += values[self.ends + 1]
         return out
 
     def breaks_beside(self, values: FloatArray) -> FloatArray:
         """Return values of breaks, (n_breaks, ...), before and after each segment, zero where none is, (n, 2, ...)."""
-        none = np.zeros_like(values, shape=(1, *values.shape[1:]))
-        return np.stack([np.concatenate([none, values]), np.concatenate([values, none])], axis=1)
+        out = np.zeros((self.n_breaks + 1, 2, *values.shape[1:]))
+        out[1:, 0] = out[:-1, 1] = values
+        return out
 
     def of_breaks(self, beside: FloatArray) -> FloatArray:
         """Return what segments say of the breaks before and after them, (n, 2, ...), summed, (n_breaks, ...)."""
         return np.asarray(beside[1:, 0] + beside[:-1, 1])
+
+
+def _pairs(rows: IntArray, columns: IntArray, n_rows: int) -> IntArray:
+    """Return elements of a band of width 12 for rows and columns, (n, 3) each, shape (2, n, 3, 3)."""
+    low, away = np.minimum(rows[:, :, None], columns[:, None]), np.abs(rows[:, :, None] - columns[:, None])
+    # the last column has nothing below it
+    return np.where(away < 12, np.stack([away, low]), np.array([11, n_rows - 1])[:, None, None, None])

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 
-from radargui.estimation.forward.banded_rows import PAIRS, BandedRows
+from radargui.estimation.forward.banded_rows import PAIRS
 from radargui.estimation.forward.motion_law import LawDeviation
 from radargui.estimation.forward.segments import Segments
 from radargui.estimation.forward.signal_model import EVERY, nodes_of
@@ -360,16 +360,20 @@ def _by_gravity_and_drag(law: LawDeviation) -> FloatArray:
 def _add_flight(beside: FloatArray, c: FloatArray, m: FloatArray, problem: JointProblem, at: Linearised) -> None:
     """Add to C and M what gravity, drag and the breaks' times do to the law of flight."""
     law, layout, segments = at.law, problem.layout, at.spline.segments
-    flight, rows = layout.flight, law.rows.rows
+    flight = layout.flight
     # by the breaks before and after, then by gravity and drag
     slopes = np.concatenate([law.by_breaks, _by_gravity_and_drag(law)], axis=2)
     weighted = problem.law_sd[:, None, None] ** -2.0 * slopes
+    # neighbouring segments share a place: even and odd ones apart
+    is_odd = (law.rows.segment % 2 == 1)[:, None, None]
+    by_breaks = [np.where(is_odd, 0.0, weighted[:, :, :2]), np.where(is_odd, weighted[:, :, :2], 0.0)]
+    columns = np.concatenate([weighted[:, :, 2:], *by_breaks], axis=2)
+    coupled = law.rows.rows.transposed(columns.reshape(len(columns), -1)).reshape(-1, 3, 8)
     # x, y and z interleaved, as the motion has them
-    by_flight = rows.transposed(weighted[:, :, 2:].reshape(len(weighted), -1)).reshape(len(c), 4)
-    c[:, flight.start - segments.n_breaks : flight.stop - segments.n_breaks] += by_flight
-    # a segment's functions are its own
-    functions = BandedRows(rows.value, rows.first + segments.of(rows.first) + 1, segments.n_functions)
-    beside += functions.transposed(weighted[:, :, :2].reshape(len(weighted), -1)).reshape(beside.shape)
+    c[:, flight.start - segments.n_breaks : flight.stop - segments.n_breaks] += coupled[:, :, :4].reshape(-1, 4)
+    moving = segments.coefficient > 0
+    of_function = coupled[segments.coefficient[moving] - 1, :, 4:].reshape(-1, 3, 2, 2)
+    beside[moving] += of_function[np.arange(len(of_function)), :, segments.segment[moving] % 2]
     among = np.zeros((segments.n_breaks + 1, 6, 6))
     np.add.at(among, law.rows.segment, weighted.transpose(0, 2, 1) @ slopes)
     m[flight, flight] += among[:, 2:, 2:].sum(axis=0)

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.linalg.blas import dtrsm
-from scipy.linalg.lapack import dpbtrf
+from scipy.linalg.lapack import dpbtrf, dtbtrs
 from scipy.sparse import csr_matrix
 
 from radargui.model.arrays import FloatArray, IntArray
@@ -15,6 +15,7 @@ from radargui.model.arrays import FloatArray, IntArray
 # A bin meets four neighbouring coefficients: bandwidth 3 x 3 + 2 = 11. Any block above 11 is right; 24 by hand: smaller
 # ones cost calls, larger ones arithmetic.
 _BLOCK = 24
+_FEW = 12  # columns: as many as 16 cost the same one by one, at any size
 
 
 def padded_size(size: int) -> int:
@@ -54,6 +55,7 @@ class BlockTridiagonal:
         factor, bad = dpbtrf(band, lower=1) if self.size else (band, 0)
         if bad:
             raise np.linalg.LinAlgError(f"leading minor {bad}")
+        self._band = factor
         padded = np.zeros((width, self.count * _BLOCK))
         padded[0] = 1.0
         padded[:, : self.size] = factor
@@ -70,6 +72,9 @@ class BlockTridiagonal:
 
     def half_solve_padded(self, right: FloatArray) -> None:
         """Put L^-1 right in place of `right`, padded to whole blocks, whose rows must lie one after the other."""
+        if self._are_few(right):
+            right[: self.size] = dtbtrs(self._band, right[: self.size], uplo="L")[0]
+            return
         blocks = right.reshape(self.count, _BLOCK, right.shape[1])
         for k in range(self.count):
             if k:
@@ -84,11 +89,18 @@ class BlockTridiagonal:
 
     def back_solve_padded(self, half: FloatArray) -> None:
         """Put L^-T half in place of `half`, whose rows must lie one after the other."""
+        if self._are_few(half):
+            half[: self.size] = dtbtrs(self._band, half[: self.size], uplo="L", trans="T")[0]
+            return
         blocks = half.reshape(self.count, _BLOCK, half.shape[1])
         for k in range(self.count - 1, -1, -1):
             if k + 1 < self.count:
                 blocks[k] -= self.below[k].T @ blocks[k + 1]
             _lower_solve(self.lower[k], blocks[k], transposed=True)
+
+    def _are_few(self, right: FloatArray) -> bool:
+        """Whether columns one by one cost less than calls for each block."""
+        return bool(self.size > 0 and right.shape[1] <= _FEW)
 
     def log_determinant(self) -> float:
         """Return ln det S."""
@@ -142,8 +154,10 @@ class SelectedInverse:
 
 def _blocks(band: FloatArray, count: int, shift: int) -> FloatArray:
     """Return blocks (count, 24, 24) of a lower band, those whose rows begin so far below their columns."""
-    row, column = _places(len(band), shift)
     out = np.zeros((max(count, 0), _BLOCK, _BLOCK))
+    if count <= 0:
+        return out
+    row, column = _places(len(band), shift)
     out[:, row, column] = band[row + shift - column, _BLOCK * np.arange(len(out))[:, None] + column]
     return out
 

@@ -10,7 +10,7 @@ from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.model.arrays import FloatArray, IntArray, pieces
 
-_ROWS = 1 << 12
+_ROWS = 1 << 10
 
 
 class MotionCovariance:
@@ -98,10 +98,8 @@ class MotionCovariance:
 
     def _of_motion(self, rows: BandedRows, others: BandedRows) -> FloatArray:
         """Return R_b S_b^-1 R_b'^T, the release and the joints left out, shape (n, 3, 3)."""
-        out = np.zeros((rows.first.size, 3, 3))
-        for k, own in enumerate(rows.value.T):
-            for m, other in enumerate(others.value.T):
-                one, two = rows.first + k, others.first + m
-                weight = np.where(self.is_open[one] & self.is_open[two], own * other, 0.0)
-                out += weight[:, None, None] * self.inverse.between(np.maximum(one - 1, 0), np.maximum(two - 1, 0))
-        return out
+        k, m = np.divmod(np.arange(16), 4)
+        one, two = rows.first[:, None] + k, others.first[:, None] + m
+        weight = rows.value[:, k] * others.value[:, m] * (self.is_open[one] & self.is_open[two])
+        between = self.inverse.between(np.maximum(one - 1, 0).ravel(), np.maximum(two - 1, 0).ravel())
+        return np.asarray((weight[:, None] @ between.reshape(-1, 16, 9)).reshape(-1, 3, 3))

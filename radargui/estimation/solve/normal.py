@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 
 from radargui.estimation.forward.segments import Segments
 from radargui.estimation.solve.block_tridiagonal import BlockTridiagonal, padded_size
-from radargui.model.arrays import FloatArray, IntArray
+from radargui.model.arrays import FloatArray
 from radargui.model.errors import SolveError
 
 _AT_BREAK = 4
@@ -173,11 +173,11 @@ class Reduced:
         to_next = np.zeros((max(n_breaks - 1, 0), _AT_BREAK, _AT_BREAK))
         to_rest = np.concatenate([blocks.c[joints], m[:n_breaks, None, n_breaks:]], axis=1)
         if n_breaks:
-            ends, every = segments.ends, np.arange(n_breaks)
-            own[:, :3, :3] = _elements(blocks.band, joints, joints)
+            ends, every, elements = segments.ends, np.arange(n_breaks), segments.beside_joints
+            own[:, :3, :3] = blocks.band[*elements.own]
             own[:, :3, 3] = own[:, 3, :3] = blocks.beside[ends, :, 1] + blocks.beside[ends + 1, :, 0]
             own[:, 3, 3] = m[every, every]
-            to_next[:, :3, :3] = _elements(blocks.band, joints[1:], joints[:-1])
+            to_next[:, :3, :3] = blocks.band[*elements.to_next]
             to_next[:, :3, 3] = blocks.beside[ends[1:], :, 0]
             to_next[:, 3, :3] = blocks.beside[ends[:-1] + 1, :, 1]
             to_next[:, 3, 3] = m[every[1:], every[:-1]]
@@ -332,14 +332,6 @@ class NormalMatrix:
         """Return half L_rest^-T, shape (n, n_rest)."""
         # transposed, rows lie as LAPACK wants its columns
         return np.asarray(dtrsm(1.0, self.schur, half.T, lower=1).T) if len(half) else half
-
-
-def _elements(band: FloatArray, rows: IntArray, columns: IntArray) -> FloatArray:
-    """Return elements of a symmetric band, shape (n, 3, 3), for rows and columns, (n, 3) each."""
-    low = np.minimum(rows[:, :, None], columns[:, None])
-    away = np.abs(rows[:, :, None] - columns[:, None])
-    near = away < len(band)
-    return np.where(near, band[np.where(near, away, 0), low], 0.0)
 
 
 def _joint_band(own: FloatArray, to_next: FloatArray) -> FloatArray:

@@ -263,8 +263,12 @@ def _nodes(
     times, later = problem.bins.time_s, node_offsets(problem)
     place, velocity, acceleration, jerk = motion[:, :, None, None]
     # within its span the motion is its own series of Taylor
-    node_m = place + problem.inputs.release_m[:, None, None, None]
-    node_m = node_m + later * (velocity + later / 2.0 * (acceleration + later / 3.0 * jerk))
+    node_m = later / 3.0 * jerk
+    # in place: the arrays are the largest of a step
+    for share, value in ((later / 2.0, acceleration), (later, velocity)):
+        node_m += value
+        node_m *= share
+    node_m += place + problem.inputs.release_m[:, None, None, None]
     beyond = series.beyond(times + later)
     if beyond.any():
         offset = spline.offset((times + later)[beyond], state.coefficients)

@@ -126,8 +126,8 @@ def input_responses(
     loose = replace(solution.problem, law_sd=stiff_law_sd(solution))
     normal = assemble(loose, solution.state, solution.at, sums).factor()
     sides, floor, out = one_sided_slopes(spline), floor_slope(solution), []
-    motions, globals_ = normal.solve(-by_motion, -by_global)
-    for number, (other, motion, rest) in enumerate(zip(others, motions.T, globals_.T, strict=True)):
+    motions, of_global = normal.solve(-by_motion, -by_global)
+    for number, (other, motion, rest) in enumerate(zip(others, motions.T, of_global.T, strict=True)):
         coefficients = motion.reshape(-1, 3)
         along = solution.at.design @ coefficients + (by_breaks @ rest[layout.breaks]).reshape(-1, 3)
         along = along + (other.release_m - release) / STEP
@@ -155,7 +155,6 @@ def _change(solution: Solution, other: OtherInputs) -> FloatArray:
         angles = body.angle_rad
         factors = [fields.factors(n, angles[0], angles[1 + n]) for n in range(problem.n_receivers)]
         inputs = replace(inputs, body=tuple(_weakened(own) for own in factors))
-    # same unknowns, other world: what the minimum then has to follow
     # same unknowns, other world: what the minimum then has to follow
     signals, _, _ = signals_in_parts(replace(problem, inputs=inputs), state.theta, node_m)
     return np.concatenate([a.value - b.value for a, b in zip(signals, solution.at.signals, strict=True)]) / STEP

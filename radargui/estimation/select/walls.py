@@ -118,6 +118,7 @@ def search_wall(
 
 
 FIRST = MinimiseSettings(renews_last=False)
+"""Starts are only put in order: their evidence by the matrix of the step before orders them as well."""
 
 
 def best_started(starts: Sequence[Start], most: int, round_done: Callable[[], None]) -> list[Start]:

@@ -34,6 +34,6 @@ def random_blocks(
                 rows = slice(3 * coefficient - 3, 3 * coefficient)
                 by_breaks[rows, segment - 1 + side] += beside[function, :, side]
     whole = np.concatenate([by_breaks, c], axis=1)
-    band = np.zeros((12, s.shape[0]))
-    band[: len(lower_band(s))] = lower_band(s)
+    lower, band = lower_band(s), np.zeros((12, s.shape[0]))
+    band[: len(lower)] = lower
     return NormalBlocks(band, beside, c, m, segments), np.block([[s.toarray(), whole], [whole.T, m]])

@@ -51,7 +51,7 @@ class BlockTridiagonal:
 
     def __init__(self, band: FloatArray) -> None:
         width, self.size = band.shape
-        self.count = -(-self.size // _BLOCK)
+        self.count = padded_size(self.size) // _BLOCK
         factor, bad = dpbtrf(band, lower=1) if self.size else (band, 0)
         if bad:
             raise np.linalg.LinAlgError(f"leading minor {bad}")

@@ -118,6 +118,7 @@ def point_of(i: FloatArray, q: FloatArray, gain_ratio: float, quadrature_error_r
     gain_ratio, quadrature_error_rad
         As in `channels_of`.
     """
+    out = np.empty((2, *i.shape))
     # Q leans towards I by eps: its share of X is taken off before it is stretched back
-    y = (q / gain_ratio - i * np.sin(quadrature_error_rad)) / np.cos(quadrature_error_rad)
-    return np.stack([i, y])
+    out[0], out[1] = i, (q / gain_ratio - i * np.sin(quadrature_error_rad)) / np.cos(quadrature_error_rad)
+    return out

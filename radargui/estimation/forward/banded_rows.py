@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 
 from radargui.model.arrays import BoolArray, FloatArray, IntArray
 
@@ -35,18 +35,10 @@ class BandedRows:
     @cached_property
     def matrix(self) -> csr_matrix:
         """The rows as a matrix, shape (n_rows, size)."""
-        return csr_matrix(self._elements(), shape=(self.first.size, self.size))
-
-    @cached_property
-    def _columns(self) -> csc_matrix:
-        """The transposed matrix."""
-        return csc_matrix(self._elements(), shape=(self.size, self.first.size))
-
-    def _elements(self) -> tuple[FloatArray, IntArray, IntArray]:
-        """Return values, columns and where each row begins among them."""
         column = self.first[:, None] + np.arange(-1, 3)
         kept = column >= 0
-        return self.value[kept], column[kept], np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+        pointer = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+        return csr_matrix((self.value[kept], column[kept], pointer), shape=(self.first.size, self.size))
 
     @cached_property
     def of_place(self) -> csr_matrix:
@@ -68,7 +60,12 @@ class BandedRows:
 
     def transposed(self, right: FloatArray) -> FloatArray:
         """Return R^T right for (n_rows, n), shape (size, n)."""
-        return np.asarray(self._columns @ right)
+        n = right.shape[1]
+        # a matrix of its own, built for each step, costs five times as much
+        place = (self.first[:, None, None] + np.arange(4)[:, None]) * n + np.arange(n)
+        products = self.value[:, :, None] * right[:, None]
+        total = np.bincount(place.ravel(), weights=products.ravel(), minlength=(self.size + 1) * n)
+        return np.asarray(total.reshape(-1, n)[1:])
 
     def __getitem__(self, rows: slice | IntArray | BoolArray) -> BandedRows:
         """Return some of the rows."""

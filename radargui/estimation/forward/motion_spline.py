@@ -124,12 +124,12 @@ class MotionSpline:
     edge_s: FloatArray
     fractions: tuple[FloatArray, ...]
 
-    @property
+    @cached_property
     def spans(self) -> tuple[int, ...]:
         """Number of knot spans between neighbouring edges."""
         return tuple(share.size - 1 for share in self.fractions)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of coefficients per coordinate."""
         return int(sum(self.spans) + 2 * (len(self.spans) - 1) + 2)
@@ -164,7 +164,8 @@ class MotionSpline:
         """Return the spline with its breaks moved."""
         moved = MotionSpline(np.concatenate([self.edge_s[:1], break_s, self.edge_s[-1:]]), self.fractions)
         # the same shares: found once for all times of the breaks
-        moved.__dict__.update(polynomials=self.polynomials, segments=self.segments)
+        same = ("spans", "size", "segments", "polynomials", "_multiplicities")
+        moved.__dict__.update((name, getattr(self, name)) for name in same)
         return moved
 
     def break_shares(self, time_s: FloatArray) -> tuple[FloatArray, IntArray]:
@@ -268,7 +269,7 @@ class MotionSpline:
         begin = self.edge_s[unit.segment] + np.diff(self.edge_s)[unit.segment] * unit.begin
         return np.append(begin, self.edge_s[-1])
 
-    @property
+    @cached_property
     def _multiplicities(self) -> IntArray:
         """Of the knots at the edges of the spans."""
         # a triple knot leaves the position continuous and frees velocity: an impact

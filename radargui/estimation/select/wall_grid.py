@@ -324,8 +324,9 @@ class DirectWave:
 
 def images_of(antennas: Antennas, planes: list[MirrorPlane]) -> FloatArray:
     """Return the images of the transmitter and of each receiver, shape (1 + n_receivers, n_planes, 3)."""
-    points, still = np.array([antennas.transmitter_m, *antennas.receivers_m]), np.zeros(3)
-    return np.stack([plane.image(points, still) for plane in planes], axis=1)
+    points = np.array([antennas.transmitter_m, *antennas.receivers_m])[:, None]
+    foot, normal = np.array([(plane.foot_m, plane.normal) for plane in planes]).swapaxes(0, 1)
+    return np.asarray(points - 2.0 * ((points - foot) * normal).sum(axis=-1, keepdims=True) * normal)
 
 
 @dataclass(frozen=True)

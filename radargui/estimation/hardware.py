@@ -59,6 +59,7 @@ def pool_constants(runs: Sequence[tuple[FrontEnd, ...]]) -> tuple[FrontEnd, ...]
 def _pool(values: list[float], u: list[float]) -> tuple[float, float]:
     weight = 1.0 / np.square(u)
     mean = float((weight * values).sum() / weight.sum())
+    # runs that agree better than their u lets expect do so by chance: below one it does not count
     birge = float((weight * np.square(np.subtract(values, mean))).sum() / max(len(values) - 1, 1))
     return mean, float(np.sqrt(max(birge, 1.0) / weight.sum()))
 

@@ -157,6 +157,7 @@ def _estimate(setup: Setup, signals: ScaledSignals, chosen: ChosenModel, values:
         "joint",
         signals.time_s,
         values.change_m,
+        # a path is a way there and a way back: where a body is off, it is off by up to twice as much
         np.hypot(values.u_change_m, 2.0 * unseen_m),
         values.i,
         values.q,

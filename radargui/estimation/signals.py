@@ -99,8 +99,11 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
             # before a channel's first sample there is nothing to interpolate: extrapolated, it was 48 deviations off
             usable &= conditioned.time_s >= conditioned.time_s[0] + delay_s[pair].max()
             volts[pair], delay_s[pair] = point_of(i, q, gain, eps), 0.0
+            # Y is made of Q and of a share of X: their noises add in squares
             noise_v[2 * k + 1] = np.hypot(noise_v[2 * k + 1] / gain, noise_v[2 * k] * np.sin(eps)) / np.cos(eps)
     pairs = volts.reshape(n_receivers, 2, -1)
+    # a sine has the amplitude sqrt(2) of its deviation; I and Q share one scale, or their gain ratio would be lost in
+    # it
     scale: FloatArray = np.sqrt(2.0) * np.median(pairs.std(axis=2), axis=1)
     if not (scale > 0).all():
         raise ProcessingError(
@@ -120,6 +123,7 @@ def scaled_signals(conditioned: Conditioned) -> ScaledSignals:
         conditioned.sample_rate_hz,
         conditioned.rest_end_s,
         max(conditioned.onset_s, float(conditioned.time_s[0])),
+        # n times a step apart have a variance of (n^2 - 1) / 12 squared steps, and n steps are one sample here
         float(np.sqrt((1.0 - 1.0 / conditioned.size**2) / 12.0)) / conditioned.sample_rate_hz,
     )
 

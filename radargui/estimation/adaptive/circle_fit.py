@@ -272,6 +272,7 @@ def _evaluate(theta: FloatArray, data: CircleData, settings: CircleSettings) -> 
     # a step may lead to where nothing is a number: its cost is none either, and it is not taken
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         sigma = np.sqrt((x * data.sigma_i) ** 2 + (y * sigma_y) ** 2) / radius / amplitude
+        # noise across the radius lengthens it by sigma^2 / 2 on average: without that a weak echo's circle would grow
         residual = (radius / amplitude - 1.0 - 0.5 * sigma**2) / sigma
         size, huber = np.abs(residual), settings.huber_sigmas
         weight, inner = huber / np.maximum(size, huber), np.minimum(size, huber)

@@ -50,6 +50,7 @@ def foretold_round(binned: BinnedData, one: Round, normal: FloatArray) -> Round:
     shape = range_factor(place, antennas, release)[worst] * averaging_loss(phase, binned.bins)[worst]
     moving, own = ~binned.rest, slice(2 * worst, 2 * worst + 2)
     seen = np.array([1.0, 1.0j]) @ one.value[own]
+    # what is left to find of a circle whose phase is known: a complex factor and the centre, linear in the signal
     wave = np.stack([shape * unit_phasor(phase[worst]), np.ones(shape.size)], axis=1)
     turned, centre = np.linalg.lstsq(wave[moving], seen[moving], rcond=None)[0]
     theta = np.zeros_like(fits[worst].theta)

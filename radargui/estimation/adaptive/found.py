@@ -222,6 +222,7 @@ def _impacts(data: BinnedData, last: Round, normal: FloatArray) -> FloatArray:
 def _height(data: BinnedData, last: Round, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the height of the places and its noise from second differences."""
     height = normal @ last.place
+    # 0.6745: the median of |x| of Gaussian noise of deviation one; a second difference has 1 + 4 + 1 variances
     second = np.diff(height[~data.rest], 2)
     noise = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0) if second.size else START.unknown_noise_m
     return height, np.full(height.size, max(noise, START.least_noise_m))

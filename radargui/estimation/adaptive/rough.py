@@ -139,11 +139,13 @@ def _arcs_completed(
         mean = pair[:, moving].mean(axis=1)
         apart = pair[:, moving] - mean[:, None]
         _, axes = np.linalg.eigh(apart @ apart.T)
+        # the larger eigenvalue comes last: along the arc
         run = axes[:, 1] @ apart
         chord.append(float(run.max() - run.min()))
         middle.append(mean + axes[:, 1] * 0.5 * (run.max() + run.min()))
         along.append(axes[:, 1])
     size = np.array(chord) * scale_v
+    # who went all the way round has seen a chord as long as the diameter
     radius_v = 0.5 * float(np.median(size[size > settings.half_as_wide * size.max()]))
     out = list(ellipses)
     for k in np.flatnonzero(size < settings.short_chord * radius_v):

@@ -136,6 +136,7 @@ def still_round(binned: BinnedData, ellipses: tuple[StillEllipse, ...], counted_
     """
     amplitude = np.array([np.full(binned.bins.n_bins, ellipse.amplitude) for ellipse in ellipses])
     value = binned.bins.value
+    # phases tell what a channel would have shown at the time of channel 0, and that tells better phases
     for _ in range(2 if binned.delay_s.any() else 1):
         points = [ellipse.point(i, q) for i, q, ellipse in zip(value[0::2], value[1::2], ellipses, strict=True)]
         phase, at_rest = _phases(points, binned.rest, counted_rad)

@@ -89,6 +89,7 @@ def fit_still_ellipse(
         a, b, sine = 1.0, 0.0, 0.0
     centre = np.linalg.solve(np.array([[2.0, b], [b, 2.0 * a]]), -np.array([d, e]))
     level = centre @ np.array([[1.0, b / 2.0], [b / 2.0, a]]) @ centre - f
+    # with I = A cos(phi) and Q = g A sin(phi + eps) the conic's level about its centre is A^2 cos^2 eps
     amplitude = np.sqrt(max(level, settings.least_square)) / np.sqrt(1.0 - sine**2)
     return StillEllipse(
         float(centre[0]), float(centre[1]), float(-0.5 * np.log(a)), float(np.arcsin(sine)), float(amplitude)

@@ -224,6 +224,7 @@ class MotionSpline:
         segment = unit.segment[span]
         scale = 1.0 / np.diff(self.edge_s)[segment]
         away = ((clipped - self.edge_s[segment]) * scale - unit.middle[span])[:, None]
+        # a cubic is its own series of Taylor: exact, about the middle of its span
         f, slope, second, third = unit.series[:, span]
         value = np.stack(
             [

@@ -97,6 +97,7 @@ class Drift:
         functions, out, n = self.functions(bins.time_s), [], 0
         for sd, sigma in zip(self.sd, bins.sigma, strict=True):
             prior = functions * sd
+            # in variances of the bins: what a coefficient of one deviation makes of all of them together
             felt, turned = np.linalg.eigh((prior / sigma[:, None] ** 2).T @ prior)
             out.append(prior @ turned[:, ::-1])
             n = max(n, int((felt > settings.least_variance).sum()))
@@ -139,6 +140,7 @@ def measure_drift(signals: ScaledSignals, onset_s: float, settings: SlowNoiseSet
     level, gained = np.zeros(n_channels), 0.0
     pooled = max(1, int(signals.rate_hz / settings.spectrum_hz))
     count = int(rest.sum()) // pooled
+    # one-sided: all of the variance lies below half the rate
     white = 2.0 * signals.sigma**2 / signals.rate_hz
     if count < settings.least_samples:
         return Drift(float(signals.time_s[0]), length, 0, np.zeros((n_channels, 0)), level)
@@ -188,6 +190,7 @@ def _whittle(samples: FloatArray, rate_hz: float, white: float) -> tuple[float, 
     n = samples.size
     # without a window a drift leaks into every frequency, and all noise looks like 1/f
     window = np.hanning(n)
+    # one-sided density, what the window took off put back
     power = 2.0 * np.abs(np.fft.rfft(samples * window)) ** 2 / (rate_hz * (window**2).sum())
     frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
     # not the highest: there the mixer's filter may have taken noise away
@@ -202,4 +205,5 @@ def _whittle(samples: FloatArray, rate_hz: float, white: float) -> tuple[float, 
         (minimize(loss, np.array([np.log(white * start)]), method="Nelder-Mead") for start in (1.0, 100.0)),
         key=lambda result: float(result.fun),
     )
+    # e^-60 is no 1/f noise at all
     return float(np.exp(best.x[0])), loss(np.array([-60.0])) - float(best.fun)

@@ -106,6 +106,7 @@ def unseen_mirrors(
     shares = np.split(share, np.cumsum([one.size for one in weights])[:-1])
     moved = np.hstack([_moved(*one, own) for one, own in zip(trials, shares, strict=True) if own.any()])
     n_motion = trials[0][0].n_motion
+    # largest in what they do to the places: coefficients and reflections have no unit in common
     at_bins = np.concatenate([solution.at.design @ moved[axis:n_motion:3] for axis in range(3)])
     _, vectors = np.linalg.eigh(at_bins.T @ at_bins)
     # as many solutions of one weight: each stands so much farther away

@@ -172,6 +172,7 @@ class LinearisedSearch:
                 (images[0], images[1 + number]), None if scattered is None else [leg[:, number] for leg in scattered]
             )
             weighed = (j * receiver.weight).reshape(4 * n_planes, -1)
+            # T is the transmitter's and every receiver shows it, R is each receiver's own
             columns = np.r_[0:2, 2 + 2 * number : 4 + 2 * number]
             slope[:, columns] += (weighed @ receiver.misfit.ravel()).reshape(n_planes, 4)
             flat = weighed.reshape(n_planes, 4, -1)

@@ -153,6 +153,7 @@ def without_last_mirror(solution: Solution, problem: JointProblem) -> Solution:
 
 def place_of_last(solution: Solution, middle_m: FloatArray, normal: FloatArray) -> tuple[float, float]:
     """Return azimuth and distance of a solution's last mirror."""
+    # an image is as far behind the wall as the point is before it
     outward = last_image(solution, middle_m) - middle_m
     first, second = tangents(normal)
     return float(np.arctan2(outward @ second, outward @ first)), 0.5 * float(np.linalg.norm(outward))

@@ -111,6 +111,7 @@ class BlockTridiagonal:
         n = self.count
         on, beside = np.empty_like(self.lower), np.empty_like(self.below)
         identity = np.eye(_BLOCK)
+        # Z_kk = L_k^-T (1 + W_k^T Z_{k+1,k+1} W_k) L_k^-1, from the last block, where nothing follows
         for k in range(n - 1, -1, -1):
             inverse = _lower_solve(self.lower[k], identity.copy())
             on[k] = inverse.T @ inverse

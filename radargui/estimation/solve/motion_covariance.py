@@ -68,6 +68,7 @@ class MotionCovariance:
         segments = self.segments
         solved = self.normal.between.motion.back_solve(self.normal.between.to_joints).reshape(-1, 3, 8)
         out = -np.concatenate([np.zeros((1, 3, 8)), solved])[segments.coefficient]
+        # at a break the function is the joint itself: of the segment before it the one after, and the other way round
         out[segments.ends] = np.eye(8)[4:7]
         out[segments.ends + 1] = np.eye(8)[:3]
         return out

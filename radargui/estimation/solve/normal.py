@@ -108,6 +108,7 @@ class _Between:
         to_rest[:motion_rows] = blocks.c
         to_joints[:motion_rows, 3::4] = segments.folded(blocks.beside)[1:].reshape(-1, 2)
         beside, flat = segments.beside_joints, segments.joint_rows.ravel()
+        # what couples to a joint is taken out of the band: with ones in its place the segments no longer touch
         to_joints[beside.row, beside.side] = band[beside.near[0], beside.near[1]]
         band[beside.all[0], beside.all[1]] = 0.0
         band[0, flat], half[flat] = 1.0, 0.0
@@ -181,6 +182,7 @@ class Reduced:
             to_next[:, :3, 3] = blocks.beside[ends[1:], :, 0]
             to_next[:, 3, :3] = blocks.beside[ends[:-1] + 1, :, 1]
             to_next[:, 3, 3] = m[every[1:], every[:-1]]
+            # Schur complement: a joint feels only the segments before and after it
             among = between.joints_by(between.half)
             before, after = among[:, :, :, :_AT_BREAK], among[:, :, :, _AT_BREAK : 2 * _AT_BREAK]
             own -= before[1:, 0] + after[:-1, 1]

@@ -75,7 +75,7 @@ class ChoiceSettings:
     temper: float = 5.0
     least_weight: float = 0.01
     first_rounds: int = 4
-    last_rounds: int = 6
+    last_rounds: int = 10
 
 
 CHOICES = ChoiceSettings()

@@ -10,7 +10,7 @@ from radargui.estimation.forward.banded_rows import BandedRows
 from radargui.estimation.solve.normal import NormalMatrix
 from radargui.model.arrays import FloatArray, IntArray, pieces
 
-_ROWS = 1 << 10
+_ROWS = 1 << 10  # looked at together: bounds the memory, changes nothing
 
 
 class MotionCovariance:

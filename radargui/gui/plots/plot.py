@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
 from radargui.gui.layout import TIPS, follow
 from radargui.gui.plots.items import Axis, Band, Dot, LiveCurve, Marker
+from radargui.gui.plots.ranges import SteadyRange
 from radargui.gui.plots.tools import Cursors, picture_of, table_of, unit_of
 from radargui.gui.plots.view import View
 from radargui.gui.theme import LIGHT, Colours, Theme
@@ -57,11 +58,15 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         One unit is as long on both axes.
     live
         For plots drawn many times a second: axes are cached, and what is zoomed by hand stays so.
+    density
+        How close the figures of the left axis stand; less for low plots, several of which share a hand's breadth.
 
     Attributes
     ----------
     cursors
         The two; None while they are not shown.
+    steady
+        What `fit_y` keeps; put a new one to begin anew.
     when_empty
         What to do while it shows nothing; empty: what its panel says.
     """
@@ -75,6 +80,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         left_px: int | None = None,
         equal: bool = False,
         live: bool = False,
+        density: float = 1.0,
     ) -> None:
         self.view = View(live=live)
         axes = {name: Axis(name) for name in ("left", "bottom", "right", "top")}
@@ -82,6 +88,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self._theme = theme
         self._paper: Colours | None = None
         self.cursors: Cursors | None = None
+        self.steady = SteadyRange()
         self.when_empty = ""
         self._labels = {"bottom": bottom, "left": left}
         self._inside: pg.LabelItem | None = None
@@ -100,14 +107,13 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             if live:
                 axis.setCacheMode(axis.CacheMode.DeviceCoordinateCache)
         item.getAxis("left").setWidth(left_px)
+        item.getAxis("left").setTickDensity(density)
         self.setToolTip(TIPS["plots"].get(left) or " against ".join(filter(None, (left, bottom))))
         # below that the words of the axes lie upon another: the panel scrolls instead
         self.setMinimumSize(80, 86 if bottom else 62)
         # Tab goes through fields; a plot gets the keys by a click, or by its own key
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self._hint = pg.LabelItem(justify="left")
-        self._hint.setParentItem(self.view)
-        self._hint.anchor((0.0, 1.0), (0.0, 1.0), offset=(2, 4))
+        self._hint = self._corner(1.0, 4)
         self._hint.hide()
         self.view.zoom_changed.connect(self._show_hint)
         self.view.menu_asked.connect(self._show_menu)
@@ -125,8 +131,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def points_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
         """Return the points of a curve as they are drawn, on the axes."""
-        x, y = item.getData()
-        return (np.empty(0), np.empty(0)) if x is None else (np.asarray(x, float), np.asarray(y, float))
+        return _arrays(*item.getData())
 
     def value_of(self, item: pg.GraphicsObject | None, y: float) -> float:
         """Return the value that a place on the left axis stands for, on a curve or beside all; NaN where none is."""
@@ -148,8 +153,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def data_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
         """Return the data of a curve, all points in the units of the axes."""
-        x, y = item.getOriginalDataset() if isinstance(item, pg.PlotDataItem) else item.getData()
-        return (np.empty(0), np.empty(0)) if x is None else (np.asarray(x, float), np.asarray(y, float))
+        return _arrays(*(item.getOriginalDataset() if isinstance(item, pg.PlotDataItem) else item.getData()))
 
     def entries(self) -> list[tuple[str, str]]:
         """Return role and name of each curve that has a name and is shown."""
@@ -162,10 +166,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         before: FloatArray | None = None
         low, high = (self.true_x(x) for x in self.view.viewRange()[0])
         behind = f" [{unit}]" if (unit := unit_of(self.words("left"))) else ""
-        for one in self._pens:
-            if not isinstance(one.item, pg.PlotCurveItem | pg.PlotDataItem):
-                continue
-            x, y = self.data_of(one.item)
+        names = {one.item: one.name for one in self._pens}
+        for item in self.curves():
+            x, y = self.data_of(item)
             if not x.size:
                 continue
             if self.view.zoomed:
@@ -174,7 +177,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             if before is None or not np.array_equal(before, x):
                 columns.append((self.words("bottom") or "x", x))
             before = x
-            columns.append((f"{one.name}{behind}" if one.name else self.words("left") or "y", y))
+            columns.append((f"{names[item]}{behind}" if names[item] else self.words("left") or "y", y))
         return columns
 
     def copy_image(self) -> None:
@@ -263,10 +266,15 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
             return
         self._inside_text = text
         if self._inside is None:
-            self._inside = pg.LabelItem(justify="left")
-            self._inside.setParentItem(self.getPlotItem().getViewBox())
-            self._inside.anchor((0.0, 0.0), (0.0, 0.0), offset=(2, -4))
+            self._inside = self._corner(0.0, -4)
         self._write_inside()
+
+    def _corner(self, place: float, offset_px: int) -> pg.LabelItem:
+        """Return words for the left edge: in the upper corner (0) or the lower one (1)."""
+        made = pg.LabelItem(justify="left")
+        made.setParentItem(self.view)
+        made.anchor((0.0, place), (0.0, place), offset=(2, offset_px))
+        return made
 
     @property
     def height_inside(self) -> int:
@@ -300,6 +308,11 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
     def band(self, role: str) -> Band:
         """Add an empty band around a curve."""
         return self._add(Band(), role)
+
+    def fit_y(self, low: float, high: float) -> None:
+        """Show low..high on the left axis, in round steps that stay put."""
+        if self.steady.fit(low, high):
+            self.setYRange(*self.steady.span, padding=0)
 
     def show_nothing(self) -> None:
         """Empty all curves; they stay for what comes."""
@@ -376,3 +389,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         # width 1 is ten times faster to draw than 2
         style = Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine
         item.setPen(pg.mkPen(colour, width=1, style=style))
+
+
+def _arrays(x: Any, y: Any) -> tuple[FloatArray, FloatArray]:
+    return (np.empty(0), np.empty(0)) if x is None else (np.asarray(x, float), np.asarray(y, float))

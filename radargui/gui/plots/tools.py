@@ -7,7 +7,8 @@ import re
 from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING, Any
+from itertools import zip_longest
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
@@ -46,7 +47,7 @@ class Cursors:
 
     def __init__(self, plot: Plot) -> None:
         self._plot = plot
-        self._view = plot.getPlotItem().getViewBox()
+        self._view = plot.view
         self._on: list[pg.GraphicsObject | None] = [None, None]
         self._chosen = 0
         self._placing = False
@@ -235,18 +236,11 @@ def _paint(plot: Plot, device: QPaintDevice, size: QSize) -> None:
 
 def table_of(columns: Sequence[tuple[str, FloatArray]], notes: Sequence[str] = ()) -> QMimeData:
     """Return columns of any lengths, each under its name with its unit, as text with tabs; `notes` go before them."""
-    length = max((values.size for _, values in columns), default=0)
-    cells: Any = np.full((length, len(columns)), "", dtype=object)
-    for place, (_, values) in enumerate(columns):
-        cells[: values.size, place] = [f"{value:.9g}" for value in values]
+    cells = zip_longest(*([f"{value:.9g}" for value in values] for _, values in columns), fillvalue="")
     titles = [name for name, _ in columns]
     # two curves without a name, or with times of their own, are told apart all the same
     titles = [f"{name} ({n})" if (n := titles[: at + 1].count(name)) > 1 else name for at, name in enumerate(titles)]
-    lines = [
-        *(f"# {note}" for note in notes),
-        "\t".join(titles),
-        *("\t".join(row) for row in cells),
-    ]
+    lines = (*(f"# {note}" for note in notes), *map("\t".join, (titles, *cells)))
     data = QMimeData()
     data.setText("\n".join(lines) + "\n")
     data.setData("text/tab-separated-values", QByteArray(data.text().encode()))

@@ -57,24 +57,15 @@ class Scope(Plot):
     def __init__(self, theme: Theme, number: int, *, with_time: bool) -> None:
         self._lost = pg.BarGraphItem(x0=[], x1=[], y0=-_FAR_V, y1=_FAR_V, pen=None)
         self._plain = f"Rx {number} [V]"
-        super().__init__(theme, LAST if with_time else "", self._plain, left_px=50, live=True)
-        # on a small screen three of them share a hand's breadth: fewer figures, none upon another
-        self.getPlotItem().getAxis("left").setTickDensity(0.6)
-        self._with_time = with_time
+        super().__init__(theme, LAST if with_time else "", self._plain, left_px=50, live=True, density=0.6)
         self._lost.setZValue(-10)
         self.addItem(self._lost, ignoreBounds=True)
-        self._range = SteadyRange()
         self._curves = (self.fast_line("i", "I"), self.fast_line("q", "Q"))
         self.gains = (Gain(), Gain())
         self._bin = 1
         self.write_inside("")
         self.setYRange(-1.0, 1.0, padding=0)
         self.set_window(3.0)
-
-    def follow(self, words: str) -> None:
-        """Say on the axis what its 0 is."""
-        if self._with_time:
-            self.relabel(words)
 
     def set_window(self, seconds: float, end_s: float = 0.0) -> None:
         """Show so many seconds up to a time."""
@@ -87,7 +78,7 @@ class Scope(Plot):
         # short enough for the lowest plot; what it means stands inside
         self._labels["left"] = "scaled" if scaled else self._plain
         self._inside_text = f"{self._plain.partition(' [')[0]}: {i.words('I')},  {q.words('Q')}" if scaled else ""
-        self._range = SteadyRange()
+        self.steady = SteadyRange()
         self.retheme()
 
     def draw(self, time_s: FloatArray, volts: FloatArray, lost: BoolArray, bin_: int = 1) -> None:
@@ -109,8 +100,8 @@ class Scope(Plot):
         for curve, values in zip(self._curves, drawn, strict=True):
             curve.setData(time_s, values)
         known = drawn[np.isfinite(drawn)]
-        if known.size and self._range.fit(float(known.min()), float(known.max())):
-            self.setYRange(*self._range.span, padding=0)
+        if known.size:
+            self.fit_y(float(known.min()), float(known.max()))
         self._shade(time_s, lost)
 
     def show_nothing(self) -> None:
@@ -119,16 +110,17 @@ class Scope(Plot):
 
     def value_of(self, item: pg.GraphicsObject | None, y: float) -> float:
         """Return the voltage of a curve; beside the curves of scaled channels a place stands for none."""
-        gains = dict(zip(self._curves, self.gains, strict=True))
-        if item in gains:
-            return float(gains[item].volts(np.array(y)))
+        if (gain := self._gain_of(item)) is not None:
+            return float(gain.volts(np.array(y)))
         return y if all(gain.plain for gain in self.gains) else float("nan")
 
     def data_of(self, item: pg.GraphicsObject) -> tuple[FloatArray, FloatArray]:
         """Return times and voltages of a curve, whatever its gain."""
-        x, y = super().data_of(item)
-        gains = dict(zip(self._curves, self.gains, strict=True))
-        return x, gains[item].volts(y) if item in gains else y
+        (x, y), gain = super().data_of(item), self._gain_of(item)
+        return x, y if gain is None else gain.volts(y)
+
+    def _gain_of(self, item: pg.GraphicsObject | None) -> Gain | None:
+        return dict(zip(self._curves, self.gains, strict=True)).get(item)
 
     def words(self, axis: str) -> str:
         """Return the words of an axis; what is read off and copied is always in volts."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from PySide6.QtCore import Qt
@@ -20,12 +20,13 @@ from PySide6.QtWidgets import (
 )
 
 from radargui.acquisition.health import Health
+from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
 from radargui.gui.layout import Choice, button, fill, take_out
 from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
-from radargui.gui.scopes.alignment_view import AlignmentView
+from radargui.gui.scopes.alignment_view import SPAN_S, AlignmentView
 from radargui.gui.scopes.scope import HELD, GainDialog, LevelBar, Scope
 from radargui.gui.scopes.shown import Held, Shown
 from radargui.gui.scopes.spectrum_view import BANDS_HZ, SpectrumView, WaterfallView
@@ -38,6 +39,11 @@ _LOST = ("■", "gap", "samples lost")
 VIEWS = {"time": "Time", "spectrum": "Spectrum", "waterfall": "Waterfall", "alignment": "Alignment"}
 _PER_S = 100
 """Steps of the slider a second."""
+_SPANS = [(seconds, f"{seconds:g} s") for seconds in WINDOWS_S]
+_BANDS = [(hertz, f"±{hertz / 1e3:g} kHz" if hertz >= 1e3 else f"±{hertz:g} Hz") for hertz in BANDS_HZ]
+_VIEW_TIP = "I and Q against time, their spectrum, spectra over time, or bars for turning antennas"
+_SPAN_TIP = "Window: how many seconds are shown. Of a spectrum: longer tells nearer lines apart"
+_BAND_TIP = "Band: frequencies that the spectrum shows, at most half the rate of the samples"
 
 
 class TimeView(QWidget):
@@ -89,6 +95,12 @@ class TimeView(QWidget):
         self._envelope, self._held, self.any_lost = None, (), False
         for scope in self.scopes:
             scope.show_nothing()
+
+    def show_levels(self, levels: Iterable[Level] = ()) -> None:
+        """Show the levels of the channels; of one that is not among them nothing is known."""
+        by_name = {level.name: level for level in levels}
+        for bar in self.levels:
+            bar.show_level(by_name.get(bar.name))
 
     def look_again(self, *_: object) -> None:
         """Draw what is held anew: another part of it is seen."""
@@ -159,32 +171,27 @@ class ScopePanel(QWidget):
         self._feed: Feed | None = None
         self._last: Feed | None = None
         self._held: Held | None = None
-        self.time = TimeView(theme)
-        self.spectrum = SpectrumView(theme)
-        self.waterfall = WaterfallView(theme)
-        self.alignment = AlignmentView(theme)
+        self.time, self.spectrum = TimeView(theme), SpectrumView(theme)
+        self.waterfall, self.alignment = WaterfallView(theme), AlignmentView(theme)
+        self._pages = (self.time, self.spectrum, self.waterfall, self.alignment)
 
-        self.view = Choice(VIEWS.items())
-        self.view.setObjectName("scope.view")
-        self.view.setAccessibleName("What the scopes show")
-        self.view.setToolTip("I and Q against time, their spectrum, spectra over time, or bars for turning antennas")
-        self.span = Choice((seconds, f"{seconds:g} s") for seconds in WINDOWS_S)
-        self.span.setObjectName("scope.window")
-        self.span.setAccessibleName("Window of time")
-        self.span.setToolTip("Window: how many seconds are shown. Of a spectrum: longer tells nearer lines apart")
+        self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS), Choice(_BANDS)
+        for choice, name, what, tip in (
+            (self.view, "view", "What the scopes show", _VIEW_TIP),
+            (self.span, "window", "Window of time", _SPAN_TIP),
+            (self.band, "band", "Band of the spectrum", _BAND_TIP),
+        ):
+            choice.setObjectName(f"scope.{name}")
+            choice.setAccessibleName(what)
+            choice.setToolTip(tip)
+            # in a narrow dock their words are cut before the plots are
+            choice.setMinimumWidth(46)
         self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
-        self.band = Choice((hertz, f"±{_hertz(hertz)}") for hertz in BANDS_HZ)
-        self.band.setObjectName("scope.band")
-        self.band.setAccessibleName("Band of the spectrum")
-        self.band.setToolTip("Band: frequencies that the spectrum shows, at most half the rate of the samples")
         self.band.setCurrentIndex(1)
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
         self.pause = QCheckBox("Pause")
         self.pause.setToolTip("Holds the picture; recording goes on. What is held can be scrolled back and zoomed")
         self.key = Key(theme, *IQ_KEY)
-        for choice in (self.view, self.span, self.band):
-            # in a narrow dock their words are cut before the plots are
-            choice.setMinimumWidth(46)
         parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
         top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
@@ -196,16 +203,15 @@ class ScopePanel(QWidget):
         self._past = QWidget()
         fill(QHBoxLayout(self._past), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)
         self._past.hide()
-        self._pages = QStackedWidget()
-        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
-            self._pages.addWidget(page)
-        fill(QVBoxLayout(self), top, self._past, (self._pages, 1))
+        self._stack = QStackedWidget()
+        for page in self._pages:
+            self._stack.addWidget(page)
+        fill(QVBoxLayout(self), top, self._past, (self._stack, 1))
 
         self.view.currentIndexChanged.connect(self._choose)
-        self.span.currentIndexChanged.connect(self._renew)
-        self.band.currentIndexChanged.connect(self._renew)
         self.pause.toggled.connect(self._pause)
-        self.back.valueChanged.connect(self._renew)
+        for changed in (self.span.currentIndexChanged, self.band.currentIndexChanged, self.back.valueChanged):
+            changed.connect(self._renew)
         self._choose()
 
     @property
@@ -241,7 +247,7 @@ class ScopePanel(QWidget):
         self._last = self._feed or self._last
         self._feed = feed
         if feed is None:
-            self._forget_levels()
+            self.time.show_levels()
         if self._held is not None:
             return
         if feed is not None:
@@ -252,39 +258,38 @@ class ScopePanel(QWidget):
     def clear(self) -> None:
         """Forget what was shown: it belongs to another session."""
         self._last = None
-        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
+        for page in self._pages:
             page.show_nothing()
-        self._forget_levels()
+        self.time.show_levels()
         self._say()
 
     def refresh(self, health: Health | None) -> None:
         """Draw what is new; called by the window's timer."""
         if health is not None:
-            by_name = {level.name: level for level in health.levels}
-            for bar in self.levels:
-                bar.show_level(by_name.get(bar.name))
+            self.time.show_levels(health.levels)
         if self._held is not None:
             self.when.setText(self._held.words)
         shown = self._shown()
         if shown is None or not self.isVisible():
             return
-        page = self._pages.currentWidget()
-        if page is self.alignment:
-            shown = replace(shown, window_s=max(shown.window_s, 1.0))
-        page.draw(shown)  # type: ignore[attr-defined]
+        page = self._pages[self._stack.currentIndex()]
+        page.draw(replace(shown, window_s=max(shown.window_s, SPAN_S)) if page is self.alignment else shown)
         self._say()
 
     def _shown(self) -> Shown | None:
-        held, feed = self._held, self._feed
-        if held is not None:
-            back = self.back.maximum() - self.back.value()
-            end = held.ring.latest - round(back / _PER_S * held.feed.rate_hz)
-            feed = held.feed
-            return Shown(held.ring, feed.rate_hz, feed.setup, end, held.ring.latest, self.window_s, live=False)
-        if feed is None or feed.ring is None:
+        held = self._held
+        feed = self._feed if held is None else held.feed
+        ring = held.ring if held is not None else feed.ring if feed is not None else None
+        if feed is None or ring is None:
             return None
-        end = feed.ring.latest
-        return Shown(feed.ring, feed.rate_hz, feed.setup, end, end, self.window_s, live=True)
+        zero = ring.latest
+        end = zero - round(self._back_s * feed.rate_hz)
+        return Shown(ring, feed.rate_hz, feed.setup, end, zero, self.window_s, live=held is None)
+
+    @property
+    def _back_s(self) -> float:
+        """How far before the pause the picture ends."""
+        return (self.back.maximum() - self.back.value()) / _PER_S if self._held is not None else 0.0
 
     def _pause(self) -> None:
         feed = self._feed or self._last
@@ -301,11 +306,11 @@ class ScopePanel(QWidget):
 
     def _choose(self) -> None:
         name = self.view.currentData()
-        self._pages.setCurrentIndex(list(VIEWS).index(name))
+        self._stack.setCurrentIndex(self.view.currentIndex())
         ignored, preferred = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
-        for page in (self.time, self.spectrum, self.waterfall, self.alignment):
+        for page in self._pages:
             # the room that one view needs is not asked for another
-            policy = preferred if page is self._pages.currentWidget() else ignored
+            policy = preferred if page is self._stack.currentWidget() else ignored
             page.setSizePolicy(policy, policy)
         short = name == "time"
         self.key.setMinimumWidth(0 if short else 40)
@@ -315,10 +320,6 @@ class ScopePanel(QWidget):
         self.span.setVisible(name != "alignment")
         self.key.setVisible(name in ("time", "spectrum"))
         self._renew()
-
-    def _forget_levels(self) -> None:
-        for bar in self.levels:
-            bar.show_level(None)
 
     def _say(self) -> None:
         if self.view.currentData() == "spectrum":
@@ -331,14 +332,11 @@ class ScopePanel(QWidget):
         """Draw anew: with another window, of another acquisition, after a pause."""
         self.time.look_again()
         self.spectrum.half_band_hz = self.waterfall.half_band_hz = float(self.band.currentData())
-        back_s = (self.back.maximum() - self.back.value()) / _PER_S if self._held is not None else 0.0
-        words = HELD if back_s else LAST if self._held is not None or self._feed is None else NOW
+        words = HELD if self._back_s else LAST if self._held is not None or self._feed is None else NOW
         for scope in self.scopes:
             scope.view.show_all()
-            scope.set_window(self.window_s, -back_s)
-            scope.follow(words)
+            scope.set_window(self.window_s, -self._back_s)
+        for scope in self.scopes[-1:]:
+            # the only one with words on its time axis
+            scope.relabel(words)
         self._say()
-
-
-def _hertz(value: float) -> str:
-    return f"{value / 1e3:g} kHz" if value >= 1e3 else f"{value:g} Hz"

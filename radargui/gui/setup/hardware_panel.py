@@ -8,6 +8,7 @@ from typing import Any
 
 from PySide6.QtWidgets import QFileDialog, QProgressBar, QWidget
 
+from radargui.experiment.importing import valid_setup_of
 from radargui.gui.background import Jobs, Then, Work
 from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, follow, side_by_side
 from radargui.gui.panels import Actions
@@ -21,7 +22,8 @@ from radargui.model.plugins import plugins
 from radargui.model.setup import MEASURING, Setup
 from radargui.sources.factory import SourceKind
 from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
-from radargui.sources.ni.discovery import NiDevice
+from radargui.sources.ni.discovery import NiDevice, find_devices
+from radargui.sources.ni.source import check_setup
 
 _START = (
     *("daq.start", "daq.start_source", "daq.start_edge", "daq.start_level_v", "daq.start_pretrigger"),
@@ -30,23 +32,6 @@ _START = (
 """When a run starts, and what happens after an error."""
 CERTIFICATES = "Certificates (*.pem *.crt *.cer);;All files (*)"
 FindDevices = Callable[[str | None, str | None], Sequence[Any]]
-CheckSetup = Callable[[Setup], Any]
-
-
-def find_ni_devices(remote: str | None, certificate: str | None = None) -> Sequence[Any]:
-    """Ask the driver, or the device server `remote`, for its devices; the driver's package is loaded only now."""
-    from radargui.sources.ni.discovery import find_devices
-
-    return find_devices(remote, certificate)
-
-
-def check_on_device(setup: Setup) -> Any:
-    """Try a setup on its device without sampling; the driver's package is loaded only now."""
-    from radargui.sources.ni.source import check_setup
-
-    return check_setup(setup)
-
-
 _UNKNOWN = "“Find devices” or “Check this setup” tells the limit of the device."
 
 
@@ -79,21 +64,15 @@ class RateView(Group):
     def refresh(self) -> None:
         """Show what the setup asks for, and what there is."""
         setup, daq = self._model.setup, self._model.setup.daq
-        device, count, rate_hz = (
-            self._known.get((daq.remote, daq.device.casefold())),
-            setup.n_receivers * 2,
-            daq.rate_hz,
-        )
+        device, count = self._known.get((daq.remote, daq.device.casefold())), 2 * setup.n_receivers
         limit_hz = None if device is None else rate_limit_hz(device, count)
-        said = rate_sentence(device or NiDevice(setup.daq.device), count, rate_hz)
+        said = rate_sentence(device or NiDevice(daq.device), count, daq.rate_hz)
         self.fault = ""
         if device is None:
             said = f"{said}. {_UNKNOWN}"
         else:
-            how = (
-                "simultaneous: each has a converter" if device.simultaneous else "multiplexed: they share one converter"
-            )
-            said = f"{said} ({device.title}, {how})"
+            how = "simultaneous: each has a" if device.simultaneous else "multiplexed: they share one"
+            said = f"{said} ({device.title}, {how} converter)"
             try:
                 check_rate(setup, device, count)
             except DeviceError as error:
@@ -102,23 +81,15 @@ class RateView(Group):
         self.wrong.say(self.fault)
         self.bar.setVisible(limit_hz is not None)
         if limit_hz is not None:
-            self.bar.setValue(round(1000.0 * min(1.0, rate_hz / limit_hz)))
-            self.bar.setToolTip(
-                f"{rate_hz / limit_hz:.0%} of the highest rate that the device has for {count} channels, S/s"
-            )
-        self.bar.setStyleSheet(
-            f"QProgressBar::chunk {{ background: palette({'bright-text' if self.fault else 'highlight'}); }}"
-        )
+            share = daq.rate_hz / limit_hz
+            self.bar.setValue(round(1000.0 * min(1.0, share)))
+            self.bar.setToolTip(f"{share:.0%} of the highest rate that the device has for {count} channels, S/s")
+        colour = "bright-text" if self.fault else "highlight"
+        self.bar.setStyleSheet(f"QProgressBar::chunk {{ background: palette({colour}); }}")
 
 
 FILTER = "Recordings (*.h5 *.csv *.mat *.tdms *.sigmf-meta *.sigmf-data *.sigmf);;All files (*)"
 _MOST_NAMED = 4
-
-
-def _setup_in(path: Path) -> Setup | None:
-    from radargui.experiment.importing import valid_setup_of
-
-    return valid_setup_of(path)
 
 
 class ReplayForm(Group):
@@ -156,12 +127,9 @@ class ReplayForm(Group):
         path = self.path
         # a name that is being typed is no file yet
         if path is not None and path.suffix:
-            what = "the setup of the recording"
-            self._jobs.start(what, partial(_setup_in, path), self._found, self._unknown, lambda: path == self.path)
-
-    def _unknown(self, _error: BaseException) -> None:
-        # what is wrong with the file is said when it is played
-        self._found(None)
+            what, work = "the setup of the recording", partial(valid_setup_of, path)
+            # what is wrong with the file is said when it is played
+            self._jobs.start(what, work, self._found, lambda _: self._found(None), lambda: path == self.path)
 
     def _found(self, setup: Setup | None) -> None:
         self._own = setup
@@ -192,10 +160,10 @@ class NiForm(SetupForm):
         Tries a setup on its device; tests put another one here.
     """
 
-    def __init__(self, model: SetupModel, jobs: Jobs, rates: RateView, find: FindDevices = find_ni_devices) -> None:
+    def __init__(self, model: SetupModel, jobs: Jobs, rates: RateView, find: FindDevices = find_devices) -> None:
         super().__init__("ni", model)
         self._jobs, self._find, self._rates = jobs, find, rates
-        self.check: CheckSetup = check_on_device
+        self.check: Callable[[Setup], Any] = check_setup
         self.add("daq.remote_certificate", beside=[button("Choose…", self._browse)])
         self.found = Choice()
         self.found.setVisible(False)
@@ -210,8 +178,8 @@ class NiForm(SetupForm):
         if isinstance(start, Choice):
             start.activated.connect(lambda _index: self._settle(start.currentData()))
         self.check_button = button("Check this setup", self.try_out)
-        self.whole(self.check_button)
-        self.whole(self.checked)
+        for part in (self.check_button, self.checked):
+            self.whole(part)
         model.changed.connect(self._setup_changed)
         follow(model.changed, self._show_start)
 
@@ -233,8 +201,8 @@ class NiForm(SetupForm):
 
     def search(self) -> None:
         """Look for devices without holding up the window."""
-        find, remote, certificate = self._find, self._text("daq.remote"), self._text("daq.remote_certificate")
-        work = partial(find, remote, certificate)
+        asked = (self._model.value(key) or None for key in ("daq.remote", "daq.remote_certificate"))
+        work = partial(self._find, *asked)
         self.found.setVisible(False)
         self._ask("the search for devices", self.button, self.answer, "Searching for devices …", work, self._show)
 
@@ -272,15 +240,13 @@ class NiForm(SetupForm):
         if name:
             self._model.assign("daq.remote_certificate", name)
 
-    def _text(self, key: str) -> str | None:
-        value = self._model.value(key)
-        return value if isinstance(value, str) and value else None
-
     def _show(self, devices: Sequence[Any]) -> None:
         self._rates.take(*devices)
         self.found.clear()
         for device in devices:
-            self.found.addItem(describe_device(device), device.name)
+            simulated = ", simulated by the driver" if device.simulated else ""
+            absent = "" if device.connected else ", not connected"
+            self.found.addItem(f"{device.title}{simulated}{absent}", device.name)
         self.found.setVisible(bool(devices))
         if not devices:
             self.answer.say("No device found. Is it plugged in and powered, and does NI MAX show it?")
@@ -293,13 +259,6 @@ class NiForm(SetupForm):
 
     def _take(self, index: int) -> None:
         self._model.assign("daq.device", self.found.itemData(index))
-
-
-def describe_device(device: Any) -> str:
-    """Return one line for a device found."""
-    state = "" if device.connected else ", not connected"
-    simulated = ", simulated by the driver" if device.simulated else ""
-    return f"{device.title}{simulated}{state}"
 
 
 SOURCES: dict[SourceKind, str] = {"simulated": "Simulated", "ni": "NI device", "replay": "Replay file"}
@@ -317,7 +276,7 @@ class HardwarePanel(FormPanel):
         *,
         source: SourceKind = "simulated",
         replay_file: Path | None = None,
-        find_devices: FindDevices = find_ni_devices,
+        find_devices: FindDevices = find_devices,
     ) -> None:
         super().__init__(model)
         self._does = does
@@ -329,11 +288,13 @@ class HardwarePanel(FormPanel):
         self.rates, self.channels = RateView(model), ChannelGroup(model, does, theme)
         self.only_shows = (self.rates, self.channels)
         self.ni = NiForm(model, jobs, self.rates, find_devices)
-        names = ("simulated", "recording", "processing")
-        simulated, recording, processing = (SetupForm(name, model) for name in names)
-        self._forms: dict[str, Group] = {"simulated": simulated, "ni": self.ni, "replay": self.replay}
-        groups = (*self._forms.values(), self.rates, self.channels, recording, processing)
-        self.lay_out(self._file_group(), group, *groups)
+        self._forms: dict[str, Group] = {
+            "simulated": SetupForm("simulated", model),
+            "ni": self.ni,
+            "replay": self.replay,
+        }
+        others = (SetupForm(name, model) for name in ("recording", "processing"))
+        self.lay_out(self._file_group(), group, *self._forms.values(), self.rates, self.channels, *others)
         self.choose(source)
         self.source.currentIndexChanged.connect(self._show_form)
         model.changed.connect(self._name_file)
@@ -360,8 +321,7 @@ class HardwarePanel(FormPanel):
 
     def _file_group(self) -> Group:
         group = Group("Setup file")
-        self._name = PlainLabel()
-        does = self._does
+        self._name, does = PlainLabel(), self._does
         self._save_buttons = (button("Save", does.save_setup.trigger), button("Save as…", does.save_setup_as.trigger))
         self.undo_all = button("Undo all changes", does.undo_setup.trigger)
         opens = button("Open…", does.open_setup.trigger)

@@ -6,11 +6,12 @@ from functools import cached_property, partial
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, QSignalBlocker
-from PySide6.QtGui import QColor, QLinearGradient, QPainter, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
 from radargui.gui.layout import Group, PlainLabel, fill, ticking
+from radargui.gui.plots.colour_bar import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.gui.setup.setup_model import SetupModel
@@ -23,6 +24,7 @@ POINTS = 25
 """Along each edge: a place every 12.5 mm, between which u changes by a twentieth."""
 _CALM_MS = 150
 """After the last key: longer than from key to key, shorter than a look from the field to the map."""
+_FIELD_MM = QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M]))
 _COLOURS = "cividis"
 """Made for colour-blind eyes: lightness alone tells the order."""
 _LEFT = 48
@@ -31,6 +33,7 @@ _SNR_TIP = (
     "Signal-to-noise ratio of one sample at the release [dB], 10 log10(A² / (2 σ²)), as in the tables of a run; until "
     "it is typed that of the simulated source"
 )
+_SCALE_TIP = "Colours of the map, from the smallest to the largest standard uncertainty in it [mm]"
 _ABOUT = (
     "Standard uncertainty of one coordinate of a place [mm], root mean square over x, y and z: noise of one sample, "
     "antennas, release, wave and sphere by the setup's u_ values. Walls and what a correction leaves are not in it."
@@ -72,32 +75,6 @@ def map_of(setup: Setup, snr_db: float) -> UncertaintyMap | None:
     return UncertaintyMap(u_mm, 1e3 * (line.combined or np.nan), max(shares, key=lambda one: shares[one] or 0.0))
 
 
-class Scale(QWidget):
-    """From which to which value the colours go."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.ends = ("", "")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(self.fontMetrics().height() + 4)
-        self.setToolTip("Colours of the map, from the smallest to the largest standard uncertainty in it [mm]")
-
-    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        """Draw the colours between two values."""
-        painter, metrics = QPainter(self), self.fontMetrics()
-        left, right = (metrics.horizontalAdvance(end) + 6.0 for end in self.ends)
-        bar = QRectF(left, 3.0, self.width() - left - right, self.height() - 6.0)
-        gradient = QLinearGradient(bar.topLeft(), bar.topRight())
-        for stop in np.linspace(0.0, 1.0, 16):
-            gradient.setColorAt(float(stop), pg.colormap.get(_COLOURS).map(float(stop), mode="qcolor"))
-        painter.fillRect(bar, gradient)
-        painter.setPen(QColor(self.palette().windowText().color()))
-        foot = self.height() - metrics.descent() - 2.0
-        painter.drawText(QPointF(2.0, foot), self.ends[0])
-        painter.drawText(QPointF(self.width() - right + 4.0, foot), self.ends[1])
-        painter.end()
-
-
 class UncertaintyMapView(Group):
     """The map as the setup is now; nothing is computed while nobody looks at it.
 
@@ -119,7 +96,7 @@ class UncertaintyMapView(Group):
         self.snr.setValue(model.setup.simulation.snr_db)
         self.row("SNR", self.snr, _SNR_TIP)
         self._theme, self._images = theme, list[pg.ImageItem]()
-        self.scale, self.words, self.here = Scale(), PlainLabel(), PlainLabel()
+        self.scale, self.words, self.here = ColourBar(_SCALE_TIP), PlainLabel(), PlainLabel()
         both = QWidget()
         self._row = fill(QHBoxLayout(both))
         for part in (both, self.scale, self.words, self.here):
@@ -139,7 +116,6 @@ class UncertaintyMapView(Group):
             plot.setToolTip(_ABOUT)
             plot.hideButtons()
             image = pg.ImageItem(colorMap=pg.colormap.get(_COLOURS))
-            image.setRect(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])))
             image.setZValue(-10)
             plot.addItem(image)
             plot.scene().sigMouseMoved.connect(partial(self._read, plot, number))
@@ -190,10 +166,10 @@ class UncertaintyMapView(Group):
         for plot, image, plane in zip(self.plots, self._images, found.planes_mm, strict=True):
             # row by column: the first axis is x, to the right
             image.setImage(plane.T, levels=(low, max(high, 1.000001 * low)), axisOrder="row-major")
-            image.setRect(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])))
-            plot.setRange(QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M])), padding=0.02)
-        self.scale.ends = (f"{low:.2f} mm", f"{high:.2f} mm")
-        self.scale.update()
+            image.setRect(_FIELD_MM)
+            plot.setRange(_FIELD_MM, padding=0.02)
+        table = pg.colormap.get(_COLOURS).map(np.linspace(0.0, 1.0, 16), mode="float")
+        self.scale.show_ends(table, f"{low:.2f} mm", f"{high:.2f} mm")
         self._say(f"±{found.release_mm:.2f} mm a coordinate at the release, most of it from {found.largest_share}.")
 
     def _say(self, words: str) -> None:

@@ -10,8 +10,8 @@ from PySide6.QtGui import QColor, QFont, QResizeEvent, QVector3D, QWheelEvent
 
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space
-from radargui.gui.track.speed_colours import SpeedColours
-from radargui.model.arrays import BoolArray, FloatArray, IntArray
+from radargui.gui.track.speed_colours import SpeedColours, segments
+from radargui.model.arrays import BoolArray, FloatArray
 
 Points = NDArray[np.float32]
 """Shape (n, 3) in mm, as OpenGL takes them."""
@@ -38,18 +38,15 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         for item in (self._shadow, self._trail, self._impacts, self._sphere):
             self.addItem(item)
         self.setMinimumSize(160, 120)
+        self.setCameraPosition(elevation=16, azimuth=-78)
         theme.changed.connect(self._retheme)
         self._retheme()
 
     def show_space(self, space: Space) -> None:
         """Show another field of view."""
-        new = self._space is None
         self._space = space
         self._build()
-        centre = 0.5 * (space.low_mm + space.high_mm)
-        if new:
-            self.setCameraPosition(pos=QVector3D(*centre), elevation=16, azimuth=-78)
-        self.opts["center"] = QVector3D(*centre)
+        self.opts["center"] = QVector3D(*(0.5 * (space.low_mm + space.high_mm)))
         self._fit()
         self.update()
 
@@ -90,8 +87,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         known = points[np.isfinite(points).all(axis=1)]
         kept = _spaced(points)
         points = points[kept]
-        speed = track.speed_m_s if track.speed_m_s.size else np.full(len(kept), np.nan)
-        shades = self._colours.table().astype(np.float32)[self._colours.steps(speed[kept])]
+        shades = self._colours.table().astype(np.float32)[self._colours.steps(track.speed_m_s[kept])]
         self._draw_line(self._trail, points, shades)
         shadow = points.copy()
         if self._space is not None and len(shadow):
@@ -108,7 +104,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
             # drawn in one piece: joints of single pieces show as dots
             item.setData(pos=points, color=colour, mode="line_strip")
         else:
-            pairs = _segments(points)
+            pairs = segments(points)
             shades = colour[pairs] if isinstance(colour, np.ndarray) else colour
             item.setData(pos=np.ascontiguousarray(points[pairs]), color=shades, mode="lines")
 
@@ -176,10 +172,3 @@ def _spaced(points: Points) -> BoolArray:
     kept = np.concatenate([[True], np.diff(along) > 0])
     kept[-1] = True
     return kept
-
-
-def _segments(points: Points) -> IntArray:
-    """Return the ends of the line's pieces as pairs of indices, shape (2 m,), without pairs that touch NaN."""
-    known = np.asarray(np.isfinite(points).all(axis=1))
-    first = np.flatnonzero(known[:-1] & known[1:])
-    return np.stack([first, first + 1], axis=1).ravel()

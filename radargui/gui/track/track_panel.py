@@ -27,7 +27,7 @@ from radargui.gui.plots.plot import Plot
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import NO_TRACK, ShownTrack, Space, live_track, result_track, space_of
 from radargui.gui.track.speed_colours import SpeedBar, SpeedColours, SpeedTrail
-from radargui.gui.track.track_curves import HeightPlot, TrackCurves
+from radargui.gui.track.track_curves import TrackCurves
 from radargui.model.arrays import FloatArray
 from radargui.model.result import RunResult
 from radargui.model.setup import Setup
@@ -52,8 +52,8 @@ class Projections(QWidget):
         self.plots: list[Plot] = []
         self._parts = []
         for number, (across, up) in enumerate(_VIEWS):
-            plot = Plot(theme, f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]", left_px=46, equal=True, live=True)
-            plot.getPlotItem().getAxis("left").setTickDensity(0.6)
+            words = f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]"
+            plot = Plot(theme, *words, left_px=46, equal=True, live=True, density=0.6)
             floor = plot.rule("line", 0.0, angle=0, dashed=False) if up == 2 else None
             trail = SpeedTrail(colours)
             plot.addItem(trail)
@@ -66,23 +66,19 @@ class Projections(QWidget):
     def show_space(self, space: Space) -> None:
         """Show another field of view."""
         for across, up, plot, floor, *_ in self._parts:
-            plot.setRange(
-                xRange=(space.low_mm[across], space.high_mm[across]),
-                yRange=(space.low_mm[up], space.high_mm[up]),
-                padding=0,
-            )
+            x, y = np.stack([space.low_mm, space.high_mm])[:, [across, up]].T
+            plot.setRange(xRange=x, yRange=y, padding=0)
             if floor is not None:
                 floor.setValue(space.floor_mm)
 
     def show_track(self, track: ShownTrack) -> None:
         """Draw a track."""
-        pieces = self._colours.pieces(track)
+        pieces, place = self._colours.pieces(track), track.position_mm
+        last = np.flatnonzero(np.isfinite(place).all(axis=0))[-1:]
         for across, up, _, _, trail, impacts, sphere in self._parts:
-            flat = track.position_mm
-            trail.show_trail(flat[across], flat[up], pieces)
+            trail.show_trail(place[across], place[up], pieces)
             impacts.setData(track.impact_mm[across], track.impact_mm[up])
-            last = np.flatnonzero(np.isfinite(flat).all(axis=0))[-1:]
-            sphere.show_at(flat[across, last], flat[up, last])
+            sphere.show_at(place[across, last], place[up, last])
 
 
 _MOST_LIVE_POINTS = 1500
@@ -133,7 +129,7 @@ class TrackPanel(QWidget):
         self._title = QLabel()
         self._title.setContentsMargins(6, 3, 6, 0)
 
-        splitter = QSplitter(Qt.Orientation.Vertical)
+        splitter = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         splitter.setObjectName("track.parts")
         upper = QWidget()
         fill(QVBoxLayout(upper), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
@@ -142,15 +138,9 @@ class TrackPanel(QWidget):
         splitter.setStretchFactor(0, 3)
         splitter.setStretchFactor(1, 2)
         splitter.setSizes([2500, 2500])
-        splitter.setChildrenCollapsible(False)
         fill(QVBoxLayout(self), self._title, (splitter, 1), spacing=0)
         self.show_setup(setup)
         self.clear()
-
-    @property
-    def height_plot(self) -> HeightPlot:
-        """The height against time."""
-        return self.curves.height_plot
 
     @property
     def in_space(self) -> bool:
@@ -193,7 +183,7 @@ class TrackPanel(QWidget):
         """Show the field of view of another setup."""
         self._setup, self._space = setup, space_of(setup)
         self._colours.fit(self._space)
-        self.speed_bar.update()
+        self.speed_bar.refresh()
         for view in (self.view, self.curves):
             view.show_space(self._space)
 
@@ -216,7 +206,7 @@ class TrackPanel(QWidget):
             if result.setup != self._setup:
                 self.show_setup(result.setup)
             self._colours.fit(self._space, track)
-            self.speed_bar.update()
+            self.speed_bar.refresh()
             self._draw(track)
             self.curves.show_result(track)
 
@@ -231,7 +221,7 @@ class TrackPanel(QWidget):
         self._draw(None)
         self.curves.show_live(NO_TRACK)
         self._title.setText("Live track: nothing yet")
-        self._show_where(None)
+        self._show_where(np.full(3, np.nan))
 
     def show_live(self) -> None:
         """Go back to the live track."""
@@ -264,7 +254,7 @@ class TrackPanel(QWidget):
             track = live_track((rows[0] - self._drawn) / feed.rate_hz, rows[1:])
             self._draw(track)
             self.curves.show_live(track)
-            self._show_where(track)
+            self._show_where(track.position_mm[:, -1])
 
     def _follow(self) -> None:
         self.curves.follow(self._feed is not None and not self.paused)
@@ -273,11 +263,8 @@ class TrackPanel(QWidget):
         self.shown = track
         self.view.show_track(track or NO_TRACK)
 
-    def _show_where(self, track: ShownTrack | None) -> None:
+    def _show_where(self, place_mm: FloatArray) -> None:
         # short enough for the narrowest dock
-        text = "x       –  y       –  z       –  mm"
-        if track is not None and track.position_mm.shape[1]:
-            place = track.position_mm[:, -1]
-            if np.isfinite(place).all():
-                text = "  ".join(f"{axis} {value:+7.1f}" for axis, value in zip("xyz", place, strict=True)) + "  mm"
-        self.where.setText(text)
+        known = bool(np.isfinite(place_mm).all())
+        words = (f"{axis} {f'{value:+.1f}' if known else '–':>7}" for axis, value in zip(_AXES, place_mm, strict=True))
+        self.where.setText("  ".join((*words, "mm")))

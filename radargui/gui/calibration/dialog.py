@@ -44,25 +44,15 @@ class CalibrationDialog(Dialog):
         The setup that is calibrated.
     calibrate
         The fit.
-    folder
-        Where a calibration is kept while the setup has no file of the operator's own.
-    operator
-        Who calibrates.
+    panel
+        Says where a calibration is kept while the setup has no file of the operator's own, and who calibrates.
     """
 
     used = Signal()
 
-    def __init__(
-        self,
-        model: SetupModel,
-        calibrate: Calibrate,
-        folder: Callable[[], Path],
-        operator: Callable[[], str],
-        services: Services,
-    ) -> None:
+    def __init__(self, model: SetupModel, calibrate: Calibrate, panel: SessionPanel, services: Services) -> None:
         super().__init__("Calibrate the antennas", (1060, 640), services.parent, "calibration")
-        self._model, self._services, self._folder, self._operator = model, services, folder, operator
-        self.calibrate = calibrate
+        self._model, self.calibrate, self._panel, self._services = model, calibrate, panel, services
         self.found: Calibration | None = None
         self._order: CalibrationOrder | None = None
         self.step, self.fault = PlainLabel(selectable=False), FaultText()
@@ -108,7 +98,8 @@ class CalibrationDialog(Dialog):
             self.fault.say(self._model.error)
             return
         files, known = zip(*((one.file, one.known) for one in self.recordings.entries), strict=True)
-        order = CalibrationOrder(files, known, self._model.setup, self.unknowns.free, self._operator())
+        operator = self._panel.details.operator
+        order = CalibrationOrder(files, known, self._model.setup, self.unknowns.free, operator)
         self._order, calibrate = order, self.calibrate
         count = f"{len(files)} recording{'s' if len(files) > 1 else ''}"
         self.doing.setText(f"{count}, together. The window can be used meanwhile.")
@@ -178,7 +169,7 @@ class CalibrationDialog(Dialog):
     @property
     def _own_folder(self) -> Path:
         path = self._model.path
-        return self._folder() if path is None or self._model.shipped else path.parent
+        return self._panel.data_folder if path is None or self._model.shipped else path.parent
 
     def _ask_save(self) -> None:
         found = self.found
@@ -222,10 +213,7 @@ class CalibrationController(QObject):
     @cached_property
     def dialog(self) -> CalibrationDialog:
         """Made when it is first wanted: the window starts sooner without it."""
-        panel = self.panel
-        made = CalibrationDialog(
-            self.model, self.calibrate, lambda: panel.data_folder, lambda: panel.details.operator, self.services
-        )
+        made = CalibrationDialog(self.model, self.calibrate, self.panel, self.services)
         self.services.settings.restore_sizes(made)
         return made
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from radargui.acquisition.run_output import Level
 from radargui.gui.layout import Dialog, button, fill
@@ -193,37 +193,21 @@ _HOLD_LOOKS = 5
 _BAR_PX = 7
 
 
-class _Bar(QWidget):
-    """A share of a length: drawn in a tenth of the time that a progress bar with a style takes, five times a second."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setFixedHeight(_BAR_PX)
-        self.share = 0.0
-        self.colours = "", ""
-
-    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        """Draw it."""
-        room, (behind, colour) = QRectF(self.rect()), self.colours
-        painter = QPainter(self)
-        painter.fillRect(room, QColor(behind))
-        painter.fillRect(QRectF(0.0, 0.0, self.share * room.width(), room.height()), QColor(colour))
-        painter.end()
-
-
 class LevelBar(QWidget):
-    """A bar from 0 to full scale; clipping is said by a word and stays readable for a second."""
+    """A bar from 0 to full scale; clipping is said by a word and stays readable for a second.
+
+    Drawn by itself: five times a second, and in a tenth of the time that a progress bar with a style takes.
+    """
 
     def __init__(self, theme: Theme, name: str, role: str, full_scale_v: float) -> None:
         super().__init__()
         self._theme, self.name, self._role, self._full_scale_v = theme, name, role, full_scale_v
         self._held = 0
         self._peak_v: float | None = None
-        self._words, self._bar = QLabel(), _Bar()
-        self._words.setFont(scaled_font(self.font(), 0.85))
-        self.setFixedWidth(self.fontMetrics().horizontalAdvance("I1 00.00 V") + 8)
-        fill(QVBoxLayout(self), self._words, self._bar, margins=(4, 1, 4, 1), spacing=1)
-        theme.changed.connect(self._paint)
+        width = self.fontMetrics().horizontalAdvance("I1 00.00 V") + 8
+        self.setFont(scaled_font(self.font(), 0.85))
+        self.setFixedSize(width, self.fontMetrics().height() + _BAR_PX + 3)
+        theme.changed.connect(self.update)
         self.show_level(None)
 
     @property
@@ -237,19 +221,23 @@ class LevelBar(QWidget):
         self._held = _HOLD_LOOKS if clipped else max(0, self._held - 1) if level is not None else 0
         self._peak_v = None if level is None else level.peak_v
         self._full_scale_v = (level and level.full_scale_v) or self._full_scale_v
-        share = (self._peak_v or 0.0) / self._full_scale_v
-        peak, said = ("–", "") if level is None else (f"{self._peak_v:.2f} V", f"{100.0 * share:.0f} % of the range")
+        self._share = (self._peak_v or 0.0) / self._full_scale_v
+        peak, said = (
+            ("–", "") if level is None else (f"{level.peak_v:.2f} V", f"{100.0 * self._share:.0f} % of the range")
+        )
         self.setToolTip(f"{self.name}: {said}{', clipping: lower the gain or raise the range' * self.clipping}")
-        self._words.setText(f"{self.name} {'CLIP' if self.clipping else peak}")
-        self._bar.share = min(1.0, share)
-        self._paint()
+        self.setAccessibleName(f"{self.name} {'CLIP' if self.clipping else peak}")
+        self.update()
 
-    def _paint(self) -> None:
-        colours, alarm = self._theme.colours, self._theme.colours.alarm
-        colour = alarm if self.clipping else colours.role(self._role)
-        self._bar.colours = colours.raised, colour
-        self._bar.update()
-        sheet = f"QLabel {{ color: {alarm if self.clipping else colours.text}; }}"
-        # a sheet that is set anew is read anew
-        if sheet != self.styleSheet():
-            self.setStyleSheet(sheet)
+    def paintEvent(self, _event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Draw the words, and the bar beneath them."""
+        colours, room = self._theme.colours, QRectF(self.rect()).adjusted(4.0, 1.0, -4.0, -1.0)
+        alarm = colours.alarm if self.clipping else ""
+        painter = QPainter(self)
+        painter.setPen(QColor(alarm or colours.text))
+        painter.drawText(room, Qt.AlignmentFlag.AlignTop, self.accessibleName())
+        room.setTop(room.bottom() - _BAR_PX)
+        painter.fillRect(room, QColor(colours.raised))
+        room.setWidth(min(1.0, self._share) * room.width())
+        painter.fillRect(room, QColor(alarm or colours.role(self._role)))
+        painter.end()

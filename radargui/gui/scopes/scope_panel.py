@@ -268,7 +268,7 @@ class ScopePanel(QWidget):
         if health is not None:
             self.time.show_levels(health.levels)
         if self._held is not None:
-            self.when.setText(self._held.words)
+            self.when.setText(self._held.words(self._clock()))
         shown = self._shown()
         if shown is None or not self.isVisible():
             return
@@ -295,7 +295,7 @@ class ScopePanel(QWidget):
         feed = self._feed or self._last
         self._held = None
         if self.pause.isChecked() and feed is not None and feed.ring is not None:
-            self._held = Held(feed, feed.ring, self._clock)
+            self._held = Held(feed, feed.ring.held(), self._clock())
             held_s = (self._held.ring.latest - self._held.ring.first) / feed.rate_hz
             self.back.setRange(0, max(0, round((held_s - self.window_s) * _PER_S)))
             self.back.setPageStep(round(self.window_s * _PER_S))

@@ -138,10 +138,6 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         del item
         return float(10.0**y if self.getPlotItem().getAxis("left").logMode else y)
 
-    def true_x(self, x: float) -> float:
-        """Return the value that a place on the lower axis stands for."""
-        return float(10.0**x if self.getPlotItem().getAxis("bottom").logMode else x)
-
     def also(self, value: float, axis: str = "bottom") -> str:
         """Return what else a value of the `bottom` or `left` axis means, for the words of the cursors."""
         del value, axis
@@ -164,7 +160,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Return the data as columns, each under its name; of a plot that is zoomed what is seen of them."""
         columns: list[tuple[str, FloatArray]] = []
         before: FloatArray | None = None
-        low, high = (self.true_x(x) for x in self.view.viewRange()[0])
+        low, high = self.view.viewRange()[0]
         behind = f" [{unit}]" if (unit := unit_of(self.words("left"))) else ""
         names = {one.item: one.name for one in self._pens}
         for item in self.curves():

@@ -159,7 +159,7 @@ class Cursors:
         pixel_x, pixel_y = self._view.viewPixelSize()
         lines, places = [], []
         for number, mark in enumerate(self.marks):
-            x, y = plot.true_x(mark.pos().x()), plot.value_of(self._on[number], mark.pos().y())
+            x, y = mark.pos().x(), plot.value_of(self._on[number], mark.pos().y())
             places.append((x, y))
             across, up = _said(x, pixel_x, x_unit), _said(y, pixel_y, y_unit)
             lines.append(f"{'AB'[number]}  {across}{plot.also(x)}   {up}{plot.also(y, 'left')}")

@@ -63,7 +63,6 @@ class Scope(Plot):
         self._curves = (self.fast_line("i", "I"), self.fast_line("q", "Q"))
         self.gains = (Gain(), Gain())
         self._bin = 1
-        self.write_inside("")
         self.setYRange(-1.0, 1.0, padding=0)
         self.set_window(3.0)
 
@@ -76,10 +75,9 @@ class Scope(Plot):
         self.gains = (i, q)
         scaled = not (i.plain and q.plain)
         # short enough for the lowest plot; what it means stands inside
-        self._labels["left"] = "scaled" if scaled else self._plain
-        self._inside_text = f"{self._plain.partition(' [')[0]}: {i.words('I')},  {q.words('Q')}" if scaled else ""
+        self.relabel(self._labels["bottom"], "scaled" if scaled else self._plain)
+        self.write_inside(f"{self._plain.partition(' [')[0]}: {i.words('I')},  {q.words('Q')}" if scaled else "")
         self.steady = SteadyRange()
-        self.retheme()
 
     def draw(self, time_s: FloatArray, volts: FloatArray, lost: BoolArray, bin_: int = 1) -> None:
         """Draw minimum and maximum of each pixel column.

@@ -52,10 +52,6 @@ class Shown:
         """Return the time of an absolute index on the axes."""
         return (index - self.zero) / self.rate_hz
 
-    def speed_m_s(self, frequency_hz: float) -> float:
-        """Return dL/dt = wavelength times Doppler frequency: how fast the path Tx - sphere - Rx gets longer."""
-        return frequency_hz * self.setup.radar.wavelength_m
-
 
 class Follower:
     """Keeps a `Baseband` in step with what is shown; made anew when another ring, window or band is looked at."""

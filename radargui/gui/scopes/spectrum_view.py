@@ -169,7 +169,8 @@ class SpectrumView(_OfFrequencies):
         line = spectrum.strongest(receiver)
         said = "no line above the noise"
         if line is not None:
-            speed = shown.speed_m_s(line.frequency_hz)
+            # dL/dt: how fast the path Tx - sphere - Rx gets longer
+            speed = shown.setup.radar.wavelength_m * line.frequency_hz
             said = f"strongest {line.frequency_hz:+.1f} Hz = {speed:+.3f} m/s, {_level(line)}"
         hum = ", ".join(f"{one.frequency_hz:.1f} Hz {_level(one)}" for one in mains)
         return f"Rx {receiver + 1}: {said}" + (f"; mains ▼ {hum}" if hum else "")

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
 from radargui.gui.layout import Group, PlainLabel, fill, ticking
-from radargui.gui.plots.colour_bar import ColourBar
+from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
 from radargui.gui.setup.setup_model import SetupModel

@@ -11,7 +11,7 @@ from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from radargui.gui.layout import follow
-from radargui.gui.plots.colour_bar import ColourBar
+from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.ranges import round_up
 from radargui.gui.theme import Theme
 from radargui.gui.track.shown_track import ShownTrack, Space

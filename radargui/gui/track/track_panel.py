@@ -116,14 +116,12 @@ class TrackPanel(QWidget):
 
         self._colours = SpeedColours(theme)
         self.speed_bar = SpeedBar(theme, self._colours)
-        self._stack = QStackedWidget()
-        self.projections = Projections(theme, self._colours)
+        self._stack, self.projections = QStackedWidget(), Projections(theme, self._colours)
         self._stack.addWidget(self.projections)
         self._space_view: SpaceView | None = None
-        self.where = QLabel()
+        selectable = Qt.TextInteractionFlag.TextSelectableByMouse
+        self.where = QLabel(alignment=Qt.AlignmentFlag.AlignHCenter, textInteractionFlags=selectable)
         self.where.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
-        self.where.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        self.where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.where.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.curves = TrackCurves(theme, LIVE_S, self.where)
         self._title = QLabel()
@@ -133,10 +131,9 @@ class TrackPanel(QWidget):
         splitter.setObjectName("track.parts")
         upper = QWidget()
         fill(QVBoxLayout(upper), (self._stack, 1), fill(QHBoxLayout(), 1, self.speed_bar), spacing=0)
-        splitter.addWidget(upper)
-        splitter.addWidget(self.curves)
-        splitter.setStretchFactor(0, 3)
-        splitter.setStretchFactor(1, 2)
+        for place, (part, share) in enumerate(((upper, 3), (self.curves, 2))):
+            splitter.addWidget(part)
+            splitter.setStretchFactor(place, share)
         splitter.setSizes([2500, 2500])
         fill(QVBoxLayout(self), self._title, (splitter, 1), spacing=0)
         self.show_setup(setup)

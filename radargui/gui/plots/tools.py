@@ -12,7 +12,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QMimeData, QRectF, QSize, QSizeF, Qt
+from PySide6.QtCore import (
+    QBuffer,
+    QByteArray,
+    QIODevice,
+    QMarginsF,
+    QMimeData,
+    QRectF,
+    QSignalBlocker,
+    QSize,
+    QSizeF,
+    Qt,
+)
 from PySide6.QtGui import QColor, QImage, QPageSize, QPaintDevice, QPainter, QPdfWriter
 from PySide6.QtSvg import QSvgGenerator
 
@@ -50,7 +61,6 @@ class Cursors:
         self._view = plot.view
         self._on: list[pg.GraphicsObject | None] = [None, None]
         self._chosen = 0
-        self._placing = False
         self._words = pg.TextItem(anchor=(1, 0))
         self._words.setParentItem(self._view)
         self._words.setZValue(100)
@@ -122,18 +132,13 @@ class Cursors:
             self._plot.removeItem(item)
         self._view.sigResized.disconnect(self._write)
         self._view.sigRangeChanged.disconnect(self._write)
-        self._words.setParentItem(None)
-        if (scene := self._words.scene()) is not None:
-            scene.removeItem(self._words)
+        self._plot.scene().removeItem(self._words)
 
     def _moved(self, number: int, _mark: object = None) -> None:
-        if self._placing:
-            return
         mark = self.marks[number]
         self._on[number], x, y = self._nearest(mark.pos().x(), mark.pos().y())
-        self._placing = True
-        mark.setPos(x, y)
-        self._placing = False
+        with QSignalBlocker(mark):
+            mark.setPos(x, y)
         self._lines[number].setValue(x)
         self._write()
 
@@ -143,13 +148,9 @@ class Cursors:
         best, place = _REACH_PX, (None, x, y)
         for item in self._plot.curves():
             xs, ys = self._plot.points_of(item)
-            if not xs.size:
-                continue
-            far: FloatArray = np.hypot((xs - x) / pixel_x, (ys - y) / pixel_y)
-            if not np.isfinite(far).any():
-                continue
-            at = int(np.nanargmin(far))
-            if far[at] < best:
+            far = np.nan_to_num(np.hypot((xs - x) / pixel_x, (ys - y) / pixel_y), nan=np.inf)
+            if far.min(initial=best) < best:
+                at = int(far.argmin())
                 best, place = float(far[at]), (item, float(xs[at]), float(ys[at]))
         return place
 

@@ -161,10 +161,6 @@ class AlignmentView(QWidget):
         self.bars.forget(self.bars.amplitude_v.size)
         self.words.setText("Start, swing the sphere on a thread, and turn an antenna until its bar is highest")
 
-    def set_receivers(self, count: int) -> None:
-        """Show so many receivers."""
-        self.bars.forget(count)
-
     def draw(self, shown: Shown) -> None:
         """Draw what is new; called each frame."""
         band = self._follower.follow(shown, HALF_BAND_HZ)

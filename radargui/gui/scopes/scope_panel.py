@@ -229,17 +229,13 @@ class ScopePanel(QWidget):
         """Of each channel."""
         return self.time.levels
 
-    def show_view(self, name: str) -> None:
-        """Look at what comes in as `time`, `spectrum`, `waterfall` or `alignment`."""
-        self.view.setCurrentIndex(self.view.findData(name))
-
     def set_receivers(self, count: int, full_scale_v: float) -> None:
         """Show so many receivers."""
         if count == len(self.scopes):
             return
         self.time.set_receivers(count, full_scale_v)
         self.waterfall.set_receivers(count)
-        self.alignment.set_receivers(count)
+        self.alignment.bars.forget(count)
         self._renew()
 
     def show_feed(self, feed: Feed | None) -> None:

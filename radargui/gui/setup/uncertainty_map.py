@@ -114,7 +114,6 @@ class UncertaintyMapView(Group):
             plot.write_inside(plane)
             plot.setFixedHeight(176)
             plot.setToolTip(_ABOUT)
-            plot.hideButtons()
             image = pg.ImageItem(colorMap=pg.colormap.get(_COLOURS))
             image.setZValue(-10)
             plot.addItem(image)

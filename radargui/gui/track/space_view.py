@@ -110,8 +110,7 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def _retheme(self) -> None:
         self.setBackgroundColor(self._theme.colours.base)
-        if self._space is not None:
-            self._build()
+        self._build()
         self.show_track(self._track)
 
     def _rgba(self, role: str, alpha: float = 1.0) -> tuple[float, float, float, float]:

@@ -6,7 +6,7 @@ from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from radargui.experiment.calibrating import Calibrate, CalibrationOrder
@@ -47,8 +47,6 @@ class CalibrationDialog(Dialog):
     panel
         Says where a calibration is kept while the setup has no file of the operator's own, and who calibrates.
     """
-
-    used = Signal()
 
     def __init__(self, model: SetupModel, calibrate: Calibrate, panel: SessionPanel, services: Services) -> None:
         super().__init__("Calibrate the antennas", (1060, 640), services.parent, "calibration")
@@ -158,7 +156,6 @@ class CalibrationDialog(Dialog):
         path = free_path(self._own_folder, found.origin.made_at)
         if self._tried(lambda: self._take(path, found)):
             self._services.board.post("info", f"Calibrated: {path.name} is kept. Save the setup to keep its values.")
-            self.used.emit()
             self.accept()
 
     def _take(self, path: Path, found: Calibration) -> None:

@@ -8,15 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QFileDialog,
-    QHBoxLayout,
-    QLabel,
-    QSplitter,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QSplitter, QVBoxLayout, QWidget
 
 from radargui.calibration.unknowns import U_UNSTATED, USUAL
 from radargui.experiment.calibrating import FALL
@@ -54,11 +46,6 @@ class Recorded:
     file: Path
     known: str = FALL
 
-    @property
-    def words(self) -> str:
-        """What is known, for people."""
-        return "free fall" if self.known == FALL else Path(self.known).name
-
 
 class RecordingList(QWidget):
     """Recordings to calibrate from; what is known is set of those that are chosen, of all where none is."""
@@ -69,7 +56,7 @@ class RecordingList(QWidget):
         super().__init__()
         columns = {
             "Recording": lambda one: one.file.name,
-            "What is known of it": lambda one: one.words,
+            "What is known of it": lambda one: "free fall" if one.known == FALL else Path(one.known).name,
             "Folder": lambda one: str(one.file.parent),
         }
         self.rows = RowModel[Recorded](columns, lambda one: str(one.file))
@@ -92,10 +79,10 @@ class RecordingList(QWidget):
         """The recordings in order."""
         return self.rows.entries
 
-    def put(self, files: Iterable[Path], known: str = FALL) -> None:
+    def put(self, files: Iterable[Path]) -> None:
         """Add recordings that are not there yet."""
         there = {one.file for one in self.entries}
-        self.show_recordings([*self.entries, *(Recorded(file, known) for file in files if file not in there)])
+        self.show_recordings([*self.entries, *(Recorded(file) for file in files if file not in there)])
 
     def say_known(self, known: str) -> None:
         """Say what is known of the chosen recordings."""

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 
-import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontDatabase, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
@@ -277,7 +276,8 @@ class TMatrixView(Group):
             self.condition.setText("No 3D track: it needs three receivers. Path lengths are measured all the same.")
             return
         number = condition_number(antennas)
-        singular = not math.isfinite(number) or number > SINGULAR_CONDITION or np.linalg.matrix_rank(matrix) < 3
+        # not a number counts too
+        singular = not number <= SINGULAR_CONDITION
         self.condition.setText(f"Condition number: {'infinite' if singular else f'{number:.2f}'}")
         grows = f"An error of path length grows up to {number:.0f} times in the position. Spread the antennas further."
         if singular or number > LARGE_CONDITION:

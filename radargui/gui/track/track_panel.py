@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QSizePolicy,
-    QSplitter,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from radargui.gui.background import Start, at_once
 from radargui.gui.control.state import Feed
@@ -46,12 +37,9 @@ class Projections(QWidget):
     def __init__(self, theme: Theme, colours: SpeedColours) -> None:
         super().__init__()
         self._colours = colours
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(2)
         self.plots: list[Plot] = []
         self._parts = []
-        for number, (across, up) in enumerate(_VIEWS):
+        for across, up in _VIEWS:
             words = f"{_AXES[across]} [mm]", f"{_AXES[up]} [mm]"
             plot = Plot(theme, *words, left_px=46, equal=True, live=True, density=0.6)
             floor = plot.rule("line", 0.0, angle=0, dashed=False) if up == 2 else None
@@ -61,7 +49,7 @@ class Projections(QWidget):
             sphere = plot.dot("text")
             self.plots.append(plot)
             self._parts.append((across, up, plot, floor, trail, impacts, sphere))
-            grid.addWidget(plot, 0, number)
+        fill(QHBoxLayout(self), *self.plots)
 
     def show_space(self, space: Space) -> None:
         """Show another field of view."""

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QToolButton, QWidget
 
 from radargui.geometry.path_length import condition_number, place_antennas, t_matrix
 from radargui.gui.background import Jobs
-from radargui.gui.layout import FaultText, Group, PlainLabel, button, follow
-from radargui.gui.setup.fields import AntennaGrid, FormPanel, SetupForm
+from radargui.gui.layout import Answer, FaultText, Group, PlainLabel, button
+from radargui.gui.setup.fields import AntennaGrid, FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.geometry_sketch import GeometrySketch
 from radargui.gui.setup.setup_model import MOST_RECEIVERS, SetupModel
 from radargui.gui.setup.uncertainty_map import UncertaintyMapView
@@ -27,11 +27,10 @@ _ASSUMED_DEG = ASSUMED["u_polarization_deg"]
 _HEIGHT, _MARGIN = 108, 4
 
 
-class PolarizationForm(Group):
+class PolarizationForm(ModelGroup):
     """Angle and uncertainty of each antenna's electric field, and the drawing."""
 
     def __init__(self, model: SetupModel, theme: Theme) -> None:
-        super().__init__("Polarisation")
         table = AntennaGrid(model, ("polarization_deg", "u_polarization_deg"), first=0)
         self._angles = [fields[0] for fields in table.fields.values()]
         self.sketch = PolarizationSketch(model, theme)
@@ -39,11 +38,10 @@ class PolarizationForm(Group):
             "Each antenna from behind, looking at the centre. Arrow: electric field; wedge: uncertainty; dashed: "
             "strongest signal, of which the receiver gets so much."
         )
-        for part in (table, self.sketch, PlainLabel(said)):
-            self.whole(part)
-        follow(model.changed, self._refresh)
+        super().__init__("Polarisation", model, table, self.sketch, PlainLabel(said))
 
-    def _refresh(self) -> None:
+    def refresh(self) -> None:
+        """Show the angles that hold where none is given."""
         drawn = self.sketch.antennas
         for place, angle in enumerate(self._angles):
             strongest_deg = drawn[place].strongest_deg if place < len(drawn) else None
@@ -250,17 +248,13 @@ class ReceiverTable(AntennaGrid):
         self.add.setEnabled(count < MOST_RECEIVERS)
 
 
-class TMatrixView(Group):
+class TMatrixView(ModelGroup):
     """T row by row, its condition number, and a warning where the antennas cannot tell the three directions apart."""
 
     def __init__(self, model: SetupModel) -> None:
-        super().__init__("Matrix T")
-        self._model = model
         self.matrix, self.condition, self.warning = QLabel(), PlainLabel(), FaultText()
         self.matrix.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
-        for part in (self.matrix, self.condition, self.warning):
-            self.whole(part)
-        follow(model.changed, self.refresh)
+        super().__init__("Matrix T", model, self.matrix, self.condition, self.warning)
 
     def refresh(self) -> None:
         """Compute T of the setup anew; a faulty draft leaves the last one, greyed."""
@@ -284,20 +278,15 @@ class TMatrixView(Group):
             self.warning.say(_SINGULAR if singular else grows)
 
 
-class CalibrationGroup(Group):
+class CalibrationGroup(ModelGroup):
     """Beside the antennas: which calibration they have, what is wrong with it, and the way to another."""
 
     asked = Signal()
 
     def __init__(self, model: SetupModel) -> None:
-        super().__init__("Calibration")
-        self._model = model
-        self.words, self.checked, self.fault = PlainLabel(), PlainLabel(), FaultText()
-        self.begin = button("Calibrate the antennas…", self.asked)
-        for part in (self.words, self.fault, self.checked, self.begin):
-            self.whole(part)
-        self.checked.hide()
-        follow(model.changed, self.refresh)
+        self.words, self.checked, self.fault = PlainLabel(), Answer(), FaultText()
+        self.begin = button("Calibrate the antennas…", lambda: self.asked.emit())
+        super().__init__("Calibration", model, self.words, self.fault, self.checked, self.begin)
 
     def refresh(self) -> None:
         """Show what holds for the setup now."""
@@ -309,5 +298,4 @@ class CalibrationGroup(Group):
 
     def show_check(self, check: CalibrationCheck | None) -> None:
         """Show what the last first drop said."""
-        self.checked.setText("" if check is None else f"Last check: {check.words}")
-        self.checked.setVisible(check is not None)
+        self.checked.say("" if check is None else f"Last check: {check.words}")

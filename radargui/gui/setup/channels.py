@@ -14,8 +14,9 @@ from radargui.acquisition.health import ChannelFacts, channel_facts
 from radargui.gui.background import Jobs
 from radargui.gui.control.run_control import RunControl
 from radargui.gui.control.state import AppState, Feed
-from radargui.gui.layout import Group, PlainLabel, button, follow, ticking
+from radargui.gui.layout import PlainLabel, button, ticking
 from radargui.gui.panels import Actions
+from radargui.gui.setup.fields import ModelGroup
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.table import RowModel, RowTable
 from radargui.gui.theme import Theme
@@ -73,12 +74,11 @@ class ChannelModel(RowModel[Channel]):
         return super().cell(entry, column, role)
 
 
-class ChannelGroup(Group):
+class ChannelGroup(ModelGroup):
     """The table, and the button that fills it without recording."""
 
     def __init__(self, model: SetupModel, does: Actions, theme: Theme) -> None:
-        super().__init__("Channels")
-        self._setup, self.rows_ = model, ChannelModel(theme)
+        self.rows_ = ChannelModel(theme)
         self.table = RowTable(self.rows_, "channels")
         self.table.setSelectionMode(RowTable.SelectionMode.NoSelection)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -88,14 +88,12 @@ class ChannelGroup(Group):
         self.table.setToolTip("What each input shows; while samples come in it is brought up to date once a second")
         self.read = button("Read a moment", does.moment.trigger, does.moment.toolTip())
         self.words = PlainLabel("Nothing was read yet.")
-        for part in (self.table, self.read, self.words):
-            self.whole(part)
-        follow(model.changed, self._wires_changed)
+        super().__init__("Channels", model, self.table, self.read, self.words)
 
     def show_facts(self, facts: tuple[ChannelFacts, ...]) -> None:
         """Show what the channels show; none: nothing is known any more."""
         by_name, before = {one.level.name: one for one in facts}, self.rows_.entries
-        wires = zip(self._setup.setup.channel_names, self._wires, strict=True)
+        wires = zip(self._model.setup.channel_names, self._wires, strict=True)
         rows = [Channel(name, wire, by_name.get(name)) for name, wire in wires]
         self.rows_.replace_all(rows)
         if not (facts and any(one.shows for one in before)):
@@ -107,10 +105,10 @@ class ChannelGroup(Group):
 
     @property
     def _wires(self) -> list[str]:
-        return [wire.rpartition("/")[2] for wire in self._setup.setup.physical_channels]
+        return [wire.rpartition("/")[2] for wire in self._model.setup.physical_channels]
 
-    def _wires_changed(self) -> None:
-        # what was read came through other wires
+    def refresh(self) -> None:
+        """Forget what was read through other wires."""
         if [one.wired_to for one in self.rows_.entries] != self._wires:
             self.show_facts(())
 

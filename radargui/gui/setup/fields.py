@@ -140,6 +140,21 @@ class CheckField(QCheckBox):
 Field: TypeAlias = LineField | ChoiceField | CheckField
 
 
+class ModelGroup(Group):
+    """A titled group that shows what follows from the setup, and follows its changes."""
+
+    def __init__(self, title: str, model: SetupModel, *parts: QWidget) -> None:
+        super().__init__(title)
+        self._model = model
+        for part in parts:
+            self.whole(part)
+        follow(model.changed, self.refresh)
+
+    def refresh(self) -> None:
+        """Show what holds for the setup now."""
+        raise NotImplementedError
+
+
 class SetupForm(Group):
     """A titled group of fields of the setup, each with its words; what is wrong with one stands beneath it.
 

@@ -13,7 +13,7 @@ from radargui.gui.background import Jobs, Then, Work
 from radargui.gui.layout import Answer, Choice, FaultText, Group, PathField, PlainLabel, button, follow, side_by_side
 from radargui.gui.panels import Actions
 from radargui.gui.setup.channels import ChannelGroup
-from radargui.gui.setup.fields import FormPanel, SetupForm
+from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.setup_model import SetupModel
 from radargui.gui.setup.words import called, in_words
 from radargui.gui.theme import Theme
@@ -35,7 +35,7 @@ FindDevices = Callable[[str | None, str | None], Sequence[Any]]
 _UNKNOWN = "“Find devices” or “Check this setup” tells the limit of the device."
 
 
-class RateView(Group):
+class RateView(ModelGroup):
     """The aggregate rate of the setup against the limit of its device, where that is known.
 
     Attributes
@@ -45,15 +45,11 @@ class RateView(Group):
     """
 
     def __init__(self, model: SetupModel) -> None:
-        super().__init__("Rate of all channels")
-        self._model = model
         self._known: dict[tuple[str | None, str], NiDevice] = {}
         self.fault = ""
         self.words, self.bar, self.wrong = PlainLabel(), QProgressBar(maximum=1000, textVisible=False), FaultText()
         self.bar.setFixedHeight(10)
-        for part in (self.words, self.bar, self.wrong):
-            self.whole(part)
-        follow(model.changed, self.refresh)
+        super().__init__("Rate of all channels", model, self.words, self.bar, self.wrong)
 
     def take(self, *devices: NiDevice) -> None:
         """Remember what devices can do, each at the place where it was asked for."""

@@ -88,7 +88,6 @@ class UncertaintyMapView(Group):
         super().__init__("Position uncertainty to expect")
         self._model, self._jobs = model, jobs
         self.shown: UncertaintyMap | None = None
-        self._wanted: object = None
         self._of: tuple[Setup, float] | None = None
         self.snr = QDoubleSpinBox(minimum=0.0, maximum=120.0, decimals=0, suffix=" dB")
         self.snr.setObjectName("map.snr")
@@ -142,13 +141,12 @@ class UncertaintyMapView(Group):
 
     def _begin(self) -> None:
         self._of = asked = (self._model.setup, self.snr.value())
-        self._wanted = asked
         self._jobs.start(
             "the map of the uncertainty",
             partial(map_of, *asked),
             self.show_map,
             lambda error: self._say(f"No map: {error}"),
-            lambda: self._wanted is asked,
+            lambda: self._of is asked,
         )
 
     def show_map(self, found: UncertaintyMap | None) -> None:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPoint, Qt
-from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QKeyEvent, QKeySequence
+from PySide6.QtGui import QAction, QContextMenuEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QApplication, QGraphicsItem, QMenu
 
 from radargui.gui.layout import TIPS, follow
@@ -295,7 +295,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
 
     def marker(self, role: str, symbol: str = "o", size: int = 8, name: str = "") -> pg.PlotDataItem:
         """Add an empty set of symbols."""
-        return self._add(Marker(pen=None, symbol=symbol, symbolSize=size), role, name)
+        return self._add(Marker(pen=None, symbol=symbol, symbolSize=size, symbolPen=None), role, name)
 
     def rule(self, role: str, position: float, *, angle: int = 90, dashed: bool = True) -> pg.InfiniteLine:
         """Add a straight line across the plot."""
@@ -374,17 +374,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         return item
 
     def _paint(self, item: Any, role: str, *, dashed: bool) -> None:
-        colour = QColor(self.colour(role))
-        if isinstance(item, Dot):
-            item.setBrush(colour)
-            return
-        if isinstance(item, pg.PlotDataItem) and item.opts["symbol"] is not None:
-            item.setSymbolBrush(colour)
-            item.setSymbolPen(None)
-            return
         # width 1 is ten times faster to draw than 2
         style = Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine
-        item.setPen(pg.mkPen(colour, width=1, style=style))
+        item.setPen(pg.mkPen(self.colour(role), width=1, style=style))
 
 
 def _arrays(x: Any, y: Any) -> tuple[FloatArray, FloatArray]:

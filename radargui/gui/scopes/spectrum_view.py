@@ -240,11 +240,11 @@ class WaterfallView(_OfFrequencies):
     def make_plots(self, count: int) -> None:
         """Make one waterfall a receiver."""
         take_out(self._column, *self.plots)
-        self.plots = [Waterfall(self._theme, number + 1, with_time=number == count - 1) for number in range(count)]
+        last = count - 1
+        self.plots = [Waterfall(self._theme, number + 1, with_time=number == last) for number in range(count)]
         for number, plot in enumerate(self.plots):
-            if number < count - 1:
-                plot.setXLink(self.plots[-1])
-            self._column.insertWidget(number, plot, 5 if number == count - 1 else 4)
+            plot.setXLink(None if number == last else self.plots[last])
+            self._column.insertWidget(number, plot, 5 if number == last else 4)
 
     def show_nothing(self) -> None:
         """Forget what was shown."""

@@ -1,5 +1,7 @@
 """The track in space by OpenGL; made only where the test of OpenGL said yes."""
 
+from __future__ import annotations
+
 import math
 from typing import Any
 
@@ -67,17 +69,11 @@ class SpaceView(gl.GLViewWidget):  # type: ignore[misc] # pyqtgraph has no types
         aspect = max(1.0, self.width() / self.height())
         self.opts["distance"] = 0.8 * float(self._space.size_mm.max()) * aspect / half_width
 
-    def camera(self) -> tuple[float, float, float | None]:
-        """Return elevation and azimuth, and the distance where the operator chose it."""
-        opts = self.opts
-        return opts["elevation"], opts["azimuth"], opts["distance"] if self._distance_chosen else None
-
-    def take_camera(self, camera: tuple[float, float, float | None]) -> None:
-        """Look from where another view looked."""
-        self.opts["elevation"], self.opts["azimuth"], distance = camera
-        if distance is not None:
-            self._distance_chosen = True
-            self.opts["distance"] = distance
+    def look_as(self, other: SpaceView) -> None:
+        """Look from where another view looks; from as far only where the operator chose that."""
+        names = ("elevation", "azimuth", *(["distance"] if other._distance_chosen else []))
+        self.opts |= {name: other.opts[name] for name in names}
+        self._distance_chosen = other._distance_chosen
         self.update()
 
     def show_track(self, track: ShownTrack) -> None:

@@ -146,10 +146,6 @@ class TrackCurves(QWidget):
         """Draw something else below the height."""
         self.tabs.setCurrentIndex(list(_LABELS).index(detail))
 
-    def show_space(self, space: Space) -> None:
-        """Show another field of view."""
-        self.height_plot.show_space(space)
-
     def follow(self, now: bool) -> None:
         """Say on the axes of the live trail whether their right edge is now."""
         self._words = NOW if now else LAST

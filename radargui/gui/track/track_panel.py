@@ -92,7 +92,6 @@ class TrackPanel(QWidget):
     def __init__(self, theme: Theme, setup: Setup, start: Start = at_once) -> None:
         super().__init__()
         self._theme, self._start = theme, start
-        self._setup, self._space = setup, space_of(setup)
         self._feed: Feed | None = None
         self._drawn = -1
         self._frame = 0
@@ -159,17 +158,17 @@ class TrackPanel(QWidget):
     def renew_space_view(self) -> None:
         """Make the view in space anew: torn off or put back, its old surface stays black."""
         if self._space_view is not None:
-            camera = self._space_view.camera()
+            before = self._space_view
             self.use_space_view(False)
             self.use_space_view(True)
-            self._space_view.take_camera(camera)
+            self._space_view.look_as(before)
 
     def show_setup(self, setup: Setup) -> None:
         """Show the field of view of another setup."""
         self._setup, self._space = setup, space_of(setup)
         self._colours.fit(self._space)
         self.speed_bar.refresh()
-        for view in (self.view, self.curves):
+        for view in (self.view, self.curves.height_plot):
             view.show_space(self._space)
 
     def show_feed(self, feed: Feed | None) -> None:

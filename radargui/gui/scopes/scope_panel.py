@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from radargui.acquisition.health import Health
 from radargui.acquisition.run_output import Level
 from radargui.gui.control.state import Feed
-from radargui.gui.layout import Choice, button, fill, take_out
+from radargui.gui.layout import TIPS, Choice, button, fill, take_out
 from radargui.gui.plots.envelope import Envelope, look
 from radargui.gui.plots.key import IQ_KEY, Key
 from radargui.gui.plots.plot import LAST, NOW
@@ -41,9 +41,6 @@ _PER_S = 100
 """Steps of the slider a second."""
 _SPANS = [(seconds, f"{seconds:g} s") for seconds in WINDOWS_S]
 _BANDS = [(hertz, f"±{hertz / 1e3:g} kHz" if hertz >= 1e3 else f"±{hertz:g} Hz") for hertz in BANDS_HZ]
-_VIEW_TIP = "I and Q against time, their spectrum, spectra over time, or bars for turning antennas"
-_SPAN_TIP = "Window: how many seconds are shown. Of a spectrum: longer tells nearer lines apart"
-_BAND_TIP = "Band: frequencies that the spectrum shows, at most half the rate of the samples"
 
 
 class TimeView(QWidget):
@@ -176,29 +173,26 @@ class ScopePanel(QWidget):
         self._pages = (self.time, self.spectrum, self.waterfall, self.alignment)
 
         self.view, self.span, self.band = Choice(VIEWS.items()), Choice(_SPANS), Choice(_BANDS)
-        for choice, name, what, tip in (
-            (self.view, "view", "What the scopes show", _VIEW_TIP),
-            (self.span, "window", "Window of time", _SPAN_TIP),
-            (self.band, "band", "Band of the spectrum", _BAND_TIP),
-        ):
+        names = {"view": "What the scopes show", "window": "Window of time", "band": "Band of the spectrum"}
+        for choice, (name, what) in zip((self.view, self.span, self.band), names.items(), strict=True):
             choice.setObjectName(f"scope.{name}")
             choice.setAccessibleName(what)
-            choice.setToolTip(tip)
+            choice.setToolTip(TIPS["scopes"][what])
             # in a narrow dock their words are cut before the plots are
             choice.setMinimumWidth(46)
         self.span.setCurrentIndex(max(0, self.span.findData(window_s)))
         self.band.setCurrentIndex(1)
         self.let_go = button("Hold anew", self.alignment.bars.let_go)
         self.pause = QCheckBox("Pause")
-        self.pause.setToolTip("Holds the picture; recording goes on. What is held can be scrolled back and zoomed")
+        self.pause.setToolTip(TIPS["scopes"]["Pause"])
         self.key = Key(theme, *IQ_KEY)
         parts = (self.view, self.span, self.band, self.let_go, self.pause, 1, self.key)
         top = fill(QHBoxLayout(), *parts, margins=(6, 4, 6, 0), spacing=6)
 
         self.when = QLabel()
         self.back = QSlider(Qt.Orientation.Horizontal)
-        self.back.setToolTip("Back through the last seconds before the pause")
         self.back.setAccessibleName("Back through what is held")
+        self.back.setToolTip(TIPS["scopes"]["Back through what is held"])
         self.back.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._past = QWidget()
         fill(QHBoxLayout(self._past), self.when, (self.back, 1), margins=(6, 2, 6, 0), spacing=8)

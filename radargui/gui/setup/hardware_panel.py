@@ -136,7 +136,6 @@ class ReplayForm(Group):
         keys = [key for key in keys if re.split(r"[.\[]", key)[0] in MEASURING]
         named = ", ".join(map(called, keys[:_MOST_NAMED])) + (" …" if len(keys) > _MOST_NAMED else ".")
         self.other.setText(f"This recording was made with another setup, and is computed with the one here: {named}")
-        self.take_own.setToolTip("Takes the place of the values here; Undo all changes brings back those of the file")
         for part in (self.other, self.take_own):
             part.setVisible(bool(keys))
         # what was edited and stands in no file would be lost

@@ -29,18 +29,13 @@ class SessionPanel(QWidget):
         self._folder.line.textChanged.connect(lambda _text: self.folder_changed.emit())
         self.folder_fault = self._folder.fault
         group.row("Data folder", self._folder, fault=self.folder_fault)
-        names = ("operator", "sample", "target", "mark")
-        self._operator, self._sample, self._target, self._mark = lines = [QLineEdit() for _ in names]
-        for name, line in zip(names, lines, strict=True):
-            line.setObjectName(f"session.{name}")
-        self._operator.setText(operator)
-        for line, words, tip in (
-            (self._operator, "Operator", ""),
-            (self._sample, "Sample", "What is measured: material, make, surface"),
-            (self._target, "Target", "What it falls on, or moves in"),
-        ):
+        self._operator = QLineEdit(operator)
+        self._sample, self._target, self._mark = (QLineEdit() for _ in range(3))
+        for line, words in ((self._operator, "Operator"), (self._sample, "Sample"), (self._target, "Target")):
+            line.setObjectName(f"session.{words.lower()}")
             line.editingFinished.connect(self.details_changed)
-            group.row(words, line, tip)
+            group.row(words, line)
+        self._mark.setObjectName("session.mark")
         self._notes = QPlainTextEdit(placeholderText="what else is worth knowing …", tabChangesFocus=True)
         self._notes.setObjectName("session.notes")
         self._notes.setMinimumHeight(48)

@@ -10,7 +10,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QWidget
 
 from radargui.gui.background import Jobs
-from radargui.gui.layout import Group, PlainLabel, fill, ticking
+from radargui.gui.layout import TIPS, Group, PlainLabel, fill, ticking
 from radargui.gui.plots.key import ColourBar
 from radargui.gui.plots.plot import Plot
 from radargui.gui.setup.geometry_sketch import HALF_FIELD_M
@@ -29,15 +29,6 @@ _COLOURS = "cividis"
 """Made for colour-blind eyes: lightness alone tells the order."""
 _LEFT = 48
 _PLANES = (("x [mm]", "z [mm]", (0, 2), "y = 0"), ("x [mm]", "y [mm]", (0, 1), "z = 0"))
-_SNR_TIP = (
-    "Signal-to-noise ratio of one sample at the release [dB], 10 log10(A² / (2 σ²)), as in the tables of a run; until "
-    "it is typed that of the simulated source"
-)
-_SCALE_TIP = "Colours of the map, from the smallest to the largest standard uncertainty in it [mm]"
-_ABOUT = (
-    "Standard uncertainty of one coordinate of a place [mm], root mean square over x, y and z: noise of one sample, "
-    "antennas, release, wave and sphere by the setup's u_ values. Walls and what a correction leaves are not in it."
-)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,9 +84,13 @@ class UncertaintyMapView(Group):
         self.snr.setObjectName("map.snr")
         self._own_snr = False
         self.snr.setValue(model.setup.simulation.snr_db)
-        self.row("SNR", self.snr, _SNR_TIP)
+        self.row("SNR", self.snr)
         self._theme, self._images = theme, list[pg.ImageItem]()
-        self.scale, self.words, self.here = ColourBar(_SCALE_TIP), PlainLabel(), PlainLabel()
+        self.scale, self.words, self.here = (
+            ColourBar(TIPS["plots"]["Colours of the uncertainty"]),
+            PlainLabel(),
+            PlainLabel(),
+        )
         both = QWidget()
         self._row = fill(QHBoxLayout(both))
         for part in (both, self.scale, self.words, self.here):
@@ -112,7 +107,7 @@ class UncertaintyMapView(Group):
             plot = Plot(self._theme, bottom, left, left_px=_LEFT, equal=True)
             plot.write_inside(plane)
             plot.setFixedHeight(176)
-            plot.setToolTip(_ABOUT)
+            plot.setToolTip(TIPS["plots"]["Uncertainty"])
             image = pg.ImageItem(colorMap=pg.colormap.get(_COLOURS))
             image.setZValue(-10)
             plot.addItem(image)

@@ -15,7 +15,7 @@ from radargui.experiment.calibrating import FALL
 from radargui.files.formats import SUFFIXES
 from radargui.gui.layout import TIPS, Group, Paragraph, PlainLabel, button, fill, follow
 from radargui.gui.plots.plot import Plot
-from radargui.gui.setup.words import called, words_of
+from radargui.gui.setup.words import UNKNOWNS, called, words_of
 from radargui.gui.table import RowModel, RowTable, WordTable
 from radargui.gui.theme import Theme, scaled_font
 from radargui.model.assumed import uncertain_inputs
@@ -27,16 +27,6 @@ from radargui.model.setup import Setup
 
 _RECORDINGS = f"Recordings ({' '.join('*' + suffix for suffix in SUFFIXES)});;All files (*)"
 _PATHS = "Known motions (*.toml *.csv);;All files (*)"
-GROUPS = {
-    "tilt": ("Tilt of each receiver", (".tilt_deg",)),
-    "azimuth": ("Azimuth of each receiver", (".azimuth_deg",)),
-    "distance": ("Distance of each antenna", (".distance_m",)),
-    "transmitter": ("Place of the transmitter, also off the axis", ()),
-    "release": ("Place of the release", ("release_position_m[3]",)),
-    "gravity": ("Direction of gravity against z", ()),
-    "polarization": ("Polarisation of each antenna", (".polarization_deg",)),
-}
-"""What may be unknown, in words, and which values of the setup are its priors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,9 +110,9 @@ class UnknownsForm(QWidget):
         group = Group("Unknown")
         self.boxes: dict[str, QCheckBox] = {}
         self._priors: dict[str, PlainLabel] = {}
-        for name, (words, _) in GROUPS.items():
-            box, prior = QCheckBox(words), PlainLabel()
-            box.setToolTip(TIPS["fields"].get(words, ""))
+        for name, unknown in UNKNOWNS.items():
+            box, prior = QCheckBox(unknown["title"]), PlainLabel()
+            box.setToolTip(TIPS["fields"].get(box.text(), ""))
             box.setChecked(name in USUAL)
             box.toggled.connect(self.changed)
             self.boxes[name], self._priors[name] = box, prior
@@ -142,8 +132,9 @@ class UnknownsForm(QWidget):
         """Show what a setup knows of each group."""
         plain = setup.model_copy(update={"calibration": type(setup.calibration)()})
         given = [one for one in uncertain_inputs(plain) if not one.assumed]
-        for name, (_, ends) in GROUPS.items():
-            own = [one for one in given if ends and one.key.endswith(ends)]
+        for name, unknown in UNKNOWNS.items():
+            ends = tuple(unknown["priors"])
+            own = [one for one in given if one.key.endswith(ends)]
             said = [f"{called(one.key).partition(':')[0]} ± {words_of(one.key).with_unit(one.u)}" for one in own]
             if ends and not said:
                 # of the first receiver: all are written in one unit

@@ -15,7 +15,7 @@ from radargui.gui.panels import Actions
 from radargui.gui.setup.channels import ChannelGroup
 from radargui.gui.setup.fields import FormPanel, ModelGroup, SetupForm
 from radargui.gui.setup.setup_model import SetupModel
-from radargui.gui.setup.words import called, in_words
+from radargui.gui.setup.words import FORMS, called, in_words
 from radargui.gui.theme import Theme
 from radargui.model.errors import DeviceError
 from radargui.model.plugins import plugins
@@ -25,11 +25,6 @@ from radargui.sources.ni.checks import check_rate, rate_limit_hz, rate_sentence
 from radargui.sources.ni.discovery import NiDevice, find_devices
 from radargui.sources.ni.source import check_setup
 
-_START = (
-    *("daq.start", "daq.start_source", "daq.start_edge", "daq.start_level_v", "daq.start_pretrigger"),
-    *("recording.restart_after_error", "recording.restart_within_s"),
-)
-"""When a run starts, and what happens after an error."""
 CERTIFICATES = "Certificates (*.pem *.crt *.cer);;All files (*)"
 FindDevices = Callable[[str | None, str | None], Sequence[Any]]
 _UNKNOWN = "“Find devices” or “Check this setup” tells the limit of the device."
@@ -168,7 +163,7 @@ class NiForm(SetupForm):
         self.answer, self.checked = Answer(), Answer()
         for part in (self.button, self.found, self.answer):
             self.whole(part)
-        self.add("daq.channels", "daq.terminal", "daq.range_v", "daq.channel_skew_s", *_START)
+        self.add(*FORMS["ni_inputs"]["keys"])
         start = self.fields["daq.start"]
         if isinstance(start, Choice):
             start.activated.connect(lambda _index: self._settle(start.currentData()))

@@ -48,8 +48,8 @@ class View(pg.ViewBox):  # type: ignore[misc] # pyqtgraph has no types
     def setRange(self, rect: Any = None, xRange: Any = None, yRange: Any = None, **options: Any) -> None:  # noqa: N802 - pyqtgraph's name
         """Set a range; while the view is zoomed and live, the program's is kept for later."""
         if rect is None and not self.by_hand and options.get("disableAutoRange", True):
-            asked = {name: value for name, value in (("xRange", xRange), ("yRange", yRange)) if value is not None}
-            self._whole.update(asked)
+            asked = zip(_AXES, (xRange, yRange), strict=True)
+            self._whole |= {name: value for name, value in asked if value is not None}
             if self.zoomed and self._live:
                 return
             self._zoom(on=False)

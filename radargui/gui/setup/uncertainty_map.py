@@ -28,7 +28,7 @@ _FIELD_MM = QRectF(*(2 * [-1e3 * HALF_FIELD_M]), *(2 * [2e3 * HALF_FIELD_M]))
 _COLOURS = "cividis"
 """Made for colour-blind eyes: lightness alone tells the order."""
 _LEFT = 48
-_PLANES = (("x [mm]", "z [mm]", (0, 2), "y = 0"), ("x [mm]", "y [mm]", (0, 1), "z = 0"))
+_PLANES = (("z [mm]", "y = 0"), ("y [mm]", "z = 0"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,13 +51,13 @@ class UncertaintyMap:
 def map_of(setup: Setup, snr_db: float) -> UncertaintyMap | None:
     """Return the map of a setup; None where fewer than three receivers tell no place."""
     edge = np.linspace(-HALF_FIELD_M, HALF_FIELD_M, POINTS)
-    first, second = (one.ravel() for one in np.meshgrid(edge, edge, indexing="ij"))
-    zero = np.zeros(first.size)
+    places = np.zeros((3, 2, POINTS, POINTS))
+    # across x in both planes; upwards z from the side, y from above
+    places[0], places[2, 0], places[1, 1] = edge[:, None], edge, edge
     release = np.array(setup.tracer.release_position_m)[:, None]
     # two places to tell the release's own budget: one alone has no spacing
     at_release = expected_uncertainty(np.repeat(release, 2, axis=1), setup, snr_db)
-    places = np.concatenate([np.stack([first, zero, second]), np.stack([first, second, zero])], axis=1)
-    found = expected_uncertainty(places, setup, snr_db)
+    found = expected_uncertainty(places.reshape(3, -1), setup, snr_db)
     if found is None or at_release is None:
         return None
     u_mm = 1e3 * np.sqrt((found[0] ** 2).mean(axis=0)).reshape(2, POINTS, POINTS)
@@ -103,8 +103,8 @@ class UncertaintyMapView(Group):
     def plots(self) -> list[Plot]:
         """One a plane; made when they are first looked at: plots are what a new window waits for."""
         made = []
-        for number, (bottom, left, _, plane) in enumerate(_PLANES):
-            plot = Plot(self._theme, bottom, left, left_px=_LEFT, equal=True)
+        for number, (left, plane) in enumerate(_PLANES):
+            plot = Plot(self._theme, "x [mm]", left, left_px=_LEFT, equal=True)
             plot.write_inside(plane)
             plot.setFixedHeight(176)
             plot.setToolTip(TIPS["plots"]["Uncertainty"])

@@ -66,23 +66,21 @@ class TimeView(QWidget):
         # columns are widgets: of a layout within the layout PySide keeps each item by its address, and where it was
         # deleted with what it held, a later widget at this address took both with it (segmentation fault)
         take_out(self._grid, *self.scopes, *self._columns)
-        self.scopes, self.levels, self._columns = [], [], []
-        for index in range(count):
-            # the time axis is the same for all: its words stand once, at the bottom
-            scope = Scope(self._theme, index + 1, with_time=index == count - 1)
+        last = count - 1
+        # the time axis is the same for all: its words stand once, at the bottom
+        self.scopes = [Scope(self._theme, index + 1, with_time=index == last) for index in range(count)]
+        names = [(part, index) for index in range(1, count + 1) for part in "IQ"]
+        self.levels = [LevelBar(self._theme, f"{part}{index}", part.lower(), full_scale_v) for part, index in names]
+        self._columns = [QWidget() for _ in range(count)]
+        for index, (scope, column) in enumerate(zip(self.scopes, self._columns, strict=True)):
+            scope.setXLink(None if index == last else self.scopes[last])
             scope.view.sigXRangeChanged.connect(self.look_again)
-            self.scopes.append(scope)
+            below = [self.gain] if index == last else []
+            fill(QVBoxLayout(column), 1, *self.levels[2 * index : 2 * index + 2], 1, *below)
             self._grid.addWidget(scope, index, 0)
-            bars = [LevelBar(self._theme, f"{part}{index + 1}", part.lower(), full_scale_v) for part in "IQ"]
-            self.levels += bars
-            below = [self.gain] if index == count - 1 else []
-            self._columns.append(column := QWidget())
-            fill(QVBoxLayout(column), 1, *bars, 1, *below)
             self._grid.addWidget(column, index, 1)
             # the last one holds the time axis as well
-            self._grid.setRowStretch(index, 5 if index == count - 1 else 4)
-        for scope in self.scopes[:-1]:
-            scope.setXLink(self.scopes[-1])
+            self._grid.setRowStretch(index, 5 if index == last else 4)
         for index in range(count, self._grid.rowCount()):
             self._grid.setRowStretch(index, 0)
         self._grid.setColumnStretch(0, 1)

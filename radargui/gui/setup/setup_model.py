@@ -181,8 +181,8 @@ class SetupModel(QObject):
         if isinstance(channels, list):
             if removed is not None:
                 del channels[2 * removed - 2 : 2 * removed]
+            free = (f"ai{number}" for number in range(64) if f"ai{number}" not in channels)
             while len(channels) < 2 * len(self._draft["receiver"]):
-                free = (f"ai{number}" for number in range(64) if f"ai{number}" not in channels)
                 channels.append(next(free))
         self._validate()
 

@@ -53,7 +53,6 @@ class HeightPlot(TimePlot):
 
     def __init__(self, theme: Theme) -> None:
         super().__init__(theme, LAST, "z [mm]", "z")
-        self._space: Space | None = None
         self._fit = self.still_line("fit", "parabola", dashed=True)
         self._impacts = self.marker("mark", symbol="x", size=10, name="impacts")
 
@@ -72,8 +71,6 @@ class HeightPlot(TimePlot):
         self._fit_height(track)
 
     def _fit_height(self, track: ShownTrack) -> None:
-        if self._space is None:
-            return
         low, high = float(self._space.low_mm[2]), float(self._space.high_mm[2])
         z = track.position_mm[2]
         known = z[np.isfinite(z)]

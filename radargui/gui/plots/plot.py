@@ -90,7 +90,6 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self.cursors: Cursors | None = None
         self.steady = SteadyRange()
         self.when_empty = ""
-        self._labels = {"bottom": bottom, "left": left}
         self._inside: pg.LabelItem | None = None
         self._inside_text = ""
         self._pens: list[_Drawn] = []
@@ -113,6 +112,7 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         self.setMinimumSize(80, 86 if bottom else 62)
         # Tab goes through fields; a plot gets the keys by a click, or by its own key
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.relabel(bottom, left)
         self._hint = self._corner(1.0, 4)
         self._hint.hide()
         self.view.zoom_changed.connect(self._show_hint)
@@ -249,12 +249,12 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
         return action
 
-    def relabel(self, bottom: str, left: str | None = None) -> None:
-        """Write other words to the lower axis, and to the left one where they are given."""
+    def relabel(self, bottom: str | None = None, left: str | None = None) -> None:
+        """Write other words to the axes for which they are given."""
         for name, words in (("bottom", bottom), ("left", left)):
-            if words is not None and words != self._labels[name]:
-                self._labels[name] = words
-                self.getPlotItem().getAxis(name).setLabel(words)
+            axis = self.getPlotItem().getAxis(name)
+            if words is not None and words != axis.labelText:
+                axis.setLabel(words)
 
     def write_inside(self, text: str) -> None:
         """Write a line into the upper left corner of the plot."""
@@ -348,13 +348,9 @@ class Plot(pg.PlotWidget):  # type: ignore[misc] # pyqtgraph has no types
         """Take over the colours of the theme."""
         colours = self._paper or self._theme.colours
         self.setBackground(colours.base)
-        item = self.getPlotItem()
-        for name, words in self._labels.items():
-            axis = item.getAxis(name)
+        for axis in map(self.getPlotItem().getAxis, ("bottom", "left")):
             axis.setPen(pg.mkPen(colours.line))
             axis.setTextPen(pg.mkPen(colours.text))
-            if words:
-                axis.setLabel(words)
         self._write_inside()
         self._hint.setText(_ZOOMED, color=colours.faint, size="8pt")
         for one in self._pens:

@@ -75,7 +75,7 @@ class Scope(Plot):
         self.gains = (i, q)
         scaled = not (i.plain and q.plain)
         # short enough for the lowest plot; what it means stands inside
-        self.relabel(self._labels["bottom"], "scaled" if scaled else self._plain)
+        self.relabel(left="scaled" if scaled else self._plain)
         self.write_inside(f"{self._plain.partition(' [')[0]}: {i.words('I')},  {q.words('Q')}" if scaled else "")
         self.steady = SteadyRange()
 

@@ -109,10 +109,6 @@ class ReplayForm(Group):
         """The chosen file."""
         return self._file.path
 
-    def choose(self, path: Path) -> None:
-        """Take a file."""
-        self._file.line.setText(str(path))
-
     def _look(self) -> None:
         self._found(None)
         path = self.path
@@ -251,6 +247,30 @@ class NiForm(SetupForm):
         self._model.assign("daq.device", self.found.itemData(index))
 
 
+class SetupFileGroup(ModelGroup):
+    """Names the setup file and how far the setup has left it; opens and saves it."""
+
+    def __init__(self, model: SetupModel, does: Actions) -> None:
+        self._name = PlainLabel()
+        self._save_buttons = (button("Save", does.save_setup.trigger), button("Save as…", does.save_setup_as.trigger))
+        self.undo_all = button("Undo all changes", does.undo_setup.trigger)
+        line = side_by_side(button("Open…", does.open_setup.trigger), *self._save_buttons)
+        super().__init__("Setup file", model, self._name, line, self.undo_all)
+
+    def refresh(self) -> None:
+        """Show what is unlike the file."""
+        path, changed = self._model.path, self._model.unsaved
+        name = path.name if path else "not saved yet"
+        kind = " (shipped)" if self._model.shipped else ""
+        counted = f", {len(changed)} value{'s' if len(changed) > 1 else ''} changed" if changed else ""
+        self._name.setText(f"{name}{kind}{counted}")
+        self._name.setToolTip(str(path or ""))
+        self.undo_all.setEnabled(self._model.modified)
+        self.undo_all.setToolTip("\n".join(("Back to what the file says:", *map(called, changed))))
+        for one in self._save_buttons:
+            one.setEnabled(self._model.valid)
+
+
 SOURCES: dict[SourceKind, str] = {"simulated": "Simulated", "ni": "NI device", "replay": "Replay file"}
 
 
@@ -269,7 +289,6 @@ class HardwarePanel(FormPanel):
         find_devices: FindDevices = find_devices,
     ) -> None:
         super().__init__(model)
-        self._does = does
         self.source = Choice([*SOURCES.items(), *((name, name) for name in plugins("sources"))])
         self.source.setObjectName("source")
         group = Group("Source")
@@ -284,12 +303,12 @@ class HardwarePanel(FormPanel):
             "replay": self.replay,
         }
         others = (SetupForm(name, model) for name in ("recording", "processing"))
-        self.lay_out(self._file_group(), group, *self._forms.values(), self.rates, self.channels, *others)
+        file = SetupFileGroup(model, does)
+        self.undo_all = file.undo_all
+        self.lay_out(file, group, *self._forms.values(), self.rates, self.channels, *others)
         self.choose(source)
         self.source.currentIndexChanged.connect(self._show_form)
-        model.changed.connect(self._name_file)
         self._show_form()
-        self._name_file()
 
     @property
     def kind(self) -> SourceKind:
@@ -308,28 +327,6 @@ class HardwarePanel(FormPanel):
     def choose(self, kind: SourceKind) -> None:
         """Choose a source."""
         self.source.setCurrentIndex(self.source.findData(kind))
-
-    def _file_group(self) -> Group:
-        group = Group("Setup file")
-        self._name, does = PlainLabel(), self._does
-        self._save_buttons = (button("Save", does.save_setup.trigger), button("Save as…", does.save_setup_as.trigger))
-        self.undo_all = button("Undo all changes", does.undo_setup.trigger)
-        opens = button("Open…", does.open_setup.trigger)
-        for part in (self._name, side_by_side(opens, *self._save_buttons), self.undo_all):
-            group.whole(part)
-        return group
-
-    def _name_file(self) -> None:
-        path, changed = self._model.path, self._model.unsaved
-        name = path.name if path else "not saved yet"
-        kind = " (shipped)" if self._model.shipped else ""
-        counted = f", {len(changed)} value{'s' if len(changed) > 1 else ''} changed" if changed else ""
-        self._name.setText(f"{name}{kind}{counted}")
-        self._name.setToolTip(str(path or ""))
-        self.undo_all.setEnabled(self._model.modified)
-        self.undo_all.setToolTip("\n".join(("Back to what the file says:", *map(called, changed))))
-        for one in self._save_buttons:
-            one.setEnabled(self._model.valid)
 
     def _show_form(self) -> None:
         for kind, form in self._forms.items():
